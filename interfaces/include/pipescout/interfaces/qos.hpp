@@ -20,7 +20,7 @@ struct QoS {
   std::size_t depth = 10;  ///< messages kept, at least 1
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
-  std::optional<Duration> deadline;          ///< longest time between two messages; none: unlimited
+  std::optional<Duration> deadline;  ///< longest time between two messages; none: unlimited
   Liveliness liveliness = Liveliness::kAutomatic;
   std::optional<Duration> liveliness_lease;  ///< none: unlimited
   std::optional<Duration> lifespan;          ///< older messages are not delivered; none: unlimited

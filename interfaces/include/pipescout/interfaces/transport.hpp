@@ -14,8 +14,8 @@
 #include "pipescout/interfaces/time.hpp"
 
 /// What carries messages out of this process. The in-process path never comes here: the runtime
-/// delivers a `shared_ptr<const T>` itself, and hands a message to a `Transport` only for readers in
-/// other processes. A context without a transport is the socket-less backend of unit tests.
+/// delivers a `shared_ptr<const T>` itself, and hands a message to a `Transport` only for readers
+/// in other processes. A context without a transport is the socket-less backend of unit tests.
 namespace pipescout {
 
 /// Identity of a participant or endpoint: the 16 bytes of a DDS GUID (12 prefix, 4 entity).
@@ -36,9 +36,9 @@ struct SampleIdentity {
 
 /// What is known of a received message beside its content.
 struct MessageInfo {
-  Time source_time{};         ///< system time at which the publisher published
-  SampleIdentity identity;    ///< of this sample
-  SampleIdentity related;     ///< services: the request this belongs to, or whom to answer
+  Time source_time{};       ///< system time at which the publisher published
+  SampleIdentity identity;  ///< of this sample
+  SampleIdentity related;   ///< services: the request this belongs to, or whom to answer
   bool from_this_process = false;
 };
 
@@ -166,8 +166,8 @@ struct DdsOptions {
   std::size_t shared_memory_segment_bytes = std::size_t{32} * 1024 * 1024;
 
   /// Reads `ROS_DOMAIN_ID` and `ROS_LOCALHOST_ONLY`. Throws std::invalid_argument naming the
-  /// variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is read by Fast DDS itself; a default
-  /// participant profile in it replaces the transports chosen here.)
+  /// variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is read by Fast DDS itself; a
+  /// default participant profile in it replaces the transports chosen here.)
   [[nodiscard]] static DdsOptions from_environment();
 };
 
