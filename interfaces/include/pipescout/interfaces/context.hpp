@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "pipescout/interfaces/clock.hpp"
+#include "pipescout/interfaces/executor.hpp"
+#include "pipescout/interfaces/publisher.hpp"
+#include "pipescout/interfaces/subscription.hpp"
+#include "pipescout/interfaces/transport.hpp"
+
+namespace pipescout {
+
+class Graph;
+
+/// An endpoint was asked for on a topic that carries another type in this process.
+class TopicTypeMismatch : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct PublisherOptions {
+  WireTopic topic;
+  QoS qos;
+  PublisherEvents events;
+  /// Where events run. Null: only for endpoints without events.
+  std::shared_ptr<CallbackGroup> group;
+};
+
+struct SubscriptionOptions {
+  WireTopic topic;
+  QoS qos;
+  UntypedSubscription::Callback callback;
+  SubscriptionEvents events;
+  /// Where the callback and the events run. Null: the callback runs at once, on whatever thread
+  /// brings the message (of a publisher or of the transport); it must return soon and must not
+  /// publish or make endpoints, and there must be no events.
+  std::shared_ptr<CallbackGroup> group;
+  /// Start disabled, see UntypedSubscription::set_enabled.
+  bool enabled = true;
+};
+
+/// One process's place on the network: at most one participant, the in-process delivery, the graph
+/// and the clocks. Everything that communicates belongs to a context and keeps it alive.
+/// Thread-safe.
+class Context : public std::enable_shared_from_this<Context> {
+ public:
+  /// With a transport, messages reach other processes. Without one nothing opens a socket, and all
+  /// else works the same: the backend of unit tests.
+  [[nodiscard]] static std::shared_ptr<Context> create(std::unique_ptr<Transport> transport);
+  [[nodiscard]] static std::shared_ptr<Context> create_in_process() { return create(nullptr); }
+
+  virtual ~Context() = default;
+
+  /// Throws TopicTypeMismatch, TransportError, std::invalid_argument (QoS).
+  [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> create_publisher(
+      PublisherOptions options) = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> create_subscription(
+      SubscriptionOptions options) = 0;
+
+  /// Nodes, topics and services, here and on the network.
+  [[nodiscard]] virtual Graph& graph() = 0;
+
+  [[nodiscard]] virtual std::shared_ptr<SystemClock> system_clock() const = 0;
+  /// Driven by the topic `/clock`, which is subscribed to at the first call.
+  [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock() = 0;
+
+  /// Null for the in-process backend.
+  [[nodiscard]] virtual Transport* transport() = 0;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "pipescout/interfaces/clock.hpp"
+#include "pipescout/interfaces/executor.hpp"
+
+namespace pipescout {
+
+/// Calls a function every `period`. Periods that passed while the callback could not run are
+/// skipped, not made up for; the phase is kept. Destroying the handle stops the timer.
+class Timer {
+ public:
+  /// `simulated` null: the period is measured by the steady clock. Throws std::invalid_argument
+  /// unless the period is positive.
+  Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
+        std::shared_ptr<SimulatedClock> simulated = nullptr);
+  Timer(Timer&&) noexcept;
+  Timer& operator=(Timer&&) noexcept;
+  ~Timer();
+
+  [[nodiscard]] Duration period() const noexcept;
+  /// While disabled nothing is called; enabling starts a new period.
+  void set_enabled(bool enabled);
+  /// Starts the period again.
+  void reset();
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/interfaces/clock.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace pipescout {
+
+Duration from_seconds(double seconds) noexcept {
+  if (std::isnan(seconds)) {
+    return Duration::zero();
+  }
+  const double nanoseconds = std::round(seconds * 1e9);
+  // 2^63 is exact in double; the largest int64 is not.
+  constexpr double kLimit = 9223372036854775808.0;
+  if (nanoseconds >= kLimit) {
+    return Duration::max();
+  }
+  if (nanoseconds < -kLimit) {
+    return Duration::min();
+  }
+  return Duration(static_cast<Duration::rep>(nanoseconds));
+}
+
+Time SystemClock::now() const {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+Time SimulatedClock::now() const {
+  const std::lock_guard lock(mutex_);
+  return now_;
+}
+
+void SimulatedClock::set(Time now) {
+  std::vector<Waiting> due;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool backwards = now < now_;
+    now_ = now;
+    for (auto entry = waiting_.begin(); entry != waiting_.end();) {
+      if (backwards || entry->second.when <= now) {
+        due.push_back(std::move(entry->second));
+        entry = waiting_.erase(entry);
+      } else {
+        ++entry;
+      }
+    }
+  }
+  for (const auto& work : due) {
+    const auto group = work.group.lock();
+    auto waitable = work.waitable.lock();
+    if (group && waitable) {
+      group->schedule(std::move(waitable));
+    }
+  }
+}
+
+void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>& group,
+                                 const std::shared_ptr<Waitable>& waitable) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (when > now_) {
+      waiting_.insert_or_assign(waitable.get(), Waiting{when, group, waitable});
+      return;
+    }
+    waiting_.erase(waitable.get());
+  }
+  group->schedule(waitable);
+}
+
+void SimulatedClock::cancel(const Waitable* waitable) {
+  const std::lock_guard lock(mutex_);
+  waiting_.erase(waitable);
+}
+
+}  // namespace pipescout

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/interfaces/timer.hpp"
+
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace pipescout {
+
+class Timer::Impl final : public Waitable, public std::enable_shared_from_this<Timer::Impl> {
+ public:
+  Impl(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
+       std::shared_ptr<SimulatedClock> simulated)
+      : group_(std::move(group)),
+        period_(period),
+        callback_(std::move(callback)),
+        simulated_(std::move(simulated)) {}
+
+  void execute() override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!enabled_) {
+        return;
+      }
+      const Duration now = read();
+      if (now < next_) {
+        // Simulated time jumped back, or the timer was reset after this work was queued.
+        if (now + period_ < next_) {
+          next_ = now + period_;
+        }
+        arm();
+        return;
+      }
+      const auto passed = (now - next_) / period_;
+      next_ += (passed + 1) * period_;
+      arm();
+    }
+    callback_();
+  }
+
+  void set_enabled(bool enabled) {
+    const std::lock_guard lock(mutex_);
+    if (enabled == enabled_) {
+      return;
+    }
+    enabled_ = enabled;
+    if (enabled) {
+      restart();
+    } else {
+      disarm();
+    }
+  }
+
+  void reset() {
+    const std::lock_guard lock(mutex_);
+    if (enabled_) {
+      restart();
+    }
+  }
+
+  Duration period() const noexcept { return period_; }
+
+ private:
+  Duration read() const {
+    return simulated_ ? simulated_->now().time_since_epoch()
+                      : std::chrono::duration_cast<Duration>(
+                            std::chrono::steady_clock::now().time_since_epoch());
+  }
+  void restart() {
+    next_ = read() + period_;
+    arm();
+  }
+  void arm() {
+    if (simulated_) {
+      simulated_->schedule_at(Time(next_), group_, shared_from_this());
+    } else {
+      group_->schedule_at(SteadyTime(next_), shared_from_this());
+    }
+  }
+  void disarm() {
+    if (simulated_) {
+      simulated_->cancel(this);
+    } else {
+      group_->cancel(shared_from_this());
+    }
+  }
+
+  const std::shared_ptr<CallbackGroup> group_;
+  const Duration period_;
+  const std::function<void()> callback_;
+  const std::shared_ptr<SimulatedClock> simulated_;
+  std::mutex mutex_;
+  bool enabled_ = false;
+  Duration next_{};
+};
+
+Timer::Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
+             std::shared_ptr<SimulatedClock> simulated) {
+  if (period <= Duration::zero()) {
+    throw std::invalid_argument("timer period = " + std::to_string(period.count()) +
+                                " ns is not positive");
+  }
+  impl_ =
+      std::make_shared<Impl>(std::move(group), period, std::move(callback), std::move(simulated));
+  impl_->set_enabled(true);
+}
+
+Timer::Timer(Timer&&) noexcept = default;
+
+Timer& Timer::operator=(Timer&& other) noexcept {
+  std::swap(impl_, other.impl_);
+  return *this;
+}
+
+Timer::~Timer() {
+  if (impl_) {
+    impl_->set_enabled(false);
+  }
+}
+
+Duration Timer::period() const noexcept {
+  return impl_->period();
+}
+void Timer::set_enabled(bool enabled) {
+  impl_->set_enabled(enabled);
+}
+void Timer::reset() {
+  impl_->reset();
+}
+
+}  // namespace pipescout
