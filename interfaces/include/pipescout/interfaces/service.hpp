@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "pipescout/interfaces/context.hpp"
+
+namespace pipescout {
+
+/// Why a call got no response.
+enum class ServiceError {
+  kNoServer,   ///< no server was matched in both directions before the time was over
+  kTimeout,    ///< a server was there but did not answer in time
+  kCancelled,  ///< the client was destroyed
+};
+
+[[nodiscard]] const char* to_string(ServiceError error) noexcept;
+
+/// A response or the reason why there is none.
+template <class Response>
+class ServiceResult {
+  using Shared = std::shared_ptr<const Response>;
+
+ public:
+  explicit ServiceResult(Shared response) : value_(std::move(response)) {}
+  explicit ServiceResult(ServiceError error) : value_(error) {}
+  [[nodiscard]] explicit operator bool() const noexcept { return value_.index() == 0; }
+  [[nodiscard]] const Response* operator->() const { return std::get<0>(value_).get(); }
+  [[nodiscard]] const Shared& shared() const { return std::get<0>(value_); }
+  [[nodiscard]] ServiceError error() const { return std::get<1>(value_); }
+
+ private:
+  std::variant<Shared, ServiceError> value_;
+};
+
+/// A service of types known at run time. Requests arrive in its callback group, and each is
+/// answered through `respond`, at once or later, from any thread. A response to a client whose
+/// reply reader is not matched yet waits for it.
+class UntypedService {
+ public:
+  using Handler =
+      std::function<void(const std::shared_ptr<const void>& request, const SampleIdentity& caller)>;
+  virtual ~UntypedService() = default;
+  virtual void respond(const SampleIdentity& caller, std::shared_ptr<const void> response) = 0;
+  virtual void set_enabled(bool enabled) = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> reply_publisher() const = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> request_subscription() const = 0;
+};
+
+class UntypedClient {
+ public:
+  using Answer = std::function<void(ServiceResult<void>)>;
+  virtual ~UntypedClient() = default;
+  /// Sends the request once a server is matched in both directions, so that its reply cannot be
+  /// lost, and calls `answer` exactly once, in the client's callback group.
+  virtual void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) = 0;
+  [[nodiscard]] virtual bool is_ready() const = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> request_publisher() const = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> reply_subscription() const = 0;
+};
+
+struct ServiceOptions {
+  std::string name;  ///< fully qualified ROS name: "/robot_1/odometry_fusion/get_parameters"
+  const MessageType* request = nullptr;
+  const MessageType* response = nullptr;
+  QoS qos = QoS::services();
+  std::shared_ptr<CallbackGroup> group;
+};
+
+/// Throw what Context::create_publisher and create_subscription throw.
+[[nodiscard]] std::shared_ptr<UntypedService> create_untyped_service(
+    Context& context, const ServiceOptions& options, UntypedService::Handler handler);
+[[nodiscard]] std::shared_ptr<UntypedClient> create_untyped_client(Context& context,
+                                                                   const ServiceOptions& options);
+
+/// Answers one request, once; may be kept and used later. A responder that goes without an answer
+/// leaves the caller to its timeout.
+template <class S>
+class Responder {
+ public:
+  Responder(std::weak_ptr<UntypedService> service, const SampleIdentity& caller)
+      : service_(std::move(service)), caller_(caller) {}
+  void respond(typename S::Response response) const {
+    if (const auto service = service_.lock()) {
+      service->respond(caller_, std::make_shared<const typename S::Response>(std::move(response)));
+    }
+  }
+
+ private:
+  std::weak_ptr<UntypedService> service_;
+  SampleIdentity caller_;
+};
+
+/// A handle: the service ends with the last copy.
+template <class S>
+class Service {
+ public:
+  Service() = default;
+  explicit Service(std::shared_ptr<UntypedService> untyped) : untyped_(std::move(untyped)) {}
+  [[nodiscard]] const std::shared_ptr<UntypedService>& untyped() const { return untyped_; }
+
+ private:
+  std::shared_ptr<UntypedService> untyped_;
+};
+
+/// A handle: the client ends with the last copy.
+template <class S>
+class Client {
+ public:
+  using Request = typename S::Request;
+  using Response = typename S::Response;
+  using Result = ServiceResult<Response>;
+
+  Client() = default;
+  explicit Client(std::shared_ptr<UntypedClient> untyped) : untyped_(std::move(untyped)) {}
+
+  /// See UntypedClient::call. Never blocks.
+  void call(Request request, std::function<void(Result)> answer,
+            Duration timeout = std::chrono::seconds(5)) {
+    untyped_->call(
+        std::make_shared<const Request>(std::move(request)),
+        [answer = std::move(answer)](ServiceResult<void> result) {
+          if (result) {
+            answer(Result(std::static_pointer_cast<const Response>(result.shared())));
+          } else {
+            answer(Result(result.error()));
+          }
+        },
+        timeout);
+  }
+  /// A server is matched in both directions.
+  [[nodiscard]] bool is_ready() const { return untyped_->is_ready(); }
+  [[nodiscard]] const std::shared_ptr<UntypedClient>& untyped() const { return untyped_; }
+  [[nodiscard]] explicit operator bool() const noexcept { return untyped_ != nullptr; }
+
+ private:
+  std::shared_ptr<UntypedClient> untyped_;
+};
+
+}  // namespace pipescout
