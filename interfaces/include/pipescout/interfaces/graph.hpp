@@ -6,24 +6,16 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "pipescout/interfaces/names.hpp"
 #include "pipescout/interfaces/transport.hpp"
 
 namespace pipescout {
 
 class UntypedPublisher;
 class UntypedSubscription;
-
-struct NodeName {
-  std::string name_space;  ///< "/" or "/robot_1"
-  std::string name;        ///< "odometry_fusion"
-  /// "/robot_1/odometry_fusion"
-  [[nodiscard]] std::string fully_qualified() const;
-  auto operator<=>(const NodeName&) const = default;
-};
 
 /// A publisher or subscription anywhere on the network.
 struct GraphEndpoint {

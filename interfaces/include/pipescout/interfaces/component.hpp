@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "pipescout/interfaces/diagnostics.hpp"
+#include "pipescout/interfaces/lifecycle.hpp"
+#include "pipescout/interfaces/node.hpp"
+
+namespace pipescout {
+
+using ComponentOptions = NodeOptions;
+
+/// The outcome of a requested transition.
+struct TransitionResult {
+  bool success = false;
+  LifecycleState state = LifecycleState::kUnknown;  ///< the state afterwards
+  std::string message;                              ///< why it failed; empty on success
+};
+
+/// A managed (lifecycle) node: what a robot is composed of. A derived class owns one algorithm and
+/// its topics. It declares its parameters in the constructor, makes the algorithm and the endpoints
+/// in `on_configure`, and drops them in `on_cleanup`.
+///
+/// Publishers, subscriptions and timers work only while the component is active: what is published
+/// earlier is dropped and counted, and arriving messages wait in their queues. An exception that
+/// leaves any callback, of the lifecycle or of a message, is logged, counted on `/diagnostics` and
+/// takes the component through its error state; other components do not notice.
+///
+/// The lifecycle callbacks run in the default callback group, so never at the same time as another
+/// callback of that group. They must not block.
+class Component : public Node {
+ public:
+  explicit Component(ComponentOptions options);
+  ~Component() override;
+
+  /// Asks for a transition. It runs in the default callback group, so the executor must spin;
+  /// `done` (optional) is called there with the outcome. Thread-safe.
+  void request_transition(LifecycleTransition transition,
+                          std::function<void(const TransitionResult&)> done = {});
+  /// Thread-safe.
+  [[nodiscard]] LifecycleState state() const;
+  [[nodiscard]] Diagnostics& diagnostics() const;
+
+ protected:
+  /// Unconfigured -> inactive. Reads parameters, makes the algorithm and the endpoints.
+  virtual CallbackReturn on_configure() { return CallbackReturn::kSuccess; }
+  /// Inactive -> active. Endpoints are enabled after it succeeded.
+  virtual CallbackReturn on_activate() { return CallbackReturn::kSuccess; }
+  /// Active -> inactive. Endpoints are disabled before it.
+  virtual CallbackReturn on_deactivate() { return CallbackReturn::kSuccess; }
+  /// Inactive -> unconfigured. Drops what on_configure made.
+  virtual CallbackReturn on_cleanup() { return CallbackReturn::kSuccess; }
+  /// Any -> finalized. The default suits most: the destructor drops the rest.
+  virtual CallbackReturn on_shutdown() { return CallbackReturn::kSuccess; }
+  /// After an error anywhere: success -> unconfigured, anything else -> finalized. Must drop what
+  /// on_configure made. The default calls on_cleanup.
+  virtual CallbackReturn on_error() { return on_cleanup(); }
+
+  /// Says on `mission/status` how far the component's part of the mission is; `total` 0: unknown.
+  void report_progress(std::uint32_t done, std::uint32_t total, std::string_view message = {});
+  /// The component's part is complete: when all components that the composition waits for have said
+  /// so, the run ends.
+  void report_complete(std::string_view message = {});
+  /// The component's part cannot be completed: the run ends with an error.
+  void report_failed(std::string_view message);
+
+  void on_callback_exception(std::exception_ptr error) override;
+
+ private:
+  class Lifecycle;
+  std::unique_ptr<Lifecycle> lifecycle_;
+};
+
+/// Makes components of one class; what a component library exports.
+class ComponentFactory {
+ public:
+  virtual ~ComponentFactory() = default;
+  [[nodiscard]] virtual std::unique_ptr<Component> create(ComponentOptions options) const = 0;
+};
+
+template <class T>
+class ComponentFactoryFor final : public ComponentFactory {
+ public:
+  [[nodiscard]] std::unique_ptr<Component> create(ComponentOptions options) const override {
+    return std::make_unique<T>(std::move(options));
+  }
+};
+
+}  // namespace pipescout

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace pipescout {
+
+/// The levels of diagnostic_msgs/msg/DiagnosticStatus.
+enum class DiagnosticLevel : std::uint8_t { kOk = 0, kWarn = 1, kError = 2, kStale = 3 };
+
+/// What a component says of its health: counters of what went wrong, values worth seeing, and one
+/// level with a message. Its component publishes it on `/diagnostics` once a second and after each
+/// change of level. Thread-safe.
+class Diagnostics {
+ public:
+  struct Snapshot {
+    DiagnosticLevel level = DiagnosticLevel::kOk;
+    std::string message;
+    std::map<std::string, std::string> values;
+  };
+
+  /// Counts a fault of the input or of the component: "readings.not_a_number". While a counter has
+  /// grown since the snapshot before, the level is at least a warning.
+  void count(std::string_view counter, std::uint64_t times = 1);
+  void set_value(std::string_view key, std::string value);
+  /// Holds until the next call.
+  void set_status(DiagnosticLevel level, std::string message);
+
+  [[nodiscard]] std::uint64_t counter(std::string_view counter) const;
+  /// Takes the state to publish, and starts a new period for the counters.
+  [[nodiscard]] Snapshot take();
+
+ private:
+  mutable std::mutex mutex_;
+  DiagnosticLevel level_ = DiagnosticLevel::kOk;
+  std::string message_;
+  std::map<std::string, std::string, std::less<>> values_;
+  std::map<std::string, std::uint64_t, std::less<>> counters_;
+  std::map<std::string, std::uint64_t, std::less<>> taken_;
+};
+
+}  // namespace pipescout

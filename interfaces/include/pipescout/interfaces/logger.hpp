@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace pipescout {
+
+/// The levels of rcl_interfaces/msg/Log.
+enum class LogSeverity : std::uint8_t {
+  kDebug = 10,
+  kInfo = 20,
+  kWarn = 30,
+  kError = 40,
+  kFatal = 50
+};
+
+[[nodiscard]] const char* to_string(LogSeverity severity) noexcept;
+
+/// Writes a node's messages to the standard error stream ("[WARN] [1718.123456789] [robot.fusion]:
+/// text") and, once connected, to `/rosout`. Thread-safe; copies share the state.
+class Logger {
+ public:
+  /// Receives what passes the threshold.
+  using Sink = std::function<void(LogSeverity, const std::string& text)>;
+
+  /// `name`: as in ROS 2, the fully qualified node name with dots: "robot_1.odometry_fusion".
+  explicit Logger(std::string name);
+
+  void log(LogSeverity severity, std::string_view text) const;
+  void debug(std::string_view text) const { log(LogSeverity::kDebug, text); }
+  void info(std::string_view text) const { log(LogSeverity::kInfo, text); }
+  void warn(std::string_view text) const { log(LogSeverity::kWarn, text); }
+  void error(std::string_view text) const { log(LogSeverity::kError, text); }
+  void fatal(std::string_view text) const { log(LogSeverity::kFatal, text); }
+
+  /// Messages below it go nowhere. Default: info.
+  void set_threshold(LogSeverity severity);
+  /// Replaces the second sink (`/rosout`); an empty one removes it.
+  void set_sink(Sink sink);
+  [[nodiscard]] const std::string& name() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "pipescout/interfaces/topic.hpp"
+
+namespace diagnostic_msgs::msg {
+class DiagnosticArray;
+}
+namespace pipescout_msgs::msg {
+class FusedOdometer;
+class MissionStatus;
+class OdometerReadings;
+}  // namespace pipescout_msgs::msg
+namespace rcl_interfaces::msg {
+class Log;
+class ParameterEvent;
+}  // namespace rcl_interfaces::msg
+
+/// The catalogue: the one place where a topic's name, type and QoS are written down. The types are
+/// only declared here; include the message's own header to use them.
+namespace pipescout::topics {
+
+/// Raw readings of all odometers of a robot, from the driver.
+inline const Topic<pipescout_msgs::msg::OdometerReadings> kOdometerReadings{"odometer/readings",
+                                                                            QoS::reliable(100)};
+/// One distance from all odometers that agree.
+inline const Topic<pipescout_msgs::msg::FusedOdometer> kOdometerFused{"odometer/fused",
+                                                                      QoS::reliable(100)};
+/// Progress and completion of components, for the host and the operator.
+inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
+                                                                      QoS::reliable(100)};
+
+inline const Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
+                                                                       QoS::reliable(10)};
+/// As rcl: kept for late joiners, forgotten after ten seconds.
+inline const Topic<rcl_interfaces::msg::Log> kRosout{"/rosout",
+                                                     QoS{.depth = 1000,
+                                                         .durability = Durability::kTransientLocal,
+                                                         .lifespan = std::chrono::seconds(10)}};
+inline const Topic<rcl_interfaces::msg::ParameterEvent> kParameterEvents{"/parameter_events",
+                                                                         QoS::parameters()};
+
+}  // namespace pipescout::topics
