@@ -17,7 +17,7 @@ struct ServiceType;
 
 /// The tag of a service, whose header is included.
 template <class S>
-concept Service = requires {
+concept ServiceTag = requires {
   requires Message<typename ServiceType<S>::Request>;
   requires Message<typename ServiceType<S>::Response>;
   { ServiceType<S>::service_name } -> std::convertible_to<std::string_view>;
