@@ -1,4 +1,6 @@
 # The warnings every target of the project compiles with.
 function(pipescout_enable_warnings target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+  # Designated initialisers leave fields to their defaults on purpose.
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+    -Wno-missing-field-initializers)
 endfunction()

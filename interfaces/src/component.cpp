@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/interfaces/component.hpp"
+
+#include <atomic>
+#include <exception>
+#include <pipescout_msgs/msg/mission_status.hpp>
+#include <utility>
+
+#include "diagnostics_publisher.hpp"
+#include "lifecycle_services.hpp"
+#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/interfaces/topics.hpp"
+
+namespace pipescout {
+
+namespace {
+
+std::string text_of(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& exception) {
+    return exception.what();
+  } catch (...) {
+    return "an object that is no std::exception";
+  }
+}
+
+/// Ids of lifecycle_msgs/msg/Transition: the outcome of a callback is 10 times the callback's own
+/// number, plus 0, 1 or 2.
+constexpr unsigned kOutcomeOfConfigure = 10;
+constexpr unsigned kOutcomeOfCleanup = 20;
+constexpr unsigned kOutcomeOfActivate = 30;
+constexpr unsigned kOutcomeOfDeactivate = 40;
+constexpr unsigned kOutcomeOfShutdown = 50;
+constexpr unsigned kOutcomeOfError = 60;
+
+/// An exception in a callback of an active or inactive component; ROS 2 has no number for it.
+constexpr LifecycleEdge raised_error(LifecycleState from) {
+  return {99, "raise_error", from, LifecycleState::kErrorProcessing};
+}
+
+}  // namespace
+
+class Component::Lifecycle {
+ public:
+  explicit Lifecycle(Component& component)
+      : component_(component),
+        mission_status_(
+            component.create_publisher(topics::kMissionStatus, {}, {.managed = false})) {}
+
+  /// Second part: these call back into the component, which must know its lifecycle by then.
+  void serve() {
+    if (component_.parameters().has("use_sim_time")) {
+      services_ = std::make_unique<LifecycleServices>(component_);
+      diagnostics_publisher_ = std::make_unique<DiagnosticsPublisher>(component_);
+    }
+  }
+
+  LifecycleState state() const { return state_; }
+  Diagnostics& diagnostics() { return diagnostics_; }
+
+  TransitionResult run(LifecycleTransition transition) {
+    const LifecycleState before = state_;
+    if (requested_transition(before, static_cast<std::uint8_t>(transition), {}) != transition) {
+      return {false, before,
+              "'" + std::string(to_string(transition)) + "' is not possible in state '" +
+                  std::string(to_string(before)) + "'"};
+    }
+    enter(static_cast<std::uint8_t>(transition));
+    std::string why;
+    CallbackReturn outcome = CallbackReturn::kSuccess;
+    unsigned outcome_id = 0;
+    switch (transition) {
+      case LifecycleTransition::kConfigure:
+        outcome_id = kOutcomeOfConfigure;
+        outcome = guarded("on_configure", &Component::on_configure, why);
+        break;
+      case LifecycleTransition::kCleanup:
+        outcome_id = kOutcomeOfCleanup;
+        outcome = guarded("on_cleanup", &Component::on_cleanup, why);
+        break;
+      case LifecycleTransition::kActivate:
+        outcome_id = kOutcomeOfActivate;
+        outcome = guarded("on_activate", &Component::on_activate, why);
+        break;
+      case LifecycleTransition::kDeactivate:
+        outcome_id = kOutcomeOfDeactivate;
+        component_.set_managed_active(false);
+        outcome = guarded("on_deactivate", &Component::on_deactivate, why);
+        break;
+      case LifecycleTransition::kUnconfiguredShutdown:
+      case LifecycleTransition::kInactiveShutdown:
+      case LifecycleTransition::kActiveShutdown:
+        outcome_id = kOutcomeOfShutdown;
+        component_.set_managed_active(false);
+        outcome = guarded("on_shutdown", &Component::on_shutdown, why);
+        break;
+    }
+    enter(outcome_id + static_cast<unsigned>(outcome));
+    if (state_ == LifecycleState::kErrorProcessing) {
+      process_error(why);
+    } else if (outcome == CallbackReturn::kSuccess) {
+      diagnostics_.set_status(DiagnosticLevel::kOk, std::string(to_string(state())));
+    }
+    component_.set_managed_active(state_ == LifecycleState::kActive);
+    tell();
+    return {outcome == CallbackReturn::kSuccess, state_, std::move(why)};
+  }
+
+  void callback_failed(const std::exception_ptr& error) {
+    // At once, on whatever thread this is: no further callback begins.
+    component_.set_managed_active(false);
+    const std::string why = "exception in a callback: " + text_of(error);
+    diagnostics_.count("exceptions");
+    component_.logger().error(why);
+    component_.default_group()->post([this, why] {
+      const LifecycleState before = state_;
+      if (before == LifecycleState::kActive || before == LifecycleState::kInactive) {
+        enter(raised_error(before));
+        process_error(why);
+        tell();
+      } else {
+        diagnostics_.set_status(DiagnosticLevel::kError, why);
+      }
+    });
+  }
+
+  void report(std::uint8_t mission_state, std::uint32_t done, std::uint32_t total,
+              std::string_view message) {
+    pipescout_msgs::msg::MissionStatus status;
+    status.header().stamp(to_message(component_.now()));
+    status.node(component_.node_name().fully_qualified());
+    status.state(mission_state);
+    status.done(done);
+    status.total(total);
+    status.message(std::string(message));
+    mission_status_.publish(std::move(status));
+  }
+
+ private:
+  CallbackReturn guarded(const char* name, CallbackReturn (Component::*callback)(),
+                         std::string& why) {
+    CallbackReturn result = CallbackReturn::kError;
+    try {
+      result = (component_.*callback)();
+      if (result == CallbackReturn::kSuccess) {
+        return result;
+      }
+      why = std::string(name) +
+            (result == CallbackReturn::kFailure ? " failed" : " reported an error");
+      component_.logger().error(why);
+    } catch (...) {
+      why = std::string(name) + ": " + text_of(std::current_exception());
+      diagnostics_.count("exceptions");
+      component_.logger().error(why);
+    }
+    return result;
+  }
+
+  void process_error(const std::string& why) {
+    std::string then;
+    const CallbackReturn outcome = guarded("on_error", &Component::on_error, then);
+    enter(kOutcomeOfError + static_cast<unsigned>(outcome));
+    diagnostics_.set_status(DiagnosticLevel::kError, then.empty() ? why : why + "; " + then);
+  }
+
+  void enter(unsigned edge_id) {
+    for (const LifecycleEdge& edge : lifecycle_edges()) {
+      if (edge.id == edge_id && edge.start == state_) {
+        enter(edge);
+        return;
+      }
+    }
+    throw std::logic_error("lifecycle: no edge " + std::to_string(edge_id) + " from state " +
+                           std::string(to_string(state_)));
+  }
+
+  void enter(const LifecycleEdge& edge) {
+    state_ = edge.goal;
+    if (services_) {
+      services_->publish_transition(edge);
+    }
+  }
+
+  void tell() {
+    if (diagnostics_publisher_) {
+      diagnostics_publisher_->publish_now();
+    }
+  }
+
+  Component& component_;
+  std::atomic<LifecycleState> state_{LifecycleState::kUnconfigured};
+  Diagnostics diagnostics_;
+  Publisher<pipescout_msgs::msg::MissionStatus> mission_status_;
+  std::unique_ptr<LifecycleServices> services_;
+  std::unique_ptr<DiagnosticsPublisher> diagnostics_publisher_;
+};
+
+Component::Component(ComponentOptions options) : Node(std::move(options)) {
+  set_managed_active(false);
+  lifecycle_ = std::make_unique<Lifecycle>(*this);
+  lifecycle_->serve();
+}
+
+Component::~Component() {
+  close();
+}
+
+void Component::request_transition(LifecycleTransition transition,
+                                   std::function<void(const TransitionResult&)> done) {
+  default_group()->post([this, transition, done = std::move(done)] {
+    const TransitionResult result = lifecycle_->run(transition);
+    if (done) {
+      done(result);
+    }
+  });
+}
+
+LifecycleState Component::state() const {
+  return lifecycle_->state();
+}
+Diagnostics& Component::diagnostics() const {
+  return lifecycle_->diagnostics();
+}
+
+void Component::report_progress(std::uint32_t done, std::uint32_t total, std::string_view message) {
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::RUNNING, done, total, message);
+}
+
+void Component::report_complete(std::string_view message) {
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::COMPLETE, 0, 0, message);
+}
+
+void Component::report_failed(std::string_view message) {
+  logger().error(message);
+  diagnostics().set_status(DiagnosticLevel::kError, std::string(message));
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::FAILED, 0, 0, message);
+}
+
+void Component::on_callback_exception(std::exception_ptr error) {
+  lifecycle_->callback_failed(error);
+}
+
+}  // namespace pipescout
