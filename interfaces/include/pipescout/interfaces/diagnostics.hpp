@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -31,16 +32,30 @@ class Diagnostics {
   void set_status(DiagnosticLevel level, std::string message);
 
   [[nodiscard]] std::uint64_t counter(std::string_view counter) const;
-  /// Takes the state to publish, and starts a new period for the counters.
+  /// Takes the state to publish, and starts a new period for the counters. The values contain the
+  /// counters; a warning that comes from counters alone names them in the message.
   [[nodiscard]] Snapshot take();
 
+  /// Calls `callback` when the level is no longer that of the last snapshot (at first: ok), at most
+  /// once until the next snapshot, on the thread that changed it; it must return soon. Replaces the
+  /// callback; an empty one removes it.
+  void on_level_changed(std::function<void()> callback);
+
  private:
+  [[nodiscard]] DiagnosticLevel current_level() const;  // under mutex_
+  /// The callback, if it is to be called now that something changed. Under mutex_.
+  [[nodiscard]] std::function<void()> notification();
+
   mutable std::mutex mutex_;
   DiagnosticLevel level_ = DiagnosticLevel::kOk;
   std::string message_;
   std::map<std::string, std::string, std::less<>> values_;
   std::map<std::string, std::uint64_t, std::less<>> counters_;
   std::map<std::string, std::uint64_t, std::less<>> taken_;
+  bool counted_ = false;  // a counter has grown since the last snapshot
+  DiagnosticLevel taken_level_ = DiagnosticLevel::kOk;
+  bool notified_ = false;
+  std::function<void()> level_changed_;
 };
 
 }  // namespace pipescout

@@ -44,7 +44,7 @@ enum class CallbackReturn : std::uint8_t {
 
 struct LifecycleEdge {
   std::uint8_t id;         ///< lifecycle_msgs/msg/Transition
-  std::string_view label;  ///< "configure", "on_configure_failure", ...
+  std::string_view label;  ///< as rcl_lifecycle: "configure", "transition_failure", ...
   LifecycleState start;
   LifecycleState goal;
 };
