@@ -39,6 +39,13 @@ foreach(extension IN ITEMS .h .cxx PubSubTypes.cxx)
   endif()
 endforeach()
 
+# Dependencies between files are not tracked (see idl_generate), which structures and constants need
+# not, as the generated code only names them.
+file(READ "${IDL_DIR}/${IDL_FILE}" idl)
+if(idl MATCHES "\n *(typedef|enum|union|bitmask|bitset) ")
+  fail("${CMAKE_MATCH_1} is not supported; ROS 2 messages are made of structures and constants")
+endif()
+
 # The file must hold the type that its path promises.
 string(REPLACE "/" "::" class "${base}")
 string(REGEX REPLACE "::${type}$" "::dds_::${type}_" dds_name "${class}")

@@ -15,9 +15,9 @@
 /// Reading of single fields, called by the generated `deserialize` of each message.
 ///
 /// A sequence announces its length ahead of its elements, and a hostile or broken peer may announce
-/// any. fastcdr resizes the vector to it as soon as that many BYTES follow, however large an element
-/// is: a message of 1 MB could claim 600 MB of markers. Here the memory of a sequence grows only
-/// with elements that have arrived.
+/// any. fastcdr resizes the vector to it as soon as that many BYTES follow, however large an
+/// element is: a message of 1 MB could claim 600 MB of markers. Here the memory of a sequence grows
+/// only with elements that have arrived.
 ///
 /// All functions throw eprosima::fastcdr::exception::Exception on truncated or malformed bytes.
 namespace pipescout::idl {
@@ -64,7 +64,7 @@ inline void read(Cdr& cdr, std::vector<bool>& sequence) {
 }
 
 template <class T>
-  requires std::is_arithmetic_v<T>
+requires std::is_arithmetic_v<T>
 void read(Cdr& cdr, std::vector<T>& sequence) {
   const std::size_t length = read_length(cdr, sizeof(T));
   if (length == 0) {
@@ -85,7 +85,7 @@ void read(Cdr& cdr, std::vector<T>& sequence) {
 }
 
 template <class T>
-  requires std::is_class_v<T>
+requires std::is_class_v<T>
 void read(Cdr& cdr, std::vector<T>& sequence) {
   // No element of ours is shorter than a byte; each read below checks for itself.
   const std::size_t length = read_length(cdr, 1);

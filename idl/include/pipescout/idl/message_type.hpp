@@ -47,7 +47,9 @@ const MessageType& message_type() = delete;
 
 /// A class that can be sent: one generated from an .idl file, whose header is included.
 template <class T>
-concept Message = requires { message_type<T>(); };
+concept Message = requires {
+  message_type<T>();
+};
 
 /// The type of that ROS name, or nullptr when this library does not hold it.
 const MessageType* find_message_type(std::string_view name) noexcept;

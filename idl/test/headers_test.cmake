@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+# No header that users include reaches a header of Fast DDS or fastcdr.
+set(count 0)
+foreach(dir IN LISTS HEADER_DIRS)
+  file(GLOB_RECURSE headers "${dir}/*.h" "${dir}/*.hpp")
+  foreach(header IN LISTS headers)
+    file(STRINGS "${header}" includes REGEX "#include.*[<\"/]fast(cdr|dds|rtps)/")
+    if(includes)
+      message(SEND_ERROR "${header}: ${includes}")
+    endif()
+    math(EXPR count "${count} + 1")
+  endforeach()
+endforeach()
+if(count LESS 200)
+  message(FATAL_ERROR "only ${count} headers found in ${HEADER_DIRS}")
+endif()
