@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <pipescout_msgs/msg/odometer_readings.hpp>
+#include <string>
+#include <vector>
+
+#include "pipescout/interfaces/component.hpp"
+#include "pipescout/odometer_replay/readings_csv.hpp"
+
+namespace pipescout {
+
+/// Publishes recorded odometer readings on `odometer/readings`, in the rhythm in which they were
+/// taken, once enough subscriptions are there that none is lost; then says that it is complete.
+/// Deactivating it pauses the replay, activating it again goes on where it stopped.
+///
+/// Parameters: docs/components/odometer_replay.md. All but `rate` take effect when it is
+/// configured.
+class OdometerReplay final : public Component {
+ public:
+  /// Largest file that is read, bytes.
+  static constexpr std::uintmax_t kMaxFileSize = std::uintmax_t{64} * 1024 * 1024;
+
+  explicit OdometerReplay(ComponentOptions options);
+  ~OdometerReplay() override;
+
+ protected:
+  CallbackReturn on_configure() override;
+  CallbackReturn on_activate() override;
+  CallbackReturn on_deactivate() override;
+  CallbackReturn on_cleanup() override;
+
+ private:
+  enum class Phase { kPaused, kWaiting, kPlaying };
+
+  void choose_standard_deviations();
+  void choose_stamps();
+  void wait_or_play(std::size_t subscriptions);
+  void publish_next();
+  void schedule(Duration delay);
+  [[nodiscard]] Duration interval_before(std::size_t row) const;
+  void report();
+
+  Parameter<std::string> file_;
+  Parameter<std::vector<std::string>> odometers_;
+  Parameter<std::vector<std::string>> ignored_columns_;
+  Parameter<std::vector<double>> standard_deviations_;
+  Parameter<double> period_;
+  Parameter<double> rate_;
+  Parameter<bool> use_recorded_stamps_;
+  Parameter<int> wait_for_subscribers_;
+  Parameter<std::string> frame_id_;
+
+  ReadingsRecording recording_;
+  Publisher<pipescout_msgs::msg::OdometerReadings> publisher_;
+  std::shared_ptr<Timer> timer_;
+  Phase phase_ = Phase::kPaused;
+  std::size_t next_ = 0;
+  Time due_{};  ///< when the next row is to be published
+};
+
+}  // namespace pipescout
