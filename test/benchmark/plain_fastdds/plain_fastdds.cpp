@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plain_fastdds.hpp"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <atomic>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <stdexcept>
+
+#include "ImagePubSubTypes.h"
+
+namespace pipescout::benchmarks {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+class PlainParticipant {
+ public:
+  explicit PlainParticipant(std::uint32_t domain) : type(new sensor_msgs::msg::ImagePubSubType()) {
+    dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
+    qos.transport().use_builtin_transports = false;
+    qos.transport().user_transports.push_back(
+        std::make_shared<rtps::SharedMemTransportDescriptor>());
+    auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+    qos.transport().user_transports.push_back(udp);
+    participant = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
+    if (participant == nullptr) {
+      throw std::runtime_error("no participant for the plain Fast DDS peer");
+    }
+    type.register_type(participant);
+    publisher = participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+    subscriber = participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  }
+  ~PlainParticipant() {
+    participant->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+  }
+  PlainParticipant(const PlainParticipant&) = delete;
+  PlainParticipant& operator=(const PlainParticipant&) = delete;
+
+  dds::Topic* topic(const std::string& name) {
+    if (auto* description = participant->lookup_topicdescription(name)) {
+      return dynamic_cast<dds::Topic*>(description);
+    }
+    return participant->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+  }
+
+  dds::TypeSupport type;
+  dds::DomainParticipant* participant = nullptr;
+  dds::Publisher* publisher = nullptr;
+  dds::Subscriber* subscriber = nullptr;
+};
+
+class PlainWriter::Impl final : public dds::DataWriterListener {
+ public:
+  Impl(std::shared_ptr<PlainParticipant> owner, const std::string& topic)
+      : owner_(std::move(owner)) {
+    writer = owner_->publisher->create_datawriter(owner_->topic(topic), dds::DATAWRITER_QOS_DEFAULT,
+                                                  this);
+  }
+  ~Impl() override { owner_->publisher->delete_datawriter(writer); }
+  void on_publication_matched(dds::DataWriter*,
+                              const dds::PublicationMatchedStatus& info) override {
+    matched = info.current_count;
+  }
+
+  std::atomic<int> matched{0};
+  dds::DataWriter* writer = nullptr;
+
+ private:
+  std::shared_ptr<PlainParticipant> owner_;
+};
+
+PlainWriter::PlainWriter(const std::shared_ptr<PlainParticipant>& participant,
+                         const std::string& topic)
+    : impl_(std::make_unique<Impl>(participant, topic)) {}
+PlainWriter::~PlainWriter() = default;
+void PlainWriter::write(sensor_msgs::msg::Image& image) {
+  impl_->writer->write(&image);
+}
+int PlainWriter::matched() const {
+  return impl_->matched;
+}
+
+class PlainReader::Impl final : public dds::DataReaderListener {
+ public:
+  Impl(std::shared_ptr<PlainParticipant> owner, const std::string& topic,
+       std::function<void(sensor_msgs::msg::Image&)> callback)
+      : owner_(std::move(owner)), callback_(std::move(callback)) {
+    reader = owner_->subscriber->create_datareader(owner_->topic(topic),
+                                                   dds::DATAREADER_QOS_DEFAULT, this);
+  }
+  ~Impl() override { owner_->subscriber->delete_datareader(reader); }
+  void on_subscription_matched(dds::DataReader*,
+                               const dds::SubscriptionMatchedStatus& info) override {
+    matched = info.current_count;
+  }
+  void on_data_available(dds::DataReader* from) override {
+    dds::SampleInfo info;
+    while (from->take_next_sample(&image_, &info) == ReturnCode_t::RETCODE_OK) {
+      if (info.valid_data) {
+        callback_(image_);
+      }
+    }
+  }
+
+  std::atomic<int> matched{0};
+  dds::DataReader* reader = nullptr;
+
+ private:
+  std::shared_ptr<PlainParticipant> owner_;
+  std::function<void(sensor_msgs::msg::Image&)> callback_;
+  sensor_msgs::msg::Image image_;
+};
+
+PlainReader::PlainReader(const std::shared_ptr<PlainParticipant>& participant,
+                         const std::string& topic,
+                         std::function<void(sensor_msgs::msg::Image&)> callback)
+    : impl_(std::make_unique<Impl>(participant, topic, std::move(callback))) {}
+PlainReader::~PlainReader() = default;
+int PlainReader::matched() const {
+  return impl_->matched;
+}
+
+std::shared_ptr<PlainParticipant> create_plain_participant(std::uint32_t domain) {
+  return std::make_shared<PlainParticipant>(domain);
+}
+
+}  // namespace pipescout::benchmarks

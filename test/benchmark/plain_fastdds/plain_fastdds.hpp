@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <sensor_msgs/msg/image.hpp>
+
+/// The peer of the transport benchmarks: Fast DDS as its own examples use it, with default QoS and
+/// default transports, except that it stays on this machine (UDP on loopback, shared memory).
+namespace pipescout::benchmarks {
+
+class PlainParticipant;
+
+/// A DataWriter with default QoS (reliable, keep last 1).
+class PlainWriter {
+ public:
+  PlainWriter(const std::shared_ptr<PlainParticipant>& participant, const std::string& topic);
+  ~PlainWriter();
+  void write(sensor_msgs::msg::Image& image);
+  [[nodiscard]] int matched() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A DataReader with default QoS (best effort, keep last 1); the callback runs in the listener.
+class PlainReader {
+ public:
+  PlainReader(const std::shared_ptr<PlainParticipant>& participant, const std::string& topic,
+              std::function<void(sensor_msgs::msg::Image&)> callback);
+  ~PlainReader();
+  [[nodiscard]] int matched() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+[[nodiscard]] std::shared_ptr<PlainParticipant> create_plain_participant(std::uint32_t domain);
+
+}  // namespace pipescout::benchmarks

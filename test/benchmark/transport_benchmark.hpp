@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <sensor_msgs/msg/image.hpp>
+
+/// Latency from publish to callback, and processor time, of our transport and of plain Fast DDS.
+namespace pipescout::benchmarks {
+
+struct ImageSize {
+  std::uint32_t width;
+  std::uint32_t height;
+};
+
+inline constexpr ImageSize kThermalImage{640, 512};  ///< 16 bit: 655 kB
+inline constexpr ImageSize kSmallImage{64, 64};
+inline constexpr ImageSize kLargeImage{1920, 1080};
+inline constexpr ImageSize kOneKilobyte{32, 16};
+
+/// A mono16 image of that size.
+[[nodiscard]] std::unique_ptr<sensor_msgs::msg::Image> make_image(ImageSize size);
+/// Writes CLOCK_MONOTONIC into the header, and the microseconds since then.
+void stamp(sensor_msgs::msg::Image& image);
+[[nodiscard]] double microseconds_since_stamp(const sensor_msgs::msg::Image& image);
+
+/// A DDS domain that another run on this machine is unlikely to use.
+[[nodiscard]] std::uint32_t benchmark_domain();
+
+void register_in_process();
+void register_cross_process();
+
+/// Processor time of the whole process over wall time, in percent, measured in a process of its
+/// own.
+struct LoadFigures {
+  double idle_percent;
+  double busy_percent;
+  double busy_plain_percent;
+};
+[[nodiscard]] LoadFigures measure_load();
+
+/// The receiving end of the measurements across processes, as `run_as_child`.
+[[nodiscard]] int run_as_receiver(int argc, char** argv);
+/// Runs what a child process of the benchmark is for, and returns its exit code; -1 when the
+/// arguments are not those of a child.
+[[nodiscard]] int run_as_child(int argc, char** argv);
+
+}  // namespace pipescout::benchmarks

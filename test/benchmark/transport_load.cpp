@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <condition_variable>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "pipescout/interfaces/component.hpp"
+#include "plain_fastdds/plain_fastdds.hpp"
+#include "samples.hpp"
+#include "transport_benchmark.hpp"
+
+namespace pipescout::benchmarks {
+
+namespace {
+
+using sensor_msgs::msg::Image;
+
+constexpr int kComponents = 20;
+constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr Duration kWarmUp = std::chrono::seconds(2);
+constexpr Duration kMeasure = std::chrono::seconds(8);
+
+double processor_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// Percent of one core that the process takes while `run_for` works for the given time.
+double load_while(const std::function<void(Duration)>& run_for) {
+  run_for(kWarmUp);
+  const double processor = processor_seconds();
+  const std::int64_t wall = monotonic_nanoseconds();
+  run_for(kMeasure);
+  return 100.0 * (processor_seconds() - processor) /
+         (static_cast<double>(monotonic_nanoseconds() - wall) * 1e-9);
+}
+
+/// Passes messages on. The first of a chain makes them.
+class Link final : public Component {
+ public:
+  Link(ComponentOptions options, int index) : Component(std::move(options)), index_(index) {}
+  ~Link() override { close(); }
+
+ protected:
+  CallbackReturn on_configure() override {
+    const std::string input = "chain_" + std::to_string(index_);
+    const std::string output = "chain_" + std::to_string(index_ + 1);
+    publisher_ = create_publisher<Image>(output, QoS::reliable());
+    if (index_ == 0) {
+      timer_ = create_timer(kPeriod, [this] { publisher_.publish(make_image(kOneKilobyte)); });
+    } else {
+      subscription_ = create_subscription<Image>(
+          input, QoS::reliable(),
+          [this](const std::shared_ptr<const Image>& image) { publisher_.publish(image); });
+    }
+    return CallbackReturn::kSuccess;
+  }
+
+ private:
+  const int index_;
+  Publisher<Image> publisher_;
+  Subscription<Image> subscription_;
+  std::shared_ptr<Timer> timer_;
+};
+
+double our_load(bool busy) {
+  Executor executor;
+  const auto context = Context::create(
+      create_dds_transport({.domain_id = benchmark_domain(), .localhost_only = true}));
+  std::vector<std::unique_ptr<Component>> components;
+  for (int i = 0; i < kComponents; ++i) {
+    const ComponentOptions options{
+        .context = context, .executor = &executor, .name = {"/", "component_" + std::to_string(i)}};
+    // An idle component has all that every component has, and nothing to do.
+    components.push_back(busy ? std::make_unique<Link>(options, i)
+                              : std::make_unique<Component>(options));
+    components.back()->request_transition(LifecycleTransition::kConfigure);
+    components.back()->request_transition(LifecycleTransition::kActivate);
+  }
+  return load_while([&](Duration time) { executor.spin_until([] { return false; }, time); });
+}
+
+double plain_load() {
+  const auto participant = create_plain_participant(benchmark_domain());
+  std::vector<std::unique_ptr<PlainWriter>> writers;
+  std::vector<std::unique_ptr<PlainReader>> readers;
+  for (int i = 0; i < kComponents; ++i) {
+    writers.push_back(std::make_unique<PlainWriter>(participant, "chain_" + std::to_string(i + 1)));
+  }
+  for (int i = 1; i < kComponents; ++i) {
+    PlainWriter* writer = writers[static_cast<std::size_t>(i)].get();
+    readers.push_back(
+        std::make_unique<PlainReader>(participant, "chain_" + std::to_string(i),
+                                      [writer](Image& image) { writer->write(image); }));
+  }
+  // The same timer drives the plain chain.
+  Executor executor;
+  const auto group = executor.create_callback_group();
+  const Timer timer(group, kPeriod, [&] { writers.front()->write(*make_image(kOneKilobyte)); });
+  const double load =
+      load_while([&](Duration time) { executor.spin_until([] { return false; }, time); });
+  group->close();
+  readers.clear();
+  return load;
+}
+
+/// Measures in a process of its own, so that nothing of this one counts.
+double in_child(const char* what) {
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) {
+    throw std::runtime_error("no pipe");
+  }
+  const std::string out = std::to_string(ends[1]);
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/proc/self/exe", "transport_benchmark", "--load", what, out.c_str(), nullptr);
+    _exit(127);
+  }
+  close(ends[1]);
+  double percent = 0.0;
+  const bool answered = read(ends[0], &percent, sizeof percent) == sizeof percent;
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (!answered || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw std::runtime_error(std::string("the process that measures the load '") + what +
+                             "' failed");
+  }
+  return percent;
+}
+
+}  // namespace
+
+LoadFigures measure_load() {
+  return {.idle_percent = in_child("idle"),
+          .busy_percent = in_child("busy"),
+          .busy_plain_percent = in_child("plain")};
+}
+
+int run_as_child(int argc, char** argv) {
+  if (argc == 4 && std::strcmp(argv[1], "--load") == 0) {
+    const std::string what = argv[2];
+    const double percent = what == "plain" ? plain_load() : our_load(what == "busy");
+    return write(std::stoi(argv[3]), &percent, sizeof percent) == sizeof percent ? 0 : 1;
+  }
+  return run_as_receiver(argc, argv);
+}
+
+}  // namespace pipescout::benchmarks
