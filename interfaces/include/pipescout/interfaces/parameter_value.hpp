@@ -156,9 +156,9 @@ struct NamedParameter {
 
 /// A value for a parameter that comes from outside the code: a file, the command line.
 struct ParameterOverride {
-  std::string name;
-  ParameterValue value;
-  std::string source;  ///< for messages: "file:line", "command line"
+  std::string name{};
+  ParameterValue value{};
+  std::string source{};  ///< for messages: "file:line", "command line"
   /// It was addressed to many nodes at once (`/**`): a node without that parameter is no mistake.
   bool from_wildcard = false;
   bool operator==(const ParameterOverride&) const = default;

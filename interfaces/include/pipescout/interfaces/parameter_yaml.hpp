@@ -21,9 +21,9 @@
 ///         ros__parameters:
 ///           threshold: 2.5
 ///
-/// Differences to rcl, all towards an error instead of a surprise: duplicate keys, keys that
-/// nothing comes of, and whole numbers outside int64 are errors; a '*' stands for whole parts of a
-/// name only.
+/// Differences to rcl, all towards an error instead of a surprise: duplicate keys, values of null,
+/// names without `ros__parameters` and whole numbers outside int64 are errors; a '*' stands for
+/// whole parts of a name only.
 namespace pipescout {
 
 /// Whether a node is addressed by a pattern of a parameter file: "/a/b" (also without the leading
