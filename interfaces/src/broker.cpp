@@ -30,6 +30,7 @@ class LocalSubscription final : public UntypedSubscription {
 
   void set_enabled(bool enabled) override { queue_->set_enabled(enabled); }
   std::size_t publisher_count() const override { return queue_->publisher_count(); }
+  int local_publisher_count() const override { return queue_->local_publisher_count(); }
   int remote_publisher_count() const override { return queue_->remote_publisher_count(); }
   LivelinessChange liveliness() const override { return queue_->liveliness(); }
   SubscriptionStatistics statistics() const override { return queue_->statistics(); }
@@ -96,12 +97,7 @@ std::shared_ptr<UntypedPublisher> Broker::create_publisher(PublisherOptions opti
   Topic& topic = topic_of_type(options.topic);
   topic.publishers.push_back(publisher.get());
   for (const auto& queue : topic.subscriptions) {
-    if (const auto policy = incompatibility(options.qos, queue->options().qos)) {
-      publisher->incompatible(*policy);
-      queue->incompatible(*policy);
-    } else {
-      publisher->match(queue);
-    }
+    connect(*publisher, queue);
   }
   return publisher;
 }
@@ -118,24 +114,30 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
   auto queue = std::make_shared<SubscriptionQueue>(std::move(options));
   queue->start();
   const WireTopic& wire_topic = queue->options().topic;
-  const QoS& qos = queue->options().qos;
   std::unique_ptr<TransportReader> reader;
   if (transport_) {
-    reader = transport_->create_reader(wire_topic, qos, *queue);
+    reader = transport_->create_reader(wire_topic, queue->options().qos, *queue);
   }
   const Gid gid = reader ? reader->gid() : next_gid(false);
+  // From here on the handle cleans up, also when the type changed meanwhile.
+  auto subscription =
+      std::make_shared<LocalSubscription>(shared_from_this(), queue, std::move(reader), gid);
   const std::lock_guard lock(mutex_);
   Topic& topic = topic_of_type(wire_topic);
   topic.subscriptions.push_back(queue);
   for (LocalPublisher* publisher : topic.publishers) {
-    if (const auto policy = incompatibility(publisher->qos(), qos)) {
-      publisher->incompatible(*policy);
-      queue->incompatible(*policy);
-    } else {
-      publisher->match(queue);
-    }
+    connect(*publisher, queue);
   }
-  return std::make_shared<LocalSubscription>(shared_from_this(), queue, std::move(reader), gid);
+  return subscription;
+}
+
+void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<SubscriptionQueue>& queue) {
+  if (const auto policy = incompatibility(publisher.qos(), queue->options().qos)) {
+    publisher.incompatible(*policy);
+    queue->incompatible(*policy);
+  } else {
+    publisher.match(queue);
+  }
 }
 
 void Broker::remove(LocalPublisher& publisher) {
@@ -167,12 +169,20 @@ LocalPublisher::LocalPublisher(std::shared_ptr<Broker> broker, PublisherOptions 
     : broker_(std::move(broker)), options_(std::move(options)), gid_(local_gid) {}
 
 LocalPublisher::~LocalPublisher() {
+  if (!matched_) {
+    return;  // start() failed
+  }
+  writer_.reset();
   if (deadline_) {
     deadline_->stop();
   }
   if (lease_) {
     lease_->stop();
   }
+  deadline_missed_->close();
+  liveliness_lost_->close();
+  incompatible_qos_->close();
+  matched_->close();
   broker_->remove(*this);
   broker_->tell_destroyed(gid_);
 }
@@ -189,20 +199,21 @@ void LocalPublisher::start() {
   }
   deadline_missed_ = std::make_shared<CountedEvent>(group, events.deadline_missed);
   liveliness_lost_ = std::make_shared<CountedEvent>(group, events.liveliness_lost);
-  incompatible_qos_ =
-      std::make_shared<LatestEvent<IncompatibleQos>>(group, events.incompatible_qos);
+  incompatible_qos_.emplace(group, events.incompatible_qos);
   matched_ = std::make_shared<LatestEvent<std::size_t>>(group, events.matched);
   if (options_.qos.deadline && group) {
-    deadline_ = std::make_shared<Watchdog>(group, *options_.qos.deadline, true,
-                                           [missed = deadline_missed_] { missed->add(); });
+    deadline_ = std::make_shared<Watchdog>(
+        group, *options_.qos.deadline, Watchdog::Lapse::kEachPeriod,
+        [missed = deadline_missed_](std::uint64_t periods) { missed->add(periods); });
   }
   if (monitored) {
-    lease_ = std::make_shared<Watchdog>(group, *options_.qos.liveliness_lease, false,
-                                        [weak = weak_from_this()] {
-                                          if (const auto self = weak.lock()) {
-                                            self->liveliness_lapsed();
-                                          }
-                                        });
+    lease_ =
+        std::make_shared<Watchdog>(group, *options_.qos.liveliness_lease, Watchdog::Lapse::kOnce,
+                                   [weak = weak_from_this()](std::uint64_t) {
+                                     if (const auto self = weak.lock()) {
+                                       self->liveliness_lapsed();
+                                     }
+                                   });
     lease_->touch();
   }
   if (Transport* transport = broker_->transport()) {
@@ -252,11 +263,11 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
         sample.remote_sequence_number = send(message.get(), related).sequence_number;
       }
     }
+    if (deadline_) {
+      deadline_->touch();
+    }
+    renew_lease();
   }
-  if (deadline_) {
-    deadline_->touch();
-  }
-  renew_lease();
   return sample;
 }
 
@@ -276,8 +287,9 @@ void LocalPublisher::send_retained() {
 
 std::int64_t LocalPublisher::send_retained_locked() {
   std::int64_t last = 0;
+  const Time now = SystemClock().now();
   for (auto& retained : retained_) {
-    if (!retained.handed_to_transport) {
+    if (!retained.handed_to_transport && (!retained.expiry || now <= *retained.expiry)) {
       last = send(retained.message.get(), retained.info.related).sequence_number;
       retained.handed_to_transport = true;
     }
@@ -286,10 +298,10 @@ std::int64_t LocalPublisher::send_retained_locked() {
 }
 
 void LocalPublisher::renew_lease() {
-  if (!lease_ || !lease_->touch()) {
+  if (!lease_) {
     return;
   }
-  const std::lock_guard lock(mutex_);
+  lease_->touch();
   if (!std::exchange(alive_, true)) {
     for (const auto& queue : matches_) {
       queue->local_publisher_liveliness(true);
@@ -300,9 +312,11 @@ void LocalPublisher::renew_lease() {
 void LocalPublisher::liveliness_lapsed() {
   {
     const std::lock_guard lock(mutex_);
-    if (!std::exchange(alive_, false)) {
+    // Somebody may have renewed the lease after it ran out and before this call.
+    if (lease_->is_armed()) {
       return;
     }
+    alive_ = false;
     for (const auto& queue : matches_) {
       queue->local_publisher_liveliness(false);
     }
@@ -311,16 +325,15 @@ void LocalPublisher::liveliness_lapsed() {
 }
 
 void LocalPublisher::set_enabled(bool enabled) {
-  {
-    const std::lock_guard lock(mutex_);
-    enabled_ = enabled;
-  }
+  const std::lock_guard lock(mutex_);
+  enabled_ = enabled;
   if (!enabled && deadline_) {
     deadline_->stop();
   }
 }
 
 void LocalPublisher::assert_liveliness() {
+  const std::lock_guard lock(mutex_);
   if (writer_) {
     writer_->assert_liveliness();
   }
@@ -336,6 +349,11 @@ bool LocalPublisher::is_matched_remotely(const Gid& reader) const {
   return writer_ && writer_->is_matched(reader);
 }
 
+int LocalPublisher::local_subscription_count() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(matches_.size());
+}
+
 int LocalPublisher::remote_subscription_count() const {
   return remote_readers_;
 }
@@ -345,7 +363,7 @@ PublisherStatistics LocalPublisher::statistics() const {
   PublisherStatistics statistics = statistics_;
   statistics.deadlines_missed = deadline_missed_->total();
   statistics.liveliness_lost = liveliness_lost_->total();
-  statistics.incompatible_qos = incompatible_count_;
+  statistics.incompatible_qos = incompatible_qos_->total();
   return statistics;
 }
 
@@ -390,8 +408,7 @@ void LocalPublisher::unmatch_all() {
 }
 
 void LocalPublisher::incompatible(QosPolicy policy) {
-  const std::uint64_t total = ++incompatible_count_;
-  incompatible_qos_->set({{total, 1}, policy});
+  incompatible_qos_->add(policy);
 }
 
 void LocalPublisher::on_remote_readers_changed(int matched) {

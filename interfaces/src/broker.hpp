@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +55,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
   /// Under mutex_; throws TopicTypeMismatch.
   Topic& topic_of_type(const WireTopic& topic);
   void check_type(const WireTopic& topic);
-  void forget_if_unused(const std::string& name);  // under mutex_
+  // Under mutex_.
+  void connect(LocalPublisher& publisher, const std::shared_ptr<SubscriptionQueue>& queue);
+  void forget_if_unused(const std::string& name);
   Gid next_gid(bool writer);
 
   const std::shared_ptr<Transport> transport_;
@@ -84,6 +87,7 @@ class LocalPublisher final : public UntypedPublisher,
   void assert_liveliness() override;
   std::size_t subscription_count() const override;
   bool is_matched_remotely(const Gid& reader) const override;
+  int local_subscription_count() const override;
   int remote_subscription_count() const override;
   PublisherStatistics statistics() const override;
   const Gid& gid() const override { return gid_; }
@@ -110,7 +114,7 @@ class LocalPublisher final : public UntypedPublisher,
   SampleIdentity send(const void* message, const SampleIdentity& related);  // under mutex_
   void send_retained();
   std::int64_t send_retained_locked();  // the sequence number of the last one sent
-  void renew_lease();
+  void renew_lease();                   // under mutex_
   void liveliness_lapsed();
   void tell_matched();  // under mutex_
 
@@ -119,7 +123,7 @@ class LocalPublisher final : public UntypedPublisher,
   Gid gid_;
   std::shared_ptr<CountedEvent> deadline_missed_;
   std::shared_ptr<CountedEvent> liveliness_lost_;
-  std::shared_ptr<LatestEvent<IncompatibleQos>> incompatible_qos_;
+  std::optional<IncompatibleQosEvent> incompatible_qos_;
   std::shared_ptr<LatestEvent<std::size_t>> matched_;
   std::shared_ptr<Watchdog> deadline_;
   std::shared_ptr<Watchdog> lease_;
@@ -135,7 +139,6 @@ class LocalPublisher final : public UntypedPublisher,
   // The listener calls may come while a thread holds mutex_ and waits for the transport, so what
   // they touch is outside of it.
   std::atomic<int> remote_readers_{0};
-  std::atomic<std::uint64_t> incompatible_count_{0};
 
   std::unique_ptr<TransportWriter> writer_;  // last: destroyed before what its listener uses
 };

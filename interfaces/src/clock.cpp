@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/clock.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace pipescout {
@@ -46,6 +49,9 @@ void SimulatedClock::set(Time now) {
       }
     }
   }
+  std::sort(due.begin(), due.end(), [](const Waiting& a, const Waiting& b) {
+    return std::tie(a.when, a.order) < std::tie(b.when, b.order);
+  });
   for (const auto& work : due) {
     const auto group = work.group.lock();
     auto waitable = work.waitable.lock();
@@ -60,7 +66,7 @@ void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>
   {
     const std::lock_guard lock(mutex_);
     if (when > now_) {
-      waiting_.insert_or_assign(waitable.get(), Waiting{when, group, waitable});
+      waiting_.insert_or_assign(waitable.get(), Waiting{when, ++last_order_, group, waitable});
       return;
     }
     waiting_.erase(waitable.get());

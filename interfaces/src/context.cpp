@@ -36,16 +36,13 @@ class ProcessContext final : public Context {
       clock_subscription_ = broker_->create_subscription(
           {.topic = {"rt/clock", &message_type<rosgraph_msgs::msg::Clock>()},
            .qos = QoS::sensor_data(1),
-           .callback =
-               [clock = simulated_clock_](const std::shared_ptr<const void>& message,
-                                          const MessageInfo&) {
-                 const auto& stamp =
-                     static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
-                 clock->set(Time(std::chrono::seconds(stamp.sec()) +
-                                 std::chrono::nanoseconds(stamp.nanosec())));
-               },
-           .events = {},
-           .group = nullptr});
+           .callback = [clock = simulated_clock_](const std::shared_ptr<const void>& message,
+                                                  const MessageInfo&) {
+             const auto& stamp =
+                 static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
+             clock->set(Time(std::chrono::seconds(stamp.sec()) +
+                             std::chrono::nanoseconds(stamp.nanosec())));
+           }});
     }
     return simulated_clock_;
   }

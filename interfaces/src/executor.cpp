@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -33,18 +34,27 @@ SteadyTime steady_now() {
 }  // namespace
 
 /// State shared by the executor and its groups, so that a group may outlive the executor.
-class Executor::Core : public std::enable_shared_from_this<Executor::Core> {
+///
+/// `ready_` holds work in the order of arrival. Work of an exclusive group that is busy is parked
+/// in the group, and returns to its place in `ready_` by its arrival number, so the oldest work
+/// that may run is always the next.
+///
+/// Idle workers sleep on `work_available_`, except for one, the timekeeper, which sleeps on
+/// `time_due_` until the next timer. Work goes to a plain sleeper if there is one, so that the
+/// timekeeper need not be replaced for each message.
+class Executor::Core {
  public:
   class Group;
   struct Work {
     std::shared_ptr<Group> group;
     std::shared_ptr<Waitable> waitable;
+    std::uint64_t arrival = 0;
   };
   enum class Wait { kNo, kUntilStopped };
 
   explicit Core(std::size_t threads) : threads_(threads) {}
 
-  void schedule(const std::shared_ptr<Group>& group, std::shared_ptr<Waitable> waitable);
+  void schedule(std::shared_ptr<Group> group, std::shared_ptr<Waitable> waitable);
   void schedule_at(const std::shared_ptr<Group>& group, SteadyTime when,
                    const std::shared_ptr<Waitable>& waitable);
   void cancel(const Waitable* waitable);
@@ -67,23 +77,35 @@ class Executor::Core : public std::enable_shared_from_this<Executor::Core> {
     const Waitable* key;
   };
   using Timeline = std::multimap<SteadyTime, Timed>;
+  // References given up under the lock and dropped after it: they may be the last, and a destructor
+  // may run anything.
+  using Released = std::vector<std::shared_ptr<void>>;
 
-  bool make_ready(Work work);  // under mutex_; true when a worker should be woken
-  void promote_due_timers();   // under mutex_
-  void finish(Group& group);   // under mutex_
+  // All under mutex_.
+  std::condition_variable* make_ready(std::shared_ptr<Group> group,
+                                      std::shared_ptr<Waitable> waitable);
+  std::condition_variable* pick_sleeper();
+  void promote_due_timers(Released& released);
+  bool take(Work& work);
+  void wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until);
+  void finish(Group& group);
+
+  void execute(const Work& work);
 
   std::mutex mutex_;
   std::condition_variable work_available_;
+  std::condition_variable time_due_;
   std::condition_variable group_idle_;
   std::deque<Work> ready_;
   Timeline timeline_;
   std::unordered_map<const Waitable*, Timeline::iterator> timed_;
-  std::size_t waiting_ = 0;
-  bool timer_watched_ = false;  // one waiting worker watches the timeline, the others just wait
+  std::uint64_t arrivals_ = 0;
+  std::size_t sleepers_ = 0;
+  std::size_t woken_sleepers_ = 0;  // notified, but not awake yet
+  bool timekeeper_asleep_ = false;
+  bool timekeeper_woken_ = false;
   bool stopped_ = false;
   std::exception_ptr failure_;
-
-  friend class Group;
 };
 
 class Executor::Core::Group final : public CallbackGroup,
@@ -95,7 +117,7 @@ class Executor::Core::Group final : public CallbackGroup,
 
   void set_exception_handler(ExceptionHandler handler) override {
     const std::lock_guard lock(handler_mutex_);
-    handler_ = std::move(handler);
+    handler_.swap(handler);
   }
 
   void schedule(std::shared_ptr<Waitable> waitable) override {
@@ -131,13 +153,16 @@ class Executor::Core::Group final : public CallbackGroup,
     return handler_;
   }
 
+  [[nodiscard]] bool is_busy() const {
+    return type_ == CallbackGroupType::kMutuallyExclusive && !running_.empty();
+  }
+
   const std::weak_ptr<Core> core_;
   const CallbackGroupType type_;
 
   // Guarded by the core's mutex.
   std::vector<std::thread::id> running_;
-  std::deque<std::shared_ptr<Waitable>> parked_;  // exclusive group: waits for the running callback
-  bool queued_ = false;                           // exclusive group: it has an entry in `ready_`
+  std::deque<Work> parked_;  // without `group`: it would own itself
   bool closed_ = false;
 
  private:
@@ -145,36 +170,63 @@ class Executor::Core::Group final : public CallbackGroup,
   ExceptionHandler handler_;
 };
 
-bool Executor::Core::make_ready(Work work) {
-  if (work.group->type_ == CallbackGroupType::kMutuallyExclusive) {
-    if (work.group->queued_ || !work.group->running_.empty()) {
-      work.group->parked_.push_back(std::move(work.waitable));
-      return false;
-    }
-    work.group->queued_ = true;
+namespace {
+
+// Work mostly arrives in order; then this is a push_back.
+template <class Work>
+void insert_by_arrival(std::deque<Work>& queue, Work work) {
+  if (queue.empty() || queue.back().arrival < work.arrival) {
+    queue.push_back(std::move(work));
+    return;
   }
-  ready_.push_back(std::move(work));
-  return waiting_ > 0;
+  const auto later = std::upper_bound(
+      queue.begin(), queue.end(), work.arrival,
+      [](std::uint64_t arrival, const Work& other) { return arrival < other.arrival; });
+  queue.insert(later, std::move(work));
 }
 
-void Executor::Core::schedule(const std::shared_ptr<Group>& group,
-                              std::shared_ptr<Waitable> waitable) {
-  bool wake = false;
+}  // namespace
+
+std::condition_variable* Executor::Core::make_ready(std::shared_ptr<Group> group,
+                                                    std::shared_ptr<Waitable> waitable) {
+  const std::uint64_t arrival = ++arrivals_;
+  if (group->is_busy()) {
+    group->parked_.push_back({nullptr, std::move(waitable), arrival});
+    return nullptr;
+  }
+  ready_.push_back({std::move(group), std::move(waitable), arrival});
+  return pick_sleeper();
+}
+
+std::condition_variable* Executor::Core::pick_sleeper() {
+  if (sleepers_ > woken_sleepers_) {
+    ++woken_sleepers_;
+    return &work_available_;
+  }
+  if (timekeeper_asleep_ && !timekeeper_woken_) {
+    timekeeper_woken_ = true;
+    return &time_due_;
+  }
+  return nullptr;
+}
+
+void Executor::Core::schedule(std::shared_ptr<Group> group, std::shared_ptr<Waitable> waitable) {
+  std::condition_variable* sleeper = nullptr;
   {
     const std::lock_guard lock(mutex_);
     if (group->closed_) {
       return;
     }
-    wake = make_ready({group, std::move(waitable)});
+    sleeper = make_ready(std::move(group), std::move(waitable));
   }
-  if (wake) {
-    work_available_.notify_one();
+  if (sleeper != nullptr) {
+    sleeper->notify_one();
   }
 }
 
 void Executor::Core::schedule_at(const std::shared_ptr<Group>& group, SteadyTime when,
                                  const std::shared_ptr<Waitable>& waitable) {
-  bool earliest = false;
+  std::condition_variable* sleeper = nullptr;
   {
     const std::lock_guard lock(mutex_);
     if (group->closed_) {
@@ -186,11 +238,17 @@ void Executor::Core::schedule_at(const std::shared_ptr<Group>& group, SteadyTime
     }
     const auto position = timeline_.emplace(when, Timed{group, waitable, waitable.get()});
     timed_.emplace(waitable.get(), position);
-    earliest = position == timeline_.begin() && waiting_ > 0;
+    if (position == timeline_.begin()) {
+      if (!timekeeper_asleep_) {
+        sleeper = pick_sleeper();  // becomes the timekeeper
+      } else if (!timekeeper_woken_) {
+        timekeeper_woken_ = true;
+        sleeper = &time_due_;
+      }
+    }
   }
-  if (earliest) {
-    // Whoever watches the timeline must look again, and it is not known which worker that is.
-    work_available_.notify_all();
+  if (sleeper != nullptr) {
+    sleeper->notify_one();
   }
 }
 
@@ -202,45 +260,82 @@ void Executor::Core::cancel(const Waitable* waitable) {
   }
 }
 
-void Executor::Core::promote_due_timers() {
+void Executor::Core::promote_due_timers(Released& released) {
+  if (timeline_.empty()) {
+    return;
+  }
   const SteadyTime now = steady_now();
   while (!timeline_.empty() && timeline_.begin()->first <= now) {
     const auto first = timeline_.begin();
-    Timed timed = std::move(first->second);
+    const Timed timed = std::move(first->second);
     timed_.erase(timed.key);
     timeline_.erase(first);
     auto group = timed.group.lock();
-    if (!group || group->closed_) {
-      continue;
+    auto waitable = timed.waitable.lock();
+    if (group && waitable && !group->closed_) {
+      ready_.push_back({std::move(group), std::move(waitable), ++arrivals_});
+    } else {
+      released.push_back(std::move(group));
+      released.push_back(std::move(waitable));
     }
-    if (auto waitable = timed.waitable.lock()) {
-      make_ready({std::move(group), std::move(waitable)});
+  }
+}
+
+bool Executor::Core::take(Work& work) {
+  while (!ready_.empty()) {
+    work = std::move(ready_.front());
+    ready_.pop_front();
+    if (!work.group->is_busy()) {
+      return true;
     }
+    // The reference from the running work keeps the group while this one is given up.
+    const std::shared_ptr<Group> group = std::move(work.group);
+    insert_by_arrival(group->parked_, std::move(work));
+  }
+  return false;
+}
+
+void Executor::Core::wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until) {
+  if (!timeline_.empty() && !timekeeper_asleep_) {
+    SteadyTime deadline = timeline_.begin()->first;
+    if (until != nullptr) {
+      deadline = std::min(deadline, *until);
+    }
+    timekeeper_asleep_ = true;
+    timekeeper_woken_ = false;
+    time_due_.wait_until(lock, deadline);
+    timekeeper_asleep_ = false;
+    return;
+  }
+  ++sleepers_;
+  if (until != nullptr) {
+    work_available_.wait_until(lock, *until);
+  } else {
+    work_available_.wait(lock);
+  }
+  --sleepers_;
+  if (woken_sleepers_ > 0) {
+    --woken_sleepers_;
   }
 }
 
 void Executor::Core::finish(Group& group) {
-  const auto self =
-      std::find(group.running_.begin(), group.running_.end(), std::this_thread::get_id());
-  group.running_.erase(self);
+  group.running_.erase(
+      std::find(group.running_.begin(), group.running_.end(), std::this_thread::get_id()));
   if (group.closed_) {
-    if (group.running_.empty()) {
-      group_idle_.notify_all();
-    }
-  } else if (group.type_ == CallbackGroupType::kMutuallyExclusive && !group.parked_.empty()) {
-    auto next = std::move(group.parked_.front());
+    group_idle_.notify_all();
+  } else if (!group.is_busy() && !group.parked_.empty()) {
+    // No need to wake anybody: this thread looks for work next.
+    Work next = std::move(group.parked_.front());
     group.parked_.pop_front();
-    group.queued_ = true;
-    ready_.push_back({group.shared_from_this(), std::move(next)});
-    if (waiting_ > 0) {
-      work_available_.notify_one();
-    }
+    next.group = group.shared_from_this();
+    insert_by_arrival(ready_, std::move(next));
   }
 }
 
 void Executor::Core::close(Group& group) {
-  // Destroyed after the lock is released: a waitable's destructor may run anything.
-  std::deque<std::shared_ptr<Waitable>> dropped_parked;
+  // Destroyed after the lock is released, see Released.
+  std::deque<Work> dropped_parked;
   std::vector<Work> dropped_ready;
   std::unique_lock lock(mutex_);
   group.closed_ = true;
@@ -251,21 +346,20 @@ void Executor::Core::close(Group& group) {
     }
   }
   std::erase_if(ready_, [](const Work& work) { return work.group == nullptr; });
-  group.queued_ = false;
-  for (auto entry = timed_.begin(); entry != timed_.end();) {
-    const auto owner = entry->second->second.group.lock();
-    if (owner == nullptr || owner.get() == &group) {
-      timeline_.erase(entry->second);
-      entry = timed_.erase(entry);
+  const std::weak_ptr<Group> self = group.weak_from_this();
+  for (auto entry = timeline_.begin(); entry != timeline_.end();) {
+    const auto& owner = entry->second.group;
+    if (!owner.owner_before(self) && !self.owner_before(owner)) {
+      timed_.erase(entry->second.key);
+      entry = timeline_.erase(entry);
     } else {
       ++entry;
     }
   }
-  const auto self = std::this_thread::get_id();
-  group_idle_.wait(lock, [&] {
-    return std::all_of(group.running_.begin(), group.running_.end(),
-                       [&](std::thread::id id) { return id == self; });
-  });
+  const auto& running = group.running_;
+  if (std::find(running.begin(), running.end(), std::this_thread::get_id()) == running.end()) {
+    group_idle_.wait(lock, [&] { return running.empty(); });
+  }
 }
 
 void Executor::Core::stop() {
@@ -274,6 +368,7 @@ void Executor::Core::stop() {
     stopped_ = true;
   }
   work_available_.notify_all();
+  time_due_.notify_all();
 }
 
 void Executor::Core::end_spin() {
@@ -283,63 +378,45 @@ void Executor::Core::end_spin() {
 
 bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
   Work work;
+  Released released;
+  std::condition_variable* sleeper = nullptr;
   {
     std::unique_lock lock(mutex_);
     while (true) {
       if (stopped_ && wait != Wait::kNo) {
         return false;
       }
-      promote_due_timers();
-      if (!ready_.empty()) {
+      promote_due_timers(released);
+      if (take(work)) {
         break;
       }
-      if (wait == Wait::kNo) {
+      if (!released.empty()) {
+        lock.unlock();
+        released.clear();
+        lock.lock();
+        continue;
+      }
+      if (wait == Wait::kNo || (until != nullptr && steady_now() >= *until)) {
         return false;
       }
-      if (until != nullptr && steady_now() >= *until) {
-        return false;
-      }
-      ++waiting_;
-      const bool watch_timers = !timer_watched_ && !timeline_.empty();
-      if (watch_timers || until != nullptr) {
-        SteadyTime deadline = until != nullptr ? *until : timeline_.begin()->first;
-        if (watch_timers) {
-          deadline = std::min(deadline, timeline_.begin()->first);
-          timer_watched_ = true;
-        }
-        work_available_.wait_until(lock, deadline);
-        if (watch_timers) {
-          timer_watched_ = false;
-        }
-      } else {
-        work_available_.wait(lock);
-      }
-      --waiting_;
+      wait_for_work(lock, until);
     }
-    work = std::move(ready_.front());
-    ready_.pop_front();
-    work.group->queued_ = false;
     work.group->running_.push_back(std::this_thread::get_id());
-    // The timeline needs a watcher, and further work a worker, while this thread is busy.
-    if (waiting_ > 0 && (!ready_.empty() || (!timer_watched_ && !timeline_.empty()))) {
-      work_available_.notify_one();
+    // While this thread is busy, further work needs a worker and the timeline a timekeeper.
+    if (!ready_.empty() || (!timeline_.empty() && !timekeeper_asleep_)) {
+      sleeper = pick_sleeper();
     }
   }
+  if (sleeper != nullptr) {
+    sleeper->notify_one();
+  }
+  released.clear();
+
   std::exception_ptr error;
   try {
-    work.waitable->execute();
+    execute(work);
   } catch (...) {
     error = std::current_exception();
-  }
-  if (error) {
-    if (const auto handler = work.group->handler()) {
-      try {
-        handler(error);
-        error = nullptr;
-      } catch (...) {
-        error = std::current_exception();
-      }
-    }
   }
   work.waitable.reset();
   {
@@ -350,6 +427,18 @@ bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
     std::rethrow_exception(error);
   }
   return true;
+}
+
+void Executor::Core::execute(const Work& work) {
+  try {
+    work.waitable->execute();
+  } catch (...) {
+    const auto handler = work.group->handler();
+    if (!handler) {
+      throw;
+    }
+    handler(std::current_exception());
+  }
 }
 
 void Executor::Core::work_until_stopped() {
@@ -367,9 +456,8 @@ void Executor::Core::fail(std::exception_ptr error) {
     if (!failure_) {
       failure_ = std::move(error);
     }
-    stopped_ = true;
   }
-  work_available_.notify_all();
+  stop();
 }
 
 std::exception_ptr Executor::Core::take_failure() {
@@ -395,8 +483,12 @@ std::shared_ptr<CallbackGroup> Executor::create_callback_group(CallbackGroupType
 
 void Executor::spin() {
   std::vector<std::thread> others;
-  for (std::size_t i = 1; i < core_->threads_; ++i) {
-    others.emplace_back([core = core_] { core->work_until_stopped(); });
+  try {
+    for (std::size_t i = 1; i < core_->threads_; ++i) {
+      others.emplace_back([core = core_] { core->work_until_stopped(); });
+    }
+  } catch (...) {
+    core_->fail(std::current_exception());
   }
   core_->work_until_stopped();
   for (auto& thread : others) {
@@ -417,13 +509,18 @@ std::size_t Executor::spin_ready() {
 }
 
 bool Executor::spin_until(const std::function<bool()>& done, Duration timeout) {
-  const SteadyTime until = steady_now() + timeout;
-  bool satisfied = done();
-  while (!satisfied && core_->run_one(Core::Wait::kUntilStopped, &until)) {
-    satisfied = done();
+  struct EndOfSpin {
+    Core& core;
+    ~EndOfSpin() { core.end_spin(); }
+  };
+  const EndOfSpin end{*core_};
+  const SteadyTime until = add_saturated(steady_now(), timeout);
+  while (!done()) {
+    if (!core_->run_one(Core::Wait::kUntilStopped, &until)) {
+      return done();
+    }
   }
-  core_->end_spin();
-  return satisfied;
+  return true;
 }
 
 void Executor::stop() {

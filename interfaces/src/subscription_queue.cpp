@@ -21,12 +21,12 @@ void SubscriptionQueue::start() {
   deadline_missed_ = std::make_shared<CountedEvent>(group, events.deadline_missed);
   liveliness_changed_ =
       std::make_shared<LatestEvent<LivelinessChange>>(group, events.liveliness_changed);
-  incompatible_qos_ =
-      std::make_shared<LatestEvent<IncompatibleQos>>(group, events.incompatible_qos);
+  incompatible_qos_.emplace(group, events.incompatible_qos);
   matched_ = std::make_shared<LatestEvent<std::size_t>>(group, events.matched);
   if (options_.qos.deadline && group) {
-    deadline_ = std::make_shared<Watchdog>(group, *options_.qos.deadline, true,
-                                           [missed = deadline_missed_] { missed->add(); });
+    deadline_ = std::make_shared<Watchdog>(
+        group, *options_.qos.deadline, Watchdog::Lapse::kEachPeriod,
+        [missed = deadline_missed_](std::uint64_t periods) { missed->add(periods); });
   }
 }
 
@@ -36,14 +36,23 @@ void SubscriptionQueue::close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
     dropped.swap(queue_);
+    if (deadline_) {
+      deadline_->stop();
+    }
   }
-  if (deadline_) {
-    deadline_->stop();
-  }
+  lost_->close();
+  deadline_missed_->close();
+  liveliness_changed_->close();
+  incompatible_qos_->close();
+  matched_->close();
 }
 
 void SubscriptionQueue::receive(std::shared_ptr<const void> message, const MessageInfo& info,
                                 std::optional<Time> expiry) {
+  if (!options_.group) {
+    deliver_at_once(message, info);
+    return;
+  }
   Item evicted;  // destroyed after the lock is released
   bool lost = false;
   bool schedule = false;
@@ -53,30 +62,41 @@ void SubscriptionQueue::receive(std::shared_ptr<const void> message, const Messa
       return;
     }
     ++statistics_.received;
-    if (options_.group) {
-      if (queue_.size() >= options_.qos.depth) {
-        evicted = std::move(queue_.front());
-        queue_.pop_front();
-        lost = enabled_;
-        ++(enabled_ ? statistics_.dropped_queue_full : statistics_.dropped_inactive);
-      }
-      queue_.push_back({std::move(message), info, expiry});
-      schedule = enabled_ && !std::exchange(scheduled_, true);
-    } else {
-      ++statistics_.delivered;
+    if (queue_.size() >= options_.qos.depth) {
+      evicted = std::move(queue_.front());
+      queue_.pop_front();
+      lost = enabled_;
+      ++(enabled_ ? statistics_.dropped_queue_full : statistics_.dropped_inactive);
     }
-  }
-  if (deadline_) {
-    deadline_->touch();
+    queue_.push_back({std::move(message), info, expiry});
+    schedule = enabled_ && !std::exchange(scheduled_, true);
+    if (deadline_ && enabled_) {
+      deadline_->touch();
+    }
   }
   if (lost) {
     lost_->add();
   }
   if (schedule) {
     options_.group->schedule(shared_from_this());
-  } else if (!options_.group) {
-    options_.callback(message, info);
   }
+}
+
+void SubscriptionQueue::deliver_at_once(const std::shared_ptr<const void>& message,
+                                        const MessageInfo& info) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) {
+      return;
+    }
+    ++statistics_.received;
+    if (!enabled_) {
+      ++statistics_.dropped_inactive;
+      return;
+    }
+    ++statistics_.delivered;
+  }
+  options_.callback(message, info);
 }
 
 bool SubscriptionQueue::is_expired(const Item& item) const {
@@ -118,9 +138,9 @@ void SubscriptionQueue::set_enabled(bool enabled) {
     const std::lock_guard lock(mutex_);
     enabled_ = enabled;
     schedule = enabled_ && !closed_ && !queue_.empty() && !std::exchange(scheduled_, true);
-  }
-  if (!enabled && deadline_) {
-    deadline_->stop();
+    if (!enabled && deadline_) {
+      deadline_->stop();
+    }
   }
   if (schedule) {
     options_.group->schedule(shared_from_this());
@@ -132,20 +152,23 @@ LivelinessChange SubscriptionQueue::total_liveliness() const {
           local_liveliness_.not_alive + remote_liveliness_.not_alive};
 }
 
+std::size_t SubscriptionQueue::matched_publishers() const {
+  return static_cast<std::size_t>(local_liveliness_.alive + local_liveliness_.not_alive +
+                                  remote_publishers_);
+}
+
 void SubscriptionQueue::local_publisher_matched(bool alive) {
   const std::lock_guard lock(mutex_);
   ++(alive ? local_liveliness_.alive : local_liveliness_.not_alive);
   liveliness_changed_->set(total_liveliness());
-  matched_->set(static_cast<std::size_t>(local_liveliness_.alive + local_liveliness_.not_alive +
-                                         remote_publishers_));
+  matched_->set(matched_publishers());
 }
 
 void SubscriptionQueue::local_publisher_unmatched(bool alive) {
   const std::lock_guard lock(mutex_);
   --(alive ? local_liveliness_.alive : local_liveliness_.not_alive);
   liveliness_changed_->set(total_liveliness());
-  matched_->set(static_cast<std::size_t>(local_liveliness_.alive + local_liveliness_.not_alive +
-                                         remote_publishers_));
+  matched_->set(matched_publishers());
 }
 
 void SubscriptionQueue::local_publisher_liveliness(bool alive) {
@@ -156,15 +179,17 @@ void SubscriptionQueue::local_publisher_liveliness(bool alive) {
 }
 
 void SubscriptionQueue::incompatible(QosPolicy policy) {
-  const std::lock_guard lock(mutex_);
-  ++statistics_.incompatible_qos;
-  incompatible_qos_->set({{statistics_.incompatible_qos, 1}, policy});
+  incompatible_qos_->add(policy);
 }
 
 std::size_t SubscriptionQueue::publisher_count() const {
   const std::lock_guard lock(mutex_);
-  return static_cast<std::size_t>(local_liveliness_.alive + local_liveliness_.not_alive +
-                                  remote_publishers_);
+  return matched_publishers();
+}
+
+int SubscriptionQueue::local_publisher_count() const {
+  const std::lock_guard lock(mutex_);
+  return local_liveliness_.alive + local_liveliness_.not_alive;
 }
 
 int SubscriptionQueue::remote_publisher_count() const {
@@ -181,6 +206,7 @@ SubscriptionStatistics SubscriptionQueue::statistics() const {
   const std::lock_guard lock(mutex_);
   SubscriptionStatistics statistics = statistics_;
   statistics.deadlines_missed = deadline_missed_->total();
+  statistics.incompatible_qos = incompatible_qos_->total();
   return statistics;
 }
 
@@ -209,8 +235,7 @@ void SubscriptionQueue::on_samples_lost(int count) {
 void SubscriptionQueue::on_remote_writers_changed(int matched) {
   const std::lock_guard lock(mutex_);
   remote_publishers_ = matched;
-  matched_->set(static_cast<std::size_t>(local_liveliness_.alive + local_liveliness_.not_alive +
-                                         remote_publishers_));
+  matched_->set(matched_publishers());
 }
 
 void SubscriptionQueue::on_incompatible_remote_writer(QosPolicy policy) {

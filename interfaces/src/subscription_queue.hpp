@@ -22,7 +22,8 @@ class SubscriptionQueue final : public Waitable,
 
   /// Second part of construction: needs shared_from_this.
   void start();
-  /// No callback begins any more.
+  /// No callback begins any more. Without a callback group the caller has made sure that no
+  /// publisher and no transport delivers any more.
   void close();
 
   /// `expiry`: when the message becomes too old to deliver.
@@ -37,6 +38,7 @@ class SubscriptionQueue final : public Waitable,
 
   [[nodiscard]] std::size_t publisher_count() const;
   [[nodiscard]] int remote_publisher_count() const;
+  [[nodiscard]] int local_publisher_count() const;
   [[nodiscard]] LivelinessChange liveliness() const;
   [[nodiscard]] SubscriptionStatistics statistics() const;
   [[nodiscard]] const SubscriptionOptions& options() const noexcept { return options_; }
@@ -57,14 +59,18 @@ class SubscriptionQueue final : public Waitable,
     std::optional<Time> expiry;
   };
 
-  [[nodiscard]] LivelinessChange total_liveliness() const;  // under mutex_
+  void deliver_at_once(const std::shared_ptr<const void>& message, const MessageInfo& info);
+
+  // Under mutex_.
+  [[nodiscard]] LivelinessChange total_liveliness() const;
+  [[nodiscard]] std::size_t matched_publishers() const;
   [[nodiscard]] bool is_expired(const Item& item) const;
 
   const SubscriptionOptions options_;
   std::shared_ptr<CountedEvent> lost_;
   std::shared_ptr<CountedEvent> deadline_missed_;
   std::shared_ptr<LatestEvent<LivelinessChange>> liveliness_changed_;
-  std::shared_ptr<LatestEvent<IncompatibleQos>> incompatible_qos_;
+  std::optional<IncompatibleQosEvent> incompatible_qos_;
   std::shared_ptr<LatestEvent<std::size_t>> matched_;
   std::shared_ptr<Watchdog> deadline_;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/timer.hpp"
 
+#include <algorithm>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -23,17 +24,15 @@ class Timer::Impl final : public Waitable, public std::enable_shared_from_this<T
       if (!enabled_) {
         return;
       }
-      const Duration now = read();
+      const Time now = read();
       if (now < next_) {
         // Simulated time jumped back, or the timer was reset after this work was queued.
-        if (now + period_ < next_) {
-          next_ = now + period_;
-        }
+        next_ = std::min(next_, add_saturated(now, period_));
         arm();
         return;
       }
-      const auto passed = (now - next_) / period_;
-      next_ += (passed + 1) * period_;
+      next_ = add_saturated(next_, (now - next_) / period_ * period_);
+      next_ = add_saturated(next_, period_);
       arm();
     }
     callback_();
@@ -62,20 +61,21 @@ class Timer::Impl final : public Waitable, public std::enable_shared_from_this<T
   Duration period() const noexcept { return period_; }
 
  private:
-  Duration read() const {
-    return simulated_ ? simulated_->now().time_since_epoch()
-                      : std::chrono::duration_cast<Duration>(
-                            std::chrono::steady_clock::now().time_since_epoch());
+  // Steady time is kept as `Time` too; the epochs of the two never meet.
+  Time read() const {
+    return simulated_ ? simulated_->now()
+                      : Time(std::chrono::duration_cast<Duration>(
+                            std::chrono::steady_clock::now().time_since_epoch()));
   }
   void restart() {
-    next_ = read() + period_;
+    next_ = add_saturated(read(), period_);
     arm();
   }
   void arm() {
     if (simulated_) {
-      simulated_->schedule_at(Time(next_), group_, shared_from_this());
+      simulated_->schedule_at(next_, group_, shared_from_this());
     } else {
-      group_->schedule_at(SteadyTime(next_), shared_from_this());
+      group_->schedule_at(SteadyTime(next_.time_since_epoch()), shared_from_this());
     }
   }
   void disarm() {
@@ -92,7 +92,7 @@ class Timer::Impl final : public Waitable, public std::enable_shared_from_this<T
   const std::shared_ptr<SimulatedClock> simulated_;
   std::mutex mutex_;
   bool enabled_ = false;
-  Duration next_{};
+  Time next_{};
 };
 
 Timer::Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
@@ -109,7 +109,8 @@ Timer::Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::functio
 Timer::Timer(Timer&&) noexcept = default;
 
 Timer& Timer::operator=(Timer&& other) noexcept {
-  std::swap(impl_, other.impl_);
+  Timer replaced(std::move(*this));
+  impl_ = std::move(other.impl_);
   return *this;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -32,8 +33,9 @@ class SimulatedClock final : public Clock {
   [[nodiscard]] Time now() const override;
   [[nodiscard]] bool is_simulated() const noexcept override { return true; }
 
-  /// Moves the time, forwards or backwards. Work that became due is scheduled; a jump backwards
-  /// schedules all waiting work, so that timers can start again from the new time.
+  /// Moves the time, forwards or backwards. Work that became due is scheduled in the order of its
+  /// times; a jump backwards schedules all waiting work, so that timers can start again from the
+  /// new time.
   void set(Time now);
 
   /// Schedules `waitable` in `group` once, when this clock reaches `when`. Replaces an earlier call
@@ -45,11 +47,13 @@ class SimulatedClock final : public Clock {
  private:
   struct Waiting {
     Time when;
+    std::uint64_t order = 0;  // of scheduling: decides between equal times
     std::weak_ptr<CallbackGroup> group;
     std::weak_ptr<Waitable> waitable;
   };
   mutable std::mutex mutex_;
   Time now_{};
+  std::uint64_t last_order_ = 0;
   std::map<const Waitable*, Waiting> waiting_;
 };
 

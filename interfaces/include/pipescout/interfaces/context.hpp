@@ -23,21 +23,21 @@ class TopicTypeMismatch : public std::runtime_error {
 
 struct PublisherOptions {
   WireTopic topic;
-  QoS qos;
-  PublisherEvents events;
+  QoS qos = {};
+  PublisherEvents events = {};
   /// Where events run. Null: only for endpoints without events.
-  std::shared_ptr<CallbackGroup> group;
+  std::shared_ptr<CallbackGroup> group = nullptr;
 };
 
 struct SubscriptionOptions {
   WireTopic topic;
-  QoS qos;
+  QoS qos = {};
   UntypedSubscription::Callback callback;
-  SubscriptionEvents events;
+  SubscriptionEvents events = {};
   /// Where the callback and the events run. Null: the callback runs at once, on whatever thread
   /// brings the message (of a publisher or of the transport); it must return soon and must not
   /// publish or make endpoints, and there must be no events.
-  std::shared_ptr<CallbackGroup> group;
+  std::shared_ptr<CallbackGroup> group = nullptr;
   /// Start disabled, see UntypedSubscription::set_enabled.
   bool enabled = true;
 };

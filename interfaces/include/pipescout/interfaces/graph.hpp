@@ -41,7 +41,8 @@ class Graph {
   virtual void add_node(const NodeName& node) = 0;
   virtual void remove_node(const NodeName& node) = 0;
   /// Says that an endpoint of this process belongs to a node. Endpoints that are destroyed leave
-  /// the graph by themselves.
+  /// the graph by themselves; those of a node that is removed first stay without an owner. Throws
+  /// std::invalid_argument when the node is not in this process or the endpoint has an owner.
   virtual void add_endpoint(const NodeName& node,
                             const std::shared_ptr<UntypedPublisher>& publisher) = 0;
   virtual void add_endpoint(const NodeName& node,
@@ -55,8 +56,10 @@ class Graph {
   /// ROS service names with service types ("std_srvs/srv/Trigger").
   [[nodiscard]] virtual NamesAndTypes services() const = 0;
 
-  /// Calls `changed` after each change of the graph, on the thread that brought it; it must return
-  /// soon. The subscription ends when the returned handle goes.
+  /// Calls `changed` after each change of the graph, on the thread that brought it (maybe one of
+  /// the transport); it must return soon, must not throw, and may ask the graph. Once the returned
+  /// handle is gone, no call is in progress or follows (but for the call that drops it itself), so
+  /// the handle must not be dropped under a lock that `changed` takes.
   [[nodiscard]] virtual std::shared_ptr<void> on_changed(std::function<void()> changed) = 0;
   /// Blocks until `done` holds, asking again after each change; false when the time is over.
   virtual bool wait_until(const std::function<bool()>& done, Duration timeout) = 0;

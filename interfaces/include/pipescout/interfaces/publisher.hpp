@@ -24,11 +24,11 @@ struct IncompatibleQos {
 
 /// What a publisher can be told. Callbacks run in the publisher's callback group.
 struct PublisherEvents {
-  std::function<void(EventCount)> deadline_missed;
-  std::function<void(EventCount)> liveliness_lost;
-  std::function<void(const IncompatibleQos&)> incompatible_qos;
+  std::function<void(EventCount)> deadline_missed = {};
+  std::function<void(EventCount)> liveliness_lost = {};
+  std::function<void(const IncompatibleQos&)> incompatible_qos = {};
   /// Number of matched subscriptions, here and in other processes.
-  std::function<void(std::size_t)> matched;
+  std::function<void(std::size_t)> matched = {};
 };
 
 struct PublisherStatistics {
@@ -66,6 +66,7 @@ class UntypedPublisher {
   [[nodiscard]] virtual std::size_t subscription_count() const = 0;
   /// True when the remote reader of that identity is matched.
   [[nodiscard]] virtual bool is_matched_remotely(const Gid& reader) const = 0;
+  [[nodiscard]] virtual int local_subscription_count() const = 0;
   [[nodiscard]] virtual int remote_subscription_count() const = 0;
   [[nodiscard]] virtual PublisherStatistics statistics() const = 0;
   [[nodiscard]] virtual const Gid& gid() const = 0;

@@ -20,10 +20,12 @@ struct QoS {
   std::size_t depth = 10;  ///< messages kept, at least 1
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
-  std::optional<Duration> deadline;  ///< longest time between two messages; none: unlimited
+  std::optional<Duration> deadline =
+      std::nullopt;  ///< longest time between two messages; none: unlimited
   Liveliness liveliness = Liveliness::kAutomatic;
-  std::optional<Duration> liveliness_lease;  ///< none: unlimited
-  std::optional<Duration> lifespan;          ///< older messages are not delivered; none: unlimited
+  std::optional<Duration> liveliness_lease = std::nullopt;  ///< none: unlimited
+  std::optional<Duration> lifespan =
+      std::nullopt;  ///< older messages are not delivered; none: unlimited
 
   /// Default of ROS 2 topics: reliable, volatile, depth 10.
   [[nodiscard]] static QoS reliable(std::size_t depth = 10);

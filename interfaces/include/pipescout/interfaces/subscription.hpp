@@ -13,14 +13,14 @@ namespace pipescout {
 
 /// What a subscription can be told. Callbacks run in the subscription's callback group.
 struct SubscriptionEvents {
-  std::function<void(EventCount)> deadline_missed;
+  std::function<void(EventCount)> deadline_missed = {};
   /// Publishers that are alive and not alive now, here and in other processes.
-  std::function<void(LivelinessChange)> liveliness_changed;
-  std::function<void(const IncompatibleQos&)> incompatible_qos;
+  std::function<void(LivelinessChange)> liveliness_changed = {};
+  std::function<void(const IncompatibleQos&)> incompatible_qos = {};
   /// Messages lost: dropped by the full queue, or by the network.
-  std::function<void(EventCount)> message_lost;
+  std::function<void(EventCount)> message_lost = {};
   /// Number of matched publishers, here and in other processes.
-  std::function<void(std::size_t)> matched;
+  std::function<void(std::size_t)> matched = {};
 };
 
 struct SubscriptionStatistics {
@@ -43,10 +43,11 @@ class UntypedSubscription {
   virtual ~UntypedSubscription() = default;
 
   /// A subscription of an inactive component is disabled: the last `depth` messages wait in its
-  /// queue and are delivered when it is enabled.
+  /// queue and are delivered when it is enabled. Without a callback group messages are dropped.
   virtual void set_enabled(bool enabled) = 0;
 
   [[nodiscard]] virtual std::size_t publisher_count() const = 0;
+  [[nodiscard]] virtual int local_publisher_count() const = 0;
   [[nodiscard]] virtual int remote_publisher_count() const = 0;
   [[nodiscard]] virtual LivelinessChange liveliness() const = 0;
   [[nodiscard]] virtual SubscriptionStatistics statistics() const = 0;

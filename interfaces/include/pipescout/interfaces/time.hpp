@@ -15,6 +15,15 @@ using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
 /// A point on the steady clock of this machine; never leaves the process.
 using SteadyTime = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
 
+/// `time + span`, or the latest time there is when the sum does not fit. `span` is not negative.
+template <class Clock>
+[[nodiscard]] constexpr std::chrono::time_point<Clock, Duration> add_saturated(
+    std::chrono::time_point<Clock, Duration> time, Duration span) noexcept {
+  using Point = std::chrono::time_point<Clock, Duration>;
+  const bool fits = time.time_since_epoch() <= Duration::zero() || span <= Point::max() - time;
+  return fits ? time + span : Point::max();
+}
+
 /// Seconds as a floating point number, for formulas and for people.
 [[nodiscard]] constexpr double to_seconds(Duration duration) noexcept {
   return std::chrono::duration<double>(duration).count();

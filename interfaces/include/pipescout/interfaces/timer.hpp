@@ -10,13 +10,16 @@
 namespace pipescout {
 
 /// Calls a function every `period`. Periods that passed while the callback could not run are
-/// skipped, not made up for; the phase is kept. Destroying the handle stops the timer.
+/// skipped, not made up for; the phase is kept. Destroying the handle stops the timer: no call
+/// begins afterwards, and one may only be running still when the destroying thread is not the one
+/// that runs the group's callbacks. Thread-safe, except for moving and destroying.
 class Timer {
  public:
   /// `simulated` null: the period is measured by the steady clock. Throws std::invalid_argument
   /// unless the period is positive.
   Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
         std::shared_ptr<SimulatedClock> simulated = nullptr);
+  /// The timer that was moved from may only be destroyed or assigned to.
   Timer(Timer&&) noexcept;
   Timer& operator=(Timer&&) noexcept;
   ~Timer();

@@ -124,7 +124,9 @@ struct DiscoveredParticipant {
   std::string enclave;  ///< from the user data "enclave=...;", as ROS 2 sends it; empty for non-ROS
 };
 
-/// Told from a thread of the transport that the remote graph has changed.
+/// Told from a thread of the transport that the remote graph has changed. It may ask the transport
+/// for `remote_participants` and `remote_endpoints`, which show the change already. A message of
+/// another process arrives only while `remote_participants` shows that process.
 using GraphChanged = std::function<void()>;
 
 class Transport {
