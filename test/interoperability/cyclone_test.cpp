@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <nav_msgs/msg/odometry.hpp>
+#include <numbers>
+#include <optional>
+#include <pipescout_msgs/msg/fused_odometer.hpp>
+#include <sensor_msgs/msg/image.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "pipescout/interfaces/graph.hpp"
+#include "pipescout/interfaces/node.hpp"
+
+namespace pipescout {
+namespace {
+
+using nav_msgs::msg::Odometry;
+using pipescout_msgs::msg::FusedOdometer;
+using sensor_msgs::msg::Image;
+
+constexpr const char* kEchoMark = "echoed by cyclone";
+constexpr Duration kPatience = std::chrono::seconds(30);
+
+/// The other vendor's program, running; reads its standard output.
+class CyclonePeer {
+ public:
+  explicit CyclonePeer(std::uint32_t domain) {
+    std::array<int, 2> input{};
+    std::array<int, 2> output{};
+    if (pipe(input.data()) != 0 || pipe(output.data()) != 0) {
+      throw std::runtime_error("no pipes");
+    }
+    const std::string domain_text = std::to_string(domain);
+    child_ = fork();
+    if (child_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      dup2(input[0], STDIN_FILENO);
+      dup2(output[1], STDOUT_FILENO);
+      close(input[1]);
+      close(output[0]);
+      // Loopback only, as the project's own side.
+      setenv("CYCLONEDDS_URI",
+             "<CycloneDDS><Domain><General><Interfaces>"
+             "<NetworkInterface name='lo' multicast='true'/></Interfaces>"
+             "<AllowMulticast>true</AllowMulticast></General></Domain></CycloneDDS>",
+             1);
+      execl(CYCLONE_PEER, "cyclone_peer", domain_text.c_str(), nullptr);
+      _exit(127);
+    }
+    close(input[0]);
+    close(output[1]);
+    input_ = input[1];
+    output_ = output[0];
+    listener_ = std::thread([this] { listen(); });
+  }
+
+  ~CyclonePeer() {
+    close(input_);
+    int status = 0;
+    waitpid(child_, &status, 0);
+    listener_.join();
+    close(output_);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "cyclone_peer failed";
+  }
+  CyclonePeer(const CyclonePeer&) = delete;
+  CyclonePeer& operator=(const CyclonePeer&) = delete;
+
+  bool wait_for_line(const std::string& line) {
+    std::unique_lock lock(mutex_);
+    return told_.wait_for(lock, kPatience, [&] { return lines_.contains(line) || ended_; }) &&
+           lines_.contains(line);
+  }
+  std::set<std::string> lines() {
+    const std::lock_guard lock(mutex_);
+    return lines_;
+  }
+
+ private:
+  void listen() {
+    std::string pending;
+    std::array<char, 4096> chunk{};
+    ssize_t got = 0;
+    while ((got = read(output_, chunk.data(), chunk.size())) > 0) {
+      pending.append(chunk.data(), static_cast<std::size_t>(got));
+      for (auto end = pending.find('\n'); end != std::string::npos; end = pending.find('\n')) {
+        const std::lock_guard lock(mutex_);
+        lines_.insert(pending.substr(0, end));
+        pending.erase(0, end + 1);
+        told_.notify_all();
+      }
+    }
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    told_.notify_all();
+  }
+
+  pid_t child_ = -1;
+  int input_ = -1;
+  int output_ = -1;
+  std::mutex mutex_;
+  std::condition_variable told_;
+  std::set<std::string> lines_;
+  bool ended_ = false;
+  std::thread listener_;
+};
+
+class CycloneTest : public testing::Test {
+ protected:
+  CycloneTest()
+      : domain_(static_cast<std::uint32_t>(101 + getpid() % 100)),
+        peer_(domain_),
+        context_(
+            Context::create(create_dds_transport({.domain_id = domain_, .localhost_only = true}))),
+        node_({.context = context_,
+               .executor = &executor_,
+               .name = {"/interop", "our_side"},
+               .standard_interfaces = false}) {}
+
+  void SetUp() override { ASSERT_TRUE(peer_.wait_for_line("ready")); }
+
+  /// Sends the message to the echo once both paths are matched, and returns what comes back.
+  template <class T>
+  std::optional<T> exchange(const std::string& name, const T& message) {
+    std::optional<T> echoed;
+    const auto publisher = node_.create_publisher<T>(name + "_in", QoS::reliable());
+    const auto subscription = node_.create_subscription<T>(
+        name + "_out", QoS::reliable(), [&](const T& received) { echoed = received; });
+    if (!executor_.spin_until(
+            [&] {
+              return publisher.subscription_count() > 0 && subscription.publisher_count() > 0;
+            },
+            kPatience)) {
+      ADD_FAILURE() << name << ": not matched";
+      return std::nullopt;
+    }
+    // Our reader's match does not tell that the peer's writer knows of it; reliable, volatile
+    // endpoints of two vendors may still lose the first message, so it is sent until it returns.
+    auto sender = publisher;
+    for (int attempt = 0; attempt < 30 && !echoed; ++attempt) {
+      sender.publish(message);
+      executor_.spin_until([&] { return echoed.has_value(); }, std::chrono::seconds(1));
+    }
+    return echoed;
+  }
+
+  const std::uint32_t domain_;
+  CyclonePeer peer_;
+  Executor executor_;
+  std::shared_ptr<Context> context_;
+  Node node_;
+};
+
+Image test_image() {
+  Image image;
+  image.header().stamp().sec(-5);
+  image.header().stamp().nanosec(999'999'999);
+  image.header().frame_id("thermal_optical");
+  image.width(640);
+  image.height(512);
+  image.encoding("mono16");
+  image.is_bigendian(1);
+  image.step(1280);
+  image.data().resize(std::size_t{1280} * 512);
+  for (std::size_t i = 0; i < image.data().size(); ++i) {
+    image.data()[i] = static_cast<std::uint8_t>(i * 7 + i / 1280);
+  }
+  return image;
+}
+
+TEST_F(CycloneTest, ImageGoesThereAndComesBack) {
+  Image image = test_image();
+  const auto echoed = exchange("image", image);
+  ASSERT_TRUE(echoed);
+  image.header().frame_id(kEchoMark);
+  EXPECT_TRUE(*echoed == image);
+}
+
+TEST_F(CycloneTest, OdometryGoesThereAndComesBack) {
+  Odometry odometry;
+  odometry.header().frame_id("odom");
+  odometry.child_frame_id("base_link");
+  odometry.pose().pose().position().x(1.5);
+  odometry.pose().pose().position().z(-std::numbers::pi);
+  odometry.pose().pose().orientation().w(0.25);
+  for (std::size_t i = 0; i < 36; ++i) {
+    odometry.pose().covariance()[i] = static_cast<double>(i);
+    odometry.twist().covariance()[i] = -static_cast<double>(i) / 3.0;
+  }
+  odometry.twist().twist().angular().y(1e-300);
+  const auto echoed = exchange("odometry", odometry);
+  ASSERT_TRUE(echoed);
+  odometry.header().frame_id(kEchoMark);
+  EXPECT_TRUE(*echoed == odometry);
+}
+
+TEST_F(CycloneTest, FusedOdometerGoesThereAndComesBack) {
+  FusedOdometer fused;
+  fused.header().stamp().sec(12);
+  fused.header().frame_id("base_link");
+  fused.distance(5.51);
+  fused.variance(0.0011);
+  fused.name({"front", "", "rear wheel"});
+  fused.in_fusion_set({true, false, true});
+  fused.support({1, 0, 1, 0, 1, 0, 1, 0, 1});
+  fused.confidence_distance({0.0, 0.99, 0.26, 0.98, 0.0, 0.95, 0.28, 0.96, 0.0});
+  fused.rejection_reason({0, 1, 0});
+  fused.status(1);
+  const auto echoed = exchange("fused", fused);
+  ASSERT_TRUE(echoed);
+  fused.header().frame_id(kEchoMark);
+  EXPECT_TRUE(*echoed == fused);
+}
+
+TEST_F(CycloneTest, LateJoinerGetsItsLatchedImage) {
+  std::optional<Image> received;
+  const auto subscription = node_.create_subscription<Image>(
+      "latched", QoS::latched(), [&](const Image& image) { received = image; });
+  ASSERT_TRUE(executor_.spin_until([&] { return received.has_value(); }, kPatience));
+  EXPECT_EQ(received->header().stamp().sec(), 7);
+  EXPECT_EQ(received->header().frame_id(), "latched");
+  EXPECT_THAT(received->data(), testing::ElementsAre(1, 2, 3, 4));
+}
+
+TEST_F(CycloneTest, IncompatibleQosIsReportedHere) {
+  std::optional<IncompatibleQos> event;
+  const auto publisher = node_.create_publisher<Image>(
+      "strict", QoS::sensor_data(),
+      {.incompatible_qos = [&](const IncompatibleQos& told) { event = told; }});
+  ASSERT_TRUE(executor_.spin_until([&] { return event.has_value(); }, kPatience));
+  EXPECT_THAT(event->policy, testing::AnyOf(QosPolicy::kReliability, QosPolicy::kDurability));
+  EXPECT_EQ(publisher.subscription_count(), 0U);
+}
+
+TEST_F(CycloneTest, ItsDiscoverySeesOurNamesTypesAndQos) {
+  const auto sensor = node_.create_publisher<Image>("names_sensor", QoS::sensor_data());
+  const auto latched = node_.create_publisher<FusedOdometer>("names_latched", QoS::latched());
+  const auto reader =
+      node_.create_subscription<Odometry>("names_reader", QoS::reliable(), [](const Odometry&) {});
+  EXPECT_TRUE(
+      peer_.wait_for_line("endpoint WRITER rt/interop/names_sensor "
+                          "sensor_msgs::msg::dds_::Image_ best_effort volatile"))
+      << testing::PrintToString(peer_.lines());
+  EXPECT_TRUE(
+      peer_.wait_for_line("endpoint WRITER rt/interop/names_latched "
+                          "pipescout_msgs::msg::dds_::FusedOdometer_ reliable transient_local"));
+  EXPECT_TRUE(peer_.wait_for_line(
+      "endpoint READER rt/interop/names_reader nav_msgs::msg::dds_::Odometry_ reliable volatile"));
+}
+
+TEST_F(CycloneTest, OurGraphSeesItsNamesTypesAndQos) {
+  std::optional<GraphEndpoint> found;
+  ASSERT_TRUE(context_->graph().wait_until(
+      [&] {
+        for (const auto& endpoint : context_->graph().endpoints()) {
+          if (endpoint.wire_topic == "rt/interop/latched" && endpoint.is_publisher) {
+            found = endpoint;
+          }
+        }
+        return found.has_value();
+      },
+      kPatience));
+  EXPECT_EQ(found->wire_type, "sensor_msgs::msg::dds_::Image_");
+  EXPECT_EQ(found->qos.reliability, Reliability::kReliable);
+  EXPECT_EQ(found->qos.durability, Durability::kTransientLocal);
+  EXPECT_FALSE(found->in_this_process);
+  EXPECT_FALSE(found->node) << "a plain DDS program belongs to no node";
+}
+
+}  // namespace
+}  // namespace pipescout
