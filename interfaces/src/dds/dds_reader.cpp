@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dds_reader.hpp"
+
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+
+#include <string>
+#include <utility>
+
+#include "contain.hpp"
+#include "rtps_conversions.hpp"
+#include "wire_type.hpp"
+
+namespace pipescout::dds {
+namespace {
+
+using eprosima::fastrtps::types::ReturnCode_t;
+
+}  // namespace
+
+DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& topic,
+                     const QoS& qos, TransportReaderListener& listener)
+    : participant_(std::move(participant)),
+      topic_(*participant_, topic),
+      listener_(listener),
+      has_lease_(qos.liveliness_lease.has_value()) {
+  fastdds::Subscriber& subscriber = participant_->subscriber();
+  reader_ = subscriber.create_datareader(
+      topic_.get(), reader_qos(qos, subscriber.get_default_datareader_qos()), this,
+      fastdds::StatusMask::data_available()
+          << fastdds::StatusMask::subscription_matched()
+          << fastdds::StatusMask::liveliness_changed() << fastdds::StatusMask::sample_lost());
+  if (reader_ == nullptr) {
+    participant_->events().cancel(this);
+    throw TransportError("topic '" + topic.name + "': cannot create a reader with QoS " +
+                         to_string(qos));
+  }
+  gid_ = to_gid(reader_->guid());
+  participant_->discovery().add({.owner = this,
+                                 .is_writer = false,
+                                 .topic = topic.name,
+                                 .type = std::string(topic.type->dds_name),
+                                 .qos = qos,
+                                 .on_incompatible = [this](QosPolicy policy) {
+                                   listener_.on_incompatible_remote_writer(policy);
+                                 }});
+}
+
+DdsReader::~DdsReader() {
+  participant_->discovery().remove(this);
+  gate_.close();
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  participant_->events().cancel(this);
+  if (participant_->subscriber().delete_datareader(reader_) != ReturnCode_t::RETCODE_OK) {
+    EPROSIMA_LOG_ERROR(PIPESCOUT, "the reader of '" << topic_.name() << "' could not be deleted");
+  }
+}
+
+int DdsReader::matched_remote_writers() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(writers_.size());
+}
+
+bool DdsReader::is_matched(const Gid& writer) const {
+  const std::lock_guard lock(mutex_);
+  return writers_.contains(writer);
+}
+
+void DdsReader::on_data_available(fastdds::DataReader* reader) {
+  if (const CallGate::Pass pass(gate_); pass) {
+    contain("a sample", [&] { take_all(*reader); });
+  }
+}
+
+// Whether the sample that the next take returns comes from this process. Fast DDS holds the
+// reader's lock during on_data_available, so no other sample can slip in between.
+bool DdsReader::next_is_own(fastdds::DataReader& reader) const {
+  fastdds::SampleInfo info;
+  return reader.get_first_untaken_info(&info) == ReturnCode_t::RETCODE_OK &&
+         same_participant(to_gid(info.sample_identity.writer_guid()), participant_->gid());
+}
+
+void DdsReader::take_all(fastdds::DataReader& reader) {
+  IncomingSample sample;
+  fastdds::SampleInfo info;
+  for (;;) {
+    // The runtime has delivered our own messages already; the bytes of those need no reading.
+    sample.skip = own_writers_.load(std::memory_order_relaxed) > 0 && next_is_own(reader);
+    if (reader.take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK) {
+      return;
+    }
+    const MessageInfo message_info{.source_time = to_time(info.source_timestamp),
+                                   .identity = to_sample_identity(info.sample_identity),
+                                   .related = to_sample_identity(info.related_sample_identity)};
+    if (!info.valid_data || same_participant(message_info.identity.writer, participant_->gid())) {
+      continue;
+    }
+    // An exception ends this call only: the samples behind it are still waiting.
+    contain("a sample", [&] {
+      if (sample.malformed) {
+        listener_.on_malformed_sample();
+      } else {
+        listener_.on_remote_message(std::move(sample.message), message_info);
+      }
+    });
+  }
+}
+
+void DdsReader::on_sample_lost(fastdds::DataReader*, const fastdds::SampleLostStatus& status) {
+  if (const CallGate::Pass pass(gate_); pass) {
+    contain("lost samples", [&] { listener_.on_samples_lost(status.total_count_change); });
+  }
+}
+
+void DdsReader::on_subscription_matched(fastdds::DataReader*,
+                                        const fastdds::SubscriptionMatchedStatus& status) {
+  contain("a match", [&] {
+    const Gid writer = to_gid(rtps::iHandle2GUID(status.last_publication_handle));
+    const bool added = status.current_count_change > 0;
+    if (same_participant(writer, participant_->gid())) {
+      own_writers_ += added ? 1 : -1;
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    const bool changed = added ? writers_.insert(writer).second : writers_.erase(writer) > 0;
+    if (!changed || closed_) {
+      return;
+    }
+    participant_->events().post(this, [this, count = static_cast<int>(writers_.size())] {
+      listener_.on_remote_writers_changed(count);
+    });
+    // Without a lease Fast DDS watches nobody: a writer is alive as long as it is matched. With
+    // one, it tells when the writer has first shown itself, often before the match.
+    if (!has_lease_ && added) {
+      is_alive_[writer] = true;
+      post_liveliness();
+    } else if (!added && is_alive_.erase(writer) > 0) {
+      post_liveliness();
+    }
+  });
+}
+
+void DdsReader::on_liveliness_changed(fastdds::DataReader*,
+                                      const eprosima::fastrtps::LivelinessChangedStatus& status) {
+  contain("a liveliness change", [&] {
+    const Gid writer = to_gid(rtps::iHandle2GUID(status.last_publication_handle));
+    if (same_participant(writer, participant_->gid())) {
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    if (status.alive_count_change > 0) {
+      is_alive_[writer] = true;
+    } else if (status.not_alive_count_change > 0) {
+      is_alive_[writer] = false;
+    } else {
+      is_alive_.erase(writer);
+    }
+    if (!closed_) {
+      post_liveliness();
+    }
+  });
+}
+
+// Under mutex_.
+void DdsReader::post_liveliness() {
+  LivelinessChange now;
+  for (const auto& [writer, alive] : is_alive_) {
+    ++(alive ? now.alive : now.not_alive);
+  }
+  participant_->events().post(this, [this, now] { listener_.on_remote_liveliness_changed(now); });
+}
+
+}  // namespace pipescout::dds

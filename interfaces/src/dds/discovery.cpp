@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discovery.hpp"
+
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "contain.hpp"
+
+namespace pipescout::dds {
+namespace {
+
+// "enclave=/some/name;" as ROS 2 sends it, alone or among other "key=value;" pairs.
+std::string enclave_in(const std::vector<rtps::octet>& user_data) {
+  constexpr std::string_view kKey = "enclave=";
+  const std::string_view text(reinterpret_cast<const char*>(user_data.data()), user_data.size());
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find(';', begin), text.size());
+    const std::string_view pair = text.substr(begin, end - begin);
+    if (pair.starts_with(kKey)) {
+      return std::string(pair.substr(kKey.size()));
+    }
+    begin = end + 1;
+  }
+  return {};
+}
+
+template <class ProxyData>
+DiscoveredEndpoint describe(const ProxyData& data, bool is_writer) {
+  DiscoveredEndpoint endpoint;
+  endpoint.gid = to_gid(data.guid());
+  endpoint.participant =
+      to_gid(rtps::GUID_t(data.guid().guidPrefix, rtps::c_EntityId_RTPSParticipant));
+  endpoint.is_writer = is_writer;
+  endpoint.topic = data.topicName().to_string();
+  endpoint.type = data.typeName().to_string();
+  endpoint.qos = announced_qos(data);
+  return endpoint;
+}
+
+}  // namespace
+
+std::vector<DiscoveredParticipant> Discovery::participants() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<DiscoveredParticipant> result;
+  result.reserve(participants_.size());
+  for (const auto& [gid, participant] : participants_) {
+    result.push_back(participant);
+  }
+  return result;
+}
+
+std::vector<DiscoveredEndpoint> Discovery::endpoints() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<DiscoveredEndpoint> result;
+  result.reserve(endpoints_.size());
+  for (const auto& [gid, endpoint] : endpoints_) {
+    // Fast DDS may tell of an endpoint shortly before its participant.
+    if (participants_.contains(endpoint.participant)) {
+      result.push_back(endpoint);
+    }
+  }
+  return result;
+}
+
+void Discovery::on_graph_changed(GraphChanged callback) {
+  {
+    const std::lock_guard lock(mutex_);
+    callback_ = nullptr;
+  }
+  events_.cancel(this);
+  const std::lock_guard lock(mutex_);
+  event_pending_ = false;
+  callback_ = std::move(callback);
+  graph_changed();
+}
+
+void Discovery::add(LocalEndpoint endpoint) {
+  const std::lock_guard lock(mutex_);
+  local_.push_back(std::move(endpoint));
+  for (const auto& [gid, remote] : endpoints_) {
+    compare(local_.back(), remote);
+  }
+}
+
+void Discovery::remove(const void* owner) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(local_, [owner](const LocalEndpoint& local) { return local.owner == owner; });
+}
+
+void Discovery::on_participant_discovery(fastdds::DomainParticipant* participant,
+                                         rtps::ParticipantDiscoveryInfo&& info) {
+  contain("participant discovery", [&] {
+    const Gid gid = to_gid(info.info.m_guid);
+    if (same_participant(gid, to_gid(participant->guid()))) {
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    switch (info.status) {
+      case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
+      case rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT:
+        participants_[gid] = {.gid = gid,
+                              .name = info.info.m_participantName.to_string(),
+                              .enclave = enclave_in(info.info.m_userData)};
+        break;
+      case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
+      case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
+        participants_.erase(gid);
+        std::erase_if(endpoints_,
+                      [&](const auto& entry) { return same_participant(entry.first, gid); });
+        break;
+    }
+    graph_changed();
+  });
+}
+
+void Discovery::on_subscriber_discovery(fastdds::DomainParticipant* participant,
+                                        rtps::ReaderDiscoveryInfo&& info) {
+  contain("reader discovery", [&] {
+    const Gid gid = to_gid(info.info.guid());
+    if (same_participant(gid, to_gid(participant->guid()))) {
+      return;
+    }
+    if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) {
+      endpoint_removed(gid);
+    } else {
+      endpoint_discovered(describe(info.info, false));
+    }
+  });
+}
+
+void Discovery::on_publisher_discovery(fastdds::DomainParticipant* participant,
+                                       rtps::WriterDiscoveryInfo&& info) {
+  contain("writer discovery", [&] {
+    const Gid gid = to_gid(info.info.guid());
+    if (same_participant(gid, to_gid(participant->guid()))) {
+      return;
+    }
+    if (info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) {
+      endpoint_removed(gid);
+    } else {
+      endpoint_discovered(describe(info.info, true));
+    }
+  });
+}
+
+void Discovery::endpoint_discovered(DiscoveredEndpoint endpoint) {
+  const std::lock_guard lock(mutex_);
+  const auto known = endpoints_.find(endpoint.gid);
+  if (known != endpoints_.end() && known->second.qos == endpoint.qos) {
+    return;
+  }
+  for (const LocalEndpoint& local : local_) {
+    compare(local, endpoint);
+  }
+  endpoints_[endpoint.gid] = std::move(endpoint);
+  graph_changed();
+}
+
+void Discovery::endpoint_removed(const Gid& gid) {
+  const std::lock_guard lock(mutex_);
+  if (endpoints_.erase(gid) > 0) {
+    graph_changed();
+  }
+}
+
+void Discovery::compare(const LocalEndpoint& local, const DiscoveredEndpoint& remote) {
+  if (local.is_writer == remote.is_writer || local.topic != remote.topic ||
+      local.type != remote.type) {
+    return;
+  }
+  const auto policy = local.is_writer ? incompatibility(local.qos, remote.qos)
+                                      : incompatibility(remote.qos, local.qos);
+  if (policy) {
+    events_.post(local.owner,
+                 [report = local.on_incompatible, policy = *policy] { report(policy); });
+  }
+}
+
+// Under mutex_. Many changes at once become one call.
+void Discovery::graph_changed() {
+  if (!callback_ || event_pending_) {
+    return;
+  }
+  event_pending_ = true;
+  events_.post(this, [this] {
+    GraphChanged callback;
+    {
+      const std::lock_guard lock(mutex_);
+      event_pending_ = false;
+      callback = callback_;
+    }
+    if (callback) {
+      callback();
+    }
+  });
+}
+
+}  // namespace pipescout::dds

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "event_thread.hpp"
+
+#include <utility>
+
+#include "contain.hpp"
+
+namespace pipescout::dds {
+
+EventThread::EventThread() : thread_([this] { run(); }) {}
+
+EventThread::~EventThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  posted_.notify_one();
+  thread_.join();
+}
+
+void EventThread::post(const void* owner, std::function<void()> event) {
+  {
+    const std::lock_guard lock(mutex_);
+    pending_.push_back({owner, std::move(event)});
+  }
+  posted_.notify_one();
+}
+
+void EventThread::cancel(const void* owner) {
+  std::unique_lock lock(mutex_);
+  std::erase_if(pending_, [owner](const Event& event) { return event.owner == owner; });
+  if (std::this_thread::get_id() != thread_.get_id()) {
+    finished_.wait(lock, [&] { return running_ != owner; });
+  }
+}
+
+void EventThread::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    posted_.wait(lock, [this] { return stop_ || !pending_.empty(); });
+    if (stop_) {
+      return;
+    }
+    Event event = std::move(pending_.front());
+    pending_.pop_front();
+    running_ = event.owner;
+    lock.unlock();
+    contain("an event", event.call);
+    event.call = nullptr;  // what it holds goes before the owner is told that it ended
+    lock.lock();
+    running_ = nullptr;
+    finished_.notify_all();
+  }
+}
+
+}  // namespace pipescout::dds

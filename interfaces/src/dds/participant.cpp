@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "participant.hpp"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "shared_memory.hpp"
+#include "wire_type.hpp"
+
+namespace pipescout::dds {
+namespace {
+
+using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
+using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+// Ports are 7400 + 250 * domain + ..., and Fast DDS ends the process when one exceeds 65535.
+constexpr std::uint32_t kHighestDomain = 232;
+
+void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos& qos) {
+  auto& transport = qos.transport();
+  if (!transport.use_builtin_transports || !transport.user_transports.empty()) {
+    return;  // the user's profile has chosen
+  }
+  transport.use_builtin_transports = false;
+  remove_abandoned_segments();
+  if (const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes)) {
+    auto shared_memory = std::make_shared<SharedMemTransportDescriptor>();
+    shared_memory->segment_size(*segment);
+    transport.user_transports.push_back(std::move(shared_memory));
+  } else {
+    EPROSIMA_LOG_ERROR(
+        PIPESCOUT, "no room in " << kSharedMemoryFolder << ": using UDP within this machine too");
+  }
+  auto udp = std::make_shared<UDPv4TransportDescriptor>();
+  udp->sendBufferSize = transport.send_socket_buffer_size;
+  udp->receiveBufferSize = transport.listen_socket_buffer_size;
+  if (options.localhost_only) {
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  }
+  transport.user_transports.push_back(std::move(udp));
+}
+
+fastdds::DomainParticipantQos participant_qos(const DdsOptions& options) {
+  auto* factory = fastdds::DomainParticipantFactory::get_instance();
+  factory->load_profiles();
+  fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
+  qos.name(options.name);
+  const std::string user_data = "enclave=" + options.enclave + ";";
+  qos.user_data().setValue({user_data.begin(), user_data.end()});
+  // Discovery messages with long names outgrow the default of 5000 bytes.
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  choose_transports(options, qos);
+  return qos;
+}
+
+}  // namespace
+
+Participant::Participant(const DdsOptions& options) {
+  const std::string domain = "DDS domain " + std::to_string(options.domain_id);
+  if (options.domain_id > kHighestDomain) {
+    throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
+  }
+  auto* factory = fastdds::DomainParticipantFactory::get_instance();
+  participant_ = factory->create_participant(options.domain_id, participant_qos(options),
+                                             &discovery_, fastdds::StatusMask::none());
+  if (participant_ == nullptr) {
+    throw TransportError(domain + ": cannot create a participant");
+  }
+  gid_ = to_gid(participant_->guid());
+  publisher_ = participant_->create_publisher(participant_->get_default_publisher_qos());
+  subscriber_ = participant_->create_subscriber(participant_->get_default_subscriber_qos());
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    leave();
+    throw TransportError(domain + ": cannot create a publisher or subscriber");
+  }
+}
+
+Participant::~Participant() {
+  leave();
+}
+
+void Participant::leave() noexcept {
+  participant_->set_listener(nullptr);
+  bool clean = true;
+  if (publisher_ != nullptr) {
+    clean &= participant_->delete_publisher(publisher_) == ReturnCode_t::RETCODE_OK;
+  }
+  if (subscriber_ != nullptr) {
+    clean &= participant_->delete_subscriber(subscriber_) == ReturnCode_t::RETCODE_OK;
+  }
+  auto* factory = fastdds::DomainParticipantFactory::get_instance();
+  clean &= factory->delete_participant(participant_) == ReturnCode_t::RETCODE_OK;
+  if (!clean) {
+    EPROSIMA_LOG_ERROR(PIPESCOUT, "the participant could not be deleted");
+  }
+}
+
+fastdds::Topic* Participant::acquire(const WireTopic& wanted) {
+  if (wanted.type == nullptr) {
+    throw TransportError("topic '" + wanted.name + "': no type");
+  }
+  const std::lock_guard lock(topics_mutex_);
+  const auto known = topics_.find(wanted.name);
+  if (known != topics_.end()) {
+    TopicEntry& entry = known->second;
+    if (entry.type->dds_name != wanted.type->dds_name) {
+      throw TransportError("topic '" + wanted.name + "': cannot be of type " +
+                           std::string(wanted.type->name) + ", this process uses it with type " +
+                           std::string(entry.type->name));
+    }
+    ++entry.uses;
+    return entry.topic;
+  }
+  register_type(*wanted.type);
+  fastdds::Topic* topic = participant_->create_topic(
+      wanted.name, std::string(wanted.type->dds_name), participant_->get_default_topic_qos());
+  if (topic == nullptr) {
+    unregister_type(*wanted.type);
+    throw TransportError("topic '" + wanted.name + "': cannot create it with type " +
+                         std::string(wanted.type->name));
+  }
+  topics_[wanted.name] = {topic, wanted.type, 1};
+  return topic;
+}
+
+void Participant::release(const std::string& name) {
+  const std::lock_guard lock(topics_mutex_);
+  const auto known = topics_.find(name);
+  if (--known->second.uses > 0) {
+    return;
+  }
+  const TopicEntry entry = known->second;
+  topics_.erase(known);
+  if (participant_->delete_topic(entry.topic) != ReturnCode_t::RETCODE_OK) {
+    EPROSIMA_LOG_ERROR(PIPESCOUT, "topic '" << name << "' could not be deleted");
+  }
+  unregister_type(*entry.type);
+}
+
+void Participant::register_type(const MessageType& type) {
+  int& uses = type_uses_[std::string(type.dds_name)];
+  if (uses == 0) {
+    const fastdds::TypeSupport support(new WireType(type));
+    if (participant_->register_type(support) != ReturnCode_t::RETCODE_OK) {
+      throw TransportError("type " + std::string(type.name) + ": cannot register it");
+    }
+  }
+  ++uses;
+}
+
+void Participant::unregister_type(const MessageType& type) {
+  const auto known = type_uses_.find(type.dds_name);
+  if (--known->second == 0) {
+    participant_->unregister_type(known->first);
+    type_uses_.erase(known);
+  }
+}
+
+}  // namespace pipescout::dds

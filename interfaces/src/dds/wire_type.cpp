@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire_type.hpp"
+
+#include <fastdds/rtps/common/SerializedPayload.h>
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+
+namespace pipescout::dds {
+namespace {
+
+constexpr std::uint32_t kEncapsulationBytes = 4;
+
+}  // namespace
+
+WireType::WireType(const MessageType& type) : type_(type) {
+  setName(std::string(type.dds_name).c_str());
+  m_typeSize = kEncapsulationBytes;  // the least; every type counts as unbounded
+  m_isGetKeyDefined = false;
+  // ROS 2 Humble announces neither, and matches on the type's name.
+  auto_fill_type_object(false);
+  auto_fill_type_information(false);
+}
+
+bool WireType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
+  const std::size_t written = type_.serialize(
+      data, std::span(reinterpret_cast<std::byte*>(payload->data), payload->max_size));
+  payload->length = static_cast<std::uint32_t>(written);
+  payload->encapsulation = CDR_LE;
+  return written >= kEncapsulationBytes;
+}
+
+bool WireType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) {
+  auto& sample = *static_cast<IncomingSample*>(data);
+  sample.malformed = false;
+  sample.message.reset();
+  if (sample.skip) {
+    return true;
+  }
+  try {
+    sample.message = type_.create();
+    sample.malformed =
+        !type_.deserialize(std::as_bytes(std::span<const eprosima::fastrtps::rtps::octet>(
+                               payload->data, payload->length)),
+                           sample.message.get());
+  } catch (...) {  // no memory for what it claims to hold
+    sample.malformed = true;
+  }
+  return true;
+}
+
+std::function<std::uint32_t()> WireType::getSerializedSizeProvider(void* data) {
+  return [this, data]() -> std::uint32_t {
+    const std::size_t size = type_.serialized_size(data);
+    // A size of 0 is refused by Fast DDS, which then reports that the sample cannot be written.
+    return size > std::numeric_limits<std::uint32_t>::max() ? 0 : static_cast<std::uint32_t>(size);
+  };
+}
+
+void* WireType::createData() {
+  return new IncomingSample;
+}
+
+void WireType::deleteData(void* data) {
+  delete static_cast<IncomingSample*>(data);
+}
+
+bool WireType::getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) {
+  return false;
+}
+
+}  // namespace pipescout::dds
