@@ -32,7 +32,7 @@ struct PublisherOptions {
 struct SubscriptionOptions {
   WireTopic topic;
   QoS qos = {};
-  UntypedSubscription::Callback callback;
+  UntypedSubscription::Callback callback = nullptr;
   SubscriptionEvents events = {};
   /// Where the callback and the events run. Null: the callback runs at once, on whatever thread
   /// brings the message (of a publisher or of the transport); it must return soon and must not
