@@ -12,7 +12,6 @@ function(pipescout_add_component target)
   if(NOT arg_CLASSES OR NOT arg_SOURCES)
     message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES and SOURCES")
   endif()
-  find_package(class_loader REQUIRED)
   include(GNUInstallDirs)
 
   add_library(${target} SHARED ${arg_SOURCES})
@@ -21,9 +20,7 @@ function(pipescout_add_component target)
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} PUBLIC pipescout::interfaces ${arg_DEPENDENCIES})
-  target_include_directories(${target} SYSTEM PRIVATE
-    $<TARGET_PROPERTY:class_loader::class_loader,INTERFACE_INCLUDE_DIRECTORIES>)
-  target_link_libraries(${target} PRIVATE class_loader::class_loader)
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:pipescout_class_loader>)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
   pipescout_enable_warnings(${target})
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
