@@ -2,48 +2,18 @@
 #include "pipescout/odometer_replay/odometer_replay.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/odometer_replay/csv_file.hpp"
 
 namespace pipescout {
 
 namespace {
-
-/// Throws CsvError without a line when the file cannot be read.
-std::string read_text(const std::string& path) {
-  // Asked first: opening a pipe would wait for its writer.
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw CsvError(path, 0, error ? error.message() : "no such file");
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw CsvError(path, 0, "is no regular file");
-  }
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) {
-    throw CsvError(path, 0, error.message());
-  }
-  if (size > OdometerReplay::kMaxFileSize) {
-    throw CsvError(path, 0,
-                   "is larger than " + std::to_string(OdometerReplay::kMaxFileSize) + " bytes");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(size), '\0');
-  if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size()))) {
-    throw CsvError(path, 0, "cannot be read");
-  }
-  return text;
-}
 
 std::uint32_t mission_count(std::size_t count) {
   return static_cast<std::uint32_t>(
@@ -97,7 +67,7 @@ CallbackReturn OdometerReplay::on_configure() {
     throw std::invalid_argument("parameter 'file' is empty: a CSV file of readings is needed");
   }
   recording_ = parse_readings_csv(
-      read_text(file), file,
+      read_csv_text(file), file,
       {.odometers = odometers_.get(), .ignored_columns = ignored_columns_.get()});
   choose_standard_deviations();
   choose_stamps();

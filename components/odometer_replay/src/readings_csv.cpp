@@ -238,13 +238,16 @@ std::vector<std::string> odometer_column_names(const std::vector<std::string>& n
   return columns;
 }
 
-std::string format_readings_header(const std::vector<std::string>& columns) {
+std::string format_readings_header(const std::vector<std::string>& columns,
+                                   bool with_standard_deviations) {
   std::string header = std::string(kReading) + "," + std::string(kStamp);
   for (const std::string& column : columns) {
     header += "," + column;
   }
-  for (const std::string& column : columns) {
-    header += "," + column + std::string(kStandardDeviation);
+  if (with_standard_deviations) {
+    for (const std::string& column : columns) {
+      header += "," + column + std::string(kStandardDeviation);
+    }
   }
   for (const std::string& column : columns) {
     header += "," + column + std::string(kValid);

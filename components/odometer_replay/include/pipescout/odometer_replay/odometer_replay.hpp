@@ -19,9 +19,6 @@ namespace pipescout {
 /// configured.
 class OdometerReplay final : public Component {
  public:
-  /// Largest file that is read, bytes.
-  static constexpr std::uintmax_t kMaxFileSize = std::uintmax_t{64} * 1024 * 1024;
-
   explicit OdometerReplay(ComponentOptions options);
   ~OdometerReplay() override;
 

@@ -57,7 +57,8 @@ struct ReadingsRecording {
 [[nodiscard]] std::vector<std::string> odometer_column_names(const std::vector<std::string>& names);
 
 /// The header line, without line end; `columns` as of `odometer_column_names`.
-[[nodiscard]] std::string format_readings_header(const std::vector<std::string>& columns);
+[[nodiscard]] std::string format_readings_header(const std::vector<std::string>& columns,
+                                                 bool with_standard_deviations);
 /// One row below that header. Written and read back, stamp and values are the same, unless the
 /// stamp is one that `parse_stamp` refuses.
 [[nodiscard]] std::string format_readings_row(std::uint64_t reading, const ReadingsRow& row);

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace pipescout {
+
+/// Largest CSV file that is read, bytes.
+inline constexpr std::uintmax_t kMaxCsvFileSize = std::uintmax_t{64} * 1024 * 1024;
+
+/// The content of a CSV file. Throws CsvError naming the file when it does not exist, is no regular
+/// file, is larger than the limit, or cannot be read.
+[[nodiscard]] std::string read_csv_text(const std::string& path);
+
+}  // namespace pipescout

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <pipescout_msgs/msg/fused_odometer.hpp>
+#include <pipescout_msgs/msg/mission_status.hpp>
+#include <pipescout_msgs/msg/odometer_readings.hpp>
+#include <string>
+#include <vector>
+
+#include "pipescout/interfaces/component.hpp"
+#include "pipescout/odometry_recorder/odometry_report.hpp"
+#include "pipescout/odometry_recorder/whole_file.hpp"
+
+namespace pipescout {
+
+/// Writes `odometer/readings` and `odometer/fused` into the mission folder, line by line as they
+/// arrive, and a table of both into the mission's summary. When the source of the readings says on
+/// `mission/status` that it is complete and every reading has its fused distance, the recorder says
+/// that it is complete; when some stay away it says that it failed, with the counts.
+///
+/// Parameters: docs/components/odometry_recorder.md. They take effect when it is configured.
+class OdometryRecorder final : public Component {
+ public:
+  explicit OdometryRecorder(ComponentOptions options);
+  ~OdometryRecorder() override;
+
+ protected:
+  CallbackReturn on_configure() override;
+  CallbackReturn on_deactivate() override;
+  CallbackReturn on_cleanup() override;
+  CallbackReturn on_shutdown() override;
+
+ private:
+  using Readings = pipescout_msgs::msg::OdometerReadings;
+  using Fused = pipescout_msgs::msg::FusedOdometer;
+  using Status = pipescout_msgs::msg::MissionStatus;
+
+  /// Exists from the first message on, which says what the columns are.
+  struct Recording {
+    std::vector<std::string> odometers;
+    std::vector<std::string> columns;
+    OdometryReport report;
+    bool has_standard_deviations = false;
+    std::unique_ptr<LineFile> readings{};  // made with the first of them
+    std::unique_ptr<LineFile> fused{};
+  };
+  enum class Outcome { kRunning, kComplete, kFailed };
+
+  void read_reference();
+  void on_readings(const Readings& message);
+  void on_fused(const Fused& message);
+  void on_status(const Status& message);
+  /// Begins the recording with the first message. False when a later one is of other odometers.
+  [[nodiscard]] bool accepts(const std::vector<std::string>& odometers);
+  void write_readings(std::uint64_t number, const Readings& message);
+  /// Runs what writes; when that fails, so does the mission, and nothing is recorded any more.
+  void guarded(const std::function<void()>& write);
+  void fault(std::string_view counter, const std::string& text);
+  void progress();
+  void judge(bool time_is_over);
+  void end(Outcome outcome, const std::string& text);
+  void write_section();
+  void finish();
+  [[nodiscard]] std::string counts() const;
+
+  Parameter<std::string> mission_folder_;
+  Parameter<std::string> source_;
+  Parameter<double> completion_timeout_;
+  Parameter<std::string> reference_file_;
+  Parameter<std::string> reference_column_;
+  Parameter<std::int64_t> table_rows_;
+  Parameter<std::vector<std::string>> notes_;
+
+  std::filesystem::path data_folder_;
+  std::vector<double> reference_;
+  std::string reference_note_;
+  std::string source_node_;  // fully qualified, or empty
+
+  std::optional<Recording> recording_;
+  Outcome outcome_ = Outcome::kRunning;
+  std::string outcome_text_;
+  bool source_is_complete_ = false;
+  std::uint64_t expected_ = 0;  // readings, as the source says; 0: unknown
+  std::uint64_t reported_percent_ = 0;
+  bool section_is_old_ = false;
+  bool cannot_write_ = false;
+
+  Subscription<Readings> readings_subscription_;
+  Subscription<Fused> fused_subscription_;
+  Subscription<Status> status_subscription_;
+  std::shared_ptr<Timer> timeout_;
+};
+
+}  // namespace pipescout

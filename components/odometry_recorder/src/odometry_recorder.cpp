@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/odometry_recorder/odometry_recorder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/interfaces/register_component.hpp"
+#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/odometer_replay/csv_file.hpp"
+#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/odometry_recorder/mission_section.hpp"
+
+namespace pipescout {
+
+namespace {
+
+/// More than any robot has; a message with more is a fault, and no file gets so many columns.
+constexpr std::size_t kMaximumOdometers = 64;
+
+const char* rejection_text(std::uint8_t reason) {
+  namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
+  switch (reason) {
+    case constants::REJECTED_NONE:
+      return "none";
+    case constants::REJECTED_UNSUPPORTED:
+      return "unsupported";
+    case constants::REJECTED_INVALID:
+      return "marked invalid";
+    case constants::REJECTED_NOT_A_NUMBER:
+      return "not a number";
+    case constants::REJECTED_BAD_SIGMA:
+      return "bad sigma";
+    default:
+      return "unknown";
+  }
+}
+
+std::string fused_header(const std::vector<std::string>& columns) {
+  std::string header = "reading,stamp,distance,standard_deviation,status,fusion_set";
+  for (const std::string& column : columns) {
+    header += "," + column + ".rejection";
+  }
+  return header;
+}
+
+std::string fused_line(std::optional<std::uint64_t> reading, const OdometryReport::Fused& fused,
+                       const std::vector<std::uint8_t>& rejections) {
+  std::string line = (reading ? std::to_string(*reading) : "") + "," +
+                     format_stamp(fused.stamp.time_since_epoch()) + "," +
+                     format_csv_number(fused.distance) + "," +
+                     format_csv_number(fused.standard_deviation) + "," +
+                     (fused.has_consensus ? "ok" : "no consensus") + "," + fused.fusion_set;
+  for (const std::uint8_t reason : rejections) {
+    line += std::string(",") + rejection_text(reason);
+  }
+  return line;
+}
+
+std::uint32_t mission_count(std::uint64_t count) {
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
+}
+
+}  // namespace
+
+OdometryRecorder::OdometryRecorder(ComponentOptions options) : Component(std::move(options)) {
+  mission_folder_ = parameters().declare<std::string>(
+      "mission_folder", "", {.description = "existing folder that the recording goes into"});
+  source_ = parameters().declare<std::string>(
+      "source", "",
+      {.description = "node that publishes the readings and says on mission/status when it is "
+                      "complete, relative to the namespace; empty: the recording has no end of its "
+                      "own"});
+  completion_timeout_ = parameters().declare<double>(
+      "completion_timeout", 5.0,
+      {.description = "s, how long after the source is complete messages may still arrive",
+       .floating_point_range = FloatingPointRange{0.01, 3600.0}});
+  reference_file_ = parameters().declare<std::string>(
+      "reference_file", "",
+      {.description = "CSV file with one row per reading that holds the reference; empty: none"});
+  reference_column_ = parameters().declare<std::string>(
+      "reference_column", "paper",
+      {.description = "its column of reference values for the fused distance, m"});
+  table_rows_ = parameters().declare<std::int64_t>(
+      "table_rows", 200,
+      {.description = "readings that the summary's table shows; the files hold all",
+       .integer_range = IntegerRange{1, 100000}});
+  notes_ = parameters().declare<std::vector<std::string>>(
+      "notes", {}, {.description = "sentences to be printed below the table"});
+}
+
+OdometryRecorder::~OdometryRecorder() {
+  close();
+}
+
+CallbackReturn OdometryRecorder::on_configure() {
+  const std::string folder = mission_folder_.get();
+  if (folder.empty()) {
+    throw std::invalid_argument("parameter 'mission_folder' is empty");
+  }
+  const std::string source = source_.get();
+  source_node_ = source.empty() ? "" : expand_topic_name(source, node_name());
+  read_reference();
+  data_folder_ = make_mission_data_folder(folder, node_name().ns, "odometry");
+  outcome_ = Outcome::kRunning;
+  outcome_text_.clear();
+  source_is_complete_ = false;
+  expected_ = 0;
+  reported_percent_ = 0;
+  section_is_old_ = true;
+  cannot_write_ = false;
+
+  readings_subscription_ = create_subscription(
+      topics::kOdometerReadings,
+      [this](const Readings& message) { guarded([&] { on_readings(message); }); });
+  fused_subscription_ = create_subscription(topics::kOdometerFused, [this](const Fused& message) {
+    guarded([&] { on_fused(message); });
+  });
+  status_subscription_ = create_subscription(topics::kMissionStatus,
+                                             [this](const Status& message) { on_status(message); });
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn OdometryRecorder::on_deactivate() {
+  write_section();
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn OdometryRecorder::on_cleanup() {
+  finish();
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn OdometryRecorder::on_shutdown() {
+  finish();
+  return CallbackReturn::kSuccess;
+}
+
+void OdometryRecorder::read_reference() {
+  reference_.clear();
+  reference_note_.clear();
+  const std::string file = reference_file_.get();
+  if (file.empty()) {
+    return;
+  }
+  const CsvTable table = parse_csv(read_csv_text(file), file);
+  const auto column = table.find_column(reference_column_.get());
+  if (!column) {
+    reference_note_ =
+        "There is no reference: no column '" + reference_column_.get() + "' in " + file + ".";
+    return;
+  }
+  for (const CsvTable::Row& row : table.rows) {
+    const auto value = parse_csv_number(row.cells[*column]);
+    if (!value) {
+      throw CsvError(
+          file, row.line,
+          "column '" + table.columns[*column] + "': '" + row.cells[*column] + "' is not a number");
+    }
+    reference_.push_back(*value);
+  }
+}
+
+void OdometryRecorder::on_readings(const Readings& message) {
+  const std::size_t odometers = message.name().size();
+  const bool has_standard_deviations = !message.standard_deviation().empty();
+  if (odometers == 0 || odometers > kMaximumOdometers || message.distance().size() != odometers ||
+      message.valid().size() != odometers ||
+      (has_standard_deviations && message.standard_deviation().size() != odometers)) {
+    fault("readings.malformed", "readings whose lists are not of one length are not recorded");
+    return;
+  }
+  if (!accepts(message.name()) ||
+      (recording_->readings && recording_->has_standard_deviations != has_standard_deviations)) {
+    fault("readings.other_odometers", "readings of other odometers than before are not recorded");
+    return;
+  }
+  write_readings(
+      recording_->report.add_reading(from_message(message.header().stamp()), message.distance()),
+      message);
+  judge(false);
+}
+
+void OdometryRecorder::on_fused(const Fused& message) {
+  const std::size_t odometers = message.name().size();
+  if (odometers == 0 || odometers > kMaximumOdometers ||
+      message.in_fusion_set().size() != odometers ||
+      message.rejection_reason().size() != odometers) {
+    fault("fused.malformed", "fused distances whose lists are not of one length are not recorded");
+    return;
+  }
+  if (!accepts(message.name())) {
+    fault("fused.other_odometers",
+          "fused distances of other odometers than before are not recorded");
+    return;
+  }
+  const OdometryReport::Fused fused{
+      .stamp = from_message(message.header().stamp()),
+      .has_consensus = message.status() == pipescout_msgs::msg::FusedOdometer_Constants::STATUS_OK,
+      .distance = message.distance(),
+      .standard_deviation = std::sqrt(message.variance()),
+      .fusion_set = format_fusion_set(message.in_fusion_set())};
+  const auto reading = recording_->report.add_fused(fused);
+  section_is_old_ = true;
+  if (!recording_->fused) {
+    recording_->fused = std::make_unique<LineFile>(data_folder_ / "fused.csv");
+    recording_->fused->write(fused_header(recording_->columns));
+  }
+  recording_->fused->write(fused_line(reading, fused, message.rejection_reason()));
+  progress();
+  judge(false);
+}
+
+void OdometryRecorder::on_status(const Status& message) {
+  namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
+  if (source_node_.empty() || message.node() != source_node_ || outcome_ != Outcome::kRunning) {
+    return;
+  }
+  if (message.total() != 0) {
+    expected_ = message.total();
+  }
+  if (message.state() == constants::FAILED) {
+    end(Outcome::kFailed, source_node_ + " failed: " + message.message());
+  } else if (message.state() == constants::COMPLETE && !source_is_complete_) {
+    source_is_complete_ = true;
+    timeout_ = create_timer(from_seconds(completion_timeout_.get()), [this] {
+      timeout_.reset();
+      judge(true);
+    });
+    judge(false);
+  }
+}
+
+bool OdometryRecorder::accepts(const std::vector<std::string>& odometers) {
+  if (!recording_) {
+    const std::vector<std::string> columns = odometer_column_names(odometers);
+    recording_.emplace(Recording{
+        .odometers = odometers,
+        .columns = columns,
+        .report = OdometryReport({.odometers = columns,
+                                  .reference = reference_,
+                                  .reference_name = reference_column_.get(),
+                                  .maximum_rows = static_cast<std::size_t>(table_rows_.get())})});
+  }
+  return recording_->odometers == odometers;
+}
+
+void OdometryRecorder::write_readings(std::uint64_t number, const Readings& message) {
+  section_is_old_ = true;
+  if (!recording_->readings) {
+    recording_->has_standard_deviations = !message.standard_deviation().empty();
+    recording_->readings = std::make_unique<LineFile>(data_folder_ / "readings.csv");
+    recording_->readings->write(
+        format_readings_header(recording_->columns, recording_->has_standard_deviations));
+  }
+  const Time stamp = from_message(message.header().stamp());
+  recording_->readings->write(
+      format_readings_row(number, {.stamp = stamp.time_since_epoch(),
+                                   .distance = message.distance(),
+                                   .standard_deviation = message.standard_deviation(),
+                                   .valid = message.valid()}));
+}
+
+void OdometryRecorder::guarded(const std::function<void()>& write) {
+  if (cannot_write_) {
+    diagnostics().count("not_recorded");
+    return;
+  }
+  try {
+    write();
+  } catch (const std::system_error& error) {
+    cannot_write_ = true;
+    end(Outcome::kFailed, error.what());
+  }
+}
+
+void OdometryRecorder::fault(std::string_view counter, const std::string& text) {
+  diagnostics().count(counter);
+  if (diagnostics().counter(counter) == 1) {
+    logger().warn(text + " (further ones are only counted, as " + std::string(counter) + ")");
+  }
+}
+
+void OdometryRecorder::progress() {
+  const std::uint64_t pairs = recording_->report.pairs();
+  // At most a hundred reports, however many readings.
+  if (expected_ == 0 || outcome_ != Outcome::kRunning ||
+      pairs * 100 / expected_ == reported_percent_) {
+    return;
+  }
+  reported_percent_ = pairs * 100 / expected_;
+  report_progress(mission_count(pairs), mission_count(expected_));
+}
+
+/// Decides whether the recording is complete, now or, when its time is over, for good.
+void OdometryRecorder::judge(bool time_is_over) {
+  if (!source_is_complete_ || outcome_ != Outcome::kRunning) {
+    return;
+  }
+  const std::uint64_t readings = recording_ ? recording_->report.readings() : 0;
+  const std::uint64_t pairs = recording_ ? recording_->report.pairs() : 0;
+  if (expected_ != 0 && readings == expected_ && pairs == expected_) {
+    end(Outcome::kComplete, counts());
+  } else if (time_is_over) {
+    // A source that does not say how many there are leaves only this to check.
+    const bool matches = expected_ == 0 && readings != 0 && pairs == readings;
+    end(matches ? Outcome::kComplete : Outcome::kFailed, counts());
+  }
+}
+
+std::string OdometryRecorder::counts() const {
+  const std::uint64_t readings = recording_ ? recording_->report.readings() : 0;
+  const std::uint64_t fused = recording_ ? recording_->report.fused() : 0;
+  const std::uint64_t pairs = recording_ ? recording_->report.pairs() : 0;
+  std::string text = std::to_string(readings) +
+                     (expected_ != 0 ? " of " + std::to_string(expected_) : "") +
+                     " readings recorded, " + std::to_string(fused) + " fused distances";
+  if (pairs != readings || pairs != fused) {
+    text += ", " + std::to_string(pairs) + " of them with their readings";
+  }
+  return text;
+}
+
+void OdometryRecorder::end(Outcome outcome, const std::string& text) {
+  timeout_.reset();
+  outcome_ = outcome;
+  outcome_text_ = text;
+  section_is_old_ = true;
+  try {
+    if (outcome == Outcome::kComplete) {
+      recording_->readings->sync();
+      recording_->fused->sync();
+    }
+    write_section();
+  } catch (const std::system_error& error) {
+    outcome_ = Outcome::kFailed;
+    outcome_text_ = outcome == Outcome::kFailed ? text + "; " + error.what() : error.what();
+  }
+  if (outcome_ == Outcome::kComplete) {
+    report_complete(outcome_text_);
+  } else {
+    report_failed(outcome_text_);
+  }
+}
+
+void OdometryRecorder::write_section() {
+  if (!section_is_old_) {
+    return;
+  }
+  const std::string name = mission_section_name(node_name().fully_qualified());
+  const std::string prefix = name.substr(0, name.rfind('.') + 1);
+  MissionSection section;
+  section.title = "Odometry";
+  if (recording_) {
+    section = recording_->report.section(prefix);
+  }
+  const char* const state = outcome_ == Outcome::kComplete ? "Complete"
+                            : outcome_ == Outcome::kFailed ? "Failed"
+                                                           : "Stopped before the end";
+  section.notes.insert(
+      section.notes.begin(),
+      std::string(state) + ": " + (outcome_text_.empty() ? counts() : outcome_text_) + ".");
+  if (!reference_note_.empty()) {
+    section.notes.push_back(reference_note_);
+  }
+  const auto notes = notes_.get();
+  section.notes.insert(section.notes.end(), notes.begin(), notes.end());
+  if (recording_) {
+    section.notes.push_back(
+        "Data: " +
+        data_folder_.lexically_relative(std::filesystem::path(mission_folder_.get())).string() +
+        "/readings.csv, fused.csv.");
+  }
+  write_mission_section(mission_folder_.get(), name, section);
+  section_is_old_ = false;
+}
+
+/// Closes what on_configure opened; may be called at any time, any number of times.
+void OdometryRecorder::finish() {
+  timeout_.reset();
+  readings_subscription_ = {};
+  fused_subscription_ = {};
+  status_subscription_ = {};
+  if (data_folder_.empty()) {
+    return;
+  }
+  write_section();
+  recording_.reset();
+  // Only a folder without files goes.
+  std::error_code ignored;
+  std::filesystem::remove(data_folder_, ignored);
+  data_folder_.clear();
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::OdometryRecorder)
