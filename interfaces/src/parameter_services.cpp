@@ -87,7 +87,7 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
       "~/get_parameters",
       [&node](const auto& request, auto& response) {
         answer(node, [&](const Parameters& parameters) {
-          for (const auto& value : parameters.get(request.names())) {
+          for (const auto& value : parameters.get_many(request.names())) {
             response.values().push_back(to_message(value));
           }
         });
