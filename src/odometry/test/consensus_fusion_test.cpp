@@ -187,6 +187,11 @@ TEST(FusionSet, OdometerThatDoesNotSupportItselfIsNotCounted) {
   RelationMatrix relation = RelationMatrix::Ones(3, 3);
   relation(2, 2) = 0;
   EXPECT_EQ(fusion_set(relation, SupportRule::kMajority), 0b011U);
+
+  RelationMatrix alone = RelationMatrix::Identity(4, 4);
+  alone(3, 3) = 0;
+  alone(3, 0) = 1;  // the support of one that is not usable
+  EXPECT_TRUE(fusion_set(alone, SupportRule::kMajority).none());
 }
 
 TEST(Rejections, NameTheFirstReasonThatApplies) {
@@ -231,6 +236,19 @@ TEST(FuseMembers, AddsTheOffsets) {
   const auto fused =
       fuse_members(readings_at({1.0, 1.0, 1.0}), offsets, 0b011, Weighting::kMaximumLikelihood);
   EXPECT_DOUBLE_EQ(fused.distance, 2.0);
+}
+
+TEST(FuseMembers, EqualReadingsFuseToThemselvesToTheLastBit) {
+  for (std::size_t m = kMinOdometers; m <= kMaxOdometers; ++m) {
+    for (int n = 1; n <= 20; ++n) {
+      auto readings = readings_at(std::vector<double>(m, 0.1 * n));
+      for (std::size_t i = 0; i < m; ++i) {
+        readings[i].standard_deviation = 0.01 * static_cast<double>(i + 3);
+      }
+      const auto all = OdometerSet((1UL << m) - 1);
+      EXPECT_EQ(fuse_members(readings, {}, all, Weighting::kMaximumLikelihood).distance, 0.1 * n);
+    }
+  }
 }
 
 TEST(FuseMembers, SurvivesSigmasWhoseSquareOverflows) {

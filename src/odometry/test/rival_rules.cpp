@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rival_rules.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>

@@ -200,6 +200,9 @@ TEST(SupportRuleStudy, FiguresOfTheDecision) {
       EXPECT_LT(majority.wrong, 0.025);
       EXPECT_LT(majority.rms, 0.050);
     }
+    if (scenario.scatter < 1.0) {  // a margin in the sigmas buys answers
+      EXPECT_LT(majority.none, 0.1);
+    }
     if (scenario.slip == Slip::kTogether) {  // the largest group is not the true one often enough
       EXPECT_LT(majority.wrong, 0.01);
       EXPECT_GT(outcomes[kMutualGroup].wrong, 0.03);
@@ -244,25 +247,6 @@ TEST(SupportRuleStudy, SupportHandedOnAdmitsWhatNoSoundOdometerSupports) {
               1000.0 * error_of(majority), 1000.0 * error_of(connected));
   EXPECT_LT(error_of(majority), 0.01);
   EXPECT_GT(error_of(connected), 0.1);
-}
-
-TEST(SupportRuleStudy, EveryRuleGivesTheSameSetsForTheKindsOfRowsInThePaper) {
-  // Table 1 holds two kinds of rows only, up to the order: all agree, or one is off. It cannot
-  // decide between the rules.
-  const auto sets_of = [](const std::vector<double>& distances) {
-    std::vector<OdometerReading> readings;
-    for (const double distance : distances) {
-      readings.push_back({.distance = distance, .standard_deviation = kSigma});
-    }
-    const auto d = confidence_distance_matrix(readings);
-    std::vector<OdometerSet> sets;
-    for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-      sets.push_back(apply(static_cast<Rule>(rule), d, relation_matrix(d, kEpsilon)));
-    }
-    return sets;
-  };
-  EXPECT_EQ(sets_of({5.32, 5.27, 5.30}), std::vector<OdometerSet>(kRuleCount, 0b111));
-  EXPECT_EQ(sets_of({5.15, 5.31, 5.32}), std::vector<OdometerSet>(kRuleCount, 0b110));
 }
 
 }  // namespace
