@@ -223,6 +223,32 @@ std::optional<QosPolicy> expected_incompatibility(const QoS& offered, const QoS&
   return std::nullopt;
 }
 
+TEST(Qos, IsIncompatibleExactlyWhereTheDdsTableSaysSo) {
+  const std::vector<std::optional<Duration>> spans{std::nullopt, seconds(1), seconds(2)};
+  std::vector<QoS> all;
+  for (const auto reliability : {Reliability::kBestEffort, Reliability::kReliable}) {
+    for (const auto durability : {Durability::kVolatile, Durability::kTransientLocal}) {
+      for (const auto liveliness : {Liveliness::kAutomatic, Liveliness::kManualByTopic}) {
+        for (const auto& deadline : spans) {
+          for (const auto& lease : spans) {
+            all.push_back({.reliability = reliability,
+                           .durability = durability,
+                           .deadline = deadline,
+                           .liveliness = liveliness,
+                           .liveliness_lease = lease});
+          }
+        }
+      }
+    }
+  }
+  for (const QoS& offered : all) {
+    for (const QoS& requested : all) {
+      ASSERT_EQ(incompatibility(offered, requested), expected_incompatibility(offered, requested))
+          << to_string(offered) << " / " << to_string(requested);
+    }
+  }
+}
+
 rc::Gen<QoS> arbitrary_qos() {
   const auto duration = rc::gen::map(rc::gen::inRange(0, 4), [](int hour) {
     return hour == 0 ? std::nullopt : std::optional<Duration>(hours(hour));
