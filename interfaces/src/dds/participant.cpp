@@ -29,6 +29,13 @@ void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos&
     return;  // the user's profile has chosen
   }
   transport.use_builtin_transports = false;
+  auto udp = std::make_shared<UDPv4TransportDescriptor>();
+  udp->sendBufferSize = transport.send_socket_buffer_size;
+  udp->receiveBufferSize = transport.listen_socket_buffer_size;
+  if (options.localhost_only) {
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  }
+  transport.user_transports.push_back(std::move(udp));
   remove_abandoned_segments();
   if (const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes)) {
     auto shared_memory = std::make_shared<SharedMemTransportDescriptor>();
@@ -38,13 +45,6 @@ void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos&
     EPROSIMA_LOG_ERROR(
         PIPESCOUT, "no room in " << kSharedMemoryFolder << ": using UDP within this machine too");
   }
-  auto udp = std::make_shared<UDPv4TransportDescriptor>();
-  udp->sendBufferSize = transport.send_socket_buffer_size;
-  udp->receiveBufferSize = transport.listen_socket_buffer_size;
-  if (options.localhost_only) {
-    udp->interfaceWhiteList.emplace_back("127.0.0.1");
-  }
-  transport.user_transports.push_back(std::move(udp));
 }
 
 fastdds::DomainParticipantQos participant_qos(const DdsOptions& options) {
