@@ -561,11 +561,9 @@ TEST(ParameterThreads, AHandleThatIsGoneIsNotCalledAnyMore) {
   Parameters parameters;
   parameters.declare<int>("n", 0);
   std::atomic<bool> done = false;
-  std::atomic<int> sets = 0;
   std::thread writer([&] {
     while (!done) {
       parameters.set("n", 1);
-      ++sets;
     }
   });
   for (int i = 0; i < 500; ++i) {
@@ -576,7 +574,6 @@ TEST(ParameterThreads, AHandleThatIsGoneIsNotCalledAnyMore) {
   }
   done = true;
   writer.join();
-  EXPECT_GE(sets, 0);
 }
 
 }  // namespace
