@@ -252,16 +252,12 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
       if (retained_.size() >= options_.qos.depth) {
         retained_.pop_front();
       }
-      retained_.push_back({message, info, expiry, false});
+      retained_.push_back({message, info, expiry});
     }
-    // Without a callback group nobody can send retained messages when a reader appears later, so
-    // they are left with the transport at once.
-    if (writer_ && (remote_readers_ > 0 || (retain && !options_.group))) {
-      if (retain) {
-        sample.remote_sequence_number = send_retained_locked();
-      } else {
-        sample.remote_sequence_number = send(message.get(), related).sequence_number;
-      }
+    // What is retained must be with the transport before a reader appears: sent later it would
+    // also reach volatile readers, which asked for nothing old.
+    if (writer_ && (remote_readers_ > 0 || retain)) {
+      sample.remote_sequence_number = send(message.get(), related).sequence_number;
     }
     if (deadline_) {
       deadline_->touch();
@@ -276,25 +272,6 @@ SampleIdentity LocalPublisher::send(const void* message, const SampleIdentity& r
   ++(identity.sequence_number != 0 ? statistics_.sent_to_other_processes
                                    : statistics_.send_failures);
   return identity;
-}
-
-void LocalPublisher::send_retained() {
-  const std::lock_guard lock(mutex_);
-  if (writer_ && remote_readers_ > 0) {
-    send_retained_locked();
-  }
-}
-
-std::int64_t LocalPublisher::send_retained_locked() {
-  std::int64_t last = 0;
-  const Time now = SystemClock().now();
-  for (auto& retained : retained_) {
-    if (!retained.handed_to_transport && (!retained.expiry || now <= *retained.expiry)) {
-      last = send(retained.message.get(), retained.info.related).sequence_number;
-      retained.handed_to_transport = true;
-    }
-  }
-  return last;
 }
 
 void LocalPublisher::renew_lease() {
@@ -412,22 +389,16 @@ void LocalPublisher::incompatible(QosPolicy policy) {
 }
 
 void LocalPublisher::on_remote_readers_changed(int matched) {
-  const int before = remote_readers_.exchange(matched);
+  remote_readers_ = matched;
   if (!options_.group) {
     return;
   }
-  // Sending from here could meet the transport's locks in the wrong order; the group's executor
-  // sends instead.
-  options_.group->post([weak = weak_from_this(), more = matched > before] {
-    const auto self = weak.lock();
-    if (!self) {
-      return;
+  // A thread may hold mutex_ and wait for the transport, which is reporting here.
+  options_.group->post([weak = weak_from_this()] {
+    if (const auto self = weak.lock()) {
+      const std::lock_guard lock(self->mutex_);
+      self->tell_matched();
     }
-    if (more && self->options_.qos.durability == Durability::kTransientLocal) {
-      self->send_retained();
-    }
-    const std::lock_guard lock(self->mutex_);
-    self->tell_matched();
   });
 }
 

@@ -68,7 +68,8 @@ class Broker : public std::enable_shared_from_this<Broker> {
 };
 
 /// The sending half: delivers to matched queues of this process, keeps the last messages for late
-/// joiners, and hands messages to the transport when a remote reader is matched.
+/// joiners, and hands messages to the transport when a remote reader is matched, or might come
+/// late.
 class LocalPublisher final : public UntypedPublisher,
                              public TransportWriterListener,
                              public std::enable_shared_from_this<LocalPublisher> {
@@ -108,13 +109,10 @@ class LocalPublisher final : public UntypedPublisher,
     std::shared_ptr<const void> message;
     MessageInfo info;
     std::optional<Time> expiry;
-    bool handed_to_transport = false;
   };
 
   SampleIdentity send(const void* message, const SampleIdentity& related);  // under mutex_
-  void send_retained();
-  std::int64_t send_retained_locked();  // the sequence number of the last one sent
-  void renew_lease();                   // under mutex_
+  void renew_lease();                                                       // under mutex_
   void liveliness_lapsed();
   void tell_matched();  // under mutex_
 

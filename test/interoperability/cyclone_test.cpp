@@ -134,9 +134,12 @@ class CycloneTest : public testing::Test {
   template <class T>
   std::optional<T> exchange(const std::string& name, const T& message) {
     std::optional<T> echoed;
-    const auto publisher = node_.create_publisher<T>(name + "_in", QoS::reliable());
+    // The callbacks on a match wake the executor.
+    const auto publisher =
+        node_.create_publisher<T>(name + "_in", QoS::reliable(), {.matched = [](std::size_t) {}});
     const auto subscription = node_.create_subscription<T>(
-        name + "_out", QoS::reliable(), [&](const T& received) { echoed = received; });
+        name + "_out", QoS::reliable(), [&](const T& received) { echoed = received; },
+        {.matched = [](std::size_t) {}});
     if (!executor_.spin_until(
             [&] {
               return publisher.subscription_count() > 0 && subscription.publisher_count() > 0;

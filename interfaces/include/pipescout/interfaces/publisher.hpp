@@ -54,7 +54,8 @@ class UntypedPublisher {
   virtual ~UntypedPublisher() = default;
 
   /// Hands the message, which nobody may change from now on, to every matched subscription of this
-  /// process as it is, and serialises it once for other processes if a reader is matched there.
+  /// process as it is, and serialises it once for other processes if a reader is matched there, or
+  /// if the durability promises it to readers that come later.
   virtual PublishedSample publish(std::shared_ptr<const void> message,
                                   const SampleIdentity& related) = 0;
 
