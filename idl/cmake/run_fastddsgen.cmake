@@ -12,7 +12,7 @@ file(REMOVE_RECURSE "${scratch}")
 file(MAKE_DIRECTORY "${scratch}")
 
 # Without these the virtual machine spends half of its second on compiling itself.
-set(ENV{JAVA_TOOL_OPTIONS} "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
+set(ENV{JAVA_TOOL_OPTIONS} "$ENV{JAVA_TOOL_OPTIONS} -XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
 execute_process(
   COMMAND "${FASTDDSGEN}" -typeros2 -cs -replace -I . -d "${scratch}" -t "${scratch}" "${IDL_FILE}"
   WORKING_DIRECTORY "${IDL_DIR}"
