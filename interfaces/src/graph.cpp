@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <rmw_dds_common/msg/participant_entities_info.hpp>
 #include <stdexcept>
@@ -20,6 +21,13 @@ constexpr std::size_t kGuidPrefixSize = 12;
 
 // ROS 2 keeps all; the transport hands samples over at once, so this only bounds a burst.
 constexpr std::size_t kDiscoveryReaderDepth = 1000;
+
+// A participant's message may arrive before discovery shows the participant, but not this long.
+constexpr Duration kLongestUnknown = std::chrono::minutes(1);
+
+SteadyTime steady_now() {
+  return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
+}
 
 rmw_dds_common::msg::Gid to_wire(const Gid& gid) {
   rmw_dds_common::msg::Gid wire;
@@ -66,8 +74,7 @@ class ChangeBell {
   }
 
   bool wait_until(const std::function<bool()>& done, Duration timeout) {
-    const SteadyTime until = add_saturated(
-        std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now()), timeout);
+    const SteadyTime until = add_saturated(steady_now(), timeout);
     while (true) {
       std::uint64_t seen = 0;
       {
@@ -197,13 +204,15 @@ class Knowledge {
 
   void hear(const ParticipantEntitiesInfo& message, const MessageInfo& info) {
     const Gid participant = from_wire(message.gid());
-    // One may speak for oneself only, so what is kept is bounded by what discovery has found.
+    // One may speak for oneself only, so what is kept is bounded by the participants that there
+    // are.
     if (info.from_this_process || !same_participant(participant, info.identity.writer)) {
       return;
     }
     {
       const std::lock_guard lock(mutex_);
-      remote_nodes_[participant] = {message.node_entities_info_seq(), prunings_};
+      remote_nodes_[participant] = {message.node_entities_info_seq(), steady_now(), prunings_,
+                                    false};
     }
     bell_.ring();
   }
@@ -215,23 +224,25 @@ class Knowledge {
       const std::lock_guard lock(mutex_);
       pruning = ++prunings_;
     }
-    std::vector<Gid> present;
-    for (const auto& participant : transport_->remote_participants()) {
-      present.push_back(participant.gid);
-    }
-    std::sort(present.begin(), present.end());
+    const std::vector<Gid> present = present_participants();
+    const SteadyTime long_ago = steady_now() - kLongestUnknown;
     {
       const std::lock_guard lock(mutex_);
-      std::erase_if(remote_nodes_, [&](const auto& entry) {
+      for (auto entry = remote_nodes_.begin(); entry != remote_nodes_.end();) {
+        RemoteNodes& remote = entry->second;
+        const bool is_present = std::binary_search(present.begin(), present.end(), entry->first);
         // What was heard after the list was asked for may be missing from it.
-        return entry.second.heard_after_pruning < pruning &&
-               !std::binary_search(present.begin(), present.end(), entry.first);
-      });
+        const bool is_gone = !is_present && remote.heard_after_pruning < pruning &&
+                             (remote.was_present || remote.heard_at < long_ago);
+        remote.was_present = remote.was_present || is_present;
+        entry = is_gone ? remote_nodes_.erase(entry) : std::next(entry);
+      }
     }
     bell_.ring();
   }
 
   [[nodiscard]] std::vector<NodeName> nodes() const {
+    const std::vector<Gid> present = present_participants();
     std::vector<NodeName> nodes;
     {
       const std::lock_guard lock(mutex_);
@@ -239,6 +250,9 @@ class Knowledge {
         nodes.push_back(name);
       }
       for (const auto& [participant, remote] : remote_nodes_) {
+        if (!std::binary_search(present.begin(), present.end(), participant)) {
+          continue;
+        }
         for (const auto& node : remote.nodes) {
           nodes.push_back({node.node_namespace(), node.node_name()});
         }
@@ -288,8 +302,21 @@ class Knowledge {
   };
   struct RemoteNodes {
     std::vector<NodeEntitiesInfo> nodes;
+    SteadyTime heard_at{};
     std::uint64_t heard_after_pruning = 0;
+    bool was_present = false;  // discovery has shown the participant
   };
+
+  [[nodiscard]] std::vector<Gid> present_participants() const {
+    std::vector<Gid> present;
+    if (transport_ != nullptr) {
+      for (const auto& participant : transport_->remote_participants()) {
+        present.push_back(participant.gid);
+      }
+    }
+    std::sort(present.begin(), present.end());
+    return present;
+  }
 
   void tell_local_change() {
     announce();

@@ -126,7 +126,7 @@ struct DiscoveredParticipant {
 
 /// Told from a thread of the transport that the remote graph has changed. It may ask the transport
 /// for `remote_participants` and `remote_endpoints`, which show the change already. A message of
-/// another process arrives only while `remote_participants` shows that process.
+/// another process may arrive shortly before `remote_participants` shows that process.
 using GraphChanged = std::function<void()>;
 
 class Transport {
