@@ -147,16 +147,16 @@ void DdsReader::on_liveliness_changed(fastdds::DataReader*,
                                       const eprosima::fastrtps::LivelinessChangedStatus& status) {
   contain("a liveliness change", [&] {
     const Gid writer = to_gid(rtps::iHandle2GUID(status.last_publication_handle));
-    if (same_participant(writer, participant_->gid())) {
-      return;
-    }
     const std::lock_guard lock(mutex_);
-    if (status.alive_count_change > 0) {
-      is_alive_[writer] = true;
-    } else if (status.not_alive_count_change > 0) {
-      is_alive_[writer] = false;
-    } else {
-      is_alive_.erase(writer);
+    total_ = {.alive = status.alive_count, .not_alive = status.not_alive_count};
+    if (!same_participant(writer, participant_->gid())) {
+      if (status.alive_count_change > 0) {
+        is_alive_[writer] = true;
+      } else if (status.not_alive_count_change > 0) {
+        is_alive_[writer] = false;
+      } else if (status.alive_count_change < 0 || status.not_alive_count_change < 0) {
+        is_alive_.erase(writer);
+      }
     }
     if (!closed_) {
       post_liveliness();
@@ -164,12 +164,27 @@ void DdsReader::on_liveliness_changed(fastdds::DataReader*,
   });
 }
 
-// Under mutex_.
-void DdsReader::post_liveliness() {
+// Under mutex_. Fast DDS calls from several threads and mixes the changes of events that coincide;
+// only its totals are sure. They count writers of this process too, so with such writers the
+// remote ones have to be counted one by one.
+LivelinessChange DdsReader::remote_liveliness() const {
+  if (has_lease_ && own_writers_.load() == 0) {
+    return total_;
+  }
   LivelinessChange now;
   for (const auto& [writer, alive] : is_alive_) {
     ++(alive ? now.alive : now.not_alive);
   }
+  return now;
+}
+
+// Under mutex_.
+void DdsReader::post_liveliness() {
+  const LivelinessChange now = remote_liveliness();
+  if (now.alive == reported_.alive && now.not_alive == reported_.not_alive) {
+    return;
+  }
+  reported_ = now;
   participant_->events().post(this, [this, now] { listener_.on_remote_liveliness_changed(now); });
 }
 

@@ -39,6 +39,7 @@ class DdsReader : public TransportReader, private fastdds::DataReaderListener {
 
   [[nodiscard]] bool next_is_own(fastdds::DataReader& reader) const;
   void take_all(fastdds::DataReader& reader);
+  [[nodiscard]] LivelinessChange remote_liveliness() const;
   void post_liveliness();
 
   const std::shared_ptr<Participant> participant_;
@@ -50,8 +51,11 @@ class DdsReader : public TransportReader, private fastdds::DataReaderListener {
   std::atomic<int> own_writers_{0};
 
   mutable std::mutex mutex_;
-  std::set<Gid> writers_;         // remote and matched
-  std::map<Gid, bool> is_alive_;  // remote writers whose liveliness is known
+  std::set<Gid> writers_;  // remote and matched
+  // Liveliness of the writers: of all as Fast DDS counts them, and of each remote one.
+  LivelinessChange total_;
+  LivelinessChange reported_;
+  std::map<Gid, bool> is_alive_;
   bool closed_ = false;
 
   fastdds::DataReader* reader_ = nullptr;

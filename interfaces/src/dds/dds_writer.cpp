@@ -11,6 +11,11 @@
 #include "rtps_conversions.hpp"
 
 namespace pipescout::dds {
+namespace {
+
+using eprosima::fastrtps::types::ReturnCode_t;
+
+}  // namespace
 
 DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& topic,
                      const QoS& qos, TransportWriterListener& listener)
@@ -42,7 +47,6 @@ DdsWriter::~DdsWriter() {
     closed_ = true;
   }
   participant_->events().cancel(this);
-  using eprosima::fastrtps::types::ReturnCode_t;
   if (participant_->publisher().delete_datawriter(writer_) != ReturnCode_t::RETCODE_OK) {
     EPROSIMA_LOG_ERROR(PIPESCOUT, "the writer of '" << topic_.name() << "' could not be deleted");
   }
@@ -75,7 +79,14 @@ bool DdsWriter::is_matched(const Gid& reader) const {
 }
 
 void DdsWriter::assert_liveliness() {
-  writer_->assert_liveliness();
+  // Fast DDS 2.9.1 fails to assert, and tells no reader, when the lease expires in that very
+  // moment; the next attempt meets an expired lease, which is no trouble.
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (writer_->assert_liveliness() == ReturnCode_t::RETCODE_OK) {
+      return;
+    }
+  }
 }
 
 void DdsWriter::on_publication_matched(fastdds::DataWriter*,
