@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace pipescout::host {
+
+/// Exit codes, as `ros2` has them.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitError = 1;
+inline constexpr int kExitUsage = 2;
+
+/// A command cannot do what was asked; what() is shown to the user as it is.
+class CommandError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What the parsed command line asks for; returns the exit code.
+using Action = std::function<int()>;
+
+// Each adds its commands to `app`. Parsing one of them sets `action`.
+void add_run_command(CLI::App& app, Action& action);
+void add_component_commands(CLI::App& app, Action& action);
+void add_topic_commands(CLI::App& app, Action& action);
+void add_node_commands(CLI::App& app, Action& action);
+void add_param_commands(CLI::App& app, Action& action);
+void add_lifecycle_commands(CLI::App& app, Action& action);
+void add_service_commands(CLI::App& app, Action& action);
+void add_summary_command(CLI::App& app, Action& action);
+void add_reproduce_command(CLI::App& app, Action& action);
+
+}  // namespace pipescout::host

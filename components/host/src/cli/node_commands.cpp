@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "cli/session.hpp"
+
+namespace pipescout::host {
+namespace {
+
+int list_nodes(Session& session, bool all, bool count) {
+  session.settle();
+  const auto nodes = session.nodes(all);
+  if (count) {
+    std::cout << nodes.size() << '\n';
+    return kExitOk;
+  }
+  for (const auto& node : nodes) {
+    std::cout << node.fully_qualified() << '\n';
+  }
+  if (std::adjacent_find(nodes.begin(), nodes.end()) != nodes.end()) {
+    std::cerr << "WARNING: Be aware that there are nodes in the graph that share an exact name, "
+                 "which can have unintended side effects.\n";
+  }
+  return kExitOk;
+}
+
+/// What a node does with names of one kind.
+NamesAndTypes names_of(const std::vector<GraphEndpoint>& endpoints, const NodeName& node,
+                       bool publishers, DdsTopicKind kind, bool hidden) {
+  NamesAndTypes result;
+  for (const auto& endpoint : endpoints) {
+    if (endpoint.node != node || endpoint.is_publisher != publishers) {
+      continue;
+    }
+    const auto topic = demangle_topic_name(endpoint.wire_topic);
+    if (!topic || topic->kind != kind || (!hidden && is_hidden(topic->name))) {
+      continue;
+    }
+    const auto type = kind == DdsTopicKind::kTopic ? demangle_type_name(endpoint.wire_type)
+                                                   : demangle_service_type_name(endpoint.wire_type);
+    result[topic->name].insert(type.value_or(endpoint.wire_type));
+  }
+  return result;
+}
+
+void print_section(const char* title, const NamesAndTypes& names) {
+  std::cout << "  " << title << ":\n";
+  for (const auto& [name, types] : names) {
+    std::cout << "    " << name << ": ";
+    const char* separator = "";
+    for (const auto& type : types) {
+      std::cout << separator << type;
+      separator = ", ";
+    }
+    std::cout << '\n';
+  }
+  if (names.empty()) {
+    std::cout << '\n';
+  }
+}
+
+int node_info(Session& session, const std::string& name, bool hidden) {
+  const auto node = session.find_node(name);
+  // Its endpoints follow one by one.
+  session.settle();
+  const auto nodes = session.graph().nodes();
+  if (const auto count = std::count(nodes.begin(), nodes.end(), node); count > 1) {
+    std::cerr << "There are " << count << " nodes in the graph with the exact name \""
+              << node.fully_qualified()
+              << "\". You are seeing information about only one of them.\n";
+  }
+  const auto endpoints = session.graph().endpoints();
+  const auto names = [&](bool publishers, DdsTopicKind kind) {
+    return names_of(endpoints, node, publishers, kind, hidden);
+  };
+  std::cout << node.fully_qualified() << '\n';
+  print_section("Subscribers", names(false, DdsTopicKind::kTopic));
+  print_section("Publishers", names(true, DdsTopicKind::kTopic));
+  print_section("Service Servers", names(false, DdsTopicKind::kServiceRequest));
+  print_section("Service Clients", names(true, DdsTopicKind::kServiceRequest));
+  print_section("Action Servers", {});
+  print_section("Action Clients", {});
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_node_commands(CLI::App& app, Action& action) {
+  auto* group = app.add_subcommand("node", "Nodes on the network");
+  group->require_subcommand(1);
+
+  struct Options {
+    DiscoveryOptions discovery;
+    std::string node;
+    bool hidden = false;
+    bool count = false;
+  };
+  auto list = std::make_shared<Options>();
+  auto* command = group->add_subcommand("list", "List the nodes");
+  command->add_flag("-a,--all", list->hidden, "Hidden nodes too");
+  command->add_flag("-c,--count-nodes", list->count, "Print only how many there are");
+  list->discovery.add_to(*command, false);
+  command->callback([=, &action] {
+    action = [=] {
+      Session session(list->discovery);
+      return list_nodes(session, list->hidden, list->count);
+    };
+  });
+
+  auto info = std::make_shared<Options>();
+  command = group->add_subcommand("info", "Show what a node publishes, subscribes and serves");
+  command->add_option("node", info->node, "Name of the node")->required();
+  command->add_flag("--include-hidden", info->hidden, "Hidden topics and services too");
+  info->discovery.add_to(*command, false);
+  command->callback([=, &action] {
+    action = [=] {
+      Session session(info->discovery);
+      return node_info(session, info->node, info->hidden);
+    };
+  });
+}
+
+}  // namespace pipescout::host

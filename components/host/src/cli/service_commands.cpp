@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <memory>
+
+#include "cli/session.hpp"
+
+namespace pipescout::host {
+namespace {
+
+struct Options {
+  DiscoveryOptions discovery;
+  bool types = false;
+  bool hidden = false;
+  bool count = false;
+};
+
+int list_services(const Options& options) {
+  Session session(options.discovery);
+  session.settle();
+  auto services = session.graph().services();
+  std::erase_if(services,
+                [&](const auto& entry) { return !options.hidden && is_hidden(entry.first); });
+  if (options.count) {
+    std::cout << services.size() << '\n';
+    return kExitOk;
+  }
+  for (const auto& [name, types] : services) {
+    std::cout << name;
+    if (options.types) {
+      const char* separator = " [";
+      for (const auto& type : types) {
+        std::cout << separator << type;
+        separator = ", ";
+      }
+      std::cout << ']';
+    }
+    std::cout << '\n';
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_service_commands(CLI::App& app, Action& action) {
+  auto* group = app.add_subcommand("service", "Services on the network");
+  group->require_subcommand(1);
+  auto options = std::make_shared<Options>();
+  auto* command = group->add_subcommand("list", "List the services");
+  command->add_flag("-t,--show-types", options->types, "Show the types too");
+  command->add_flag("-c,--count-services", options->count, "Print only how many there are");
+  command->add_flag("-a,--include-hidden-services", options->hidden, "Hidden services too");
+  options->discovery.add_to(*command, false);
+  command->callback([=, &action] { action = [=] { return list_services(*options); }; });
+}
+
+}  // namespace pipescout::host

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/command.hpp"
+#include "pipescout/interfaces/node.hpp"
+
+/// The place of a command on the network: a node of its own, hidden and short-lived.
+namespace pipescout::host {
+
+/// The options that every command on the network has.
+struct DiscoveryOptions {
+  double spin_time = 3.0;  ///< s, how long to look for others at most
+  double timeout = 5.0;    ///< s, how long to wait for the answer of a service
+
+  void add_to(CLI::App& command, bool with_services);
+};
+
+class Session {
+ public:
+  /// Joins the network. Throws TransportError, std::invalid_argument.
+  explicit Session(DiscoveryOptions options);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  [[nodiscard]] Node& node() { return *node_; }
+  [[nodiscard]] Graph& graph() { return context_->graph(); }
+  [[nodiscard]] Executor& executor() { return executor_; }
+  [[nodiscard]] Duration spin_time() const { return from_seconds(options_.spin_time); }
+
+  /// Returns once nothing new has been discovered for a while, or after the spin time.
+  void settle(Duration quiet = std::chrono::milliseconds(500));
+  /// Returns as soon as `found` holds; false after the spin time.
+  bool wait_for(const std::function<bool()>& found) {
+    return graph().wait_until(found, spin_time());
+  }
+
+  /// Nodes of others, each name once, sorted. Hidden ones begin with '_'.
+  [[nodiscard]] std::vector<NodeName> nodes(bool hidden);
+  /// Waits for a node that the user named, "/ns/name" or "name". Throws CommandError.
+  [[nodiscard]] NodeName find_node(const std::string& name);
+  /// Whether the node has a server of `~/service` with that type ("lifecycle_msgs/srv/GetState").
+  [[nodiscard]] bool serves(const NodeName& node, std::string_view service, std::string_view type);
+
+  /// Calls a service and waits for its answer. Throws CommandError when none comes.
+  template <class S>
+  std::shared_ptr<const typename S::Response> call(const std::string& service,
+                                                   typename S::Request request = {}) {
+    auto client = node_->create_client<S>(service);
+    std::optional<typename Client<S>::Result> result;
+    client.call(
+        std::move(request),
+        [&result](typename Client<S>::Result answer) { result = std::move(answer); },
+        from_seconds(options_.timeout));
+    // The client itself watches the time; this one is only a bound on top of it.
+    executor_.spin_until([&] { return result.has_value(); },
+                         from_seconds(options_.timeout) + std::chrono::seconds(1));
+    if (result && *result) {
+      return result->shared();
+    }
+    throw CommandError("service " + service + ": " +
+                       to_string(result ? result->error() : ServiceError::kTimeout));
+  }
+
+ private:
+  DiscoveryOptions options_;
+  std::shared_ptr<Context> context_;
+  Executor executor_;
+  std::unique_ptr<Node> node_;
+};
+
+/// "/a/_b/c" is hidden, as every name with a part that begins with '_'.
+[[nodiscard]] bool is_hidden(std::string_view name);
+
+/// "/name" for "name".
+[[nodiscard]] std::string absolute_name(const std::string& name);
+
+/// "std_msgs/msg/String" for "std_msgs/String" too.
+[[nodiscard]] std::string full_type_name(const std::string& name);
+
+}  // namespace pipescout::host

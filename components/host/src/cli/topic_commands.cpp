@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/topic_commands.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <set>
+
+#include "pipescout/idl/message_type.hpp"
+
+namespace pipescout::host {
+namespace {
+
+struct Options {
+  DiscoveryOptions discovery;
+  std::string topic;
+  bool types = false;
+  bool hidden = false;
+  bool count = false;
+  bool verbose = false;
+};
+
+std::string joined(const std::set<std::string>& texts) {
+  std::string result;
+  for (const auto& text : texts) {
+    result += (result.empty() ? "" : ", ") + text;
+  }
+  return result;
+}
+
+std::size_t count_of(Graph& graph, const std::string& topic, bool publishers) {
+  return endpoints_of(graph, topic, publishers).size();
+}
+
+void print_counted(Graph& graph, const NamesAndTypes& topics, bool publishers) {
+  std::cout << (publishers ? "Published" : "Subscribed") << " topics:\n";
+  for (const auto& [name, types] : topics) {
+    const auto count = count_of(graph, name, publishers);
+    if (count > 0) {
+      std::cout << " * " << name << " [" << joined(types) << "] " << count << ' '
+                << (publishers ? "publisher" : "subscriber") << (count > 1 ? "s" : "") << '\n';
+    }
+  }
+  std::cout << '\n';
+}
+
+int list_topics(const Options& options) {
+  Session session(options.discovery);
+  session.settle();
+  auto topics = session.graph().topics();
+  std::erase_if(topics,
+                [&](const auto& entry) { return !options.hidden && is_hidden(entry.first); });
+  if (options.count) {
+    std::cout << topics.size() << '\n';
+    return kExitOk;
+  }
+  if (options.verbose) {
+    if (!topics.empty()) {
+      print_counted(session.graph(), topics, true);
+      print_counted(session.graph(), topics, false);
+    }
+    return kExitOk;
+  }
+  for (const auto& [name, types] : topics) {
+    std::cout << name;
+    if (options.types) {
+      std::cout << " [" << joined(types) << ']';
+    }
+    std::cout << '\n';
+  }
+  return kExitOk;
+}
+
+std::string duration_text(const std::optional<Duration>& duration) {
+  return duration ? std::to_string(duration->count()) + " nanoseconds" : "Infinite";
+}
+
+void print_endpoint(const GraphEndpoint& endpoint) {
+  const auto node =
+      endpoint.node.value_or(NodeName{"_NODE_NAMESPACE_UNKNOWN_", "_NODE_NAME_UNKNOWN_"});
+  std::string gid;
+  // 24 bytes in ROS 2 Humble: a GUID and zeros.
+  constexpr std::size_t kGidSize = 24;
+  for (std::size_t i = 0; i < kGidSize; ++i) {
+    std::array<char, 4> hex{};
+    const unsigned byte = i < endpoint.gid.bytes.size() ? endpoint.gid.bytes[i] : 0U;
+    std::snprintf(hex.data(), hex.size(), "%02x", byte);
+    gid += (i == 0 ? "" : ".") + std::string(hex.data());
+  }
+  const auto& qos = endpoint.qos;
+  std::cout << "Node name: " << node.name << "\nNode namespace: " << node.ns << "\nTopic type: "
+            << demangle_type_name(endpoint.wire_type).value_or(endpoint.wire_type)
+            << "\nEndpoint type: " << (endpoint.is_publisher ? "PUBLISHER" : "SUBSCRIPTION")
+            << "\nGID: " << gid << "\nQoS profile:\n  Reliability: "
+            << (qos.reliability == Reliability::kReliable ? "RELIABLE" : "BEST_EFFORT")
+            << "\n  History (Depth): "
+            << (qos.depth == 0 ? "UNKNOWN" : "KEEP_LAST (" + std::to_string(qos.depth) + ")")
+            << "\n  Durability: "
+            << (qos.durability == Durability::kTransientLocal ? "TRANSIENT_LOCAL" : "VOLATILE")
+            << "\n  Lifespan: " << duration_text(qos.lifespan)
+            << "\n  Deadline: " << duration_text(qos.deadline) << "\n  Liveliness: "
+            << (qos.liveliness == Liveliness::kAutomatic ? "AUTOMATIC" : "MANUAL_BY_TOPIC")
+            << "\n  Liveliness lease duration: " << duration_text(qos.liveliness_lease) << "\n\n";
+}
+
+int topic_info(const Options& options) {
+  const auto topic = topic_name(options.topic);
+  Session session(options.discovery);
+  auto& graph = session.graph();
+  if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
+    throw CommandError("Unknown topic '" + options.topic + "'");
+  }
+  session.settle();
+  const auto types = graph.topics()[topic];
+  const char* line_end = options.verbose ? "\n\n" : "\n";
+  if (types.size() == 1) {
+    std::cout << "Type: " << *types.begin() << line_end;
+  } else {
+    std::cout << "Type: ['";
+    std::string list;
+    for (const auto& type : types) {
+      list += (list.empty() ? "" : "', '") + type;
+    }
+    std::cout << list << "']" << line_end;
+  }
+  for (const bool publishers : {true, false}) {
+    const auto endpoints = endpoints_of(graph, topic, publishers);
+    std::cout << (publishers ? "Publisher count: " : "Subscription count: ") << endpoints.size()
+              << line_end;
+    if (options.verbose) {
+      std::for_each(endpoints.begin(), endpoints.end(), print_endpoint);
+    }
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+std::string topic_name(const std::string& name) {
+  try {
+    return expand_topic_name(name, {"/", "pipescout"});
+  } catch (const InvalidName& error) {
+    throw CommandError(error.what());
+  }
+}
+
+std::vector<GraphEndpoint> endpoints_of(Graph& graph, const std::string& topic, bool publishers) {
+  auto endpoints = graph.endpoints();
+  const auto wire = mangle_topic_name(topic, DdsTopicKind::kTopic);
+  std::erase_if(endpoints, [&](const GraphEndpoint& endpoint) {
+    return endpoint.wire_topic != wire || endpoint.is_publisher != publishers;
+  });
+  return endpoints;
+}
+
+const MessageType& topic_type(Session& session, const std::string& topic,
+                              const std::string& given) {
+  auto name = full_type_name(given);
+  if (name.empty()) {
+    auto& graph = session.graph();
+    if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
+      throw CommandError("WARNING: topic [" + topic +
+                         "] does not appear to be published yet\n"
+                         "Could not determine the type for the passed topic");
+    }
+    const auto types = graph.topics()[topic];
+    if (types.size() > 1) {
+      throw CommandError("Cannot echo topic '" + topic + "', as it contains more than one type: [" +
+                         joined(types) + "]");
+    }
+    name = types.empty() ? "" : *types.begin();
+  }
+  const auto* type = find_message_type(name);
+  if (type == nullptr) {
+    throw CommandError("The message type '" + name + "' is not one of this installation");
+  }
+  return *type;
+}
+
+void QosOptions::add_to(CLI::App& command) {
+  command.add_option("--qos-profile", profile, "Start from this profile")
+      ->check(CLI::IsMember(
+          {"default", "system_default", "sensor_data", "services_default", "parameters"}));
+  command.add_option("--qos-depth", depth, "Messages kept")->check(CLI::PositiveNumber);
+  command.add_option("--qos-reliability", reliability, "")
+      ->check(CLI::IsMember({"reliable", "best_effort"}));
+  command.add_option("--qos-durability", durability, "")
+      ->check(CLI::IsMember({"volatile", "transient_local"}));
+}
+
+QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options) {
+  // Deep enough for a burst while a terminal scrolls.
+  constexpr std::size_t kDepth = 100;
+  QoS qos = QoS::sensor_data(kDepth);
+  if (options.profile == "default" || options.profile == "system_default") {
+    qos = QoS::reliable();
+  } else if (options.profile == "services_default") {
+    qos = QoS::services();
+  } else if (options.profile == "parameters") {
+    qos = QoS::parameters();
+  } else if (options.profile.empty()) {
+    const auto publishers = endpoints_of(graph, topic, true);
+    const auto share = [&](auto test) {
+      return static_cast<std::size_t>(std::count_if(publishers.begin(), publishers.end(), test));
+    };
+    const auto reliable =
+        share([](const auto& e) { return e.qos.reliability == Reliability::kReliable; });
+    const auto latched =
+        share([](const auto& e) { return e.qos.durability == Durability::kTransientLocal; });
+    if (!publishers.empty() && reliable == publishers.size()) {
+      qos.reliability = Reliability::kReliable;
+    } else if (reliable > 0 && options.reliability.empty()) {
+      std::cerr << "Some, but not all, publishers are offering QoSReliabilityPolicy.RELIABLE. "
+                   "Falling back to QoSReliabilityPolicy.BEST_EFFORT as it will connect to all "
+                   "publishers\n";
+    }
+    if (!publishers.empty() && latched == publishers.size()) {
+      qos.durability = Durability::kTransientLocal;
+    } else if (latched > 0 && options.durability.empty()) {
+      std::cerr << "Some, but not all, publishers are offering "
+                   "QoSDurabilityPolicy.TRANSIENT_LOCAL. Falling back to "
+                   "QoSDurabilityPolicy.VOLATILE as it will connect to all publishers\n";
+    }
+  }
+  if (options.depth) {
+    qos.depth = *options.depth;
+  }
+  if (!options.reliability.empty()) {
+    qos.reliability =
+        options.reliability == "reliable" ? Reliability::kReliable : Reliability::kBestEffort;
+  }
+  if (!options.durability.empty()) {
+    qos.durability =
+        options.durability == "volatile" ? Durability::kVolatile : Durability::kTransientLocal;
+  }
+  return qos;
+}
+
+void add_topic_commands(CLI::App& app, Action& action) {
+  auto* group = app.add_subcommand("topic", "Topics on the network");
+  group->require_subcommand(1);
+
+  auto list = std::make_shared<Options>();
+  auto* command = group->add_subcommand("list", "List the topics");
+  command->add_flag("-t,--show-types", list->types, "Show the types too");
+  command->add_flag("-c,--count-topics", list->count, "Print only how many there are");
+  command->add_flag("-a,--include-hidden-topics", list->hidden, "Hidden topics too");
+  command->add_flag("-v,--verbose", list->verbose, "Show types and numbers of endpoints");
+  list->discovery.add_to(*command, false);
+  command->callback([=, &action] { action = [=] { return list_topics(*list); }; });
+
+  auto info = std::make_shared<Options>();
+  command = group->add_subcommand("info", "Show type and endpoints of a topic");
+  command->add_option("topic", info->topic, "Name of the topic")->required();
+  command->add_flag("-v,--verbose", info->verbose, "Show each endpoint, its node and its QoS");
+  info->discovery.add_to(*command, false);
+  command->callback([=, &action] { action = [=] { return topic_info(*info); }; });
+
+  add_topic_echo(*group, action);
+  add_topic_hz(*group, action);
+}
+
+}  // namespace pipescout::host

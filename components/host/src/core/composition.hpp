@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/substitution.hpp"
+#include "pipescout/interfaces/names.hpp"
+#include "pipescout/interfaces/parameter_value.hpp"
+#include "pipescout/interfaces/parameter_yaml.hpp"
+#include "pipescout/interfaces/time.hpp"
+
+/// A composition: which components run together, with which parameters. Read from YAML, see
+/// docs/compositions.md; everything is checked here that can be checked without loading a library.
+namespace pipescout::host {
+
+/// What happens when a component in a process of its own ends by itself.
+struct RestartPolicy {
+  int limit = 5;                                      ///< restarts in all
+  Duration backoff = std::chrono::milliseconds{500};  ///< before the first; doubles each time
+  bool operator==(const RestartPolicy&) const = default;
+};
+
+struct ComponentEntry {
+  std::string type;  ///< class: "pipescout::OdometryFusion"
+  NodeName name;
+  std::vector<ParameterOverride> parameters;  ///< from all sources; the later counts
+  RemapRules remappings;
+  bool isolate = false;
+  RestartPolicy restart;
+  std::string location;       ///< "file:line:column" of the entry
+  std::string type_location;  ///< the same of its type
+};
+
+struct Composition {
+  std::string path;
+  std::string name;
+  std::vector<std::pair<std::string, std::string>> arguments;  ///< with the values they have now
+  std::string mission_folder;
+  std::size_t threads = 1;
+  std::vector<ComponentEntry> components;  ///< in the order in which they start
+  std::vector<NodeName> complete_when;     ///< empty: runs until it is stopped
+};
+
+/// What the command line adds to the file.
+struct CompositionInputs {
+  std::vector<std::pair<std::string, std::string>> arguments;  ///< NAME:=VALUE
+  std::string ns = "/";                                        ///< of all components
+  std::vector<std::string> parameters;  ///< "k:=v", "node.k:=v" or "node:k:=v"
+  std::vector<std::string> parameter_files;
+  SubstitutionSources sources;
+  /// Absolute path of the mission folder for a composition of that name.
+  std::function<std::string(const std::string& mission)> mission_folder;
+};
+
+/// The command line does not go with the composition. Errors in the file are YamlError.
+class CompositionError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Throws YamlError ("file:line:column: message"), CompositionError.
+[[nodiscard]] Composition load_composition(const std::string& path,
+                                           const CompositionInputs& inputs);
+/// The same from text; `path` names it, and its folder is what relative files are relative to.
+[[nodiscard]] Composition parse_composition(const std::string& text, const std::string& path,
+                                            const CompositionInputs& inputs);
+
+/// The composition as it is run, in the same format: arguments filled in, and for each component
+/// (in their order) all its parameters.
+[[nodiscard]] std::string to_yaml(const Composition& composition,
+                                  const std::vector<std::vector<NamedParameter>>& parameters);
+
+/// Splits "name:=value". Throws CompositionError.
+[[nodiscard]] std::pair<std::string, std::string> parse_argument(const std::string& text);
+
+/// "; did you mean 'x'?", or nothing when no known name is near.
+[[nodiscard]] std::string suggestion(const std::string& misspelt,
+                                     const std::vector<std::string>& known);
+
+}  // namespace pipescout::host

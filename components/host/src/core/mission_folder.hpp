@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/summary.hpp"
+#include "pipescout/interfaces/logger.hpp"
+#include "pipescout/interfaces/time.hpp"
+
+namespace pipescout::host {
+
+/// `missions/<mission>_<UTC time>` below `parent`; with "_2", "_3", ... behind it when that is
+/// taken.
+[[nodiscard]] std::filesystem::path default_mission_folder(const std::filesystem::path& parent,
+                                                           const std::string& mission, Time now);
+
+/// The folder of one run. Thread-safe.
+class MissionFolder {
+ public:
+  /// Makes the folder; it may exist, but must not hold a mission. Throws MissionFolderError.
+  explicit MissionFolder(std::filesystem::path path);
+  MissionFolder(const MissionFolder&) = delete;
+  MissionFolder& operator=(const MissionFolder&) = delete;
+  ~MissionFolder();
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  /// Throws MissionFolderError.
+  void write_composition(const std::string& yaml) const;
+  /// Adds a line to `mission.log`, at once, as the console shows it. A full disk is not reported:
+  /// there is nowhere to say it.
+  void log(LogSeverity severity, Time stamp, std::string_view name, std::string_view text);
+
+ private:
+  std::filesystem::path path_;
+  int log_ = -1;
+};
+
+}  // namespace pipescout::host

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "pipescout/interfaces/names.hpp"
+#include "pipescout/interfaces/time.hpp"
+
+namespace pipescout::host {
+
+/// What a component said last on `mission/status`.
+struct ComponentReport {
+  enum class State : std::uint8_t { kRunning, kComplete, kFailed };
+  State state = State::kRunning;
+  std::uint32_t done = 0;
+  std::uint32_t total = 0;  ///< 0: unknown
+  std::string message;
+};
+
+/// How far a mission is, from the reports of its components.
+class MissionProgress {
+ public:
+  enum class Outcome : std::uint8_t {
+    kRunning,
+    kComplete,  ///< all awaited components are complete; never when none is awaited
+    kFailed     ///< a component, awaited or not, has failed
+  };
+
+  explicit MissionProgress(std::vector<NodeName> awaited);
+
+  void report(const NodeName& component, ComponentReport report);
+
+  [[nodiscard]] Outcome outcome() const;
+  /// "/fusion failed: message"; empty unless the outcome is kFailed.
+  [[nodiscard]] std::string failure() const;
+  /// Between 0 and 1: the least of the awaited components' shares. Nothing while one of them has
+  /// not said how much it has to do.
+  [[nodiscard]] std::optional<double> fraction() const;
+  /// "70 %  odometer_replay 10/10  odometry_recorder 7/10"; empty before the first report.
+  [[nodiscard]] std::string line() const;
+
+ private:
+  std::vector<NodeName> awaited_;
+  std::map<NodeName, ComponentReport> reports_;
+};
+
+/// Shows progress: on a terminal one line, written over and over; else a line at most once a second
+/// and, when the share is known, at most every 10 %.
+class ProgressPrinter {
+ public:
+  ProgressPrinter(std::ostream& out, bool terminal);
+
+  void show(const std::string& line, std::optional<double> fraction, SteadyTime now);
+  /// Shows the last state if that is not shown yet, and leaves the line.
+  void finish();
+  /// When a held back line should be shown by another call of `show`.
+  [[nodiscard]] std::optional<SteadyTime> due() const;
+
+ private:
+  void print(SteadyTime now);
+
+  std::ostream& out_;
+  bool terminal_;
+  std::string latest_;
+  std::optional<double> latest_fraction_;
+  std::string shown_;
+  std::optional<double> shown_fraction_;
+  std::optional<SteadyTime> shown_at_;
+};
+
+}  // namespace pipescout::host

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace pipescout::host {
+
+/// A text has a malformed substitution, or one whose value is not known.
+class SubstitutionError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Where the values of substitutions come from.
+struct SubstitutionSources {
+  std::map<std::string, std::string, std::less<>> arguments;
+  std::function<std::optional<std::string>(const std::string& name)> environment;
+  /// Folder share/PACKAGE of an installed package.
+  std::function<std::optional<std::string>(const std::string& package)> share;
+  std::optional<std::string> mission_folder;
+};
+
+/// Replaces in a text
+///     $(arg NAME [DEFAULT])   an argument of the composition
+///     $(env NAME [DEFAULT])   an environment variable
+///     $(share PACKAGE)        the folder share/PACKAGE of an installed package
+///     $(mission_folder)       the absolute path of the mission folder
+/// A default reaches to the closing parenthesis and may hold substitutions itself; what is
+/// substituted is not looked at again. Throws SubstitutionError.
+[[nodiscard]] std::string substitute(std::string_view text, const SubstitutionSources& sources);
+
+/// True when the whole text is one substitution, so that its value stands for itself and may be
+/// another type than text.
+[[nodiscard]] bool is_one_substitution(std::string_view text);
+
+/// share/PACKAGE of the first prefix that has it: those of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH,
+/// then the one that this executable is installed in and, for colcon's isolated layout, its
+/// neighbours.
+[[nodiscard]] std::optional<std::string> installed_share_folder(const std::string& package);
+
+/// The sources of this process; arguments and mission folder are left empty.
+[[nodiscard]] SubstitutionSources process_sources();
+
+}  // namespace pipescout::host

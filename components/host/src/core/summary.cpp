@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/summary.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <system_error>
+#include <utility>
+
+#include "core/text_table.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+/// Why the JSON is no section, or "".
+std::string objection(const json& section) {
+  if (!section.is_object()) {
+    return "is no object";
+  }
+  const auto is = [&](const char* key, bool (json::*test)() const noexcept) {
+    const auto member = section.find(key);
+    return member != section.end() && ((*member).*test)();
+  };
+  if (!is("title", &json::is_string)) {
+    return "has no text 'title'";
+  }
+  if (!is("figures", &json::is_object)) {
+    return "has no object 'figures'";
+  }
+  for (const auto& [name, value] : section["figures"].items()) {
+    if (!value.is_number() && !value.is_null()) {
+      return "figure '" + name + "' is no number";
+    }
+  }
+  const auto all_texts = [](const json& list) {
+    return std::all_of(list.begin(), list.end(), [](const json& j) { return j.is_string(); });
+  };
+  if (!is("notes", &json::is_array) || !all_texts(section["notes"])) {
+    return "has no list of texts 'notes'";
+  }
+  if (!is("table", &json::is_object)) {
+    return "has no object 'table'";
+  }
+  const auto& table = section["table"];
+  if (!table.contains("columns") || !table["columns"].is_array() || !all_texts(table["columns"])) {
+    return "has no list of texts 'table.columns'";
+  }
+  if (!table.contains("rows") || !table["rows"].is_array()) {
+    return "has no list 'table.rows'";
+  }
+  for (const auto& row : table["rows"]) {
+    if (!row.is_array() || row.size() != table["columns"].size()) {
+      return "has a row that is not as long as 'table.columns'";
+    }
+    if (std::any_of(row.begin(), row.end(), [](const json& j) { return j.is_structured(); })) {
+      return "has a table cell that is no number, text, boolean or null";
+    }
+  }
+  return "";
+}
+
+TextTable::Cell to_cell(const json& value) {
+  if (value.is_boolean()) {
+    return value.get<bool>();
+  }
+  if (value.is_number_integer()) {
+    return value.get<std::int64_t>();
+  }
+  if (value.is_number()) {
+    return value.get<double>();
+  }
+  if (value.is_string()) {
+    return value.get<std::string>();
+  }
+  return std::monostate{};
+}
+
+std::string mission_name(const fs::path& folder) {
+  try {
+    const auto name = YAML::LoadFile((folder / "mission.yaml").string())["name"];
+    if (name && name.IsScalar()) {
+      return name.Scalar();
+    }
+  } catch (const YAML::Exception&) {
+    // The folder of a mission that was killed early; its name says enough.
+  }
+  const auto absolute = fs::absolute(folder).lexically_normal();
+  return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
+}
+
+void add_section(Summary& summary, const fs::path& file,
+                 std::map<std::string, std::string>& figure_owner) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  json section;
+  if (!stream) {
+    summary.problems.push_back(file.string() + ": cannot be read");
+    return;
+  }
+  try {
+    section = json::parse(text);
+  } catch (const json::parse_error& error) {
+    summary.problems.push_back(file.string() + ": " + error.what());
+    return;
+  }
+  if (const auto why = objection(section); !why.empty()) {
+    summary.problems.push_back(file.string() + ": " + why);
+    return;
+  }
+  const auto name = file.stem().string();
+  for (const auto& [figure, value] : section["figures"].items()) {
+    const auto [owner, is_new] = figure_owner.emplace(figure, name);
+    if (is_new) {
+      summary.figures[figure] = value;
+    } else {
+      summary.problems.push_back(file.string() + ": figure '" + figure +
+                                 "' is also one of section '" + owner->second + "'");
+    }
+  }
+  summary.sections[name] = std::move(section);
+}
+
+}  // namespace
+
+json Summary::to_json() const {
+  return {{"mission", mission}, {"sections", sections}, {"figures", figures}};
+}
+
+Summary read_summary(const fs::path& mission_folder) {
+  std::error_code error;
+  if (!fs::is_directory(mission_folder, error)) {
+    throw MissionFolderError(mission_folder.string() + ": there is no such folder");
+  }
+  Summary summary;
+  summary.mission = mission_name(mission_folder);
+  std::vector<fs::path> files;
+  const auto folder = mission_folder / "sections";
+  if (fs::is_directory(folder, error)) {
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+      if (entry.path().extension() == ".json") {
+        files.push_back(entry.path());
+      }
+    }
+  }
+  if (error) {
+    throw MissionFolderError(folder.string() + ": " + error.message());
+  }
+  std::sort(files.begin(), files.end());
+  std::map<std::string, std::string> figure_owner;
+  for (const auto& file : files) {
+    add_section(summary, file, figure_owner);
+  }
+  return summary;
+}
+
+void write_file(const fs::path& file, const std::string& content) {
+  const auto fail = [&](const char* what) -> void {
+    throw MissionFolderError(file.string() + ": " + what + ": " + std::strerror(errno));
+  };
+  const auto temporary = file.string() + ".part";
+  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) {
+    fail("cannot be written");
+  }
+  std::size_t written = 0;
+  while (written < content.size()) {
+    const auto count = write(fd, content.data() + written, content.size() - written);
+    if (count < 0 && errno != EINTR) {
+      const int reason = errno;
+      close(fd);
+      unlink(temporary.c_str());
+      errno = reason;
+      fail("cannot be written");
+    }
+    written += count > 0 ? static_cast<std::size_t>(count) : 0;
+  }
+  if (close(fd) != 0 || std::rename(temporary.c_str(), file.c_str()) != 0) {
+    const int reason = errno;
+    unlink(temporary.c_str());
+    errno = reason;
+    fail("cannot be written");
+  }
+}
+
+void write_summary(const fs::path& mission_folder, const Summary& summary) {
+  write_file(mission_folder / "summary.json",
+             summary.to_json().dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void print_summary(std::ostream& out, const Summary& summary) {
+  out << "Mission " << summary.mission << '\n';
+  if (summary.sections.empty()) {
+    out << "\nNo component wrote a section.\n";
+  }
+  for (const auto& [name, section] : summary.sections.items()) {
+    out << '\n' << section["title"].get<std::string>() << " (" << name << ")\n\n";
+    const auto& table = section["table"];
+    if (!table["columns"].empty()) {
+      TextTable text(table["columns"].get<std::vector<std::string>>());
+      for (const auto& row : table["rows"]) {
+        std::vector<TextTable::Cell> cells;
+        std::transform(row.begin(), row.end(), std::back_inserter(cells), to_cell);
+        text.add_row(std::move(cells));
+      }
+      text.print(out, "  ");
+      out << '\n';
+    }
+    for (const auto& [figure, value] : section["figures"].items()) {
+      out << "  " << figure << " = " << (value.is_null() ? "-" : value.dump()) << '\n';
+    }
+    for (const auto& note : section["notes"]) {
+      out << "  " << note.get<std::string>() << '\n';
+    }
+  }
+}
+
+}  // namespace pipescout::host

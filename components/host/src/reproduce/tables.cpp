@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include "reproduce/reproduce.hpp"
+
+namespace pipescout::host {
+
+std::span<const ReproducibleTable> reproducible_tables() {
+  static constexpr std::array kTables{
+      ReproducibleTable{"odometry",
+                        "Table 1 of Wang and others (2008): consensus fusion of three odometers",
+                        reproduce_odometry},
+  };
+  return kTables;
+}
+
+}  // namespace pipescout::host

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <thread>
+
+#include "pipescout/interfaces/component_container.hpp"
+#include "run/child_process.hpp"
+#include "run/event_loop.hpp"
+#include "run/run.hpp"
+#include "run/spinner.hpp"
+#include "run/stop_signals.hpp"
+
+namespace pipescout::host {
+namespace {
+
+constexpr Duration kGrace = std::chrono::milliseconds(1800);
+
+class IsolatedRun {
+ public:
+  IsolatedRun(const RunOptions& options, std::string component, int control_fd)
+      : options_(options), component_(std::move(component)), control_(control_fd) {}
+
+  int run() {
+    std::signal(SIGPIPE, SIG_IGN);
+    StopSignals signals(
+        kGrace, [this](int) { loop_.post([this] { stopped_ = true; }); }, [] {});
+    try {
+      make();
+    } catch (const std::exception& error) {
+      control_.send({ChildMessage::Event::kFailed, location_ + error.what(), {}});
+      return 1;
+    }
+    loop_.watch(control_.fd(), [this] { take_control(); });
+    int code = 0;
+    loop_.run_until([this] { return stopped_ || started_ || spinner_->failed(); });
+    if (started_ && !stopped_) {
+      code = start();
+    }
+    loop_.run_until([&] { return stopped_ || code != 0 || spinner_->failed(); });
+    if (spinner_->failed()) {
+      control_.send({ChildMessage::Event::kFailed, spinner_->failure(), {}});
+      code = 1;
+    }
+    signals.expect_end();
+    bool ended = false;
+    container_->unload_all([&] { loop_.post([&] { ended = true; }); });
+    loop_.run_until([&] { return ended || spinner_->failed(); });
+    spinner_.reset();
+    return code;
+  }
+
+ private:
+  void make() {
+    const auto composition = load_composition(options_.composition, options_.inputs());
+    const auto entry = std::find_if(
+        composition.components.begin(), composition.components.end(),
+        [&](const ComponentEntry& e) { return e.name.fully_qualified() == component_; });
+    if (entry == composition.components.end()) {
+      throw CompositionError("no component '" + component_ + "' in " + options_.composition);
+    }
+    location_ = entry->location + ": ";
+    auto dds = DdsOptions::from_environment();
+    dds.name = "pipescout " + entry->name.name;
+    context_ = Context::create(create_dds_transport(dds));
+    executor_.emplace(composition.threads);
+    // Hidden, as all names with a leading '_' are: one that asks for the nodes sees the component.
+    container_ = std::make_unique<ComponentContainer>(
+        ContainerOptions{context_, &*executor_, {entry->name.ns, "_" + entry->name.name}});
+    spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
+    LoadRequest request;
+    request.class_name = entry->type;
+    request.name = entry->name;
+    request.remap_rules = entry->remappings;
+    request.parameter_overrides = entry->parameters;
+    const auto loaded = container_->load(std::move(request));
+    id_ = loaded.id;
+    control_.send({ChildMessage::Event::kConstructed, "", loaded.component->parameters().all()});
+  }
+
+  void take_control() {
+    switch (control_.receive()) {
+      case ControlSocket::Received::kNothing:
+        break;
+      case ControlSocket::Received::kStart:
+        started_ = true;
+        break;
+      case ControlSocket::Received::kClosed:
+        // Nobody is left to run for.
+        loop_.unwatch(control_.fd());
+        stopped_ = true;
+        break;
+    }
+  }
+
+  int start() {
+    std::optional<TransitionResult> result;
+    container_->start(id_, [&](const TransitionResult& outcome) {
+      loop_.post([&result, outcome] { result = outcome; });
+    });
+    loop_.run_until([&] { return result.has_value() || spinner_->failed(); });
+    if (!result) {
+      return 1;
+    }
+    if (!result->success) {
+      control_.send({ChildMessage::Event::kFailed, location_ + result->message, {}});
+      return 1;
+    }
+    control_.send({ChildMessage::Event::kActive, "", {}});
+    return 0;
+  }
+
+  const RunOptions& options_;
+  std::string component_;
+  ControlSocket control_;
+  std::string location_;
+  EventLoop loop_;
+  bool stopped_ = false;
+  bool started_ = false;
+  std::shared_ptr<Context> context_;
+  std::optional<Executor> executor_;
+  std::unique_ptr<ComponentContainer> container_;
+  std::uint64_t id_ = 0;
+  std::optional<Spinner> spinner_;
+};
+
+}  // namespace
+
+int run_isolated(const RunOptions& options, const std::string& component, int control_fd) {
+  return IsolatedRun(options, component, control_fd).run();
+}
+
+}  // namespace pipescout::host

@@ -1,0 +1,573 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/run.hpp"
+
+#include <pthread.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <deque>
+#include <filesystem>
+#include <iostream>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "pipescout/interfaces/component_container.hpp"
+#include "run/child_process.hpp"
+#include "run/event_loop.hpp"
+#include "run/host_node.hpp"
+#include "run/spinner.hpp"
+#include "run/stop_signals.hpp"
+
+namespace pipescout::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// From the request to stop until the process has ended; of that, for the components.
+constexpr Duration kGrace = std::chrono::milliseconds(2000);
+constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
+constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
+
+SteadyTime steady_now() {
+  return std::chrono::steady_clock::now();
+}
+
+/// The run cannot start; what() says why.
+class StartError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// One component of the running composition: loaded here, or in a process of its own.
+struct Running {
+  const ComponentEntry* entry = nullptr;
+  std::uint64_t id = 0;  ///< in the container
+  std::vector<NamedParameter> parameters;
+  std::unique_ptr<ChildSupervisor> supervisor;  ///< isolated components
+};
+
+/// SIGCHLD as a file descriptor, for the loop.
+class ChildSignal {
+ public:
+  ChildSignal() {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGCHLD);
+    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    fd_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+    if (fd_ < 0) {
+      throw std::system_error(errno, std::generic_category(), "signalfd");
+    }
+  }
+  ChildSignal(const ChildSignal&) = delete;
+  ChildSignal& operator=(const ChildSignal&) = delete;
+  ~ChildSignal() { close(fd_); }
+
+  [[nodiscard]] int fd() const noexcept { return fd_; }
+  void drain() const {
+    signalfd_siginfo info{};
+    while (read(fd_, &info, sizeof info) == sizeof info) {
+    }
+  }
+
+ private:
+  int fd_ = -1;
+};
+
+class Run {
+ public:
+  explicit Run(const RunOptions& options)
+      : options_(options),
+        signals_(
+            kGrace,
+            [this](int number) {
+              loop_.post([this, number] {
+                stop_signal_ = number;
+                progress_printer_.finish();
+                std::cerr << "stopping\n";
+              });
+            },
+            [] { ChildProcess::signal_all(SIGKILL); }),
+        progress_printer_(std::cout, isatty(STDOUT_FILENO) == 1) {}
+
+  int run() {
+    loop_.watch(child_signal_.fd(), [this] { reap_children(); });
+    loop_.on_turn([this](SteadyTime now) { return on_turn(now); });
+    bool failed = false;
+    try {
+      read_composition();
+      make_components();
+      open_mission();
+      start_components();
+      wait_for_end();
+    } catch (const std::exception& error) {
+      std::cerr << "error: " << error.what() << '\n';
+      failed = true;
+    }
+    progress_printer_.finish();
+    signals_.expect_end();
+    const bool orderly = stop_components();
+    end_mission();
+    if (!orderly) {
+      // A callback hangs on a thread of this process: nothing can be destroyed any more.
+      std::cout.flush();
+      std::cerr.flush();
+      ChildProcess::signal_all(SIGKILL);
+      _exit(1);
+    }
+    spinner_.reset();
+    return failed ? 1 : exit_code();
+  }
+
+ private:
+  [[nodiscard]] bool stopping() const { return stop_signal_ != 0; }
+
+  [[nodiscard]] int exit_code() const {
+    const bool complete = progress_->outcome() == MissionProgress::Outcome::kComplete;
+    if (complete || composition_.complete_when.empty()) {
+      return 0;
+    }
+    return 128 + stop_signal_;
+  }
+
+  void read_composition() {
+    auto inputs = options_.inputs();
+    inputs.mission_folder = [this](const std::string& mission) {
+      mission_path_ =
+          fs::absolute(options_.out ? fs::path(*options_.out)
+                                    : default_mission_folder(fs::current_path(), mission,
+                                                             std::chrono::system_clock::now()));
+      return mission_path_.string();
+    };
+    composition_ = load_composition(options_.composition, inputs);
+    for (const auto& entry : composition_.components) {
+      try {
+        static_cast<void>(registry_.find(entry.type));
+      } catch (const UnknownComponent& error) {
+        throw StartError(entry.type_location + ": " + error.what());
+      }
+    }
+    progress_.emplace(composition_.complete_when);
+  }
+
+  void make_components() {
+    auto dds = DdsOptions::from_environment();
+    dds.name = "pipescout " + composition_.name;
+    context_ = Context::create(create_dds_transport(dds));
+    executor_.emplace(composition_.threads);
+    container_ = std::make_unique<ComponentContainer>(
+        ContainerOptions{
+            context_, &*executor_, {join_namespaces("/", options_.ns), "pipescout_container"}},
+        registry_);
+    spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
+    for (const auto& problem : registry_.problems()) {
+      container_->node().logger().warn(problem);
+    }
+    for (const auto& entry : composition_.components) {
+      auto& component = components_.emplace_back();
+      component.entry = &entry;
+      if (entry.isolate) {
+        launch(component);
+      } else {
+        load(component);
+      }
+    }
+    wait_for_children();
+    check_parameter_arguments();
+  }
+
+  void load(Running& component) {
+    LoadRequest request;
+    request.class_name = component.entry->type;
+    request.name = component.entry->name;
+    request.remap_rules = component.entry->remappings;
+    request.parameter_overrides = component.entry->parameters;
+    try {
+      const auto loaded = container_->load(std::move(request));
+      component.id = loaded.id;
+      component.parameters = loaded.component->parameters().all();
+    } catch (const std::exception& error) {
+      throw StartError(component.entry->location + ": " + error.what());
+    }
+  }
+
+  void launch(Running& component) {
+    std::vector<std::string> arguments{"run", options_.composition};
+    arguments.insert(arguments.end(), options_.arguments.begin(), options_.arguments.end());
+    arguments.insert(arguments.end(),
+                     {"--namespace", options_.ns, "--out", mission_path_.string(),
+                      "--isolated-component", component.entry->name.fully_qualified()});
+    for (const auto& parameter : options_.parameters) {
+      arguments.insert(arguments.end(), {"--param", parameter});
+    }
+    for (const auto& file : options_.parameter_files) {
+      arguments.insert(arguments.end(), {"--params-file", file});
+    }
+    const auto logger = container_->node().logger();
+    component.supervisor = std::make_unique<ChildSupervisor>(
+        component.entry->name.fully_qualified(), component.entry->restart,
+        [this, arguments, &component]() -> std::unique_ptr<Child> {
+          auto child = std::make_unique<ChildProcess>(arguments);
+          loop_.watch(child->control_fd(), [this, &component] { receive(component); });
+          return child;
+        },
+        [logger](LogSeverity severity, const std::string& text) { logger.log(severity, text); });
+    component.supervisor->launch(steady_now());
+  }
+
+  static ChildProcess* process(const Running& component) {
+    return component.supervisor ? static_cast<ChildProcess*>(component.supervisor->child())
+                                : nullptr;
+  }
+
+  void receive(Running& component) {
+    auto* child = process(component);
+    while (child != nullptr) {
+      try {
+        const auto message = child->receive();
+        if (!message) {
+          break;
+        }
+        component.supervisor->on_message(*message);
+      } catch (const std::invalid_argument& error) {
+        container_->node().logger().error(component.supervisor->name() +
+                                          " sent a malformed message: " + error.what());
+      }
+    }
+    if (child != nullptr && child->closed()) {
+      loop_.unwatch(child->control_fd());
+    }
+  }
+
+  void reap_children() {
+    child_signal_.drain();
+    for (auto& component : components_) {
+      auto* child = process(component);
+      if (child == nullptr) {
+        continue;
+      }
+      if (const auto status = child->reap()) {
+        // What it said last comes before its end.
+        receive(component);
+        loop_.unwatch(child->control_fd());
+        component.supervisor->on_exit(*status, steady_now());
+      }
+    }
+  }
+
+  std::optional<SteadyTime> on_turn(SteadyTime now) {
+    auto due = progress_printer_.due();
+    const auto at = [&](std::optional<SteadyTime> time) {
+      if (time) {
+        due = due ? std::min(*due, *time) : *time;
+      }
+    };
+    bool isolated = false;
+    std::string states;
+    for (auto& component : components_) {
+      if (component.supervisor) {
+        component.supervisor->on_time(now);
+        at(component.supervisor->deadline());
+        states += to_string(component.supervisor->state()) +
+                  std::to_string(component.supervisor->restarts()) + ' ';
+        isolated = true;
+      }
+    }
+    if (isolated && host_ && (now >= diagnostics_at_ || states != diagnostics_states_)) {
+      diagnostics_at_ = now + kDiagnosticsPeriod;
+      diagnostics_states_ = states;
+      publish_diagnostics();
+    }
+    if (isolated && host_) {
+      at(diagnostics_at_);
+    }
+    if (progress_ && !composition_.complete_when.empty() && !stopping()) {
+      progress_printer_.show(progress_->line(), progress_->fraction(), now);
+    }
+    return due;
+  }
+
+  void publish_diagnostics() {
+    std::vector<diagnostic_msgs::msg::DiagnosticStatus> all;
+    for (const auto& component : components_) {
+      if (!component.supervisor) {
+        continue;
+      }
+      const auto& supervisor = *component.supervisor;
+      diagnostic_msgs::msg::DiagnosticStatus status;
+      const bool failed = supervisor.state() == ChildSupervisor::State::kFailed;
+      status.level(static_cast<std::uint8_t>(failed                      ? DiagnosticLevel::kError
+                                             : supervisor.restarts() > 0 ? DiagnosticLevel::kWarn
+                                                                         : DiagnosticLevel::kOk));
+      status.name(container_->node().node_name().fully_qualified().substr(1) + ": process of " +
+                  supervisor.name());
+      status.message(failed ? supervisor.error() : to_string(supervisor.state()));
+      const auto add = [&](const char* key, std::string value) {
+        diagnostic_msgs::msg::KeyValue pair;
+        pair.key(key);
+        pair.value(std::move(value));
+        status.values().push_back(std::move(pair));
+      };
+      add("state", to_string(supervisor.state()));
+      add("process",
+          supervisor.running() ? std::to_string(supervisor.child()->pid()) : std::string("none"));
+      add("restarts", std::to_string(supervisor.restarts()));
+      add("restart_limit", std::to_string(supervisor.policy().limit));
+      add("last_exit", supervisor.last_exit());
+      all.push_back(std::move(status));
+    }
+    host_->publish_diagnostics(std::move(all));
+  }
+
+  void check_executor() const {
+    if (spinner_ && spinner_->failed()) {
+      throw std::runtime_error(spinner_->failure());
+    }
+  }
+
+  /// Until `done`, or the run is stopped. Throws when the executor failed.
+  void wait(const std::function<bool()>& done) {
+    loop_.run_until([&] { return done() || stopping() || spinner_->failed(); });
+    check_executor();
+  }
+
+  void wait_for_children() {
+    for (auto& component : components_) {
+      if (component.supervisor) {
+        using State = ChildSupervisor::State;
+        wait([&] {
+          const auto state = component.supervisor->state();
+          return state == State::kConstructed || state == State::kFailed;
+        });
+        throw_if_failed(component);
+        component.parameters = component.supervisor->parameters();
+      }
+    }
+  }
+
+  static void throw_if_failed(const Running& component) {
+    if (component.supervisor->state() == ChildSupervisor::State::kFailed) {
+      throw StartError("component " + component.supervisor->name() + ": " +
+                       component.supervisor->error());
+    }
+  }
+
+  /// `--param k:=v` is for all components; when none has it, it is misspelt.
+  void check_parameter_arguments() const {
+    if (stopping()) {
+      return;
+    }
+    std::set<std::string> known;
+    for (const auto& component : components_) {
+      for (const auto& parameter : component.parameters) {
+        known.insert(parameter.name);
+      }
+    }
+    for (const auto& entry : composition_.components) {
+      for (const auto& parameter : entry.parameters) {
+        if (parameter.from_wildcard && parameter.source.starts_with("--param ") &&
+            !known.contains(parameter.name)) {
+          throw StartError(parameter.source + ": no component has a parameter '" + parameter.name +
+                           "'" + suggestion(parameter.name, {known.begin(), known.end()}));
+        }
+      }
+    }
+  }
+
+  void open_mission() {
+    if (stopping()) {
+      return;
+    }
+    folder_.emplace(mission_path_);
+    std::vector<std::vector<NamedParameter>> parameters;
+    std::vector<NodeName> names;
+    for (const auto& component : components_) {
+      parameters.push_back(component.parameters);
+      names.push_back(component.entry->name);
+    }
+    folder_->write_composition(to_yaml(composition_, parameters));
+    std::cout << "mission folder: " << folder_->path().string() << std::endl;
+    HostNode::Callbacks callbacks;
+    callbacks.reported = [this](const NodeName& name, ComponentReport report) {
+      loop_.post([this, name, report] { progress_->report(name, report); });
+    };
+    callbacks.broke = [this](const NodeName& name) {
+      loop_.post([this, name] {
+        broken_ = "component " + name.fully_qualified() +
+                  " went through its error state and will not complete";
+      });
+    };
+    host_ = std::make_unique<HostNode>(container_->node(), names, composition_.complete_when,
+                                       std::move(callbacks));
+    host_->log_into(*folder_);
+  }
+
+  void start_components() {
+    for (auto& component : components_) {
+      if (stopping()) {
+        return;
+      }
+      if (component.supervisor) {
+        using State = ChildSupervisor::State;
+        component.supervisor->activate();
+        wait([&] {
+          const auto state = component.supervisor->state();
+          return state == State::kActive || state == State::kFailed;
+        });
+        throw_if_failed(component);
+      } else {
+        auto result = std::make_shared<std::optional<TransitionResult>>();
+        container_->start(component.id, [this, result](const TransitionResult& outcome) {
+          loop_.post([result, outcome] { *result = outcome; });
+        });
+        wait([&] { return result->has_value(); });
+        if (*result && !(*result)->success) {
+          throw StartError("component " + component.entry->name.fully_qualified() + " (" +
+                           component.entry->location + "): " + (*result)->message);
+        }
+      }
+    }
+  }
+
+  void wait_for_end() {
+    const auto failed_child = [&]() -> const Running* {
+      for (const auto& component : components_) {
+        if (component.supervisor &&
+            component.supervisor->state() == ChildSupervisor::State::kFailed &&
+            awaited(component)) {
+          return &component;
+        }
+      }
+      return nullptr;
+    };
+    wait([&] {
+      return progress_->outcome() != MissionProgress::Outcome::kRunning || !broken_.empty() ||
+             failed_child() != nullptr;
+    });
+    if (stopping()) {
+      return;
+    }
+    if (progress_->outcome() == MissionProgress::Outcome::kFailed) {
+      throw std::runtime_error("component " + progress_->failure());
+    }
+    if (progress_->outcome() == MissionProgress::Outcome::kComplete) {
+      return;
+    }
+    if (!broken_.empty()) {
+      throw std::runtime_error(broken_);
+    }
+    throw_if_failed(*failed_child());
+  }
+
+  [[nodiscard]] bool awaited(const Running& component) const {
+    const auto& names = composition_.complete_when;
+    return std::find(names.begin(), names.end(), component.entry->name) != names.end();
+  }
+
+  /// In reverse order. False when a component did not stop in time.
+  bool stop_components() {
+    const auto deadline = steady_now() + kComponentGrace;
+    for (auto component = components_.rbegin(); component != components_.rend(); ++component) {
+      if (component->supervisor) {
+        component->supervisor->stop();
+        if (!loop_.run_until([&] { return !component->supervisor->running(); }, deadline)) {
+          std::cerr << "error: component " << component->supervisor->name()
+                    << " did not stop in time; its process is killed\n";
+          component->supervisor->child()->signal(SIGKILL);
+        }
+      } else if (component->id != 0) {
+        auto done = std::make_shared<bool>(false);
+        container_->unload(component->id, [this, done](const TransitionResult&) {
+          loop_.post([done] { *done = true; });
+        });
+        loop_.run_until([&] { return *done || spinner_->failed(); }, deadline);
+        if (!*done) {
+          std::cerr << "error: component " << component->entry->name.fully_qualified()
+                    << " did not stop in time\n";
+          return false;
+        }
+      }
+    }
+    if (!container_) {
+      return true;
+    }
+    // What others loaded into this process.
+    auto done = std::make_shared<bool>(false);
+    container_->unload_all([this, done] { loop_.post([done] { *done = true; }); });
+    loop_.run_until([&] { return *done || spinner_->failed(); }, deadline);
+    return *done;
+  }
+
+  void end_mission() {
+    if (!folder_) {
+      return;
+    }
+    auto logged = std::make_shared<bool>(false);
+    if (host_) {
+      host_->when_logged([this, logged] { loop_.post([logged] { *logged = true; }); });
+      loop_.run_until([&] { return *logged; }, steady_now() + std::chrono::milliseconds(100));
+    }
+    try {
+      const auto summary = read_summary(folder_->path());
+      write_summary(folder_->path(), summary);
+      print_summary(std::cout, summary);
+      std::cout << "\nmission folder: " << folder_->path().string() << std::endl;
+      for (const auto& problem : summary.problems) {
+        std::cerr << "error: " << problem << '\n';
+      }
+    } catch (const std::exception& error) {
+      std::cerr << "error: " << error.what() << '\n';
+    }
+  }
+
+  const RunOptions& options_;
+  EventLoop loop_;
+  ChildSignal child_signal_;
+  StopSignals signals_;
+  int stop_signal_ = 0;
+  ComponentRegistry registry_;
+  Composition composition_;
+  fs::path mission_path_;
+  std::optional<MissionFolder> folder_;
+  std::optional<MissionProgress> progress_;
+  ProgressPrinter progress_printer_;
+  std::string broken_;
+  SteadyTime diagnostics_at_{};
+  std::string diagnostics_states_;
+  std::shared_ptr<Context> context_;
+  std::optional<Executor> executor_;
+  std::unique_ptr<ComponentContainer> container_;
+  std::unique_ptr<HostNode> host_;
+  /// Addresses are kept by callbacks.
+  std::deque<Running> components_;
+  std::optional<Spinner> spinner_;
+};
+
+}  // namespace
+
+CompositionInputs RunOptions::inputs() const {
+  CompositionInputs inputs;
+  for (const auto& argument : arguments) {
+    inputs.arguments.push_back(parse_argument(argument));
+  }
+  inputs.ns = join_namespaces("/", ns);
+  inputs.parameters = parameters;
+  inputs.parameter_files = parameter_files;
+  inputs.sources = process_sources();
+  if (out) {
+    inputs.mission_folder = [folder = *out](const std::string&) { return folder; };
+  }
+  return inputs;
+}
+
+int run_composition(const RunOptions& options) {
+  // A reader of our output that goes away must not end the mission.
+  std::signal(SIGPIPE, SIG_IGN);
+  StopSignals::block();
+  return Run(options).run();
+}
+
+}  // namespace pipescout::host
