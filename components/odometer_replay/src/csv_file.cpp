@@ -15,7 +15,7 @@ std::string read_csv_text(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
-    throw CsvError(path, 0, error ? error.message() : "no such file");
+    throw CsvError(path, 0, std::make_error_code(std::errc::no_such_file_or_directory).message());
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw CsvError(path, 0, "is no regular file");

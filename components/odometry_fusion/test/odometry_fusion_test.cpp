@@ -204,7 +204,8 @@ TEST_F(OdometryFusionTest, TellsFaultsOnDiagnostics) {
   OdometerReadings message = first_row();
   message.distance().pop_back();
   send(message);
-  const auto status = harness_.next_diagnostics(fusion);
+  // A change of level is told at once.
+  const auto status = harness_.diagnostics(fusion).back();
   EXPECT_EQ(status.level(), static_cast<std::uint8_t>(DiagnosticLevel::kWarn));
   EXPECT_EQ(ComponentHarness::value(status, "readings.distance.wrong_size"), "1");
 }

@@ -2,10 +2,12 @@
 #include "pipescout/odometry_recorder/mission_section.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 
 #include "pipescout/odometry_recorder/whole_file.hpp"
 
@@ -27,6 +29,15 @@ nlohmann::ordered_json to_json_value(const MissionCell& cell) {
       cell);
 }
 
+/// Counts are written without a fraction.
+nlohmann::ordered_json to_json_number(double value) {
+  constexpr double kExact = 9007199254740992.0;  // 2^53: integers up to it are exact
+  if (std::trunc(value) == value && std::abs(value) <= kExact) {
+    return static_cast<std::int64_t>(value);
+  }
+  return value;
+}
+
 }  // namespace
 
 std::string to_json(const MissionSection& section) {
@@ -43,10 +54,14 @@ std::string to_json(const MissionSection& section) {
     }
     rows.push_back(std::move(row));
   }
+  nlohmann::ordered_json figures = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : section.figures) {
+    figures[name] = to_json_number(value);
+  }
   const nlohmann::ordered_json document{
       {"title", section.title},
       {"table", {{"columns", section.columns}, {"rows", std::move(rows)}}},
-      {"figures", section.figures},
+      {"figures", std::move(figures)},
       {"notes", section.notes}};
   return document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

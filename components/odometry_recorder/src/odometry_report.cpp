@@ -137,7 +137,7 @@ std::string format_fusion_set(const std::vector<bool>& in_fusion_set) {
   std::string text;
   for (std::size_t i = 0; i < in_fusion_set.size(); ++i) {
     if (in_fusion_set[i]) {
-      text += (text.empty() ? "" : " ") + std::to_string(i + 1);
+      text.append(text.empty() ? "" : " ").append(std::to_string(i + 1));
     }
   }
   return text;

@@ -242,7 +242,7 @@ TEST_F(OdometryRecorderTest, BadReferencesAreRefused) {
     return harness_.configure(make({{"reference_file", (mission_.path() / file).string()}}, name))
         .message;
   };
-  EXPECT_THAT(configure("missing.csv", "first"), HasSubstr("missing.csv: no such file"));
+  EXPECT_THAT(configure("missing.csv", "first"), HasSubstr("missing.csv: No such file"));
   std::ofstream(mission_.path() / "text.csv") << "paper\n5.5\nfive\n";
   EXPECT_THAT(configure("text.csv", "second"),
               HasSubstr("text.csv:3: column 'paper': 'five' is not a number"));

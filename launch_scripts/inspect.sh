@@ -1,0 +1,135 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds, and runs an inspection on recorded odometer readings: replay ->
+# consensus fusion -> table and data files. Ends with the table and the mission folder.
+#
+#   inspect.sh [OPTION...]                   the ten readings of the paper (Wang and others, 2008)
+#   inspect.sh READINGS.csv [OPTION...]      your own readings: docs/components/odometer_replay.md
+#
+# Options:
+#   --sigma A,B,...       standard deviation of each odometer, m. Needed for your own readings unless
+#                         they have columns NAME.standard_deviation
+#   --offsets A,B,...     added to each odometer's readings before they are fused, m
+#   --epsilon E           largest confidence distance of odometers that support each other, in (0, 1)
+#   --weighting W         maximum_likelihood (default) or paper_equation_13
+#   --period S            time between two readings that have no stamps, s
+#   --rate R              speed of the replay, as a multiple of the recording's
+#   --reference COLUMN    column of your file that the fused distance is compared with
+#   --out DIR             the mission folder; default: missions/<name>_<UTC time>
+#   -h, --help            this text
+#
+# Exit code: 0 when every reading was fused and recorded, 1 when not, 2 for a wrong command line.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+usage() { sed -n '3,23s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+wrong() {
+  echo "inspect.sh: $1" >&2
+  echo "inspect.sh --help tells the options." >&2
+  exit 2
+}
+
+# A number as a floating point number in YAML: "1" alone would be an integer.
+number='^[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?$'
+real() {
+  [[ $2 =~ $number ]] || wrong "$1: '$2' is not a number"
+  if [[ $2 =~ ^[-+]?[0-9]+$ ]]; then echo "$2.0"; else echo "$2"; fi
+}
+list() {
+  local option=$1 items item result=""
+  IFS=, read -r -a items <<<"$2"
+  [ ${#items[@]} -gt 0 ] || wrong "$option: no numbers"
+  for item in "${items[@]}"; do
+    item=$(real "$option" "${item//[[:blank:]]/}") || exit 2
+    result+="${result:+, }$item"
+  done
+  echo "[$result]"
+}
+
+readings="" reference="" out="" parameters=()
+while [ $# -gt 0 ]; do
+  option=$1
+  case $option in
+    -h | --help) usage; exit 0 ;;
+    --sigma | --offsets | --epsilon | --weighting | --period | --rate | --reference | --out)
+      [ $# -ge 2 ] || wrong "$option: a value is missing"
+      value=$2
+      shift
+      ;;
+    --sigma=* | --offsets=* | --epsilon=* | --weighting=* | --period=* | --rate=* | --reference=* | --out=*)
+      value=${option#*=}
+      option=${option%%=*}
+      ;;
+  esac
+  case $option in
+    --sigma) value=$(list "$option" "$value") || exit 2
+      parameters+=(--param "odometer_replay.standard_deviations:=$value") ;;
+    --offsets) value=$(list "$option" "$value") || exit 2
+      parameters+=(--param "odometry_fusion.offsets:=$value") ;;
+    --epsilon) value=$(real "$option" "$value") || exit 2
+      parameters+=(--param "odometry_fusion.epsilon:=$value") ;;
+    --weighting) parameters+=(--param "odometry_fusion.weighting:=$value") ;;
+    --period) value=$(real "$option" "$value") || exit 2
+      parameters+=(--param "odometer_replay.period:=$value") ;;
+    --rate) value=$(real "$option" "$value") || exit 2
+      parameters+=(--param "odometer_replay.rate:=$value") ;;
+    --reference) reference=$value ;;
+    --out) out=$value ;;
+    -*) wrong "unknown option '$option'" ;;
+    *)
+      [ -z "$readings" ] || wrong "one file of readings only, not also '$option'"
+      [ -f "$option" ] || wrong "no file '$option'"
+      readings=$(cd "$(dirname "$option")" && pwd)/$(basename "$option")
+      ;;
+  esac
+  shift
+done
+if [ -n "$reference" ] && [ -z "$readings" ]; then
+  wrong "--reference goes with a file of your own readings"
+fi
+
+composition=$root/launch_scripts/odometry.yaml
+arguments=()
+if [ -n "$readings" ]; then
+  composition=$root/launch_scripts/own_readings.yaml
+  arguments=("readings:=$readings")
+  if [ -n "$reference" ]; then
+    arguments+=("reference_file:=$readings" "reference_column:=$reference")
+  fi
+fi
+if [ -n "$out" ]; then
+  parameters+=(--out "$out")
+fi
+
+step() { printf '\n== %s (%s)\n' "$1" "$(date -u +%H:%M:%S)"; }
+
+step "1/3 Packages"
+"$root/launch_scripts/setup.sh"
+
+step "2/3 Build"
+# Made before the build, so that what changes during it is built the next time.
+stamp=$root/install/.inspect_built
+sources=(idl interfaces src components colcon.meta)
+if [ -f "$stamp" ] && [ -z "$(cd "$root" && find "${sources[@]}" -newer "$stamp" -print -quit)" ]; then
+  echo "Nothing has changed since the last build."
+else
+  (
+    cd "$root"
+    mkdir -p install
+    rm -f "$stamp"
+    touch "$stamp.new"
+    colcon build --event-handlers console_start_end+ status- \
+      --packages-up-to pipescout_host pipescout_odometer_replay pipescout_odometry_fusion \
+      pipescout_odometry_recorder \
+      --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF
+    mv "$stamp.new" "$stamp"
+  )
+fi
+
+step "3/3 Mission"
+# The script that colcon writes reads variables that may not be set.
+set +u
+# shellcheck source=/dev/null
+source "$root/install/local_setup.bash"
+set -u
+exec pipescout run "$composition" "${arguments[@]}" "${parameters[@]}"
