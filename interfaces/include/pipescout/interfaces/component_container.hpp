@@ -24,6 +24,8 @@ struct LoadRequest {
   std::optional<LogSeverity> log_threshold{};
 };
 
+/// Whoever keeps `component` keeps the component from being destroyed, and its name taken, when it
+/// is unloaded; a callback of the component itself must not hold it.
 struct LoadedComponent {
   std::uint64_t id = 0;  ///< unique in the container, never used again
   std::string class_name;
