@@ -34,7 +34,8 @@ constexpr unsigned kOutcomeOfDeactivate = 40;
 constexpr unsigned kOutcomeOfShutdown = 50;
 constexpr unsigned kOutcomeOfError = 60;
 
-/// An exception in a callback of an active or inactive component; ROS 2 has no number for it.
+/// An exception in a callback of an active or inactive component. ROS 2 has no such transition; the
+/// number is that of its TRANSITION_CALLBACK_ERROR.
 constexpr LifecycleEdge raised_error(LifecycleState from) {
   return {99, "raise_error", from, LifecycleState::kErrorProcessing};
 }
@@ -50,7 +51,7 @@ class Component::Lifecycle {
 
   /// Second part: these call back into the component, which must know its lifecycle by then.
   void serve() {
-    if (component_.parameters().has("use_sim_time")) {
+    if (component_.has_standard_interfaces()) {
       services_ = std::make_unique<LifecycleServices>(component_);
       diagnostics_publisher_ = std::make_unique<DiagnosticsPublisher>(component_);
     }

@@ -132,6 +132,10 @@ void Node::close() {
 const NodeName& Node::node_name() const {
   return impl_->name;
 }
+bool Node::has_standard_interfaces() const {
+  return impl_->options.standard_interfaces;
+}
+
 Context& Node::context() const {
   return *impl_->options.context;
 }

@@ -53,9 +53,9 @@ void ours_one_executor(benchmark::State& state, const std::string& name, ImageSi
              .standard_interfaces = false});
   double latency = -1.0;
   const auto subscription = node.create_subscription<Image>(
-      "image", QoS::reliable(),
+      "in_process_image", QoS::reliable(),
       [&](const Image& image) { latency = microseconds_since_stamp(image); });
-  auto publisher = node.create_publisher<Image>("image", QoS::reliable());
+  auto publisher = node.create_publisher<Image>("in_process_image", QoS::reliable());
   for (auto _ : state) {
     auto image = make_image(size);
     stamp(*image);
@@ -121,9 +121,9 @@ void ours_two_threads(benchmark::State& state, const std::string& name) {
              .standard_interfaces = false});
   Measured measured;
   const auto subscription = node.create_subscription<Image>(
-      "image", QoS::reliable(),
+      "in_process_image", QoS::reliable(),
       [&](const Image& image) { measured.put(microseconds_since_stamp(image)); });
-  auto publisher = node.create_publisher<Image>("image", QoS::reliable());
+  auto publisher = node.create_publisher<Image>("in_process_image", QoS::reliable());
   std::thread spinner([&] { executor.spin(); });
   for (auto _ : state) {
     auto image = make_image(kThermalImage);

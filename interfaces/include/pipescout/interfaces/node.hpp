@@ -55,6 +55,8 @@ class Node {
   Node& operator=(const Node&) = delete;
 
   [[nodiscard]] const NodeName& node_name() const;
+  /// As asked for in the options.
+  [[nodiscard]] bool has_standard_interfaces() const;
   [[nodiscard]] Context& context() const;
   [[nodiscard]] Executor& executor() const;
   [[nodiscard]] const Logger& logger() const;
