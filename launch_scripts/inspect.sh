@@ -121,7 +121,8 @@ else
     colcon build --event-handlers console_start_end+ status- \
       --packages-up-to pipescout_host pipescout_odometer_replay pipescout_odometry_fusion \
       pipescout_odometry_recorder \
-      --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF
+      --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
+      ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
   )
 fi
