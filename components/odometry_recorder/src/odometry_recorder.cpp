@@ -23,6 +23,8 @@ namespace {
 
 /// More than any robot has; a message with more is a fault, and no file gets so many columns.
 constexpr std::size_t kMaximumOdometers = 64;
+/// How much of the summary a mission that is killed can lose; the data files lose nothing.
+constexpr Duration kSectionPeriod = std::chrono::seconds(5);
 
 const char* rejection_text(std::uint8_t reason) {
   namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
@@ -363,7 +365,7 @@ void OdometryRecorder::write_section() {
   }
   const char* const state = outcome_ == Outcome::kComplete ? "Complete"
                             : outcome_ == Outcome::kFailed ? "Failed"
-                                                           : "Stopped before the end";
+                                                           : "Not complete";
   section.notes.insert(
       section.notes.begin(),
       std::string(state) + ": " + (outcome_text_.empty() ? counts() : outcome_text_) + ".");
@@ -385,6 +387,7 @@ void OdometryRecorder::write_section() {
 /// Closes what on_configure opened; may be called at any time, any number of times.
 void OdometryRecorder::finish() {
   timeout_.reset();
+  section_timer_.reset();
   readings_subscription_ = {};
   fused_subscription_ = {};
   status_subscription_ = {};

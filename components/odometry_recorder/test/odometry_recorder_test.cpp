@@ -213,7 +213,20 @@ TEST_F(OdometryRecorderTest, WithoutASourceItRecordsUntilItIsStopped) {
   send(fused_at(1));
   EXPECT_EQ(reported(), std::nullopt);
   EXPECT_TRUE(harness_.shutdown(recorder).success);
-  EXPECT_EQ(first_note(), "Stopped before the end: 1 readings recorded, 1 fused distances.");
+  EXPECT_EQ(first_note(), "Not complete: 1 readings recorded, 1 fused distances.");
+}
+
+TEST_F(OdometryRecorderTest, KeepsItsSectionUpToDate) {
+  start();
+  send(readings_at(1));
+  harness_.advance(std::chrono::seconds(5));
+  EXPECT_EQ(section().at("table").at("rows").size(), 1U);
+  send(readings_at(2));
+  harness_.advance(std::chrono::seconds(5));
+  EXPECT_EQ(section().at("table").at("rows").size(), 2U);
+  EXPECT_EQ(first_note(),
+            "Not complete: 2 readings recorded, 0 fused distances, 0 of them with "
+            "their readings.");
 }
 
 TEST_F(OdometryRecorderTest, ShowsReferenceAndNotes) {

@@ -93,6 +93,7 @@ class OdometryRecorder final : public Component {
   Subscription<Fused> fused_subscription_;
   Subscription<Status> status_subscription_;
   std::shared_ptr<Timer> timeout_;
+  std::shared_ptr<Timer> section_timer_;
 };
 
 }  // namespace pipescout
