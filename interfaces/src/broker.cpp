@@ -255,8 +255,10 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
       retained_.push_back({message, info, expiry});
     }
     // What is retained must be with the transport before a reader appears: sent later it would
-    // also reach volatile readers, which asked for nothing old.
-    if (writer_ && (remote_readers_ > 0 || retain)) {
+    // also reach volatile readers, which asked for nothing old. Otherwise the transport is asked
+    // for readers: `remote_readers_` is told later, when somebody may have seen the match already
+    // (is_matched_remotely) and publishes because of it.
+    if (writer_ && (retain || writer_->matched_remote_readers() > 0)) {
       sample.remote_sequence_number = send(message.get(), related).sequence_number;
     }
     if (deadline_) {

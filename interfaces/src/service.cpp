@@ -99,11 +99,8 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
         call.request = std::move(request);
         call.answer = std::move(answer);
         call.deadline = deadline;
-        if (waiting_.empty() && can_send()) {
-          send(id, call);
-        } else {
-          waiting_.push_back(id);
-        }
+        waiting_.push_back(id);
+        send_waiting();
         const auto position = deadlines_.emplace(deadline, id).first;
         if (position == deadlines_.begin()) {
           group_->schedule_at(deadline, shared_from_this());
@@ -123,14 +120,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
 
   void matches_changed() {
     const std::lock_guard lock(mutex_);
-    while (!waiting_.empty() && can_send()) {
-      const std::uint64_t id = waiting_.front();
-      waiting_.pop_front();
-      // Those that timed out are no longer there.
-      if (const auto found = calls_.find(id); found != calls_.end()) {
-        send(id, found->second);
-      }
-    }
+    send_waiting();
   }
 
   void reply(const std::shared_ptr<const void>& response, const MessageInfo& info) {
@@ -214,17 +204,30 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
     return local || (publisher_->remote_subscription_count() > 0 &&
                      subscription_->remote_publisher_count() > 0);
   }
-  // The lock is held meanwhile: no reply is looked up before its call is registered.
-  void send(std::uint64_t id, Call& call) {
+  void send_waiting() {
+    while (!waiting_.empty() && can_send() && send(waiting_.front())) {
+      waiting_.pop_front();
+    }
+  }
+  // The lock is held meanwhile: no reply is looked up before its call is registered. False when the
+  // server left before the request reached it.
+  bool send(std::uint64_t id) {
+    Call& call = calls_.at(id);
+    const bool has_local_server = publisher_->local_subscription_count() > 0;
+    call.sample =
+        publisher_->publish(call.request, {.writer = subscription_->gid(), .sequence_number = 0});
+    if (!has_local_server && call.sample.remote_sequence_number == 0) {
+      return false;
+    }
     call.is_sent = true;
-    call.sample = publisher_->publish(std::exchange(call.request, nullptr),
-                                      {.writer = subscription_->gid(), .sequence_number = 0});
+    call.request.reset();
     if (call.sample.local_sequence_number != 0) {
       local_[call.sample.local_sequence_number] = id;
     }
     if (call.sample.remote_sequence_number != 0) {
       remote_[call.sample.remote_sequence_number] = id;
     }
+    return true;
   }
   Call take(std::uint64_t id) {
     const auto found = calls_.find(id);

@@ -495,6 +495,45 @@ TEST_F(ServiceAcrossProcesses, AResponseWaitsForTheReaderOfTheClient) {
   EXPECT_EQ(server.service->statistics().responses, 1U);
 }
 
+TEST_F(ServiceAcrossProcesses, AResponseLeavesAsSoonAsTheReaderIsMatchedEvenIfNobodyWasToldYet) {
+  network_.hold_matching(kReplies);
+  const Server server(*there_.context, there_.group);
+  const ForeignClient client(*here_.context, here_.group);
+  settle();
+  client.requests->publish(request(), {.writer = client.replies->gid(), .sequence_number = 0});
+  settle();
+  ASSERT_EQ(server.callers.size(), 1U);
+  network_.allow_matching(kReplies);
+  const auto replies = server.service->reply_publisher();
+  while (!replies->is_matched_remotely(client.replies->gid())) {
+    ASSERT_TRUE(network_.deliver_one());
+  }
+  EXPECT_EQ(replies->remote_subscription_count(), 0);
+  server.service->respond(server.callers[0], response("early"));
+  settle();
+  EXPECT_THAT(client.related, ElementsAre(SampleIdentity{client.replies->gid(), 1}));
+}
+
+TEST_F(ServiceAcrossProcesses, ACallThatMissesALeavingServerWaitsForTheNext) {
+  std::optional<Server> leaving(std::in_place, *there_.context, there_.group, "never");
+  Caller caller(*here_.context, here_.group);
+  settle();
+  const Gid left = leaving->service->request_subscription()->gid();
+  leaving.reset();
+  const auto requests = caller.client->request_publisher();
+  while (requests->is_matched_remotely(left)) {
+    ASSERT_TRUE(network_.deliver_one());
+  }
+  // The client will be told of it later.
+  EXPECT_TRUE(caller.client->is_ready());
+  caller.call();
+  settle();
+  EXPECT_THAT(caller.answers, IsEmpty());
+  const Server next(*there_.context, there_.group, "next");
+  settle();
+  EXPECT_THAT(caller.answers, ElementsAre("next"));
+}
+
 TEST_F(ServiceAcrossProcesses, AResponseNobodyComesForIsDropped) {
   const Server server(*there_.context, there_.group);
   Gid nobody = here_.context->transport()->participant();

@@ -300,6 +300,9 @@ void FakeNetwork::State::match(const Gid& writer_gid, const Gid& reader_gid) {
           send(reader_gid, sample);
         }
       }
+      for (const Gid& told : {reader_gid, writer_gid}) {
+        put_on_wire([this, told] { tell_matches(told); });
+      }
     }
     writer_listener = writer->second.writer_listener;
     reader_listener = reader->second.reader_listener;
@@ -309,10 +312,8 @@ void FakeNetwork::State::match(const Gid& writer_gid, const Gid& reader_gid) {
         [&](TransportWriterListener& told) { told.on_incompatible_remote_reader(*policy); });
     reader_listener->tell(
         [&](TransportReaderListener& told) { told.on_incompatible_remote_writer(*policy); });
-    return;
   }
-  tell_matches(reader_gid);
-  tell_matches(writer_gid);
+  tell_pending();
 }
 
 void FakeNetwork::State::unmatch(const Gid& gid, const Gid& gone) {
@@ -322,8 +323,9 @@ void FakeNetwork::State::unmatch(const Gid& gid, const Gid& gone) {
     if (found == endpoints_.end() || found->second.matched.erase(gone) == 0) {
       return;
     }
+    put_on_wire([this, gid] { tell_matches(gid); });
   }
-  tell_matches(gid);
+  tell_pending();
 }
 
 void FakeNetwork::State::tell_matches(const Gid& gid) {

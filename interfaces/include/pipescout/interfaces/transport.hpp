@@ -91,6 +91,7 @@ class TransportWriter {
   /// Returns the identity of the sample; sequence number 0 when the sample could not be sent.
   /// Thread-safe.
   virtual SampleIdentity write(const void* message, const SampleIdentity& related) = 0;
+  /// The state of now, like `is_matched`; the listener is told of it later.
   [[nodiscard]] virtual int matched_remote_readers() const = 0;
   /// True when the remote reader of that identity is matched (service replies wait for it).
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
