@@ -30,6 +30,11 @@ class Monitor {
     }
     changed_.notify_all();
   }
+  template <class Value>
+  [[nodiscard]] Value copy(const Value& value) {
+    const std::lock_guard lock(mutex_);
+    return value;
+  }
   /// False when the condition does not come true in a generous time.
   template <class Condition>
   [[nodiscard]] bool await(Condition&& condition) {
@@ -79,8 +84,11 @@ struct ReaderRecord : TransportReaderListener {
              liveliness.back().not_alive == not_alive;
     });
   }
-  [[nodiscard]] const std::string& text(std::size_t index) const {
-    return static_cast<const std_msgs::msg::String*>(messages.at(index).message.get())->data();
+  [[nodiscard]] ReceivedMessage message(std::size_t index) {
+    return monitor.copy(messages).at(index);
+  }
+  [[nodiscard]] std::string text(std::size_t index) {
+    return static_cast<const std_msgs::msg::String*>(message(index).message.get())->data();
   }
 
   Monitor monitor;

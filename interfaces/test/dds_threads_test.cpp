@@ -16,6 +16,7 @@ namespace {
 TEST(EventThreadTest, RunsEventsInTheirOrder) {
   EventThread events;
   std::vector<int> seen;
+  events.admit(&seen);
   std::latch done(1);
   for (int i = 0; i < 100; ++i) {
     events.post(&seen, [&seen, i] { seen.push_back(i); });
@@ -28,37 +29,63 @@ TEST(EventThreadTest, RunsEventsInTheirOrder) {
   }
 }
 
-TEST(EventThreadTest, CancelWaitsForTheEventInProgressAndDropsTheRest) {
+TEST(EventThreadTest, DismissingWaitsForTheEventInProgress) {
   EventThread events;
   const int owner = 0;
-  const int other = 0;
+  events.admit(&owner);
   std::latch entered(1);
   std::latch go_on(1);
-  std::latch other_ran(1);
   std::atomic<bool> finished{false};
-  std::atomic<bool> dropped_ran{false};
   events.post(&owner, [&] {
     entered.count_down();
     go_on.wait();
     finished = true;
   });
-  events.post(&owner, [&] { dropped_ran = true; });
-  events.post(&other, [&] { other_ran.count_down(); });
   entered.wait();
   std::thread helper([&] { go_on.count_down(); });
-  events.cancel(&owner);
+  events.dismiss(&owner);
   EXPECT_TRUE(finished);
   helper.join();
+}
+
+TEST(EventThreadTest, DismissingDropsWhatIsPendingOfItsOwnerOnly) {
+  EventThread events;
+  const int owner = 0;
+  events.admit(&owner);
+  const int other = 0;
+  events.admit(&other);
+  std::latch go_on(1);
+  std::latch other_ran(1);
+  std::atomic<bool> dropped_ran{false};
+  events.post(&other, [&] { go_on.wait(); });
+  events.post(&owner, [&] { dropped_ran = true; });
+  events.post(&other, [&] { other_ran.count_down(); });
+  events.dismiss(&owner);
+  go_on.count_down();
   other_ran.wait();
   EXPECT_FALSE(dropped_ran);
 }
 
-TEST(EventThreadTest, AnEventMayCancelItsOwner) {
+TEST(EventThreadTest, TakesNothingFromAnOwnerThatIsNotAdmitted) {
   EventThread events;
   const int owner = 0;
+  events.admit(&owner);
+  const int stranger = 0;
+  std::latch done(1);
+  std::atomic<bool> stranger_ran{false};
+  events.post(&stranger, [&] { stranger_ran = true; });
+  events.post(&owner, [&] { done.count_down(); });
+  done.wait();
+  EXPECT_FALSE(stranger_ran);
+}
+
+TEST(EventThreadTest, AnEventMayDismissItsOwner) {
+  EventThread events;
+  const int owner = 0;
+  events.admit(&owner);
   std::latch done(1);
   events.post(&owner, [&] {
-    events.cancel(&owner);
+    events.dismiss(&owner);
     done.count_down();
   });
   done.wait();
@@ -67,6 +94,7 @@ TEST(EventThreadTest, AnEventMayCancelItsOwner) {
 TEST(EventThreadTest, AnExceptionEndsItsEventOnly) {
   EventThread events;
   const int owner = 0;
+  events.admit(&owner);
   std::latch done(1);
   events.post(&owner, [] { throw std::runtime_error("from the test, on purpose"); });
   events.post(&owner, [&] { done.count_down(); });

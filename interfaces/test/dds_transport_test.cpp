@@ -47,7 +47,7 @@ TEST_F(DdsTransportTest, CarriesAMessageWithItsIdentityAndTime) {
 
   ASSERT_TRUE(heard.await_messages(1));
   EXPECT_EQ(heard.text(0), "hello");
-  const MessageInfo& info = heard.messages[0].info;
+  const MessageInfo info = heard.message(0).info;
   EXPECT_EQ(sent.writer, writer->gid());
   EXPECT_GT(sent.sequence_number, 0);
   EXPECT_EQ(info.identity, sent);
@@ -89,8 +89,8 @@ TEST_F(DdsTransportTest, CarriesAMessageLargerThanTheSharedMemory) {
   EXPECT_GT(writer->write(&image, {}).sequence_number, 0);
 
   ASSERT_TRUE(heard.await_messages(1));
-  const auto& received =
-      *static_cast<const sensor_msgs::msg::Image*>(heard.messages[0].message.get());
+  const auto kept = heard.message(0).message;
+  const auto& received = *static_cast<const sensor_msgs::msg::Image*>(kept.get());
   EXPECT_TRUE(received.data() == image.data());
 }
 
@@ -115,8 +115,8 @@ TEST_F(DdsTransportTest, BothSidesLearnOfIncompatibleQos) {
   const auto reader = there_->create_reader(text_topic("apart"), QoS::reliable(), heard);
   EXPECT_TRUE(told.monitor.await([&] { return !told.incompatible.empty(); }));
   EXPECT_TRUE(heard.monitor.await([&] { return !heard.incompatible.empty(); }));
-  EXPECT_THAT(told.incompatible, ElementsAre(QosPolicy::kReliability));
-  EXPECT_THAT(heard.incompatible, ElementsAre(QosPolicy::kReliability));
+  EXPECT_THAT(told.monitor.copy(told.incompatible), ElementsAre(QosPolicy::kReliability));
+  EXPECT_THAT(heard.monitor.copy(heard.incompatible), ElementsAre(QosPolicy::kReliability));
   EXPECT_EQ(writer->matched_remote_readers(), 0);
   EXPECT_EQ(reader->matched_remote_writers(), 0);
 
@@ -175,7 +175,7 @@ TEST_F(DdsTransportTest, EndpointsOfThisProcessDoNotCountAndAreNotHeard) {
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(own_heard.text(i), "remote");
   }
-  EXPECT_TRUE(own_told.incompatible.empty());
+  EXPECT_TRUE(own_told.monitor.copy(own_told.incompatible).empty());
 }
 
 TEST_F(DdsTransportTest, LivelinessFollowsTheParticipant) {
@@ -215,7 +215,7 @@ TEST_F(DdsTransportTest, AManualLeaseExpiresAndIsRenewed) {
   ASSERT_TRUE(heard.await_matched(1));
   writer->assert_liveliness();
   ASSERT_TRUE(heard.await_liveliness(0, 1));
-  const auto alive_again = [&, seen = heard.liveliness.size()] {
+  const auto alive_again = [&, seen = heard.monitor.copy(heard.liveliness).size()] {
     return std::any_of(heard.liveliness.begin() + static_cast<std::ptrdiff_t>(seen),
                        heard.liveliness.end(),
                        [](const LivelinessChange& change) { return change.alive == 1; });
@@ -237,7 +237,7 @@ TEST_F(DdsTransportTest, LivelinessLeavesOutTheWritersOfThisProcess) {
   ASSERT_TRUE(heard.await_liveliness(1, 0));
   writer.reset();
   EXPECT_TRUE(heard.await_liveliness(0, 0));
-  for (const LivelinessChange& change : heard.liveliness) {
+  for (const LivelinessChange& change : heard.monitor.copy(heard.liveliness)) {
     EXPECT_LE(change.alive, 1);
   }
 }
@@ -262,7 +262,7 @@ TEST_F(DdsTransportTest, CarriesTheIdentitiesOfAService) {
   const auto request = make_text("request");
   const SampleIdentity sent = client_writer->write(&request, {.writer = client_reader->gid()});
   ASSERT_TRUE(requests.await_messages(1));
-  const MessageInfo& asked = requests.messages[0].info;
+  const MessageInfo asked = requests.message(0).info;
   EXPECT_EQ(asked.identity, sent);
   EXPECT_EQ(asked.related, (SampleIdentity{.writer = client_reader->gid()}));
 
@@ -271,13 +271,13 @@ TEST_F(DdsTransportTest, CarriesTheIdentitiesOfAService) {
   const auto reply = make_text("reply");
   server_writer->write(&reply, answers);
   ASSERT_TRUE(replies.await_messages(1));
-  EXPECT_EQ(replies.messages[0].info.related, answers);
+  EXPECT_EQ(replies.message(0).info.related, answers);
 
   // A sequence number that needs more than 32 bits.
   const SampleIdentity large{client_writer->gid(), 0x1'2345'6789};
   server_writer->write(&reply, large);
   ASSERT_TRUE(replies.await_messages(2));
-  EXPECT_EQ(replies.messages[1].info.related, large);
+  EXPECT_EQ(replies.message(1).info.related, large);
 }
 
 TEST_F(DdsTransportTest, ReportsTheRemoteGraph) {
@@ -374,7 +374,7 @@ TEST_F(DdsTransportTest, DropsMalformedSamplesAndGoesOn) {
   }
   ASSERT_TRUE(heard.await_messages(1));
   EXPECT_EQ(heard.text(0), "truth");
-  EXPECT_EQ(heard.malformed, 2);
+  EXPECT_EQ(heard.monitor.copy(heard.malformed), 2);
 }
 
 TEST_F(DdsTransportTest, AMessageThatCannotBeSerialisedIsNotSent) {

@@ -24,6 +24,7 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
       topic_(*participant_, topic),
       listener_(listener),
       has_lease_(qos.liveliness_lease.has_value()) {
+  participant_->events().admit(this);
   fastdds::Subscriber& subscriber = participant_->subscriber();
   reader_ = subscriber.create_datareader(
       topic_.get(), reader_qos(qos, subscriber.get_default_datareader_qos()), this,
@@ -31,7 +32,7 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
           << fastdds::StatusMask::subscription_matched()
           << fastdds::StatusMask::liveliness_changed() << fastdds::StatusMask::sample_lost());
   if (reader_ == nullptr) {
-    participant_->events().cancel(this);
+    participant_->events().dismiss(this);
     throw TransportError("topic '" + topic.name + "': cannot create a reader with QoS " +
                          to_string(qos));
   }
@@ -49,11 +50,7 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
 DdsReader::~DdsReader() {
   participant_->discovery().remove(this);
   gate_.close();
-  {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-  }
-  participant_->events().cancel(this);
+  participant_->events().dismiss(this);
   if (participant_->subscriber().delete_datareader(reader_) != ReturnCode_t::RETCODE_OK) {
     EPROSIMA_LOG_ERROR(PIPESCOUT, "the reader of '" << topic_.name() << "' could not be deleted");
   }
@@ -126,7 +123,7 @@ void DdsReader::on_subscription_matched(fastdds::DataReader*,
     }
     const std::lock_guard lock(mutex_);
     const bool changed = added ? writers_.insert(writer).second : writers_.erase(writer) > 0;
-    if (!changed || closed_) {
+    if (!changed) {
       return;
     }
     participant_->events().post(this, [this, count = static_cast<int>(writers_.size())] {
@@ -158,9 +155,7 @@ void DdsReader::on_liveliness_changed(fastdds::DataReader*,
         is_alive_.erase(writer);
       }
     }
-    if (!closed_) {
-      post_liveliness();
-    }
+    post_liveliness();
   });
 }
 

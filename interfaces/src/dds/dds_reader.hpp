@@ -56,7 +56,6 @@ class DdsReader : public TransportReader, private fastdds::DataReaderListener {
   LivelinessChange total_;
   LivelinessChange reported_;
   std::map<Gid, bool> is_alive_;
-  bool closed_ = false;
 
   fastdds::DataReader* reader_ = nullptr;
   Gid gid_;

@@ -20,12 +20,13 @@ using eprosima::fastrtps::types::ReturnCode_t;
 DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& topic,
                      const QoS& qos, TransportWriterListener& listener)
     : participant_(std::move(participant)), topic_(*participant_, topic), listener_(listener) {
+  participant_->events().admit(this);
   fastdds::Publisher& publisher = participant_->publisher();
   writer_ = publisher.create_datawriter(topic_.get(),
                                         writer_qos(qos, publisher.get_default_datawriter_qos()),
                                         this, fastdds::StatusMask::publication_matched());
   if (writer_ == nullptr) {
-    participant_->events().cancel(this);
+    participant_->events().dismiss(this);
     throw TransportError("topic '" + topic.name + "': cannot create a writer with QoS " +
                          to_string(qos));
   }
@@ -42,11 +43,7 @@ DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& 
 
 DdsWriter::~DdsWriter() {
   participant_->discovery().remove(this);
-  {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-  }
-  participant_->events().cancel(this);
+  participant_->events().dismiss(this);
   if (participant_->publisher().delete_datawriter(writer_) != ReturnCode_t::RETCODE_OK) {
     EPROSIMA_LOG_ERROR(PIPESCOUT, "the writer of '" << topic_.name() << "' could not be deleted");
   }
@@ -99,7 +96,7 @@ void DdsWriter::on_publication_matched(fastdds::DataWriter*,
     const std::lock_guard lock(mutex_);
     const bool changed = status.current_count_change > 0 ? readers_.insert(reader).second
                                                          : readers_.erase(reader) > 0;
-    if (changed && !closed_) {
+    if (changed) {
       participant_->events().post(this, [this, count = static_cast<int>(readers_.size())] {
         listener_.on_remote_readers_changed(count);
       });

@@ -36,7 +36,6 @@ class DdsWriter : public TransportWriter, private fastdds::DataWriterListener {
   TransportWriterListener& listener_;
   mutable std::mutex mutex_;
   std::set<Gid> readers_;  // remote and matched
-  bool closed_ = false;
   fastdds::DataWriter* writer_ = nullptr;
   Gid gid_;
 };

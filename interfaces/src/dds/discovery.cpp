@@ -74,11 +74,15 @@ void Discovery::on_graph_changed(GraphChanged callback) {
     const std::lock_guard lock(mutex_);
     callback_ = nullptr;
   }
-  events_.cancel(this);
+  events_.dismiss(this);
+  if (!callback) {
+    return;
+  }
+  events_.admit(this);
   const std::lock_guard lock(mutex_);
-  event_pending_ = false;
   callback_ = std::move(callback);
-  graph_changed();
+  event_pending_ = false;
+  graph_changed();  // it may have, unheard
 }
 
 void Discovery::add(LocalEndpoint endpoint) {

@@ -18,16 +18,25 @@ EventThread::~EventThread() {
   thread_.join();
 }
 
+void EventThread::admit(const void* owner) {
+  const std::lock_guard lock(mutex_);
+  owners_.insert(owner);
+}
+
 void EventThread::post(const void* owner, std::function<void()> event) {
   {
     const std::lock_guard lock(mutex_);
+    if (!owners_.contains(owner)) {
+      return;
+    }
     pending_.push_back({owner, std::move(event)});
   }
   posted_.notify_one();
 }
 
-void EventThread::cancel(const void* owner) {
+void EventThread::dismiss(const void* owner) {
   std::unique_lock lock(mutex_);
+  owners_.erase(owner);
   std::erase_if(pending_, [owner](const Event& event) { return event.owner == owner; });
   if (std::this_thread::get_id() != thread_.get_id()) {
     finished_.wait(lock, [&] { return running_ != owner; });

@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <thread>
 
 namespace pipescout::dds {
@@ -21,12 +22,16 @@ class EventThread {
   /// Drops what is pending. Must not run on the event thread.
   ~EventThread();
 
-  /// Events run in the order of their posting.
+  /// From now on events of this owner are taken. What the owner's thread did before is seen by
+  /// them.
+  void admit(const void* owner);
+
+  /// Events run in the order of their posting; that of an owner who is not admitted is dropped.
   void post(const void* owner, std::function<void()> event);
 
-  /// Drops the pending events of the owner; returns once none of them is running, at once when
-  /// called by such an event itself.
-  void cancel(const void* owner);
+  /// Takes no more events of the owner and drops the pending ones; returns once none of them is
+  /// running, at once when called by such an event itself.
+  void dismiss(const void* owner);
 
  private:
   struct Event {
@@ -39,6 +44,7 @@ class EventThread {
   std::mutex mutex_;
   std::condition_variable posted_;
   std::condition_variable finished_;
+  std::set<const void*> owners_;
   std::deque<Event> pending_;
   const void* running_ = nullptr;  // owner of the event in progress
   bool stop_ = false;

@@ -65,7 +65,11 @@ class TransportWriterListener {
   virtual void on_incompatible_remote_reader(QosPolicy policy) = 0;
 };
 
-/// Events of a reader. Same rules as for `TransportWriterListener`.
+/// Events of a reader. Same rules as for `TransportWriterListener`. Samples (`on_remote_message`,
+/// `on_malformed_sample`, `on_samples_lost`) come from threads that hold locks of the transport: a
+/// lock that they take must not be held by a caller of `write` or while an endpoint is created or
+/// destroyed. The other events, of writers too, come one after the other from a thread that holds
+/// none.
 class TransportReaderListener {
  public:
   virtual ~TransportReaderListener() = default;
