@@ -127,6 +127,7 @@ CallbackReturn OdometryRecorder::on_configure() {
   });
   status_subscription_ = create_subscription(topics::kMissionStatus,
                                              [this](const Status& message) { on_status(message); });
+  section_timer_ = create_timer(kSectionPeriod, [this] { guarded([this] { write_section(); }); });
   return CallbackReturn::kSuccess;
 }
 
