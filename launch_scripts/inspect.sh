@@ -118,7 +118,7 @@ else
     mkdir -p install
     rm -f "$stamp"
     touch "$stamp.new"
-    colcon build --event-handlers console_start_end+ status- \
+    colcon build \
       --packages-up-to pipescout_host pipescout_odometer_replay pipescout_odometry_fusion \
       pipescout_odometry_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
