@@ -31,14 +31,14 @@ export ROS_LOCALHOST_ONLY=1
 step() { printf '\n== %s (%s)\n' "$1" "$(date -u +%H:%M:%S)"; }
 
 step "Building"
-colcon build --event-handlers console_start_end+ status- "${select_build[@]}" \
+colcon build --event-handlers console_start_end+ "${select_build[@]}" \
   --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=ON \
   ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
 
 step "Testing"
 # Old results must not count.
 find build -type d -name Testing -prune -exec rm -rf {} + 2>/dev/null || true
-colcon test --event-handlers console_start_end+ status- "${select_test[@]}" --ctest-args --timeout 300 || true
+colcon test --event-handlers console_start_end+ "${select_test[@]}" --ctest-args --timeout 300 || true
 
 step "Results"
 # colcon says "Summary: T tests, E errors, F failures, S skipped".

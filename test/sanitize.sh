@@ -42,10 +42,10 @@ for sanitizer in "${sanitizers[@]}"; do
   log=(--log-base "build/sanitize_$sanitizer/log")
   mkdir -p "build/sanitize_$sanitizer"
   touch build/COLCON_IGNORE
-  colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ status- "${select[@]}" \
+  colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "${select[@]}" \
     --cmake-args -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
     "-DCMAKE_C_FLAGS=$flags"
-  if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ status- \
+  if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
     "${test_select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
     echo "$sanitizer: nothing found"
   else

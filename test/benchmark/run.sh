@@ -37,7 +37,7 @@ while [ $# -gt 0 ]; do
 done
 
 cd "$here/../.."
-colcon build --event-handlers console_start_end- console_direct- status- --packages-up-to pipescout_benchmark \
+colcon build --event-handlers console_start_end- console_direct- --packages-up-to pipescout_benchmark \
   --cmake-args -DCMAKE_BUILD_TYPE=Release >&2
 set +u
 # shellcheck disable=SC1091
