@@ -9,6 +9,7 @@
 #include <chrono>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -17,6 +18,9 @@ namespace {
 
 // What Fast DDS itself takes by default.
 constexpr std::size_t kSmallestSegmentBytes = std::size_t{512} * 1024;
+
+// Share of the free room that one process may take.
+constexpr std::uintmax_t kShare = 8;
 
 constexpr std::string_view kPrefix = "fastrtps_";
 constexpr std::string_view kLockSuffix = "_el";
@@ -58,11 +62,11 @@ std::optional<std::uint32_t> fitting_segment_bytes(std::size_t wanted,
                                                    const std::filesystem::path& folder) {
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (error || space.available / 2 < kSmallestSegmentBytes) {
+  if (error || space.available / kShare < kSmallestSegmentBytes) {
     return std::nullopt;
   }
   const std::size_t most =
-      std::min<std::size_t>(space.available / 2, std::numeric_limits<std::uint32_t>::max());
+      std::min<std::size_t>(space.available / kShare, std::numeric_limits<std::uint32_t>::max());
   return static_cast<std::uint32_t>(std::clamp(wanted, kSmallestSegmentBytes, most));
 }
 

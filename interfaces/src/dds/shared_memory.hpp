@@ -14,7 +14,8 @@ inline constexpr const char* kSharedMemoryFolder = "/dev/shm";
 
 /// The size of a segment that the folder has room for, at most `wanted`. Fast DDS touches every
 /// page of its segment at start and dies of SIGBUS when the folder is too small (64 MB in a
-/// container by default), so each process takes at most half of what is free.
+/// container by default), so each process takes at most an eighth of what is free: several may
+/// start at once.
 /// Nothing when even a small segment does not fit.
 [[nodiscard]] std::optional<std::uint32_t> fitting_segment_bytes(
     std::size_t wanted, const std::filesystem::path& folder = kSharedMemoryFolder);

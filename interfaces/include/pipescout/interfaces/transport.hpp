@@ -170,7 +170,7 @@ struct DdsOptions {
   std::string name = "pipescout";
   /// Bytes of the shared memory segment that carries data to other processes on this machine.
   /// Should hold several of the largest messages: what does not fit has to be sent again. Limited
-  /// to half of what /dev/shm has free.
+  /// to an eighth of what /dev/shm has free.
   std::size_t shared_memory_segment_bytes = std::size_t{32} * 1024 * 1024;
 
   /// Reads `ROS_DOMAIN_ID` and `ROS_LOCALHOST_ONLY`. Throws std::invalid_argument naming the
