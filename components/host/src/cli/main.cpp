@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/command.hpp"
+#include "core/composition.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -26,6 +27,29 @@ std::vector<std::string> arguments_of(int argc, char** argv) {
   return {words.rbegin(), words.rend()};
 }
 
+/// What to say when the words name a command that does not exist; empty when they do.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* group = &app;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const auto commands = group->get_subcommands([](const CLI::App*) { return true; });
+    if (commands.empty()) {
+      break;
+    }
+    std::vector<std::string> names;
+    const CLI::App* chosen = nullptr;
+    for (const auto* command : commands) {
+      names.push_back(command->get_name());
+      chosen = command->get_name() == argv[i] ? command : chosen;
+    }
+    if (chosen == nullptr) {
+      return "unknown command '" + std::string(argv[i]) + "'" + suggestion(argv[i], names) +
+             " Run with --help for what there is.";
+    }
+    group = chosen;
+  }
+  return "";
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Pipescout: runs compositions of robot components, and looks into running ones",
                "pipescout");
@@ -41,6 +65,10 @@ int run(int argc, char** argv) {
   add_service_commands(app, action);
   add_summary_command(app, action);
   add_reproduce_command(app, action);
+  if (const auto problem = unknown_command(app, argc, argv); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitUsage;
+  }
   try {
     app.parse(arguments_of(argc, argv));
   } catch (const CLI::ParseError& error) {

@@ -106,12 +106,14 @@ class YamlWriter {
   }
 
   void flow_message(const DynamicMessage& message) {
+    ++flow_depth_;
     out_ += '{';
     for (std::size_t i = 0; i < message.values.size() && !is_empty_message(message); ++i) {
       out_ += (i > 0 ? ", " : "") + message.type->fields[i].name + ": ";
       flow_value(message.type->fields[i], message.values[i]);
     }
     out_ += '}';
+    --flow_depth_;
   }
 
   void flow_value(const FieldDescription& field, const DynamicValue& value) {
@@ -119,7 +121,7 @@ class YamlWriter {
       if (const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(&value)) {
         flow_message(**nested);
       } else {
-        out_ += single(field, value, true, 0);
+        out_ += single(field, value, true, flow_indent());
       }
       return;
     }
@@ -127,10 +129,11 @@ class YamlWriter {
       out_ += yaml_text(array_summary(field, count_of(value)), true, 0);
       return;
     }
+    ++flow_depth_;
     out_ += '[';
     const char* separator = "";
     for_each_element(
-        field, value, true, 0,
+        field, value, true, flow_indent(),
         [&](const std::string& text) {
           out_ += separator + text;
           separator = ", ";
@@ -141,6 +144,7 @@ class YamlWriter {
           flow_message(message);
         });
     out_ += ']';
+    --flow_depth_;
   }
 
   [[nodiscard]] std::string take() { return std::move(out_); }
@@ -229,8 +233,12 @@ class YamlWriter {
     }
   }
 
+  /// Of the second and further lines of a text inside braces and brackets.
+  [[nodiscard]] std::size_t flow_indent() const { return 2 * (flow_depth_ + 1); }
+
   const MessageFormat& format_;
   std::string out_;
+  std::size_t flow_depth_ = 0;
 };
 
 /// As Python's str() writes it.

@@ -82,7 +82,7 @@ bool reads_as_other_type(const std::string& text) {
       "|~|null|Null|NULL|<<|=|"
       "yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF|"
       R"([-+]?[0-9][0-9_]*\.[0-9_]*([eE][-+][0-9]+)?|)"
-      R"([-+]?\.[0-9][0-9_]*([eE][-+][0-9]+)?|)"
+      R"(\.[0-9][0-9_]*([eE][-+][0-9]+)?|)"
       R"([-+]?[0-9][0-9_]*(:[0-5]?[0-9])+\.[0-9_]*|)"
       R"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)|)"
       "[-+]?0b[0-1_]+|[-+]?0[0-7_]+|[-+]?(0|[1-9][0-9_]*)|[-+]?0x[0-9a-fA-F_]+|"

@@ -4,7 +4,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -289,14 +288,17 @@ class Reader {
   void read_parameters(const YAML::Node& node, ComponentEntry& entry) const {
     auto overrides = read_parameter_map(node, path_);
     for (auto& parameter : overrides) {
-      parameter.value = substituted_value(parameter);
+      const auto value = find_parameter(node, parameter.name);
+      parameter.source = location(path_, value.Mark());
+      parameter.value = substituted_value(value, parameter);
     }
     append(entry, std::move(overrides));
   }
 
   /// A value that is one substitution gets the type that it would have if it were typed there; in a
   /// longer text, and in a list of texts, substitutions give text.
-  ParameterValue substituted_value(const ParameterOverride& parameter) const {
+  ParameterValue substituted_value(const YAML::Node& node,
+                                   const ParameterOverride& parameter) const {
     try {
       if (const auto* value = parameter.value.get_if<std::string>()) {
         auto result = substitute(*value, sources_);
@@ -314,16 +316,25 @@ class Reader {
       }
       return parameter.value;
     } catch (const std::invalid_argument& error) {
-      throw located(parameter.source, "parameter '" + parameter.name + "': " + error.what());
+      fail(node, "parameter '" + parameter.name + "': " + error.what());
     }
   }
 
-  /// `source`: "file:line".
-  [[nodiscard]] YamlError located(const std::string& source, const std::string& message) const {
-    int line = 0;
-    const auto colon = source.rfind(':') + 1;
-    std::from_chars(source.data() + colon, source.data() + source.size(), line);
-    return YamlError(path_, line, 1, message);
+  /// The node of a parameter whose map was read: "a.b" is written as {a: {b: ...}} or {a.b: ...}.
+  static YAML::Node find_parameter(const YAML::Node& map, const std::string& name) {
+    for (const auto& entry : map) {
+      const auto& key = entry.first.Scalar();
+      if (key == name) {
+        return entry.second;
+      }
+      if (entry.second.IsMap() && name.starts_with(key + ".")) {
+        const auto below = find_parameter(entry.second, name.substr(key.size() + 1));
+        if (below.IsDefined() && !below.IsNull()) {
+          return below;
+        }
+      }
+    }
+    return YAML::Node();
   }
 
   static void append(ComponentEntry& entry, std::vector<ParameterOverride> overrides) {
@@ -467,6 +478,13 @@ std::string quoted(const std::string& text) {
 std::string suggestion(const std::string& misspelt, const std::vector<std::string>& known) {
   const auto nearest = nearest_name(misspelt, known);
   return nearest ? "; did you mean '" + *nearest + "'?" : "";
+}
+
+std::string located(const ComponentEntry& entry, const std::string& message) {
+  const bool names_place =
+      std::any_of(entry.parameters.begin(), entry.parameters.end(),
+                  [&](const ParameterOverride& p) { return message.starts_with(p.source + ":"); });
+  return names_place ? message : entry.location + ": " + message;
 }
 
 std::pair<std::string, std::string> parse_argument(const std::string& text) {

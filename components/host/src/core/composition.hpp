@@ -75,6 +75,10 @@ class CompositionError : public std::invalid_argument {
 [[nodiscard]] std::string to_yaml(const Composition& composition,
                                   const std::vector<std::vector<NamedParameter>>& parameters);
 
+/// What went wrong with a component, with the place in the composition in front unless the message
+/// names that of a parameter already.
+[[nodiscard]] std::string located(const ComponentEntry& entry, const std::string& message);
+
 /// Splits "name:=value". Throws CompositionError.
 [[nodiscard]] std::pair<std::string, std::string> parse_argument(const std::string& text);
 

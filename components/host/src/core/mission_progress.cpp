@@ -10,7 +10,7 @@ namespace {
 
 constexpr Duration kTerminalInterval = std::chrono::milliseconds(100);
 constexpr Duration kLineInterval = std::chrono::seconds(1);
-constexpr double kLineStep = 0.1;
+constexpr double kLineStep = 0.1 - 1e-9;  // of shares that are quotients of whole numbers
 
 }  // namespace
 
@@ -18,6 +18,9 @@ MissionProgress::MissionProgress(std::vector<NodeName> awaited) : awaited_(std::
 
 void MissionProgress::report(const NodeName& component, ComponentReport report) {
   auto& kept = reports_[component];
+  if (kept.state != ComponentReport::State::kRunning) {
+    return;
+  }
   if (report.state != ComponentReport::State::kRunning && report.total == 0) {
     // The end of a part says nothing of its amount.
     report.done = kept.done;

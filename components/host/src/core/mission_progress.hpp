@@ -33,6 +33,7 @@ class MissionProgress {
 
   explicit MissionProgress(std::vector<NodeName> awaited);
 
+  /// What a component says after it was complete or has failed changes nothing.
   void report(const NodeName& component, ComponentReport report);
 
   [[nodiscard]] Outcome outcome() const;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <atomic>
 #include <csignal>
-#include <thread>
+#include <optional>
 
 #include "pipescout/interfaces/component_container.hpp"
 #include "run/child_process.hpp"
@@ -28,7 +26,9 @@ class IsolatedRun {
     try {
       make();
     } catch (const std::exception& error) {
-      control_.send({ChildMessage::Event::kFailed, location_ + error.what(), {}});
+      control_.send({ChildMessage::Event::kFailed,
+                     entry_ ? located(*entry_, error.what()) : error.what(),
+                     {}});
       return 1;
     }
     loop_.watch(control_.fd(), [this] { take_control(); });
@@ -53,26 +53,27 @@ class IsolatedRun {
  private:
   void make() {
     const auto composition = load_composition(options_.composition, options_.inputs());
-    const auto entry = std::find_if(
-        composition.components.begin(), composition.components.end(),
-        [&](const ComponentEntry& e) { return e.name.fully_qualified() == component_; });
-    if (entry == composition.components.end()) {
+    for (const auto& entry : composition.components) {
+      if (entry.name.fully_qualified() == component_) {
+        entry_ = entry;
+      }
+    }
+    if (!entry_) {
       throw CompositionError("no component '" + component_ + "' in " + options_.composition);
     }
-    location_ = entry->location + ": ";
     auto dds = DdsOptions::from_environment();
-    dds.name = "pipescout " + entry->name.name;
+    dds.name = "pipescout " + entry_->name.name;
     context_ = Context::create(create_dds_transport(dds));
     executor_.emplace(composition.threads);
     // Hidden, as all names with a leading '_' are: one that asks for the nodes sees the component.
     container_ = std::make_unique<ComponentContainer>(
-        ContainerOptions{context_, &*executor_, {entry->name.ns, "_" + entry->name.name}});
+        ContainerOptions{context_, &*executor_, {entry_->name.ns, "_" + entry_->name.name}});
     spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
     LoadRequest request;
-    request.class_name = entry->type;
-    request.name = entry->name;
-    request.remap_rules = entry->remappings;
-    request.parameter_overrides = entry->parameters;
+    request.class_name = entry_->type;
+    request.name = entry_->name;
+    request.remap_rules = entry_->remappings;
+    request.parameter_overrides = entry_->parameters;
     const auto loaded = container_->load(std::move(request));
     id_ = loaded.id;
     control_.send({ChildMessage::Event::kConstructed, "", loaded.component->parameters().all()});
@@ -103,7 +104,7 @@ class IsolatedRun {
       return 1;
     }
     if (!result->success) {
-      control_.send({ChildMessage::Event::kFailed, location_ + result->message, {}});
+      control_.send({ChildMessage::Event::kFailed, entry_->location + ": " + result->message, {}});
       return 1;
     }
     control_.send({ChildMessage::Event::kActive, "", {}});
@@ -113,7 +114,7 @@ class IsolatedRun {
   const RunOptions& options_;
   std::string component_;
   ControlSocket control_;
-  std::string location_;
+  std::optional<ComponentEntry> entry_;
   EventLoop loop_;
   bool stopped_ = false;
   bool started_ = false;

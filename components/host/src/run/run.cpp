@@ -190,7 +190,7 @@ class Run {
       component.id = loaded.id;
       component.parameters = loaded.component->parameters().all();
     } catch (const std::exception& error) {
-      throw StartError(component.entry->location + ": " + error.what());
+      throw StartError(located(*component.entry, error.what()));
     }
   }
 
@@ -429,6 +429,11 @@ class Run {
                            component.entry->location + "): " + (*result)->message);
         }
       }
+    }
+    if (!stopping()) {
+      container_->node().logger().info(
+          std::to_string(components_.size()) +
+          (components_.size() == 1 ? " component is active" : " components are active"));
     }
   }
 

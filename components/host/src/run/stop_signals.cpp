@@ -23,6 +23,8 @@ namespace {
 constexpr std::uint64_t kExpectEnd = 1;
 constexpr std::uint64_t kQuit = std::uint64_t{1} << 32U;
 
+constexpr Duration kSameRequest = std::chrono::milliseconds(200);
+
 sigset_t stop_set() {
   sigset_t set;
   sigemptyset(&set);
@@ -76,7 +78,7 @@ void StopSignals::end_by_force(int code, const char* why) const {
 }
 
 void StopSignals::run() {
-  int first = 0;
+  std::optional<SteadyTime> first_at;
   std::optional<SteadyTime> end_at;
   while (true) {
     int timeout = -1;
@@ -107,11 +109,15 @@ void StopSignals::run() {
         continue;
       }
       const int number = static_cast<int>(info.ssi_signo);
-      if (first != 0) {
-        end_by_force(128 + number, "second signal; ended by force\n");
+      const SteadyTime now = std::chrono::steady_clock::now();
+      if (first_at) {
+        if (now - *first_at >= kSameRequest) {
+          end_by_force(128 + number, "second signal; ended by force\n");
+        }
+        continue;
       }
-      first = number;
-      end_at = end_at.value_or(SteadyTime(std::chrono::steady_clock::now()) + grace_);
+      first_at = now;
+      end_at = end_at.value_or(now + grace_);
       on_stop_(number);
     }
   }

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace pipescout::host {
+namespace {
+
+std::string environment_prefixes() {
+  const char* outside = std::getenv("AMENT_PREFIX_PATH");
+  return std::string(TEST_PREFIX) + (outside != nullptr ? ":" + std::string(outside) : "");
+}
+
+}  // namespace
+
+int Finished::code() const {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+int Finished::signal() const {
+  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+Program::Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  std::vector<std::string> words{PIPESCOUT_PROGRAM};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (auto& word : words) {
+    argv.push_back(word.data());
+  }
+  argv.push_back(nullptr);
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  // Test processes run side by side.
+  setenv("ROS_DOMAIN_ID", std::to_string(1 + getpid() % 100).c_str(), 1);
+  static const std::string kPrefixes = environment_prefixes();
+  setenv("AMENT_PREFIX_PATH", kPrefixes.c_str(), 1);
+  std::array<int, 2> out{};
+  std::array<int, 2> err{};
+  if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
+    throw std::runtime_error("pipe2 failed");
+  }
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(out[1], STDOUT_FILENO);
+    dup2(err[1], STDERR_FILENO);
+    if (getppid() == parent && chdir(folder.c_str()) == 0) {
+      execv(argv.front(), argv.data());
+    }
+    _exit(127);
+  }
+  close(out[1]);
+  close(err[1]);
+  out_.fd = out[0];
+  err_.fd = err[0];
+  for (auto* stream : {&out_, &err_}) {
+    stream->reader = std::thread([this, stream] { collect(*stream); });
+  }
+}
+
+Program::~Program() {
+  if (!reaped_) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  for (auto* stream : {&out_, &err_}) {
+    stream->reader.join();
+    close(stream->fd);
+  }
+}
+
+void Program::collect(Stream& stream) {
+  std::array<char, 4096> buffer{};
+  while (true) {
+    const auto size = read(stream.fd, buffer.data(), buffer.size());
+    if (size < 0 && errno == EINTR) {
+      continue;
+    }
+    const std::lock_guard lock(mutex_);
+    if (size <= 0) {
+      stream.ended = true;
+      changed_.notify_all();
+      return;
+    }
+    stream.text.append(buffer.data(), static_cast<std::size_t>(size));
+    changed_.notify_all();
+  }
+}
+
+void Program::signal(int number) const {
+  kill(pid_, number);
+}
+
+bool Program::wait_for(const Stream& stream, const std::string& text) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, kPatience,
+                    [&] { return stream.ended || stream.text.find(text) != std::string::npos; });
+  return stream.text.find(text) != std::string::npos;
+}
+
+bool Program::wait_for_out(const std::string& text) {
+  return wait_for(out_, text);
+}
+
+bool Program::wait_for_err(const std::string& text) {
+  return wait_for(err_, text);
+}
+
+std::string Program::out() {
+  const std::lock_guard lock(mutex_);
+  return out_.text;
+}
+
+std::string Program::err() {
+  const std::lock_guard lock(mutex_);
+  return err_.text;
+}
+
+Finished Program::finish() {
+  const int process = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
+  pollfd descriptor{process, POLLIN, 0};
+  constexpr int kMilliseconds =
+      static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(kPatience).count());
+  if (process < 0 || poll(&descriptor, 1, kMilliseconds) != 1) {
+    kill(pid_, SIGKILL);
+  }
+  close(process);
+  Finished finished;
+  waitpid(pid_, &finished.status, 0);
+  reaped_ = true;
+  std::unique_lock lock(mutex_);
+  // Its children may hold the streams for a moment longer.
+  changed_.wait_for(lock, kPatience, [&] { return out_.ended && err_.ended; });
+  finished.out = out_.text;
+  finished.err = err_.text;
+  return finished;
+}
+
+Finished run_program(const std::vector<std::string>& arguments,
+                     const std::filesystem::path& folder) {
+  return Program(arguments, folder).finish();
+}
+
+Finished run_until(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                   const std::function<bool(const Finished&)>& good) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (true) {
+    auto finished = run_program(arguments, folder);
+    if (good(finished) || std::chrono::steady_clock::now() >= end) {
+      return finished;
+    }
+  }
+}
+
+std::vector<pid_t> children_of(pid_t pid) {
+  std::vector<pid_t> children;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const auto name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) {
+      continue;
+    }
+    std::ifstream stream(entry.path() / "stat");
+    std::string line;
+    std::getline(stream, line);
+    // "pid (name) state ppid ...", where the name may hold anything.
+    std::istringstream rest(line.substr(std::min(line.size(), line.rfind(')') + 1)));
+    char state = 0;
+    pid_t parent = 0;
+    if (rest >> state >> parent && parent == pid && state != 'Z') {
+      children.push_back(static_cast<pid_t>(std::stol(name)));
+    }
+  }
+  return children;
+}
+
+bool eventually(const std::function<bool()>& condition) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() >= end) {
+      return false;
+    }
+    // Nothing tells of a change in another process; look now and then.
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+}  // namespace pipescout::host

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/composition.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "pipescout/interfaces/yaml_location.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+CompositionInputs inputs() {
+  CompositionInputs inputs;
+  inputs.sources.environment = [](const std::string& name) -> std::optional<std::string> {
+    return name == "ROBOT" ? std::optional<std::string>("crawler") : std::nullopt;
+  };
+  inputs.sources.share = [](const std::string& package) -> std::optional<std::string> {
+    return package == "pipescout_odometry" ? std::optional<std::string>("/prefix/share/x")
+                                           : std::nullopt;
+  };
+  inputs.mission_folder = [](const std::string& mission) { return "/missions/" + mission; };
+  return inputs;
+}
+
+Composition parse(const std::string& text, const CompositionInputs& given = inputs()) {
+  return parse_composition(text, "c.yaml", given);
+}
+
+std::string error_of(const std::string& text, const CompositionInputs& given = inputs()) {
+  try {
+    static_cast<void>(parse(text, given));
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+const ParameterValue& value(const ComponentEntry& entry, const std::string& name) {
+  const ParameterOverride* found = nullptr;
+  for (const auto& parameter : entry.parameters) {
+    found = parameter.name == name ? &parameter : found;
+  }
+  if (found == nullptr) {
+    throw std::out_of_range("no parameter " + name);
+  }
+  return found->value;
+}
+
+constexpr const char* kWhole = R"(name: survey
+arguments:
+  readings: $(share pipescout_odometry)/table.csv
+  rate: 2.5
+  sigmas: "[0.06, 0.055]"
+executor: {type: multi_threaded, threads: 4}
+components:
+  - type: pipescout::OdometerReplay
+    name: replay
+    namespace: front
+    parameters:
+      file: $(arg readings)
+      rate: $(arg rate)
+      sigmas: $(arg sigmas)
+      title: rate $(arg rate) of $(env ROBOT)
+      names: [$(env ROBOT), b]
+      folder: $(mission_folder)/out
+      limits: {low: 1, high: 2.0}
+    remappings: {odometer/readings: other}
+  - type: pipescout::OdometryFusion
+    name: fusion
+    isolate: true
+    restart: {limit: 3, backoff: 2}
+complete_when: [fusion]
+)";
+
+TEST(Composition, ReadsTheWholeFormat) {
+  const auto composition = parse(kWhole);
+  EXPECT_EQ(composition.name, "survey");
+  EXPECT_EQ(composition.threads, 4U);
+  EXPECT_EQ(composition.mission_folder, "/missions/survey");
+  EXPECT_THAT(composition.arguments,
+              ElementsAre(std::pair("readings", "/prefix/share/x/table.csv"),
+                          std::pair("rate", "2.5"), std::pair("sigmas", "[0.06, 0.055]")));
+  ASSERT_EQ(composition.components.size(), 2U);
+  const auto& replay = composition.components[0];
+  EXPECT_EQ(replay.type, "pipescout::OdometerReplay");
+  EXPECT_EQ(replay.name.fully_qualified(), "/front/replay");
+  EXPECT_EQ(replay.location, "c.yaml:8:5");
+  EXPECT_EQ(replay.type_location, "c.yaml:8:11");
+  EXPECT_FALSE(replay.isolate);
+  ASSERT_EQ(replay.remappings.size(), 1U);
+  EXPECT_EQ(replay.remappings[0].to, "other");
+  const auto& fusion = composition.components[1];
+  EXPECT_TRUE(fusion.isolate);
+  EXPECT_EQ(fusion.restart, (RestartPolicy{3, std::chrono::seconds(2)}));
+  EXPECT_THAT(composition.complete_when, ElementsAre(NodeName{"/", "fusion"}));
+}
+
+TEST(Composition, SubstitutesAndTypesParameters) {
+  const auto composition = parse(kWhole);
+  const auto& replay = composition.components.at(0);
+  EXPECT_EQ(value(replay, "file"), ParameterValue("/prefix/share/x/table.csv"));
+  EXPECT_EQ(value(replay, "rate"), ParameterValue(2.5));
+  EXPECT_EQ(value(replay, "sigmas"), ParameterValue(std::vector<double>{0.06, 0.055}));
+  EXPECT_EQ(value(replay, "title"), ParameterValue("rate 2.5 of crawler"));
+  EXPECT_EQ(value(replay, "names"), ParameterValue(std::vector<std::string>{"crawler", "b"}));
+  EXPECT_EQ(value(replay, "folder"), ParameterValue("/missions/survey/out"));
+  EXPECT_EQ(value(replay, "limits.high"), ParameterValue(2.0));
+  EXPECT_EQ(replay.parameters.front().source, "c.yaml:12:13");
+  EXPECT_EQ(replay.parameters.back().source, "c.yaml:18:30");
+}
+
+TEST(Composition, TakesArgumentsFromTheCommandLine) {
+  auto given = inputs();
+  given.arguments = {{"rate", "7"}, {"readings", "own.csv"}};
+  const auto composition = parse(kWhole, given);
+  EXPECT_EQ(value(composition.components.at(0), "rate"), ParameterValue(7));
+  EXPECT_EQ(value(composition.components.at(0), "file"), ParameterValue("own.csv"));
+
+  given.arguments = {{"raet", "7"}};
+  EXPECT_EQ(error_of(kWhole, given),
+            "argument raet:=7: c.yaml has no argument 'raet'; did you mean 'rate'?");
+  EXPECT_EQ(error_of("arguments: {file: }\ncomponents: []"),
+            "c.yaml:1:13: argument 'file' has no default: give file:=VALUE");
+}
+
+TEST(Composition, DefaultsAreModest) {
+  const auto composition = parse("components: [{type: A, name: a}]");
+  EXPECT_EQ(composition.name, "c");
+  EXPECT_EQ(composition.threads, 1U);
+  EXPECT_THAT(composition.complete_when, IsEmpty());
+  EXPECT_EQ(composition.components.at(0).name.fully_qualified(), "/a");
+  EXPECT_EQ(composition.components.at(0).restart, RestartPolicy{});
+  EXPECT_THAT(parse("components: []").components, IsEmpty());
+}
+
+TEST(Composition, PutsComponentsBelowTheNamespaceOfTheCommandLine) {
+  auto given = inputs();
+  given.ns = "/robot_1";
+  const auto composition = parse(
+      "components: [{type: A, name: a}, {type: A, name: a, namespace: arm}, "
+      "{type: A, name: a, namespace: /base}]",
+      given);
+  EXPECT_EQ(composition.components.at(0).name.fully_qualified(), "/robot_1/a");
+  EXPECT_EQ(composition.components.at(1).name.fully_qualified(), "/robot_1/arm/a");
+  EXPECT_EQ(composition.components.at(2).name.fully_qualified(), "/base/a");
+}
+
+TEST(Composition, LaterSourcesOfParametersCount) {
+  auto given = inputs();
+  given.parameters = {"gain:=3", "a.gain:=4", "b:limit.low:=5", "limit.low:=6"};
+  const auto composition = parse(
+      "components:\n- {type: A, name: a, parameters: {gain: 1}}\n- {type: A, name: b}", given);
+  const auto& a = composition.components.at(0);
+  const auto& b = composition.components.at(1);
+  EXPECT_EQ(value(a, "gain"), ParameterValue(4));
+  EXPECT_EQ(value(b, "gain"), ParameterValue(3));
+  EXPECT_EQ(value(a, "limit.low"), ParameterValue(6));
+  EXPECT_EQ(value(b, "limit.low"), ParameterValue(6));
+  EXPECT_EQ(a.parameters.at(1).source, "--param gain:=3");
+  EXPECT_TRUE(a.parameters.at(1).from_wildcard);
+  EXPECT_FALSE(a.parameters.at(2).from_wildcard);
+
+  given.parameters = {"c:gain:=1"};
+  EXPECT_EQ(error_of("components: [{type: A, name: b}]", given),
+            "--param c:gain:=1: no component 'c' in c.yaml");
+  given.parameters = {"gain"};
+  EXPECT_THAT(error_of("components: []", given), HasSubstr("must have the form name:=value"));
+}
+
+TEST(Composition, NamesFileLineAndColumnOfAnError) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "c.yaml: a composition is a map"},
+      {"[1]", "c.yaml:1:1: a composition is a map"},
+      {"name: x", "c.yaml:1:1: key 'components' is missing"},
+      {"components: []\ncomplet_when: []",
+       "c.yaml:2:1: unknown key 'complet_when' in the composition; did you mean 'complete_when'?"},
+      {"name: a/b\ncomponents: []", "c.yaml:1:7: 'name' must consist of letters"},
+      {"components: 3", "c.yaml:1:13: 'components' must be a list"},
+      {"components:\n  - 3", "c.yaml:2:5: a component is a map"},
+      {"components:\n  - {type: A}", "c.yaml:2:5: key 'name' of a component is missing"},
+      {"components:\n  - {name: a}", "c.yaml:2:5: key 'type' of a component is missing"},
+      {"components:\n  - {type: A, name: 1a}", "c.yaml:2:21: "},
+      {"components:\n  - {type: A, name: a, isolte: true}",
+       "c.yaml:2:24: unknown key 'isolte' in a component; did you mean 'isolate'?"},
+      {"components:\n  - {type: A, name: a, isolate: maybe}",
+       "c.yaml:2:33: 'isolate' must be true or false, not 'maybe'"},
+      {"components:\n  - {type: A, name: a, restart: {limit: 1}}",
+       "c.yaml:2:33: 'restart' is for a component with 'isolate: true'"},
+      {"components:\n  - {type: A, name: a, isolate: true, restart: {limit: -1}}",
+       "c.yaml:2:56: 'limit' must be a whole number in [0, 1000000], not '-1'"},
+      {"components:\n  - {type: A, name: a, isolate: true, restart: {backoff: x}}",
+       "c.yaml:2:58: 'backoff' must be a number of seconds in [0, 3600], not 'x'"},
+      {"components:\n  - {type: A, name: a}\n  - {type: B, name: a}",
+       "c.yaml:3:21: two components of the name '/a'; the other is at c.yaml:2:5"},
+      {"components:\n  - {type: A, name: a, parameters: 3}",
+       "c.yaml:2:36: a map of parameters is expected"},
+      {"components:\n  - {type: A, name: a, parameters: {x: [1, a]}}", "c.yaml:2:"},
+      {"components:\n  - {type: A, name: a, parameters: {x: $(arg y)}}",
+       "c.yaml:2:40: parameter 'x': '$(arg y)': there is no argument 'y'"},
+      {"components:\n  - {type: A, name: a, remappings: {__node: b}}",
+       "c.yaml:2:37: a component is renamed by its 'name' and 'namespace'"},
+      {"components:\n  - {type: A, name: a, parameter_files: [none.yaml]}",
+       "c.yaml:2:42: there is no parameter file none.yaml"},
+      {"components:\n  - {type: A, name: alpha}\ncomplete_when: [alpa]",
+       "c.yaml:3:17: no component 'alpa' in this composition; did you mean 'alpha'?"},
+      {"components: []\nexecutor: {type: fast}",
+       "c.yaml:2:18: 'type' must be single_threaded or multi_threaded, not 'fast'"},
+      {"components: []\nexecutor: {type: single_threaded, threads: 2}",
+       "c.yaml:2:44: a single_threaded executor has one thread"},
+      {"components: []\nexecutor: {type: multi_threaded, threads: 0}",
+       "c.yaml:2:43: 'threads' must be a whole number in [1, 256], not '0'"},
+      {"components: [\n", "c.yaml:"},
+      {"components: []\ncomponents: []", "c.yaml:2:1: "},
+  };
+  for (const auto& [text, message] : cases) {
+    EXPECT_THAT(error_of(text), ::testing::StartsWith(message)) << text;
+  }
+}
+
+TEST(Composition, CompleteWhenNeedsTheNamespaceOfAnAmbiguousName) {
+  const std::string components =
+      "components:\n- {type: A, name: a}\n- {type: A, name: a, namespace: x}\n";
+  EXPECT_THAT(error_of(components + "complete_when: [a]"),
+              HasSubstr("several components have the name 'a'"));
+  EXPECT_THAT(parse(components + "complete_when: [/x/a]").complete_when,
+              ElementsAre(NodeName{"/x", "a"}));
+}
+
+TEST(Composition, ReadsParameterFilesBesideItself) {
+  std::string pattern = (std::filesystem::temp_directory_path() / "composition_XXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(pattern.data());
+  std::ofstream(folder / "a.yaml") << "/**:\n  ros__parameters: {gain: 1, rate: 2}\n";
+  std::ofstream(folder / "b.yaml") << "other:\n  ros__parameters: {gain: 1}\n";
+  const auto path = (folder / "c.yaml").string();
+  const auto text = [](const std::string& file) {
+    return "components:\n- {type: A, name: a, parameter_files: [" + file +
+           "], parameters: {gain: 3}}";
+  };
+  const auto composition = parse_composition(text("a.yaml"), path, inputs());
+  EXPECT_EQ(value(composition.components.at(0), "rate"), ParameterValue(2));
+  EXPECT_EQ(value(composition.components.at(0), "gain"), ParameterValue(3));
+  EXPECT_THROW(static_cast<void>(parse_composition(text("b.yaml"), path, inputs())), YamlError);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Composition, WritesItselfAsItWasRun) {
+  const auto composition = parse(kWhole);
+  const std::vector<std::vector<NamedParameter>> parameters{
+      {{"file", "a: b"}, {"rate", 2.5}, {"limits.low", 1}, {"unset", {}}},
+      {{"names", std::vector<std::string>{"x", "1"}}}};
+  const auto text = to_yaml(composition, parameters);
+  const auto again = parse(text);
+  EXPECT_EQ(again.name, composition.name);
+  EXPECT_EQ(again.arguments, composition.arguments);
+  EXPECT_EQ(again.threads, composition.threads);
+  EXPECT_EQ(again.complete_when, composition.complete_when);
+  ASSERT_EQ(again.components.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(again.components[i].name, composition.components[i].name);
+    EXPECT_EQ(again.components[i].type, composition.components[i].type);
+    EXPECT_EQ(again.components[i].remappings, composition.components[i].remappings);
+    EXPECT_EQ(again.components[i].isolate, composition.components[i].isolate);
+    EXPECT_EQ(again.components[i].restart, composition.components[i].restart);
+  }
+  EXPECT_EQ(value(again.components[0], "file"), ParameterValue("a: b"));
+  EXPECT_EQ(value(again.components[0], "limits.low"), ParameterValue(1));
+  EXPECT_EQ(value(again.components[1], "names"),
+            ParameterValue(std::vector<std::string>{"x", "1"}));
+}
+
+TEST(ParseArgument, SplitsAtTheFirstSeparator) {
+  EXPECT_EQ(parse_argument("a:=b:=c"), std::pair(std::string("a"), std::string("b:=c")));
+  EXPECT_EQ(parse_argument("a:=").second, "");
+  EXPECT_THROW(static_cast<void>(parse_argument("a=b")), CompositionError);
+  EXPECT_THROW(static_cast<void>(parse_argument(":=b")), CompositionError);
+}
+
+}  // namespace
+}  // namespace pipescout::host

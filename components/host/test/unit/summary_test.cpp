@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/summary.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "core/mission_folder.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using nlohmann::json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+namespace fs = std::filesystem;
+
+class MissionFolderTest : public ::testing::Test {
+ protected:
+  MissionFolderTest() {
+    std::string pattern = (fs::temp_directory_path() / "mission_XXXXXX").string();
+    root_ = mkdtemp(pattern.data());
+  }
+  ~MissionFolderTest() override { fs::remove_all(root_); }
+
+  void write(const std::string& file, const std::string& text) const {
+    fs::create_directories((root_ / file).parent_path());
+    std::ofstream(root_ / file) << text;
+  }
+  [[nodiscard]] std::string read(const std::string& file) const {
+    std::ifstream stream(root_ / file);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  }
+  static std::string section(const std::string& title, const std::string& figure, double value) {
+    return json{{"title", title},
+                {"table",
+                 {{"columns", {"reading", "fused [m]", "ok"}},
+                  {"rows", {{1, 5.5, true}, {2, nullptr, false}, {10, 5.4375, true}}}}},
+                {"figures", {{figure, value}}},
+                {"notes", {"Complete."}}}
+        .dump();
+  }
+
+  fs::path root_;
+};
+
+TEST_F(MissionFolderTest, MergesSections) {
+  write("mission.yaml", "name: survey\ncomponents: []\n");
+  write("sections/b.json", section("Second", "b_m", 0.5));
+  write("sections/a.json", section("First", "a_m", 0.25));
+  write("sections/readme.txt", "no section");
+  const auto summary = read_summary(root_);
+  EXPECT_EQ(summary.mission, "survey");
+  EXPECT_THAT(summary.problems, IsEmpty());
+  EXPECT_EQ(summary.figures, (json{{"a_m", 0.25}, {"b_m", 0.5}}));
+  EXPECT_EQ(summary.sections["b"]["title"], "Second");
+  write_summary(root_, summary);
+  EXPECT_EQ(json::parse(read("summary.json")), summary.to_json());
+  EXPECT_FALSE(fs::exists(root_ / "summary.json.part"));
+}
+
+TEST_F(MissionFolderTest, PrintsTablesFiguresAndNotes) {
+  write("mission.yaml", "name: survey\n");
+  write("sections/a.json", section("First", "a_m", 0.25));
+  std::ostringstream out;
+  print_summary(out, read_summary(root_));
+  EXPECT_EQ(out.str(), R"(Mission survey
+
+First (a)
+
+  reading  fused [m]  ok
+  -------  ---------  ---
+        1     5.5000  yes
+        2          -  no
+       10     5.4375  yes
+
+  a_m = 0.25
+  Complete.
+)");
+}
+
+TEST_F(MissionFolderTest, NamesBadSectionsAndKeepsTheOthers) {
+  write("sections/good.json", section("Good", "x_m", 1.0));
+  write("sections/half.json", "{\"title\": \"Ha");
+  write("sections/same.json", section("Same", "x_m", 2.0));
+  const std::pair<const char*, const char*> bad[] = {
+      {"list", "[]"},
+      {"title",
+       R"({"title": 1, "table": {"columns": [], "rows": []}, "figures": {}, "notes": []})"},
+      {"table", R"({"title": "", "figures": {}, "notes": []})"},
+      {"rows", R"({"title": "", "table": {"columns": ["a"], "rows": [[1, 2]]}, "figures": {},
+                   "notes": []})"},
+      {"cell", R"({"title": "", "table": {"columns": ["a"], "rows": [[{}]]}, "figures": {},
+                   "notes": []})"},
+      {"figures", R"({"title": "", "table": {"columns": [], "rows": []}, "figures": {"a": "b"},
+                      "notes": []})"},
+      {"notes", R"({"title": "", "table": {"columns": [], "rows": []}, "figures": {},
+                    "notes": [1]})"}};
+  for (const auto& [name, text] : bad) {
+    write("sections/" + std::string(name) + ".json", text);
+  }
+  const auto summary = read_summary(root_);
+  EXPECT_THAT(summary.problems,
+              ElementsAre(HasSubstr("cell.json: has a table cell that is no number"),
+                          HasSubstr("figures.json: figure 'a' is no number"),
+                          HasSubstr("half.json: "), HasSubstr("list.json: is no object"),
+                          HasSubstr("notes.json: has no list of texts 'notes'"),
+                          HasSubstr("rows.json: has a row that is not as long"),
+                          HasSubstr("same.json: figure 'x_m' is also one of section 'good'"),
+                          HasSubstr("table.json: has no object 'table'"),
+                          HasSubstr("title.json: has no text 'title'")));
+  EXPECT_EQ(summary.sections.size(), 2U);
+  EXPECT_EQ(summary.figures["x_m"], 1.0);
+  EXPECT_EQ(summary.mission, root_.filename().string());
+}
+
+TEST_F(MissionFolderTest, AFolderThatIsNotThereIsAnError) {
+  EXPECT_THROW(static_cast<void>(read_summary(root_ / "none")), MissionFolderError);
+  EXPECT_THROW(write_file(root_ / "none" / "x", "text"), MissionFolderError);
+}
+
+TEST_F(MissionFolderTest, IsMadeAndLogged) {
+  MissionFolder folder(root_ / "a" / "b");
+  folder.write_composition("name: x\n");
+  folder.log(LogSeverity::kWarn, Time(std::chrono::nanoseconds(1718000000000000007)),
+             "robot.fusion", "text");
+  EXPECT_EQ(read("a/b/mission.yaml"), "name: x\n");
+  EXPECT_EQ(read("a/b/mission.log"), "[WARN] [1718000000.000000007] [robot.fusion]: text\n");
+  EXPECT_TRUE(fs::is_directory(root_ / "a/b/sections"));
+}
+
+TEST_F(MissionFolderTest, DoesNotMixTwoMissions) {
+  { const MissionFolder first(root_ / "a"); }
+  EXPECT_THROW(MissionFolder(root_ / "a"), MissionFolderError);
+  write("file", "");
+  EXPECT_THROW(MissionFolder(root_ / "file"), MissionFolderError);
+}
+
+TEST_F(MissionFolderTest, HasTheTimeInItsName) {
+  const Time time(std::chrono::seconds(1772357400));
+  const auto first = default_mission_folder(root_, "survey", time);
+  EXPECT_EQ(first, root_ / "missions/survey_2026-03-01T09-30-00Z");
+  fs::create_directories(first);
+  EXPECT_EQ(default_mission_folder(root_, "survey", time),
+            root_ / "missions/survey_2026-03-01T09-30-00Z_2");
+}
+
+}  // namespace
+}  // namespace pipescout::host
