@@ -231,16 +231,21 @@ std::shared_ptr<UntypedService> Node::create_untyped_service_on(
        .request = &request,
        .response = &response,
        .qos = qos,
-       .group = impl_->group_of(options)},
+       .group = impl_->group_of(options),
+       .enabled = false},
       std::move(handler));
   context().graph().add_endpoint(impl_->name, service->reply_publisher());
   context().graph().add_endpoint(impl_->name, service->request_subscription());
-  if (options.managed) {
-    const std::lock_guard lock(impl_->mutex);
-    add(impl_->managed_services, service);
-    service->set_enabled(impl_->managed_active);
-  }
   return service;
+}
+
+void Node::enable_service(const std::shared_ptr<UntypedService>& service,
+                          const EndpointOptions& options) {
+  const std::lock_guard lock(impl_->mutex);
+  if (options.managed) {
+    add(impl_->managed_services, service);
+  }
+  service->set_enabled(!options.managed || impl_->managed_active);
 }
 
 std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view name,

@@ -107,7 +107,8 @@ class Node {
                                           const EndpointOptions& options = {}) {
     using Request = typename S::Request;
     using Response = typename S::Response;
-    // The handler needs the service that it answers through, which exists only after it.
+    // The handler needs the service that it answers through, which exists only after it; so no
+    // request is taken before it knows it.
     auto self = std::make_shared<std::weak_ptr<UntypedService>>();
     auto untyped = create_untyped_service_on(
         name, message_type<Request>(), message_type<Response>(), qos,
@@ -125,6 +126,7 @@ class Node {
         },
         options);
     *self = untyped;
+    enable_service(untyped, options);
     return Service<S>(std::move(untyped));
   }
 
@@ -184,6 +186,8 @@ class Node {
   std::shared_ptr<UntypedService> create_untyped_service_on(
       std::string_view name, const MessageType& request, const MessageType& response,
       const QoS& qos, UntypedService::Handler handler, const EndpointOptions& options);
+  void enable_service(const std::shared_ptr<UntypedService>& service,
+                      const EndpointOptions& options);
   std::shared_ptr<UntypedClient> create_untyped_client_on(std::string_view name,
                                                           const MessageType& request,
                                                           const MessageType& response,
