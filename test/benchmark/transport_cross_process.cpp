@@ -47,8 +47,8 @@ int receive(std::uint32_t domain, int pipe) {
   const auto report = [pipe](const Image& image) {
     write_latency(pipe, microseconds_since_stamp(image));
   };
-  const auto image = node.create_subscription<Image>("image", QoS::sensor_data(), report);
-  const auto small = node.create_subscription<Image>("small", QoS::sensor_data(), report);
+  const auto image = node.create_subscription<Image>("image", QoS::reliable(), report);
+  const auto small = node.create_subscription<Image>("small", QoS::reliable(), report);
   const auto participant = create_plain_participant(domain);
   const PlainReader plain_image(participant, "plain_image", report);
   const PlainReader plain_small(participant, "plain_small", report);
@@ -104,8 +104,8 @@ class Link {
                                                .executor = &executor_,
                                                .name = {"/", "sender"},
                                                .standard_interfaces = false});
-    image = node_->create_publisher<Image>("image", QoS::sensor_data());
-    small = node_->create_publisher<Image>("small", QoS::sensor_data());
+    image = node_->create_publisher<Image>("image", QoS::reliable());
+    small = node_->create_publisher<Image>("small", QoS::reliable());
     participant_ = create_plain_participant(benchmark_domain());
     plain_image = std::make_unique<PlainWriter>(participant_, "plain_image");
     plain_small = std::make_unique<PlainWriter>(participant_, "plain_small");

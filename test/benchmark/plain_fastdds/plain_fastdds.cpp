@@ -96,8 +96,9 @@ class PlainReader::Impl final : public dds::DataReaderListener {
   Impl(std::shared_ptr<PlainParticipant> owner, const std::string& topic,
        std::function<void(sensor_msgs::msg::Image&)> callback)
       : owner_(std::move(owner)), callback_(std::move(callback)) {
-    reader = owner_->subscriber->create_datareader(owner_->topic(topic),
-                                                   dds::DATAREADER_QOS_DEFAULT, this);
+    dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
+    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+    reader = owner_->subscriber->create_datareader(owner_->topic(topic), qos, this);
   }
   ~Impl() override { owner_->subscriber->delete_datareader(reader); }
   void on_subscription_matched(dds::DataReader*,

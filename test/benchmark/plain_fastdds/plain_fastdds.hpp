@@ -27,7 +27,8 @@ class PlainWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A DataReader with default QoS (best effort, keep last 1); the callback runs in the listener.
+/// A DataReader with default QoS (keep last 1), but reliable like its writer: a best-effort one
+/// loses every other image on the default transports. The callback runs in the listener.
 class PlainReader {
  public:
   PlainReader(const std::shared_ptr<PlainParticipant>& participant, const std::string& topic,
