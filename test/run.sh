@@ -28,6 +28,9 @@ fi
 # Tests speak DDS on loopback and shared memory only.
 export ROS_LOCALHOST_ONLY=1
 
+# Without this colcon limits the build by the load of the machine, and another job starves it.
+export MAKEFLAGS=${MAKEFLAGS:--j$(nproc)}
+
 step() { printf '\n== %s (%s)\n' "$1" "$(date -u +%H:%M:%S)"; }
 
 step "Building"
