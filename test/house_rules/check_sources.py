@@ -125,7 +125,7 @@ def sources_carry_the_licence():
 
 def packages_declare_what_they_use():
     """Each find_package(pipescout_*) is declared in package.xml; dependencies run one way."""
-    rank = {"idl": 0, "interfaces": 1, "src": 1, "components": 2, "test": 3}
+    rank = {"idl": 0, "interfaces": 1, "src": 1, "components": 2, "docs": 3, "test": 3}
     where = {}
     manifests = [name for name in tracked() if pathlib.Path(name).name == "package.xml"]
     trees = {}
