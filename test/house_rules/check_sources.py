@@ -54,7 +54,7 @@ def algorithms_reach_no_middleware():
         if pathlib.Path(name).suffix not in {".cpp", ".hpp"}:
             continue
         result = subprocess.run(
-            ["g++", "-std=c++20", "-x", "c++", "-M", "-MG", *includes, f"-I{ROOT / name}/../", name],
+            ["g++", "-std=c++20", "-x", "c++", "-M", "-MG", *includes, f"-I{(ROOT / name).parent}", name],
             cwd=ROOT, capture_output=True, text=True)
         if result.returncode != 0:
             yield f"{name}: the preprocessor failed: {result.stderr.strip()[:300]}"
@@ -93,14 +93,16 @@ def randomness_is_seeded():
 
 
 def tests_do_not_sleep():
-    """Tests wait for events."""
+    """Tests wait for events; where there is none, a comment above says "No event: why"."""
     pattern = re.compile(r"sleep_for|sleep_until|\bu?sleep\(|(^|\s)sleep [0-9]")
     for name in tracked():
         if "test/" not in name or pathlib.Path(name).suffix not in CPP | {".sh"}:
             continue
+        before = ""
         for number, line in enumerate(read(name).splitlines(), 1):
-            if pattern.search(line):
+            if pattern.search(line) and "// No event: " not in before:
                 yield f"{name}:{number}: {line.strip()}"
+            before = line
 
 
 def nothing_is_left_open():
@@ -171,7 +173,7 @@ def formatting():
 def no_private_places():
     """No path or host of one machine is committed."""
     # Written in pieces so that this file does not match itself.
-    pattern = re.compile("/ho" "me/[a-z]|/wo" "rk/|http" r"s?://(localhost|127|10\.|192\.168)|/ro" "ot/")
+    pattern = re.compile("/ho" r"me/\w+/|/wo" "rk/|http" r"s?://(localhost|127|10\.|192\.168)|/ro" "ot/")
     for name in tracked():
         if pathlib.Path(name).suffix in {".png", ".svg", ".csv"}:
             continue

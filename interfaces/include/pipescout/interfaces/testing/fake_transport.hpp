@@ -19,8 +19,8 @@ namespace pipescout::testing {
 ///
 /// Nothing travels by itself: what is written, matched or unmatched waits on the wire, in order,
 /// until the test lets it through with `deliver` or `deliver_one`, on the thread that calls these.
-/// So a test decides what overtakes what. Endpoints are matched in one event and told of it in later
-/// ones, as on a real network.
+/// So a test decides what overtakes what. Endpoints are matched in one event and told of it in
+/// later ones, as on a real network.
 ///
 /// Not simulated: deadlines, lifespan and leases on the wire; loss only through `set_tamper`.
 /// Thread-safe. Transports may outlive the `FakeNetwork` object; they share its state.
