@@ -22,6 +22,7 @@ using rcl_interfaces::srv::SetParameters;
 struct Options {
   DiscoveryOptions discovery;
   std::string node;
+  std::string name;
   std::vector<std::string> names;
   std::string value;
   bool flag = false;  ///< --param-type, --hide-type
@@ -115,7 +116,7 @@ int list(Session& session, const Options& options) {
 
 int get(Session& session, const Options& options) {
   const auto node = session.find_node(options.node);
-  const auto& name = options.names.front();
+  const auto& name = options.name;
   const auto values = get_values(session, node, {name});
   if (values.empty()) {
     not_declared(session, node, name);
@@ -134,7 +135,7 @@ int get(Session& session, const Options& options) {
 }
 
 int set(Session& session, const Options& options) {
-  NamedParameter parameter{options.names.front(), {}};
+  NamedParameter parameter{options.name, {}};
   try {
     parameter.value = parse_parameter_value(options.value);
   } catch (const std::exception& error) {
@@ -247,16 +248,12 @@ void add_param_commands(CLI::App& app, Action& action) {
 
   auto [get_command, get_options] = add("get", "Print the value of a parameter", get);
   get_command->add_option("node", get_options->node, kNode)->required();
-  get_command->add_option("parameter", get_options->names, "Name of the parameter")
-      ->required()
-      ->expected(1);
+  get_command->add_option("parameter", get_options->name, "Name of the parameter")->required();
   get_command->add_flag("--hide-type", get_options->flag, "Print only the value");
 
   auto [set_command, set_options] = add("set", "Set a parameter", set);
   set_command->add_option("node", set_options->node, kNode)->required();
-  set_command->add_option("parameter", set_options->names, "Name of the parameter")
-      ->required()
-      ->expected(1);
+  set_command->add_option("parameter", set_options->name, "Name of the parameter")->required();
   set_command->add_option("value", set_options->value, "Its new value, as YAML")->required();
 
   auto [describe_command, describe_options] =

@@ -5,9 +5,87 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <iterator>
+#include <map>
 #include <mutex>
+#include <rmw_dds_common/msg/participant_entities_info.hpp>
+#include <set>
 
 namespace pipescout::host {
+
+/// What other nodes have said that they consist of. DDS discovers participants, their node lists
+/// and each endpoint apart from each other, so only this tells when all of a node is known.
+class Session::Announcements {
+ public:
+  explicit Announcements(Context& context) : context_(context) {
+    SubscriptionOptions options;
+    options.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()};
+    options.qos = QoS::latched(100);
+    options.callback = [this](const std::shared_ptr<const void>& message, const MessageInfo&) {
+      keep(*static_cast<const ParticipantEntitiesInfo*>(message.get()));
+    };
+    subscription_ = context.create_subscription(std::move(options));
+  }
+
+  /// Replaces the function that is called after each announcement; it must not call back. Once this
+  /// returned, no call of the function before is in progress.
+  void on_new(std::function<void()> called) {
+    const std::lock_guard lock(mutex_);
+    on_new_ = std::move(called);
+  }
+
+  /// There are participants; all those of ROS 2 have listed their endpoints, and these are
+  /// discovered.
+  [[nodiscard]] bool complete() const {
+    const auto& transport = *context_.transport();
+    std::set<Gid> discovered;
+    for (const auto& endpoint : transport.remote_endpoints()) {
+      discovered.insert(endpoint.gid);
+    }
+    const auto participants = transport.remote_participants();
+    const std::lock_guard lock(mutex_);
+    return !participants.empty() &&
+           std::all_of(participants.begin(), participants.end(), [&](const auto& participant) {
+             if (participant.enclave.empty()) {
+               return true;  // not of ROS
+             }
+             const auto announced = endpoints_.find(participant.gid);
+             return announced != endpoints_.end() &&
+                    std::includes(discovered.begin(), discovered.end(), announced->second.begin(),
+                                  announced->second.end());
+           });
+  }
+
+ private:
+  using ParticipantEntitiesInfo = rmw_dds_common::msg::ParticipantEntitiesInfo;
+
+  static Gid to_gid(const rmw_dds_common::msg::Gid& message) {
+    Gid gid;
+    std::copy_n(message.data().begin(), gid.bytes.size(), gid.bytes.begin());
+    return gid;
+  }
+
+  void keep(const ParticipantEntitiesInfo& info) {
+    std::set<Gid> endpoints;
+    for (const auto& node : info.node_entities_info_seq()) {
+      for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
+        std::transform(gids->begin(), gids->end(), std::inserter(endpoints, endpoints.end()),
+                       to_gid);
+      }
+    }
+    const std::lock_guard lock(mutex_);
+    endpoints_[to_gid(info.gid())] = std::move(endpoints);
+    if (on_new_) {
+      on_new_();
+    }
+  }
+
+  Context& context_;
+  mutable std::mutex mutex_;
+  std::map<Gid, std::set<Gid>> endpoints_;  ///< by participant
+  std::function<void()> on_new_;
+  std::shared_ptr<UntypedSubscription> subscription_;
+};
 
 void DiscoveryOptions::add_to(CLI::App& command, bool with_services) {
   command
@@ -26,6 +104,7 @@ Session::Session(DiscoveryOptions options) : options_(options) {
   auto dds = DdsOptions::from_environment();
   dds.name = "pipescout command line";
   context_ = Context::create(create_dds_transport(dds));
+  announcements_ = std::make_shared<Announcements>(*context_);
   NodeOptions node;
   node.context = context_;
   node.executor = &executor_;
@@ -40,19 +119,35 @@ void Session::settle(Duration quiet) {
   std::mutex mutex;
   std::condition_variable changed;
   SteadyTime last_change = std::chrono::steady_clock::now();
-  const auto handle = graph().on_changed([&] {
+  const auto note_change = [&] {
     const std::lock_guard lock(mutex);
     last_change = std::chrono::steady_clock::now();
     changed.notify_all();
-  });
+  };
+  const auto handle = graph().on_changed(note_change);
+  announcements_->on_new(note_change);
+  const std::shared_ptr<void> end_of_notes(nullptr, [this](void*) { announcements_->on_new({}); });
   const SteadyTime end = last_change + spin_time();
   std::unique_lock lock(mutex);
   while (true) {
-    const auto until = std::min(end, last_change + quiet);
-    if (SteadyTime(std::chrono::steady_clock::now()) >= until) {
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (now >= end) {
       return;
     }
-    changed.wait_until(lock, until);
+    const auto quiet_at = last_change + quiet;
+    if (now < quiet_at) {
+      changed.wait_until(lock, std::min(end, quiet_at));
+      continue;
+    }
+    const auto seen = last_change;
+    lock.unlock();
+    const bool complete = announcements_->complete();
+    lock.lock();
+    if (complete && last_change == seen) {
+      return;
+    }
+    // What is missing comes as a change of the graph.
+    changed.wait_until(lock, end, [&] { return last_change != seen; });
   }
 }
 

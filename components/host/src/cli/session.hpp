@@ -16,7 +16,7 @@ namespace pipescout::host {
 
 /// The options that every command on the network has.
 struct DiscoveryOptions {
-  double spin_time = 3.0;  ///< s, how long to look for others at most
+  double spin_time = 5.0;  ///< s, how long to look for others at most
   double timeout = 5.0;    ///< s, how long to wait for the answer of a service
 
   void add_to(CLI::App& command, bool with_services);
@@ -35,7 +35,8 @@ class Session {
   [[nodiscard]] Executor& executor() { return executor_; }
   [[nodiscard]] Duration spin_time() const { return from_seconds(options_.spin_time); }
 
-  /// Returns once nothing new has been discovered for a while, or after the spin time.
+  /// Returns once somebody is discovered, and everything that is announced, and nothing new has
+  /// come for a while; or after the spin time.
   void settle(Duration quiet = std::chrono::milliseconds(500));
   /// Returns as soon as `found` holds; false after the spin time.
   bool wait_for(const std::function<bool()>& found) {
@@ -70,8 +71,11 @@ class Session {
   }
 
  private:
+  class Announcements;
+
   DiscoveryOptions options_;
   std::shared_ptr<Context> context_;
+  std::shared_ptr<Announcements> announcements_;
   Executor executor_;
   std::unique_ptr<Node> node_;
 };

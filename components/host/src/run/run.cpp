@@ -518,8 +518,11 @@ class Run {
     try {
       const auto summary = read_summary(folder_->path());
       write_summary(folder_->path(), summary);
-      print_summary(std::cout, summary);
-      std::cout << "\nmission folder: " << folder_->path().string() << std::endl;
+      if (!summary.sections.empty()) {
+        print_summary(std::cout, summary);
+        std::cout << '\n';
+      }
+      std::cout << "mission folder: " << folder_->path().string() << std::endl;
       for (const auto& problem : summary.problems) {
         std::cerr << "error: " << problem << '\n';
       }

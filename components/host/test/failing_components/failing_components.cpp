@@ -145,6 +145,7 @@ class FailingComponent : public Component {
       std::abort();
     }
     if (how_ == "hang") {
+      logger().info("hangs in " + place);
       std::promise<void>().get_future().wait();
     }
     if (how_ == "report") {

@@ -25,6 +25,22 @@ std::string environment_prefixes() {
   return std::string(TEST_PREFIX) + (outside != nullptr ? ":" + std::string(outside) : "");
 }
 
+struct ProcessStatus {
+  char state = '\0';  ///< NUL when there is no such process
+  pid_t parent = 0;
+};
+
+ProcessStatus status_of(pid_t pid) {
+  std::ifstream stream("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  std::getline(stream, line);
+  // "pid (name) state parent ...", where the name may hold anything.
+  std::istringstream rest(line.substr(std::min(line.size(), line.rfind(')') + 1)));
+  ProcessStatus status;
+  rest >> status.state >> status.parent;
+  return status;
+}
+
 }  // namespace
 
 int Finished::code() const {
@@ -156,17 +172,6 @@ Finished run_program(const std::vector<std::string>& arguments,
   return Program(arguments, folder).finish();
 }
 
-Finished run_until(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                   const std::function<bool(const Finished&)>& good) {
-  const auto end = std::chrono::steady_clock::now() + kPatience;
-  while (true) {
-    auto finished = run_program(arguments, folder);
-    if (good(finished) || std::chrono::steady_clock::now() >= end) {
-      return finished;
-    }
-  }
-}
-
 std::vector<pid_t> children_of(pid_t pid) {
   std::vector<pid_t> children;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -174,18 +179,29 @@ std::vector<pid_t> children_of(pid_t pid) {
     if (name.find_first_not_of("0123456789") != std::string::npos) {
       continue;
     }
-    std::ifstream stream(entry.path() / "stat");
-    std::string line;
-    std::getline(stream, line);
-    // "pid (name) state ppid ...", where the name may hold anything.
-    std::istringstream rest(line.substr(std::min(line.size(), line.rfind(')') + 1)));
-    char state = 0;
-    pid_t parent = 0;
-    if (rest >> state >> parent && parent == pid && state != 'Z') {
-      children.push_back(static_cast<pid_t>(std::stol(name)));
+    const auto child = static_cast<pid_t>(std::stol(name));
+    const auto status = status_of(child);
+    if (status.parent == pid && status.state != 'Z') {
+      children.push_back(child);
     }
   }
   return children;
+}
+
+bool is_running(pid_t pid) {
+  const auto state = status_of(pid).state;
+  return state != '\0' && state != 'Z';
+}
+
+std::set<std::string> shared_memory_of(pid_t pid) {
+  std::set<std::string> files;
+  std::ifstream stream("/proc/" + std::to_string(pid) + "/maps");
+  for (std::string line; std::getline(stream, line);) {
+    if (const auto file = line.find("/dev/shm/"); file != std::string::npos) {
+      files.insert(line.substr(file));
+    }
+  }
+  return files;
 }
 
 bool eventually(const std::function<bool()>& condition) {
@@ -194,7 +210,7 @@ bool eventually(const std::function<bool()>& condition) {
     if (std::chrono::steady_clock::now() >= end) {
       return false;
     }
-    // Nothing tells of a change in another process; look now and then.
+    // No event: nothing tells of a change in another process.
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;

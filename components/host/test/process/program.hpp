@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
-#include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -69,13 +69,14 @@ class Program {
 Finished run_program(const std::vector<std::string>& arguments,
                      const std::filesystem::path& folder);
 
-/// Runs again and again until `good` holds or patience is over; for what the network needs a while
-/// for.
-Finished run_until(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                   const std::function<bool(const Finished&)>& good);
-
 /// Processes whose parent is `pid`.
 std::vector<pid_t> children_of(pid_t pid);
+
+/// The process exists and is no zombie.
+bool is_running(pid_t pid);
+
+/// The files in /dev/shm that a process has mapped.
+std::set<std::string> shared_memory_of(pid_t pid);
 
 /// Waits until the condition holds; false when patience is over. For what no event tells of: the
 /// state of another process.

@@ -70,7 +70,6 @@ complete_when: [listener]
   EXPECT_EQ(finished.code(), 0) << finished.err;
   EXPECT_THAT(finished.out, HasSubstr("100 %"));
   EXPECT_THAT(finished.out, HasSubstr("listener 7/7"));
-  EXPECT_THAT(finished.out, HasSubstr("Mission chat"));
   EXPECT_THAT(read("m/mission.yaml"), AllOf(HasSubstr("count: 7\n"), HasSubstr("text: \"a: b\"\n"),
                                             HasSubstr("period: 0.02\n")));
   EXPECT_EQ(nlohmann::json::parse(read("m/summary.json"))["mission"], "chat");
@@ -103,21 +102,21 @@ TEST_F(Run, AStopBeforeCompletionIsNoSuccess) {
 
 TEST_F(Run, LeavesNothingInSharedMemoryBehind) {
   write("components: [{type: 'pipescout_test::Talker', name: talker, isolate: true}]\n");
-  const auto segments = [] {
-    std::size_t count = 0;
-    for (const auto& entry : fs::directory_iterator("/dev/shm")) {
-      // Ports are named by number and shared by all processes; segments have names of their own.
-      count += entry.path().filename().string().find("fastrtps_port") == std::string::npos ? 1 : 0;
-    }
-    return count;
-  };
-  const auto before = segments();
   Program program({"run", "c.yaml", "--out", "m"}, folder_);
   ASSERT_TRUE(program.wait_for_err(kStarted));
-  EXPECT_GT(segments(), before);
+  auto segments = shared_memory_of(program.pid());
+  for (const auto child : children_of(program.pid())) {
+    segments.merge(shared_memory_of(child));
+  }
+  EXPECT_FALSE(segments.empty());
   program.signal(SIGINT);
   EXPECT_EQ(program.finish().code(), 0);
-  EXPECT_LE(segments(), before);
+  for (const auto& file : segments) {
+    // Ports are shared with other processes, which may still use them.
+    if (file.find("port") == std::string::npos) {
+      EXPECT_FALSE(fs::exists(file)) << file;
+    }
+  }
 }
 
 TEST_F(Run, ErrorsInTheCompositionNameTheirPlaceAndStartNothing) {
@@ -249,12 +248,12 @@ TEST_F(Run, AComponentThatHangsCannotHoldTheProgram) {
 }
 
 TEST_F(Run, ASecondSigintEndsAtOnce) {
-  write(failing("timer", "hang"));
+  write(failing("activate", "hang"));
   Program program({"run", "c.yaml", "--out", "m"}, folder_);
-  ASSERT_TRUE(program.wait_for_err(kStarted));
+  ASSERT_TRUE(program.wait_for_err("hangs in activate"));
   program.signal(SIGINT);
   ASSERT_TRUE(program.wait_for_err("stopping"));
-  // Later than what counts as the same request, earlier than the time of grace.
+  // No event: later than what counts as the same request, earlier than the time of grace.
   usleep(300000);
   program.signal(SIGINT);
   const auto finished = program.finish();
@@ -320,9 +319,7 @@ TEST_F(Run, ChildrenEndWithTheirParent) {
   ASSERT_EQ(children.size(), 1U);
   program.signal(SIGKILL);
   EXPECT_EQ(program.finish().signal(), SIGKILL);
-  EXPECT_TRUE(eventually([&] {
-    return !fs::exists("/proc/" + std::to_string(children[0])) || kill(children[0], 0) != 0;
-  }));
+  EXPECT_TRUE(eventually([&] { return !is_running(children[0]); }));
 }
 
 TEST_F(Run, SigkillAtAnyMomentDoesNotDisturbTheNextStart) {
