@@ -33,4 +33,8 @@ function(pipescout_add_component target)
   file(GENERATE OUTPUT ${index_file} CONTENT "${index}")
   install(FILES ${index_file}
     DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/pipescout_components)
+  # By this marker colcon knows that the prefix belongs into AMENT_PREFIX_PATH.
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/packages/${PROJECT_NAME} "")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packages/${PROJECT_NAME}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)
 endfunction()
