@@ -28,8 +28,12 @@ constexpr Duration kSameRequest = std::chrono::milliseconds(200);
 sigset_t stop_set() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    sigaddset(&set, number);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  // Under nohup the end of the terminal means nothing; a blocked signal would arrive all the same.
+  struct sigaction hang_up {};
+  if (sigaction(SIGHUP, nullptr, &hang_up) != 0 || hang_up.sa_handler != SIG_IGN) {
+    sigaddset(&set, SIGHUP);
   }
   return set;
 }
