@@ -1,4 +1,6 @@
 # pipescout_add_component(<target>
+#   [EXPORTED]                also as a target pipescout::<name> that find_package(<project>) gives, with the
+#                             headers in include/; DEPENDENCIES are then pipescout:: targets only
 #   CLASSES <class>...        component classes that the library registers, fully qualified
 #   SOURCES <file>...
 #   DEPENDENCIES <target>...  beside pipescout::interfaces)
@@ -8,7 +10,7 @@
 #   <prefix>/share/ament_index/resource_index/pipescout_components/<project>
 # with a line "<class>;<library file, relative to the prefix>" per class.
 function(pipescout_add_component target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "CLASSES;SOURCES;DEPENDENCIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "EXPORTED" "" "CLASSES;SOURCES;DEPENDENCIES")
   if(NOT arg_CLASSES OR NOT arg_SOURCES)
     message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES and SOURCES")
   endif()
@@ -23,7 +25,6 @@ function(pipescout_add_component target)
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:pipescout_class_loader>)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
   pipescout_enable_warnings(${target})
-  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
   set(index "")
   foreach(class ${arg_CLASSES})
@@ -33,8 +34,24 @@ function(pipescout_add_component target)
   file(GENERATE OUTPUT ${index_file} CONTENT "${index}")
   install(FILES ${index_file}
     DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/pipescout_components)
-  # By this marker colcon knows that the prefix belongs into AMENT_PREFIX_PATH.
-  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/packages/${PROJECT_NAME} "")
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/packages/${PROJECT_NAME}
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)
+
+  if(arg_EXPORTED)
+    string(REGEX REPLACE "^pipescout_" "" name ${target})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+    install(TARGETS ${target} EXPORT ${PROJECT_NAME}Targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/${PROJECT_NAME})
+    install(EXPORT ${PROJECT_NAME}Targets NAMESPACE pipescout:: DESTINATION ${cmake_dir})
+    set(config "include(CMakeFindDependencyMacro)\nfind_dependency(pipescout_interfaces)\n")
+    foreach(dependency ${arg_DEPENDENCIES})
+      string(REGEX REPLACE "^pipescout::" "pipescout_" package ${dependency})
+      string(APPEND config "find_dependency(${package})\n")
+    endforeach()
+    string(APPEND config "include(\"\${CMAKE_CURRENT_LIST_DIR}/${PROJECT_NAME}Targets.cmake\")\n")
+    set(config_file ${CMAKE_CURRENT_BINARY_DIR}/${PROJECT_NAME}Config.cmake)
+    file(WRITE ${config_file} "${config}")
+    install(FILES ${config_file} DESTINATION ${cmake_dir})
+  else()
+    install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  endif()
 endfunction()
