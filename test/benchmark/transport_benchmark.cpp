@@ -6,7 +6,9 @@
 
 #include <cstring>
 #include <iostream>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "figures.hpp"
@@ -14,18 +16,33 @@
 
 namespace pipescout::benchmarks {
 
-std::unique_ptr<sensor_msgs::msg::Image> make_image(ImageSize size) {
-  auto image = std::make_unique<sensor_msgs::msg::Image>();
-  image->header().frame_id("thermal_optical");
-  image->width(size.width);
-  image->height(size.height);
-  image->encoding("mono16");
-  image->step(size.width * 2);
-  image->data().resize(std::size_t{size.width} * size.height * 2);
-  for (std::size_t i = 0; i < image->data().size(); ++i) {
-    image->data()[i] = static_cast<std::uint8_t>(i * 31);
+namespace {
+
+sensor_msgs::msg::Image pattern(ImageSize size) {
+  sensor_msgs::msg::Image image;
+  image.header().frame_id("thermal_optical");
+  image.width(size.width);
+  image.height(size.height);
+  image.encoding("mono16");
+  image.step(size.width * 2);
+  std::vector<std::uint8_t> data(std::size_t{size.width} * size.height * 2);
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    data[i] = static_cast<std::uint8_t>(i * 31);
   }
+  image.data(std::move(data));
   return image;
+}
+
+}  // namespace
+
+std::unique_ptr<sensor_msgs::msg::Image> make_image(ImageSize size) {
+  // One copy of a pattern each time: about what a driver does with a frame.
+  static std::map<std::pair<std::uint32_t, std::uint32_t>, sensor_msgs::msg::Image> patterns;
+  auto found = patterns.find({size.width, size.height});
+  if (found == patterns.end()) {
+    found = patterns.emplace(std::pair{size.width, size.height}, pattern(size)).first;
+  }
+  return std::make_unique<sensor_msgs::msg::Image>(found->second);
 }
 
 void stamp(sensor_msgs::msg::Image& image) {
