@@ -11,8 +11,8 @@
 namespace pipescout::dds_test {
 
 /// Makes the participants of this test program meet over the wire, as those of two processes do:
-/// Fast DDS would hand samples over directly. Reads as a user's profile file, so it has to be there
-/// before the first participant.
+/// Fast DDS would hand samples over directly. Has profiles for the topic "/profiled" as well. Reads
+/// as a user's profile file, so it has to be there before the first participant.
 class WireOnlyProfile {
  public:
   WireOnlyProfile()
@@ -21,6 +21,14 @@ class WireOnlyProfile {
     std::ofstream(file_) << R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <library_settings><intraprocess_delivery>OFF</intraprocess_delivery></library_settings>
+  <profiles>
+    <data_writer profile_name="/profiled">
+      <qos><ownership><kind>EXCLUSIVE</kind></ownership></qos>
+    </data_writer>
+    <data_reader profile_name="/profiled">
+      <qos><ownership><kind>EXCLUSIVE</kind></ownership></qos>
+    </data_reader>
+  </profiles>
 </dds>
 )";
     setenv("FASTRTPS_DEFAULT_PROFILES_FILE", file_.c_str(), 1);

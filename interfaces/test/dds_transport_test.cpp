@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "dds/participant.hpp"
 #include "dds_profile.hpp"
 #include "dds_test_support.hpp"
 
@@ -479,6 +480,16 @@ TEST_F(DdsTransportTest, OneTopicHasOneTypeInAProcess) {
   }
   // Nobody uses it any more, so it may change.
   EXPECT_NO_THROW((void)here_->create_writer(other, QoS::reliable(), told));
+}
+
+TEST(DdsProfileTest, AnEndpointStartsFromTheProfileOfItsTopic) {
+  const dds::Participant participant(local_options());
+  const auto shared = eprosima::fastdds::dds::SHARED_OWNERSHIP_QOS;
+  const auto exclusive = eprosima::fastdds::dds::EXCLUSIVE_OWNERSHIP_QOS;
+  EXPECT_EQ(participant.writer_profile("rt/profiled").ownership().kind, exclusive);
+  EXPECT_EQ(participant.reader_profile("rt/profiled").ownership().kind, exclusive);
+  EXPECT_EQ(participant.writer_profile("rt/another").ownership().kind, shared);
+  EXPECT_EQ(participant.reader_profile("rt/another").ownership().kind, shared);
 }
 
 TEST(DdsTransportErrorTest, RefusesADomainWithoutPorts) {

@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/interfaces/mission_section.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
-#include "pipescout/odometry_recorder/mission_section.hpp"
 
 namespace pipescout {
 

@@ -14,14 +14,17 @@
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/testing/component_harness.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
-#include "temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
 
+using pipescout::testing::content;
+using pipescout::testing::lines;
+using pipescout::testing::TemporaryFolder;
 using pipescout_msgs::msg::FusedOdometer;
 using pipescout_msgs::msg::MissionStatus;
 using pipescout_msgs::msg::OdometerReadings;

@@ -25,9 +25,8 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
       listener_(listener),
       has_lease_(qos.liveliness_lease.has_value()) {
   participant_->events().admit(this);
-  fastdds::Subscriber& subscriber = participant_->subscriber();
-  reader_ = subscriber.create_datareader(
-      topic_.get(), reader_qos(qos, subscriber.get_default_datareader_qos()), this,
+  reader_ = participant_->subscriber().create_datareader(
+      topic_.get(), reader_qos(qos, participant_->reader_profile(topic.name)), this,
       fastdds::StatusMask::data_available()
           << fastdds::StatusMask::subscription_matched()
           << fastdds::StatusMask::liveliness_changed() << fastdds::StatusMask::sample_lost());

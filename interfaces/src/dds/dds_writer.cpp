@@ -21,10 +21,9 @@ DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& 
                      const QoS& qos, TransportWriterListener& listener)
     : participant_(std::move(participant)), topic_(*participant_, topic), listener_(listener) {
   participant_->events().admit(this);
-  fastdds::Publisher& publisher = participant_->publisher();
-  writer_ = publisher.create_datawriter(topic_.get(),
-                                        writer_qos(qos, publisher.get_default_datawriter_qos()),
-                                        this, fastdds::StatusMask::publication_matched());
+  writer_ = participant_->publisher().create_datawriter(
+      topic_.get(), writer_qos(qos, participant_->writer_profile(topic.name)), this,
+      fastdds::StatusMask::publication_matched());
   if (writer_ == nullptr) {
     participant_->events().dismiss(this);
     throw TransportError("topic '" + topic.name + "': cannot create a writer with QoS " +

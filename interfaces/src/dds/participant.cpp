@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "participant.hpp"
 
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
@@ -11,12 +9,12 @@
 #include <utility>
 
 #include "shared_memory.hpp"
+#include "shortcut_transport.hpp"
 #include "wire_type.hpp"
 
 namespace pipescout::dds {
 namespace {
 
-using eprosima::fastdds::rtps::SharedMemTransportDescriptor;
 using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 using eprosima::fastrtps::types::ReturnCode_t;
 
@@ -29,21 +27,23 @@ void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos&
     return;  // the user's profile has chosen
   }
   transport.use_builtin_transports = false;
-  auto udp = std::make_shared<UDPv4TransportDescriptor>();
-  udp->sendBufferSize = transport.send_socket_buffer_size;
-  udp->receiveBufferSize = transport.listen_socket_buffer_size;
-  if (options.localhost_only) {
-    udp->interfaceWhiteList.emplace_back("127.0.0.1");
-  }
-  transport.user_transports.push_back(std::move(udp));
+  const auto add = [&](auto udp) {
+    udp->sendBufferSize = transport.send_socket_buffer_size;
+    udp->receiveBufferSize = transport.listen_socket_buffer_size;
+    if (options.localhost_only) {
+      udp->interfaceWhiteList.emplace_back("127.0.0.1");
+    }
+    transport.user_transports.push_back(std::move(udp));
+  };
   remove_abandoned_segments();
   if (const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes)) {
-    auto shared_memory = std::make_shared<SharedMemTransportDescriptor>();
-    shared_memory->segment_size(*segment);
-    transport.user_transports.push_back(std::move(shared_memory));
+    auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
+    shortcut->shared_memory.segment_size(*segment);
+    add(std::move(shortcut));
   } else {
     EPROSIMA_LOG_ERROR(
         PIPESCOUT, "no room in " << kSharedMemoryFolder << ": using UDP within this machine too");
+    add(std::make_shared<UDPv4TransportDescriptor>());
   }
 }
 
@@ -60,6 +60,23 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options) {
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   choose_transports(options, qos);
   return qos;
+}
+
+// Asks for the profiles that rmw_fastrtps asks for, the last one counts: those of a topic by its
+// ROS 2 name, those of a service by "service" or "client" and by the name on the wire.
+template <class Load>
+void load_profiles(const std::string& wire_name, const char* of_request, const char* of_reply,
+                   const Load& load) {
+  if (wire_name.starts_with("rt/")) {
+    load(wire_name.substr(2));
+    return;
+  }
+  if (wire_name.starts_with("rq/")) {
+    load(of_request);
+  } else if (wire_name.starts_with("rr/")) {
+    load(of_reply);
+  }
+  load(wire_name);
 }
 
 }  // namespace
@@ -86,6 +103,23 @@ Participant::Participant(const DdsOptions& options) {
 
 Participant::~Participant() {
   leave();
+}
+
+// Where there is no profile of a name, the QoS stays as it is.
+fastdds::DataWriterQos Participant::writer_profile(const std::string& wire_name) const {
+  fastdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
+  load_profiles(wire_name, "client", "service", [&](const std::string& name) {
+    publisher_->get_datawriter_qos_from_profile(name, qos);
+  });
+  return qos;
+}
+
+fastdds::DataReaderQos Participant::reader_profile(const std::string& wire_name) const {
+  fastdds::DataReaderQos qos = subscriber_->get_default_datareader_qos();
+  load_profiles(wire_name, "service", "client", [&](const std::string& name) {
+    subscriber_->get_datareader_qos_from_profile(name, qos);
+  });
+  return qos;
 }
 
 void Participant::leave() noexcept {

@@ -27,6 +27,11 @@ class Participant {
 
   [[nodiscard]] fastdds::Publisher& publisher() const { return *publisher_; }
   [[nodiscard]] fastdds::Subscriber& subscriber() const { return *subscriber_; }
+  /// What the QoS of an endpoint starts from: as with rmw_fastrtps the profile of the user's
+  /// profile file for this topic ("/chatter") or service ("service", "client", "rq/getRequest"),
+  /// else the default one.
+  [[nodiscard]] fastdds::DataWriterQos writer_profile(const std::string& wire_name) const;
+  [[nodiscard]] fastdds::DataReaderQos reader_profile(const std::string& wire_name) const;
   [[nodiscard]] Gid gid() const { return gid_; }
   [[nodiscard]] EventThread& events() { return events_; }
   [[nodiscard]] Discovery& discovery() { return discovery_; }

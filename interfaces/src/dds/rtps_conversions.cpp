@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rtps_conversions.hpp"
 
-#include <fastdds/rtps/common/LocatorWithMask.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -75,15 +73,6 @@ void fill_common(const QoS& qos, EndpointQos& out) {
   out.data_sharing().off();
 }
 
-// Towards a reader on this machine, shared memory alone serves. Fast DDS 2.9.1 knows that for a
-// reliable writer, which listens itself; a best effort writer sends every sample over UDP as well
-// unless it has an "external locator" at the distance (externality and cost 0) of shared memory.
-void prefer_shared_memory(fastdds::DataWriterQos& qos) {
-  eprosima::fastdds::rtps::LocatorWithMask shared_memory;
-  shared_memory.kind = LOCATOR_KIND_SHM;
-  qos.endpoint().external_unicast_locators[0][0] = {shared_memory};
-}
-
 template <class ProxyQos>
 QoS announced_common(const ProxyQos& announced) {
   QoS qos;
@@ -144,9 +133,6 @@ fastdds::DataWriterQos writer_qos(const QoS& qos, fastdds::DataWriterQos base) {
   fill_common(qos, base);
   base.history().depth = history_depth(qos.depth);
   base.publish_mode().kind = fastdds::SYNCHRONOUS_PUBLISH_MODE;
-  if (qos.reliability == Reliability::kBestEffort) {
-    prefer_shared_memory(base);
-  }
   return base;
 }
 

@@ -4,6 +4,9 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <atomic>
+#include <fastdds/dds/core/condition/GuardCondition.hpp>
+#include <fastdds/dds/core/condition/StatusCondition.hpp>
+#include <fastdds/dds/core/condition/WaitSet.hpp>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -14,6 +17,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <stdexcept>
+#include <thread>
 
 #include "ImagePubSubTypes.h"
 
@@ -94,39 +98,69 @@ int PlainWriter::matched() const {
 class PlainReader::Impl final : public dds::DataReaderListener {
  public:
   Impl(std::shared_ptr<PlainParticipant> owner, const std::string& topic,
-       std::function<void(sensor_msgs::msg::Image&)> callback)
+       std::function<void(sensor_msgs::msg::Image&)> callback, PlainCallback where)
       : owner_(std::move(owner)), callback_(std::move(callback)) {
     dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
     qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-    reader = owner_->subscriber->create_datareader(owner_->topic(topic), qos, this);
+    dds::StatusMask heard = dds::StatusMask::subscription_matched();
+    if (where == PlainCallback::kInListener) {
+      heard << dds::StatusMask::data_available();
+    }
+    reader = owner_->subscriber->create_datareader(owner_->topic(topic), qos, this, heard);
+    if (where == PlainCallback::kInThread) {
+      reader->get_statuscondition().set_enabled_statuses(dds::StatusMask::data_available());
+      wait_set_.attach_condition(reader->get_statuscondition());
+      wait_set_.attach_condition(stop_);
+      thread_ = std::thread([this] { wait(); });
+    }
   }
-  ~Impl() override { owner_->subscriber->delete_datareader(reader); }
+  ~Impl() override {
+    if (thread_.joinable()) {
+      stop_.set_trigger_value(true);
+      thread_.join();
+      wait_set_.detach_condition(reader->get_statuscondition());
+    }
+    owner_->subscriber->delete_datareader(reader);
+  }
   void on_subscription_matched(dds::DataReader*,
                                const dds::SubscriptionMatchedStatus& info) override {
     matched = info.current_count;
   }
-  void on_data_available(dds::DataReader* from) override {
-    dds::SampleInfo info;
-    while (from->take_next_sample(&image_, &info) == ReturnCode_t::RETCODE_OK) {
-      if (info.valid_data) {
-        callback_(image_);
-      }
-    }
-  }
+  void on_data_available(dds::DataReader*) override { take_all(); }
 
   std::atomic<int> matched{0};
   dds::DataReader* reader = nullptr;
 
  private:
+  void take_all() {
+    dds::SampleInfo info;
+    while (reader->take_next_sample(&image_, &info) == ReturnCode_t::RETCODE_OK) {
+      if (info.valid_data) {
+        callback_(image_);
+      }
+    }
+  }
+  void wait() {
+    dds::ConditionSeq active;
+    while (!stop_.get_trigger_value()) {
+      wait_set_.wait(active, eprosima::fastrtps::c_TimeInfinite);
+      take_all();
+    }
+  }
+
   std::shared_ptr<PlainParticipant> owner_;
   std::function<void(sensor_msgs::msg::Image&)> callback_;
   sensor_msgs::msg::Image image_;
+  dds::GuardCondition stop_;
+  dds::WaitSet wait_set_;
+  std::thread thread_;
 };
 
 PlainReader::PlainReader(const std::shared_ptr<PlainParticipant>& participant,
                          const std::string& topic,
-                         std::function<void(sensor_msgs::msg::Image&)> callback)
-    : impl_(std::make_unique<Impl>(participant, topic, std::move(callback))) {}
+                         std::function<void(sensor_msgs::msg::Image&)> callback,
+                         PlainCallback where)
+    : impl_(std::make_unique<Impl>(participant, topic, std::move(callback), where)) {}
 PlainReader::~PlainReader() = default;
 int PlainReader::matched() const {
   return impl_->matched;

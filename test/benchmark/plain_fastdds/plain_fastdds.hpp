@@ -27,12 +27,22 @@ class PlainWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Where a PlainReader calls back.
+enum class PlainCallback {
+  /// In the listener, where Fast DDS holds the reader: the callback may neither block nor write.
+  kInListener,
+  /// In a thread of its own that waits for the reader with a WaitSet, free to do anything, as the
+  /// callbacks of our components are.
+  kInThread
+};
+
 /// A DataReader with default QoS (keep last 1), but reliable like its writer: a best-effort one
-/// loses every other image on the default transports. The callback runs in the listener.
+/// loses every other image on the default transports.
 class PlainReader {
  public:
   PlainReader(const std::shared_ptr<PlainParticipant>& participant, const std::string& topic,
-              std::function<void(sensor_msgs::msg::Image&)> callback);
+              std::function<void(sensor_msgs::msg::Image&)> callback,
+              PlainCallback where = PlainCallback::kInListener);
   ~PlainReader();
   [[nodiscard]] int matched() const;
 

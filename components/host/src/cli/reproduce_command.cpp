@@ -4,7 +4,7 @@
 
 #include "cli/command.hpp"
 #include "core/composition.hpp"
-#include "core/summary.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 #include "reproduce/reproduce.hpp"
 
 namespace pipescout::host {
@@ -29,7 +29,7 @@ int reproduce(const std::string& name, const std::string& json_file) {
     if (!json_file.empty()) {
       const nlohmann::json json{
           {"figures", result.figures}, {"rows", result.rows}, {"seeds", result.seeds}};
-      write_file(json_file, json.dump(2) + "\n");
+      replace_file(json_file, json.dump(2) + "\n");
     }
     return kExitOk;
   }

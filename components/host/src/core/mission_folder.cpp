@@ -11,6 +11,8 @@
 #include <ctime>
 #include <utility>
 
+#include "pipescout/interfaces/whole_file.hpp"
+
 namespace pipescout::host {
 
 namespace fs = std::filesystem;
@@ -54,7 +56,7 @@ MissionFolder::~MissionFolder() {
 }
 
 void MissionFolder::write_composition(const std::string& yaml) const {
-  write_file(path_ / "mission.yaml", yaml);
+  replace_file(path_ / "mission.yaml", yaml);
 }
 
 void MissionFolder::log(LogSeverity severity, Time stamp, std::string_view name,

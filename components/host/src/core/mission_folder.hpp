@@ -26,7 +26,7 @@ class MissionFolder {
   ~MissionFolder();
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-  /// Throws MissionFolderError.
+  /// Throws std::system_error naming the file.
   void write_composition(const std::string& yaml) const;
   /// Adds a line to `mission.log`, at once, as the console shows it. A full disk is not reported:
   /// there is nowhere to say it.

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/summary.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -15,6 +11,7 @@
 #include <utility>
 
 #include "core/text_table.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -163,38 +160,9 @@ Summary read_summary(const fs::path& mission_folder) {
   return summary;
 }
 
-void write_file(const fs::path& file, const std::string& content) {
-  const auto fail = [&](const char* what) -> void {
-    throw MissionFolderError(file.string() + ": " + what + ": " + std::strerror(errno));
-  };
-  const auto temporary = file.string() + ".part";
-  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) {
-    fail("cannot be written");
-  }
-  std::size_t written = 0;
-  while (written < content.size()) {
-    const auto count = write(fd, content.data() + written, content.size() - written);
-    if (count < 0 && errno != EINTR) {
-      const int reason = errno;
-      close(fd);
-      unlink(temporary.c_str());
-      errno = reason;
-      fail("cannot be written");
-    }
-    written += count > 0 ? static_cast<std::size_t>(count) : 0;
-  }
-  if (close(fd) != 0 || std::rename(temporary.c_str(), file.c_str()) != 0) {
-    const int reason = errno;
-    unlink(temporary.c_str());
-    errno = reason;
-    fail("cannot be written");
-  }
-}
-
 void write_summary(const fs::path& mission_folder, const Summary& summary) {
-  write_file(mission_folder / "summary.json",
-             summary.to_json().dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  replace_file(mission_folder / "summary.json",
+               summary.to_json().dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 void print_summary(std::ostream& out, const Summary& summary) {

@@ -31,10 +31,7 @@ struct Summary {
 /// Reads `sections/*.json`. Throws MissionFolderError when there is no such folder.
 [[nodiscard]] Summary read_summary(const std::filesystem::path& mission_folder);
 
-/// Puts a file in place by a rename, so that no reader sees half of it. Throws MissionFolderError.
-void write_file(const std::filesystem::path& file, const std::string& content);
-
-/// Writes `summary.json`. Throws MissionFolderError.
+/// Writes `summary.json`. Throws std::system_error naming the file.
 void write_summary(const std::filesystem::path& mission_folder, const Summary& summary);
 
 /// Every section as a table with its figures and notes.

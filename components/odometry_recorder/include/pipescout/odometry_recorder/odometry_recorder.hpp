@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "pipescout/interfaces/component.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 #include "pipescout/odometry_recorder/odometry_report.hpp"
-#include "pipescout/odometry_recorder/whole_file.hpp"
 
 namespace pipescout {
 

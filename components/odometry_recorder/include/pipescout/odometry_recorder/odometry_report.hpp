@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/interfaces/mission_section.hpp"
 #include "pipescout/interfaces/time.hpp"
-#include "pipescout/odometry_recorder/mission_section.hpp"
 
 namespace pipescout {
 

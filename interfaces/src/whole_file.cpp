@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/odometry_recorder/whole_file.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -59,7 +59,8 @@ int write_all(int descriptor, std::string_view text) {
 }
 
 void sync_folder(const fs::path& folder) {
-  const Descriptor descriptor(open_file(folder, O_RDONLY | O_DIRECTORY, "open folder"));
+  const Descriptor descriptor(
+      open_file(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY, "open folder"));
   if (::fsync(descriptor.get()) != 0) {
     fail(errno, "write to disk", folder);
   }

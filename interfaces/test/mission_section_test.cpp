@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/odometry_recorder/mission_section.hpp"
+#include "pipescout/interfaces/mission_section.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,11 +9,13 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "temporary_folder.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
 
+using pipescout::testing::content;
+using pipescout::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
 MissionSection example() {

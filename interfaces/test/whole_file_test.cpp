@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/odometry_recorder/whole_file.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -14,11 +14,14 @@
 #include <string>
 #include <system_error>
 
-#include "temporary_folder.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
 
+using pipescout::testing::content;
+using pipescout::testing::lines;
+using pipescout::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
 TEST(LineFile, LinesAreThereAtOnce) {

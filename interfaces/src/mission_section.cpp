@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/odometry_recorder/mission_section.hpp"
+#include "pipescout/interfaces/mission_section.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "pipescout/odometry_recorder/whole_file.hpp"
+#include "pipescout/interfaces/whole_file.hpp"
 
 namespace pipescout {
 

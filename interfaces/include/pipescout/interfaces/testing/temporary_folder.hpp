@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gtest/gtest.h>
-
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
-namespace pipescout {
+namespace pipescout::testing {
 
 /// An empty folder that goes with the test.
 class TemporaryFolder {
  public:
+  /// Throws std::system_error.
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "pipescout_XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
+    if (::mkdtemp(name.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), "cannot make folder " + name);
+    }
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -33,15 +37,21 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-inline std::string content(const std::filesystem::path& path) {
+/// All of a file. Throws std::runtime_error naming it when it cannot be read.
+[[nodiscard]] inline std::string content(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
+  if (!file) {
+    throw std::runtime_error("cannot read " + path.string());
+  }
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-inline std::vector<std::string> lines(const std::filesystem::path& path) {
+/// The same by lines, without their ends.
+[[nodiscard]] inline std::vector<std::string> lines(const std::filesystem::path& path) {
   std::ifstream file(path);
-  EXPECT_TRUE(file) << path;
+  if (!file) {
+    throw std::runtime_error("cannot read " + path.string());
+  }
   std::vector<std::string> result;
   for (std::string line; std::getline(file, line);) {
     result.push_back(line);
@@ -49,4 +59,4 @@ inline std::vector<std::string> lines(const std::filesystem::path& path) {
   return result;
 }
 
-}  // namespace pipescout
+}  // namespace pipescout::testing

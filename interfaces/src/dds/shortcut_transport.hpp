@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "shared_memory.hpp"
+
+namespace pipescout::dds {
+
+/// UDP over IPv4 to everybody, with a shortcut through shared memory to the Pipescout processes of
+/// this machine. Nobody is told of the shared memory: other participants see UDP locators alone, so
+/// nothing depends on whether their shared memory has the layout of ours
+/// (docs/decisions/shared-memory-of-our-own.md). A process that listens on UDP port p also listens
+/// on a shared memory port that follows from p; a sender finds out by the lock that Fast DDS keeps
+/// for each shared memory port that has a reader. Where there is no such lock, UDP serves.
+struct ShortcutTransportDescriptor final
+    : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
+  eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
+
+  eprosima::fastdds::rtps::SharedMemTransportDescriptor shared_memory;
+};
+
+/// The shared memory port behind a UDP port, above all ports that Fast DDS itself uses. Differs
+/// between network namespaces (which have UDP ports of their own, but may share the memory), users
+/// (who may not write into each other's memory) and versions of Fast DDS (whose layouts differ).
+[[nodiscard]] std::uint32_t shared_memory_port(std::uint16_t udp_port);
+
+/// Whether a living process reads from this shared memory port. Keeps the lock files of the ports
+/// open that it was asked for. Not thread-safe.
+class ReaderProbe {
+ public:
+  explicit ReaderProbe(std::filesystem::path folder = kSharedMemoryFolder);
+  ReaderProbe(const ReaderProbe&) = delete;
+  ReaderProbe& operator=(const ReaderProbe&) = delete;
+  ~ReaderProbe();
+
+  [[nodiscard]] bool has_reader(std::uint32_t port);
+
+ private:
+  struct LockFile {
+    std::uint32_t port;
+    int descriptor;
+  };
+  std::filesystem::path folder_;
+  std::vector<LockFile> open_;  // of ports that had a reader when last asked
+};
+
+}  // namespace pipescout::dds
