@@ -37,6 +37,7 @@ function(pipescout_add_component target)
   if(NOT arg_CLASSES OR NOT arg_SOURCES)
     message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES and SOURCES")
   endif()
+  include(GNUInstallDirs)
   pipescout_add_library(${target}
     SOURCES ${arg_SOURCES} DEPENDENCIES pipescout::interfaces ${arg_DEPENDENCIES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:pipescout_class_loader>)
