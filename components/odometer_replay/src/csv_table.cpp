@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <system_error>
-#include <utility>
 
 namespace pipescout {
 
@@ -21,18 +21,6 @@ std::string_view trimmed(std::string_view text) {
     return {};
   }
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-std::vector<std::string> split(std::string_view line) {
-  std::vector<std::string> cells;
-  while (true) {
-    const std::size_t comma = line.find(',');
-    cells.emplace_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) {
-      return cells;
-    }
-    line.remove_prefix(comma + 1);
-  }
 }
 
 void check_characters(std::string_view line, const std::string& path, std::size_t number) {
@@ -52,15 +40,24 @@ void check_columns(const std::vector<std::string>& columns, std::string_view lin
   if (columns.size() == 1 && line.find_first_of(";\t") != std::string_view::npos) {
     throw CsvError(path, number, "columns must be separated by commas");
   }
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].empty()) {
-      throw CsvError(path, number, "column " + std::to_string(i + 1) + " has no name");
+  std::set<std::string_view> names;
+  for (const std::string& column : columns) {
+    if (column.empty()) {
+      throw CsvError(path, number, "column " + std::to_string(names.size() + 1) + " has no name");
     }
-    if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i), columns[i]) !=
-        columns.begin() + static_cast<std::ptrdiff_t>(i)) {
-      throw CsvError(path, number, "two columns are named '" + columns[i] + "'");
+    if (!names.insert(column).second) {
+      throw CsvError(path, number, "two columns are named '" + column + "'");
     }
   }
+}
+
+std::optional<std::size_t> index_of(const std::vector<std::string>& columns,
+                                    std::string_view name) {
+  const auto found = std::find(columns.begin(), columns.end(), name);
+  if (found == columns.end()) {
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(found - columns.begin());
 }
 
 }  // namespace
@@ -69,59 +66,106 @@ CsvError::CsvError(const std::string& path, std::size_t line, const std::string&
     : std::runtime_error(path + (line == 0 ? "" : ":" + std::to_string(line)) + ": " + message),
       line_(line) {}
 
-std::optional<std::size_t> CsvTable::find_column(std::string_view name) const {
-  const auto found = std::find(columns.begin(), columns.end(), name);
-  if (found == columns.end()) {
-    return std::nullopt;
+CsvReader::CsvReader(std::string_view text, std::string_view path) : path_(path), text_(text) {
+  if (text_.substr(0, 2) == "\xFF\xFE" || text_.substr(0, 2) == "\xFE\xFF") {
+    throw CsvError(path_, 0, "is UTF-16; save it as UTF-8");
   }
-  return static_cast<std::size_t>(found - columns.begin());
+  if (text_.substr(0, kUtf8Mark.size()) == kUtf8Mark) {
+    text_.remove_prefix(kUtf8Mark.size());
+  }
+  // Without the empty lines at the end, every empty line is an error.
+  text_ = text_.substr(0, text_.find_last_not_of(" \t\r\n") + 1);
+  if (text_.empty()) {
+    throw CsvError(path_, 0, "is empty; a header line is needed");
+  }
+  const std::string_view line = take_line();
+  split(line);
+  if (cells_of_line_ > kMaxCsvColumns) {
+    throw CsvError(path_, line_,
+                   std::to_string(cells_of_line_) + " columns; there may be " +
+                       std::to_string(kMaxCsvColumns));
+  }
+  columns_.assign(cells_.begin(), cells_.end());
+  check_columns(columns_, line, path_, line_);
+}
+
+std::optional<std::size_t> CsvReader::find_column(std::string_view name) const {
+  return index_of(columns_, name);
+}
+
+std::size_t CsvReader::maximum_rows_left() const noexcept {
+  if (text_.empty()) {
+    return 0;
+  }
+  const auto lines = 1 + static_cast<std::size_t>(std::count(text_.begin(), text_.end(), '\n'));
+  // A row has a comma or a line end for each column: short lines are no rows.
+  return std::min(lines, (text_.size() + 1) / columns_.size());
+}
+
+bool CsvReader::next() {
+  if (text_.empty()) {
+    if (!has_rows_) {
+      throw CsvError(path_, 0, "has a header but no rows");
+    }
+    return false;
+  }
+  split(take_line());
+  if (cells_of_line_ != columns_.size()) {
+    throw CsvError(path_, line_,
+                   std::to_string(cells_of_line_) + " cells in a table of " +
+                       std::to_string(columns_.size()) + " columns");
+  }
+  has_rows_ = true;
+  return true;
+}
+
+void CsvReader::refuse(std::size_t column, const std::string& expected) const {
+  throw CsvError(path_, line_,
+                 "column '" + columns_[column] + "': '" + std::string(cells_[column]) +
+                     "' is not " + expected);
+}
+
+std::string_view CsvReader::take_line() {
+  const std::size_t end = text_.find('\n');
+  std::string_view line = text_.substr(0, end);
+  text_.remove_prefix(end == std::string_view::npos ? text_.size() : end + 1);
+  ++line_;
+  if (!line.empty() && line.back() == '\r') {
+    line.remove_suffix(1);
+  }
+  if (trimmed(line).empty()) {
+    throw CsvError(path_, line_, "empty line");
+  }
+  check_characters(line, path_, line_);
+  return line;
+}
+
+void CsvReader::split(std::string_view line) {
+  cells_.clear();
+  cells_of_line_ = 0;
+  while (true) {
+    const std::size_t comma = line.find(',');
+    ++cells_of_line_;
+    // A line of millions of commas takes no memory.
+    if (cells_.size() < kMaxCsvColumns) {
+      cells_.push_back(trimmed(line.substr(0, comma)));
+    }
+    if (comma == std::string_view::npos) {
+      return;
+    }
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::optional<std::size_t> CsvTable::find_column(std::string_view name) const {
+  return index_of(columns, name);
 }
 
 CsvTable parse_csv(std::string_view text, std::string_view path) {
-  CsvTable table;
-  table.path = path;
-  if (text.substr(0, 2) == "\xFF\xFE" || text.substr(0, 2) == "\xFE\xFF") {
-    throw CsvError(table.path, 0, "is UTF-16; save it as UTF-8");
-  }
-  if (text.substr(0, kUtf8Mark.size()) == kUtf8Mark) {
-    text.remove_prefix(kUtf8Mark.size());
-  }
-
-  std::size_t number = 0;
-  std::size_t first_empty = 0;
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    ++number;
-    if (!line.empty() && line.back() == '\r') {
-      line.remove_suffix(1);
-    }
-    if (trimmed(line).empty()) {
-      first_empty = first_empty == 0 ? number : first_empty;
-      continue;
-    }
-    if (first_empty != 0) {
-      throw CsvError(table.path, first_empty, "empty line");
-    }
-    check_characters(line, table.path, number);
-    std::vector<std::string> cells = split(line);
-    if (table.columns.empty()) {
-      check_columns(cells, line, table.path, number);
-      table.columns = std::move(cells);
-    } else if (cells.size() != table.columns.size()) {
-      throw CsvError(table.path, number,
-                     std::to_string(cells.size()) + " cells in a table of " +
-                         std::to_string(table.columns.size()) + " columns");
-    } else {
-      table.rows.push_back({number, std::move(cells)});
-    }
-  }
-  if (table.columns.empty()) {
-    throw CsvError(table.path, 0, "is empty; a header line is needed");
-  }
-  if (table.rows.empty()) {
-    throw CsvError(table.path, 0, "has a header but no rows");
+  CsvReader reader(text, path);
+  CsvTable table{.path = reader.path(), .columns = reader.columns(), .rows = {}};
+  while (reader.next()) {
+    table.rows.push_back({reader.line(), {reader.cells().begin(), reader.cells().end()}});
   }
   return table;
 }

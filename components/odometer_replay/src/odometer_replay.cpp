@@ -15,6 +15,9 @@ namespace pipescout {
 
 namespace {
 
+/// A replay that is later than this does not catch up: the clock was set, or the machine slept.
+constexpr Duration kMaximumDelay = std::chrono::seconds(1);
+
 std::uint32_t mission_count(std::size_t count) {
   return static_cast<std::uint32_t>(
       std::min<std::size_t>(count, std::numeric_limits<std::uint32_t>::max()));
@@ -69,8 +72,12 @@ CallbackReturn OdometerReplay::on_configure() {
   recording_ = parse_readings_csv(
       read_csv_text(file), file,
       {.odometers = odometers_.get(), .ignored_columns = ignored_columns_.get()});
-  choose_standard_deviations();
-  choose_stamps();
+  settings_ = {.standard_deviations = standard_deviations_.get(),
+               .period = from_seconds(period_.get()),
+               .use_recorded_stamps = use_recorded_stamps_.get(),
+               .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
+               .frame_id = frame_id_.get()};
+  check_settings();
   next_ = 0;
   publisher_ =
       create_publisher(topics::kOdometerReadings, {.matched = [this](std::size_t subscriptions) {
@@ -78,13 +85,13 @@ CallbackReturn OdometerReplay::on_configure() {
                            wait_or_play(subscriptions);
                          }
                        }});
-  logger().info(std::to_string(recording_.rows.size()) + " readings of " +
+  logger().info(std::to_string(recording_.size()) + " readings of " +
                 std::to_string(recording_.odometers.size()) + " odometers in " + file);
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn OdometerReplay::on_activate() {
-  if (next_ == recording_.rows.size()) {
+  if (next_ == recording_.size()) {
     report();
   } else {
     wait_or_play(publisher_.subscription_count());
@@ -106,47 +113,26 @@ CallbackReturn OdometerReplay::on_cleanup() {
   return CallbackReturn::kSuccess;
 }
 
-/// Every row gets the standard deviations that are published with it.
-void OdometerReplay::choose_standard_deviations() {
-  const std::vector<double> given = standard_deviations_.get();
+void OdometerReplay::check_settings() const {
+  const std::size_t given = settings_.standard_deviations.size();
   const std::size_t odometers = recording_.odometers.size();
-  if (given.empty() && !recording_.has_standard_deviations) {
+  if (given == 0 && recording_.standard_deviations.empty()) {
     throw std::invalid_argument(
         "no standard deviations: parameter 'standard_deviations' is empty and the file has no "
         "columns NAME.standard_deviation");
   }
-  if (given.empty()) {
-    return;
+  if (given != 0 && given != odometers) {
+    throw std::invalid_argument("parameter 'standard_deviations' has " + std::to_string(given) +
+                                " values for " + std::to_string(odometers) + " odometers");
   }
-  if (given.size() != odometers) {
-    throw std::invalid_argument("parameter 'standard_deviations' has " +
-                                std::to_string(given.size()) + " values for " +
-                                std::to_string(odometers) + " odometers");
-  }
-  for (ReadingsRow& row : recording_.rows) {
-    row.standard_deviation = given;
-  }
-}
-
-/// Every row gets a stamp, if only for its distance in time from the others.
-void OdometerReplay::choose_stamps() {
-  if (recording_.has_stamps) {
-    return;
-  }
-  if (use_recorded_stamps_.get()) {
+  if (settings_.use_recorded_stamps && recording_.stamps.empty()) {
     throw std::invalid_argument(
         "parameter 'use_recorded_stamps' is true, but the file has no column 'stamp'");
-  }
-  const Duration period = from_seconds(period_.get());
-  Duration stamp{};
-  for (ReadingsRow& row : recording_.rows) {
-    row.stamp = stamp;
-    stamp += period;
   }
 }
 
 void OdometerReplay::wait_or_play(std::size_t subscriptions) {
-  const auto wanted = static_cast<std::size_t>(wait_for_subscribers_.get());
+  const std::size_t wanted = settings_.wait_for_subscribers;
   if (subscriptions >= wanted) {
     phase_ = Phase::kPlaying;
     due_ = now();
@@ -158,36 +144,42 @@ void OdometerReplay::wait_or_play(std::size_t subscriptions) {
                            " subscriptions of odometer/readings, there are " +
                            std::to_string(subscriptions);
   logger().info(text);
-  report_progress(mission_count(next_), mission_count(recording_.rows.size()), text);
+  report_progress(mission_count(next_), mission_count(recording_.size()), text);
 }
 
 void OdometerReplay::publish_next() {
-  const ReadingsRow& row = recording_.rows[next_];
+  const Time time = now();
+  follow_clock(time);
+  ReadingsRow row = recording_.row(next_);
   auto message = std::make_unique<pipescout_msgs::msg::OdometerReadings>();
-  message->header().stamp(to_message(use_recorded_stamps_.get() ? Time(row.stamp) : due_));
-  message->header().frame_id(frame_id_.get());
+  message->header().stamp(to_message(settings_.use_recorded_stamps ? Time(row.stamp) : due_));
+  message->header().frame_id(settings_.frame_id);
   message->name(recording_.odometers);
-  message->distance(row.distance);
-  message->standard_deviation(row.standard_deviation);
-  message->valid(row.valid);
+  message->distance(std::move(row.distance));
+  message->standard_deviation(settings_.standard_deviations.empty()
+                                  ? std::move(row.standard_deviation)
+                                  : settings_.standard_deviations);
+  message->valid(std::move(row.valid));
   publisher_.publish(std::move(message));
   ++next_;
 
   report();
-  if (next_ == recording_.rows.size()) {
+  if (next_ == recording_.size()) {
     timer_.reset();
     return;
   }
-  const Duration interval = interval_before(next_);
-  const Time time = now();
-  due_ += interval;
-  if (due_ - time > interval) {
-    // The clock was set back.
-    due_ = time + interval;
-  }
+  due_ += interval_before(next_);
   // One row per turn of the executor, also when the replay is late: those who listen in this
   // process keep up, and no queue overflows.
   schedule(std::max(due_ - time, Duration(1)));
+}
+
+/// Keeps the rhythm when a row is late, but not when the clock was set: then the rows go on from
+/// the new time, with its stamps.
+void OdometerReplay::follow_clock(Time time) {
+  if (due_ > time || time - due_ > std::max(interval_before(next_), kMaximumDelay)) {
+    due_ = time;
+  }
 }
 
 void OdometerReplay::schedule(Duration delay) {
@@ -195,12 +187,17 @@ void OdometerReplay::schedule(Duration delay) {
 }
 
 Duration OdometerReplay::interval_before(std::size_t row) const {
-  const Duration recorded = recording_.rows[row].stamp - recording_.rows[row - 1].stamp;
+  if (row == 0) {
+    return Duration::zero();
+  }
+  const Duration recorded = recording_.stamps.empty()
+                                ? settings_.period
+                                : recording_.stamps[row] - recording_.stamps[row - 1];
   return std::max(from_seconds(to_seconds(recorded) / rate_.get()), Duration(1));
 }
 
 void OdometerReplay::report() {
-  const std::size_t total = recording_.rows.size();
+  const std::size_t total = recording_.size();
   // At most a hundred reports, however many readings.
   if (next_ == total || next_ * 100 / total != (next_ - 1) * 100 / total) {
     report_progress(mission_count(next_), mission_count(total));

@@ -55,43 +55,44 @@ std::optional<std::string_view> odometer_of_suffix(std::string_view column) {
   return std::nullopt;
 }
 
-std::vector<std::string> odometer_columns(const CsvTable& table,
+std::vector<std::string> odometer_columns(const CsvReader& table,
                                           const ReadingsCsvSelection& selection) {
   if (!selection.odometers.empty()) {
     for (const std::string& name : selection.odometers) {
       if (!table.find_column(name)) {
-        throw CsvError(table.path, 1,
-                       "no column '" + name + "'; there are " + quoted_list(table.columns));
+        throw CsvError(table.path(), 1,
+                       "no column '" + name + "'; there are " + quoted_list(table.columns()));
       }
     }
     if (std::set<std::string>(selection.odometers.begin(), selection.odometers.end()).size() !=
         selection.odometers.size()) {
-      throw CsvError(table.path, 0,
+      throw CsvError(table.path(), 0,
                      "an odometer is selected twice: " + quoted_list(selection.odometers));
     }
     return selection.odometers;
   }
   std::vector<std::string> odometers;
-  for (const std::string& column : table.columns) {
+  for (const std::string& column : table.columns()) {
     if (column != kStamp && column != kReading && !odometer_of_suffix(column) &&
         !contains(selection.ignored_columns, column)) {
       odometers.push_back(column);
     }
   }
-  for (const std::string& column : table.columns) {
+  for (const std::string& column : table.columns()) {
     const auto odometer = odometer_of_suffix(column);
     if (odometer && !contains(odometers, *odometer) &&
         !contains(selection.ignored_columns, column)) {
-      throw CsvError(table.path, 1, "column '" + column + "' belongs to no odometer column");
+      throw CsvError(table.path(), 1, "column '" + column + "' belongs to no odometer column");
     }
   }
   if (odometers.empty()) {
-    throw CsvError(table.path, 1, "no odometer column; there are " + quoted_list(table.columns));
+    throw CsvError(table.path(), 1,
+                   "no odometer column; there are " + quoted_list(table.columns()));
   }
   return odometers;
 }
 
-Layout layout_of(const CsvTable& table, const std::vector<std::string>& odometers) {
+Layout layout_of(const CsvReader& table, const std::vector<std::string>& odometers) {
   Layout layout;
   layout.stamp = table.find_column(kStamp);
   layout.reading = table.find_column(kReading);
@@ -103,106 +104,115 @@ Layout layout_of(const CsvTable& table, const std::vector<std::string>& odometer
     }
   }
   if (!layout.standard_deviation.empty() && layout.standard_deviation.size() != odometers.size()) {
-    throw CsvError(table.path, 1,
+    throw CsvError(table.path(), 1,
                    "columns '*" + std::string(kStandardDeviation) +
                        "' are there for some odometers but not for all");
   }
   return layout;
 }
 
+/// Appends the rows of a file to a recording.
 class RowReader {
  public:
-  RowReader(const CsvTable& table, const Layout& layout) : table_(table), layout_(layout) {}
+  RowReader(CsvReader& file, Layout layout) : file_(file), layout_(std::move(layout)) {}
 
-  ReadingsRow read(const CsvTable::Row& row) {
-    ReadingsRow result;
-    if (layout_.stamp) {
-      result.stamp = next_stamp(row, *layout_.stamp);
+  void read_into(ReadingsRecording& recording) {
+    const std::size_t rows = file_.maximum_rows_left();
+    recording.stamps.reserve(layout_.stamp ? rows : 0);
+    recording.distances.reserve(rows * layout_.distance.size());
+    recording.standard_deviations.reserve(rows * layout_.standard_deviation.size());
+    recording.valid.reserve(rows * layout_.valid.size());
+    while (file_.next()) {
+      if (layout_.stamp) {
+        recording.stamps.push_back(next_stamp(*layout_.stamp));
+      }
+      if (layout_.reading) {
+        check_reading(*layout_.reading);
+      }
+      for (std::size_t i = 0; i < layout_.distance.size(); ++i) {
+        recording.distances.push_back(number(layout_.distance[i]));
+        recording.valid.push_back(layout_.valid[i] ? flag(*layout_.valid[i]) : true);
+      }
+      for (const std::size_t column : layout_.standard_deviation) {
+        recording.standard_deviations.push_back(number(column));
+      }
     }
-    if (layout_.reading) {
-      check_reading(row, *layout_.reading);
-    }
-    for (std::size_t i = 0; i < layout_.distance.size(); ++i) {
-      result.distance.push_back(number(row, layout_.distance[i]));
-      result.valid.push_back(layout_.valid[i] ? flag(row, *layout_.valid[i]) : true);
-    }
-    for (const std::size_t column : layout_.standard_deviation) {
-      result.standard_deviation.push_back(number(row, column));
-    }
-    return result;
   }
 
  private:
-  [[noreturn]] void refuse(const CsvTable::Row& row, std::size_t column,
-                           const std::string& expected) const {
-    throw CsvError(
-        table_.path, row.line,
-        "column '" + table_.columns[column] + "': '" + row.cells[column] + "' is not " + expected);
-  }
-
-  double number(const CsvTable::Row& row, std::size_t column) const {
-    const auto value = parse_csv_number(row.cells[column]);
+  double number(std::size_t column) const {
+    const auto value = parse_csv_number(file_.cells()[column]);
     if (!value) {
-      refuse(row, column, "a number");
+      file_.refuse(column, "a number");
     }
     return *value;
   }
 
-  bool flag(const CsvTable::Row& row, std::size_t column) const {
-    const std::string& cell = row.cells[column];
+  bool flag(std::size_t column) const {
+    const std::string_view cell = file_.cells()[column];
     if (cell != "0" && cell != "1") {
-      refuse(row, column, "0 or 1");
+      file_.refuse(column, "0 or 1");
     }
     return cell == "1";
   }
 
-  nanoseconds next_stamp(const CsvTable::Row& row, std::size_t column) {
-    const auto stamp = parse_stamp(row.cells[column]);
+  nanoseconds next_stamp(std::size_t column) {
+    const auto stamp = parse_stamp(file_.cells()[column]);
     if (!stamp) {
-      refuse(row, column, "a time in seconds from 0 to 2^31");
+      file_.refuse(column, "a time in seconds from 0 to 2^31");
     }
     if (last_stamp_ && *stamp <= *last_stamp_) {
-      refuse(row, column, "later than the stamp before, " + format_stamp(*last_stamp_));
+      file_.refuse(column, "later than the stamp before, " + format_stamp(*last_stamp_));
     }
     last_stamp_ = stamp;
     return *stamp;
   }
 
-  void check_reading(const CsvTable::Row& row, std::size_t column) {
-    const std::string& cell = row.cells[column];
+  void check_reading(std::size_t column) {
+    const std::string_view cell = file_.cells()[column];
     std::int64_t value = 0;
     const char* const end = cell.data() + cell.size();
     const auto [stop, error] = std::from_chars(cell.data(), end, value);
     if (error != std::errc{} || stop != end) {
-      refuse(row, column, "a whole number");
+      file_.refuse(column, "a whole number");
     }
     if (last_reading_ && value <= *last_reading_) {
-      refuse(row, column, "above the number before, " + std::to_string(*last_reading_));
+      file_.refuse(column, "above the number before, " + std::to_string(*last_reading_));
     }
     last_reading_ = value;
   }
 
-  const CsvTable& table_;
-  const Layout& layout_;
+  CsvReader& file_;
+  const Layout layout_;
   std::optional<nanoseconds> last_stamp_;
   std::optional<std::int64_t> last_reading_;
 };
 
 }  // namespace
 
+ReadingsRow ReadingsRecording::row(std::size_t index) const {
+  const std::size_t count = odometers.size();
+  const auto first = static_cast<std::ptrdiff_t>(index * count);
+  const auto last = first + static_cast<std::ptrdiff_t>(count);
+  ReadingsRow result;
+  if (!stamps.empty()) {
+    result.stamp = stamps[index];
+  }
+  result.distance.assign(distances.begin() + first, distances.begin() + last);
+  if (!standard_deviations.empty()) {
+    result.standard_deviation.assign(standard_deviations.begin() + first,
+                                     standard_deviations.begin() + last);
+  }
+  result.valid.assign(valid.begin() + first, valid.begin() + last);
+  return result;
+}
+
 ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
                                      const ReadingsCsvSelection& selection) {
-  const CsvTable table = parse_csv(text, path);
+  CsvReader file(text, path);
   ReadingsRecording recording;
-  recording.odometers = odometer_columns(table, selection);
-  const Layout layout = layout_of(table, recording.odometers);
-  recording.has_stamps = layout.stamp.has_value();
-  recording.has_standard_deviations = !layout.standard_deviation.empty();
-  recording.rows.reserve(table.rows.size());
-  RowReader reader(table, layout);
-  for (const CsvTable::Row& row : table.rows) {
-    recording.rows.push_back(reader.read(row));
-  }
+  recording.odometers = odometer_columns(file, selection);
+  RowReader(file, layout_of(file, recording.odometers)).read_into(recording);
   return recording;
 }
 

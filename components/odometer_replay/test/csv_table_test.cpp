@@ -71,6 +71,37 @@ TEST(CsvTable, ErrorsNameFileAndLine) {
             "file.csv: is UTF-16; save it as UTF-8");
 }
 
+TEST(CsvTable, HasALimitOfColumns) {
+  std::string header = "c1";
+  for (std::size_t i = 2; i <= kMaxCsvColumns; ++i) {
+    header += ",c" + std::to_string(i);
+  }
+  EXPECT_EQ(error_of(header), "file.csv: has a header but no rows");
+  EXPECT_EQ(error_of(header + ",more"), "file.csv:1: 1025 columns; there may be 1024");
+  EXPECT_EQ(error_of("a,b\n" + std::string(5000, ',')),
+            "file.csv:2: 5001 cells in a table of 2 columns");
+}
+
+TEST(CsvReader, GoesFromRowToRowWithoutACopy) {
+  const std::string text = "a,b\n1, 2\n3,4\n\n";
+  CsvReader reader(text, "file.csv");
+  EXPECT_THAT(reader.columns(), ElementsAre("a", "b"));
+  EXPECT_EQ(reader.maximum_rows_left(), 2U);
+  ASSERT_TRUE(reader.next());
+  EXPECT_EQ(reader.line(), 2U);
+  EXPECT_THAT(reader.cells(), ElementsAre("1", "2"));
+  EXPECT_EQ(reader.cells()[0].data(), text.data() + 4);
+  ASSERT_TRUE(reader.next());
+  EXPECT_EQ(reader.maximum_rows_left(), 0U);
+  try {
+    reader.refuse(1, "a colour");
+    FAIL() << "not refused";
+  } catch (const CsvError& error) {
+    EXPECT_STREQ(error.what(), "file.csv:3: column 'b': '4' is not a colour");
+  }
+  EXPECT_FALSE(reader.next());
+}
+
 TEST(CsvTable, AnyTextIsATableOrACsvError) {
   rc::check([] {
     // Few characters, so that tables come up too.

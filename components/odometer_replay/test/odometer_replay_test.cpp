@@ -6,8 +6,6 @@
 #include <sys/stat.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <string>
@@ -15,6 +13,7 @@
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/testing/component_harness.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "pipescout/interfaces/topics.hpp"
 
 namespace pipescout {
@@ -26,26 +25,17 @@ using testing::Collector;
 using testing::ComponentHarness;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::TemporaryFolder;
 namespace states = pipescout_msgs::msg::MissionStatus_Constants;
-namespace fs = std::filesystem;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 
 class OdometerReplayTest : public ::testing::Test {
  protected:
-  OdometerReplayTest() {
-    std::string name = (fs::temp_directory_path() / "pipescout_XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-    harness_.set_time(kStart);
-  }
-  ~OdometerReplayTest() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
+  OdometerReplayTest() { harness_.set_time(kStart); }
 
   std::string write(const std::string& text, const std::string& name = "readings.csv") {
-    const fs::path path = folder_ / name;
+    const auto path = folder_.path() / name;
     std::ofstream(path, std::ios::binary) << text;
     return path.string();
   }
@@ -77,7 +67,7 @@ class OdometerReplayTest : public ::testing::Test {
     return result;
   }
 
-  fs::path folder_;
+  TemporaryFolder folder_;
   ComponentHarness harness_{{.simulated_time = true}};
   Collector<MissionStatus> statuses_ = harness_.collect(topics::kMissionStatus);
 };
@@ -198,6 +188,80 @@ TEST_F(OdometerReplayTest, AClockSetBackDoesNotStopIt) {
   EXPECT_EQ(readings.size(), 3U);
 }
 
+TEST_F(OdometerReplayTest, TheFirstClockMessageIsNoDelay) {
+  // As when it is activated before a simulation has said what time it is.
+  harness_.set_time(Time{});
+  auto& replay = make(write(kThreeRows), {{"period", 0.1}});
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.bring_up(replay).success);
+  const Time start{std::chrono::seconds(1'700'000'000)};
+  harness_.set_time(start);
+  pass(std::chrono::milliseconds(50));
+  ASSERT_EQ(readings.size(), 1U);
+  EXPECT_EQ(from_message(readings.at(0).header().stamp()), start);
+  pass(std::chrono::milliseconds(100));
+  ASSERT_EQ(readings.size(), 2U);
+  EXPECT_EQ(from_message(readings.at(1).header().stamp()), start + std::chrono::milliseconds(100));
+}
+
+TEST_F(OdometerReplayTest, AClockSetForwardDoesNotHurryIt) {
+  auto& replay = make(write(kThreeRows), {{"period", 0.1}});
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.bring_up(replay).success);
+  pass(std::chrono::milliseconds(50));
+  ASSERT_EQ(readings.size(), 1U);
+  const Time later = kStart + std::chrono::hours(1);
+  harness_.set_time(later);
+  pass(std::chrono::milliseconds(50));
+  ASSERT_EQ(readings.size(), 2U);
+  EXPECT_EQ(from_message(readings.at(1).header().stamp()), later);
+  pass(std::chrono::milliseconds(100));
+  ASSERT_EQ(readings.size(), 3U);
+  EXPECT_EQ(from_message(readings.at(2).header().stamp()), later + std::chrono::milliseconds(100));
+}
+
+TEST_F(OdometerReplayTest, ALateRowDoesNotDelayTheOthers) {
+  auto& replay = make(write(kThreeRows), {{"period", 0.1}});
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.bring_up(replay).success);
+  harness_.advance(std::chrono::milliseconds(500));
+  harness_.advance(std::chrono::milliseconds(500));
+  harness_.advance(std::chrono::milliseconds(10));
+  ASSERT_EQ(readings.size(), 3U);
+  EXPECT_EQ(
+      from_message(readings.at(2).header().stamp()) - from_message(readings.at(0).header().stamp()),
+      std::chrono::milliseconds(200));
+}
+
+TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
+  auto& replay = make(write("stamp,left,right\n50.5,1,1\n50.6,2,2\n"));
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.configure(replay).success);
+  const auto set = [&](const char* name, const ParameterValue& value) {
+    EXPECT_TRUE(harness_.set_parameter(replay, name, value).successful) << name;
+  };
+  set("use_recorded_stamps", true);
+  set("wait_for_subscribers", 5);
+  set("frame_id", "other");
+  set("standard_deviations", std::vector<double>{0.5, 0.5});
+  ASSERT_TRUE(harness_.activate(replay).success);
+  pass(std::chrono::seconds(1));
+  ASSERT_EQ(readings.size(), 2U);
+  EXPECT_EQ(from_message(readings.at(0).header().stamp()), kStart);
+  EXPECT_EQ(readings.at(0).header().frame_id(), "base_link");
+  EXPECT_THAT(readings.at(0).standard_deviation(), ElementsAre(0.06, 0.055));
+
+  ASSERT_TRUE(harness_.deactivate(replay).success);
+  ASSERT_TRUE(harness_.cleanup(replay).success);
+  set("wait_for_subscribers", 1);
+  ASSERT_TRUE(harness_.bring_up(replay).success);
+  pass(std::chrono::seconds(1));
+  ASSERT_EQ(readings.size(), 4U);
+  EXPECT_EQ(from_message(readings.at(2).header().stamp()), Time(std::chrono::milliseconds(50500)));
+  EXPECT_EQ(readings.at(2).header().frame_id(), "other");
+  EXPECT_THAT(readings.at(2).standard_deviation(), ElementsAre(0.5, 0.5));
+}
+
 TEST_F(OdometerReplayTest, PausesAndGoesOn) {
   auto& replay = make(write(kThreeRows), {{"period", 0.1}});
   const auto readings = harness_.collect(topics::kOdometerReadings);
@@ -256,9 +320,10 @@ TEST_F(OdometerReplayTest, BadInputIsRefusedWithFileAndLine) {
     return result.message;
   };
   EXPECT_THAT(refusal(""), HasSubstr("'file' is empty"));
-  EXPECT_THAT(refusal((folder_ / "missing.csv").string()), HasSubstr("missing.csv: No such file"));
-  EXPECT_THAT(refusal(folder_.string()), HasSubstr("is no regular file"));
-  const std::string pipe = (folder_ / "pipe").string();
+  EXPECT_THAT(refusal((folder_.path() / "missing.csv").string()),
+              HasSubstr("missing.csv: No such file"));
+  EXPECT_THAT(refusal(folder_.path().string()), HasSubstr("is no regular file"));
+  const std::string pipe = (folder_.path() / "pipe").string();
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THAT(refusal(pipe), HasSubstr("is no regular file"));
   EXPECT_THAT(refusal(write("")), HasSubstr("readings.csv: is empty"));

@@ -29,12 +29,12 @@ TEST(ReadingsCsv, ReadsDistancesInTheFilesOrder) {
   const auto recording =
       parse_readings_csv("reading,left,right\n1,5.45,5.34\n2,5.32,5.27\n", "file.csv");
   EXPECT_THAT(recording.odometers, ElementsAre("left", "right"));
-  EXPECT_FALSE(recording.has_stamps);
-  EXPECT_FALSE(recording.has_standard_deviations);
-  ASSERT_EQ(recording.rows.size(), 2U);
-  EXPECT_THAT(recording.rows[1].distance, ElementsAre(5.32, 5.27));
-  EXPECT_THAT(recording.rows[1].valid, ElementsAre(true, true));
-  EXPECT_TRUE(recording.rows[1].standard_deviation.empty());
+  EXPECT_TRUE(recording.stamps.empty());
+  EXPECT_TRUE(recording.standard_deviations.empty());
+  ASSERT_EQ(recording.size(), 2U);
+  EXPECT_THAT(recording.row(1).distance, ElementsAre(5.32, 5.27));
+  EXPECT_THAT(recording.row(1).valid, ElementsAre(true, true));
+  EXPECT_TRUE(recording.row(1).standard_deviation.empty());
 }
 
 TEST(ReadingsCsv, IgnoredColumnsNeedNotExist) {
@@ -48,7 +48,7 @@ TEST(ReadingsCsv, SelectsAndOrdersOdometers) {
       parse_readings_csv("note,left,middle,right\nx,1,2,3\n", "",
                          {.odometers = {"right", "left"}, .ignored_columns = {}});
   EXPECT_THAT(recording.odometers, ElementsAre("right", "left"));
-  EXPECT_THAT(recording.rows[0].distance, ElementsAre(3.0, 1.0));
+  EXPECT_THAT(recording.row(0).distance, ElementsAre(3.0, 1.0));
 }
 
 TEST(ReadingsCsv, ReadsStampsSigmasAndValidity) {
@@ -56,18 +56,17 @@ TEST(ReadingsCsv, ReadsStampsSigmasAndValidity) {
       "stamp,a,b,a.standard_deviation,b.standard_deviation,b.valid\n"
       "1700000000.123456789,1,2,0.1,-0.2,0\n",
       "");
-  EXPECT_TRUE(recording.has_stamps);
-  EXPECT_TRUE(recording.has_standard_deviations);
-  EXPECT_EQ(recording.rows[0].stamp, nanoseconds(1'700'000'000'123'456'789));
-  EXPECT_THAT(recording.rows[0].standard_deviation, ElementsAre(0.1, -0.2));
-  EXPECT_THAT(recording.rows[0].valid, ElementsAre(true, false));
+  ASSERT_EQ(recording.stamps.size(), 1U);
+  EXPECT_EQ(recording.row(0).stamp, nanoseconds(1'700'000'000'123'456'789));
+  EXPECT_THAT(recording.row(0).standard_deviation, ElementsAre(0.1, -0.2));
+  EXPECT_THAT(recording.row(0).valid, ElementsAre(true, false));
 }
 
 TEST(ReadingsCsv, ValuesThatAreNoNumbersAreData) {
   const auto recording = parse_readings_csv("a,b,c\nnan,-inf,5\n", "");
-  EXPECT_TRUE(std::isnan(recording.rows[0].distance[0]));
-  EXPECT_EQ(recording.rows[0].distance[1], -std::numeric_limits<double>::infinity());
-  EXPECT_THAT(recording.rows[0].valid, ElementsAre(true, true, true));
+  EXPECT_TRUE(std::isnan(recording.row(0).distance[0]));
+  EXPECT_EQ(recording.row(0).distance[1], -std::numeric_limits<double>::infinity());
+  EXPECT_THAT(recording.row(0).valid, ElementsAre(true, true, true));
 }
 
 TEST(ReadingsCsv, ErrorsNameFileAndLine) {
@@ -99,6 +98,33 @@ TEST(ReadingsCsv, ErrorsNameFileAndLine) {
             "file.csv: an odometer is selected twice: 'a', 'a'");
 }
 
+TEST(ReadingsCsv, TakesNoMoreMemoryThanItsNumbers) {
+  // The text that makes most numbers of a byte.
+  constexpr std::size_t kRows = 100'000;
+  std::string text = "a,b\n";
+  for (std::size_t i = 0; i < kRows; ++i) {
+    text += "1,2\n";
+  }
+  text += std::string(kRows, '\n');
+  const auto recording = parse_readings_csv(text, "");
+  EXPECT_EQ(recording.size(), kRows);
+  EXPECT_EQ(recording.distances.capacity(), 2 * kRows);
+  EXPECT_EQ(recording.standard_deviations.capacity(), 0U);
+  EXPECT_EQ(recording.stamps.capacity(), 0U);
+}
+
+TEST(ReadingsCsv, ShortLinesUnderAWideHeaderReserveLittle) {
+  std::string text = "a0";
+  for (int i = 1; i < 1000; ++i) {
+    text += ",a" + std::to_string(i);
+  }
+  for (int i = 0; i < 1'000'000; ++i) {
+    text += "\n1";
+  }
+  EXPECT_LE(CsvReader(text, "").maximum_rows_left(), text.size() / 1000 + 1);
+  EXPECT_EQ(error_of(text), "file.csv:2: 1 cells in a table of 1000 columns");
+}
+
 TEST(ReadingsCsv, AnyTextIsARecordingOrACsvError) {
   rc::check([] {
     const auto tokens = *rc::gen::container<std::vector<std::string>>(rc::gen::elementOf(
@@ -110,13 +136,14 @@ TEST(ReadingsCsv, AnyTextIsARecordingOrACsvError) {
     }
     try {
       const auto recording = parse_readings_csv(text, "fuzz");
-      RC_ASSERT(!recording.odometers.empty());
-      for (const auto& row : recording.rows) {
-        RC_ASSERT(row.distance.size() == recording.odometers.size());
-        RC_ASSERT(row.valid.size() == recording.odometers.size());
-        RC_ASSERT(row.standard_deviation.size() ==
-                  (recording.has_standard_deviations ? recording.odometers.size() : 0U));
-      }
+      const std::size_t odometers = recording.odometers.size();
+      RC_ASSERT(odometers != 0U);
+      RC_ASSERT(recording.size() != 0U);
+      RC_ASSERT(recording.distances.size() == recording.size() * odometers);
+      RC_ASSERT(recording.valid.size() == recording.distances.size());
+      RC_ASSERT(recording.standard_deviations.empty() ||
+                recording.standard_deviations.size() == recording.distances.size());
+      RC_ASSERT(recording.stamps.empty() || recording.stamps.size() == recording.size());
     } catch (const CsvError& error) {
       RC_ASSERT(std::string(error.what()).starts_with("fuzz"));
     }
@@ -157,12 +184,13 @@ TEST(ReadingsCsv, WrittenAndReadIsTheSame) {
     }
     const auto read = parse_readings_csv(text, "written");
     RC_ASSERT(read.odometers == columns);
-    RC_ASSERT(read.rows.size() == rows.size());
+    RC_ASSERT(read.size() == rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      RC_ASSERT(read.rows[i].stamp == rows[i].stamp);
-      RC_ASSERT(read.rows[i].distance == rows[i].distance);
-      RC_ASSERT(read.rows[i].standard_deviation == rows[i].standard_deviation);
-      RC_ASSERT(read.rows[i].valid == rows[i].valid);
+      const ReadingsRow row = read.row(i);
+      RC_ASSERT(row.stamp == rows[i].stamp);
+      RC_ASSERT(row.distance == rows[i].distance);
+      RC_ASSERT(row.standard_deviation == rows[i].standard_deviation);
+      RC_ASSERT(row.valid == rows[i].valid);
     }
   });
 }

@@ -12,6 +12,9 @@
 /// values out: no file is touched. All functions are pure and thread-safe.
 namespace pipescout {
 
+/// Most columns that a table may have.
+inline constexpr std::size_t kMaxCsvColumns = 1024;
+
 /// A CSV text is malformed, or does not say what it must. what() is "file:line: message".
 class CsvError : public std::runtime_error {
  public:
@@ -24,6 +27,49 @@ class CsvError : public std::runtime_error {
   std::size_t line_;
 };
 
+/// Reads a text row by row, without a copy of it. A UTF-8 byte order mark and CR LF line ends, as
+/// spreadsheets write them, are accepted, blanks around cells are dropped, and empty lines at the
+/// end are ignored.
+///
+///     for (CsvReader reader(text, path); reader.next();) { use(reader.cells()); }
+class CsvReader {
+ public:
+  /// Reads the header. `text` must outlive the reader; `path` names it in messages. Throws CsvError
+  /// for UTF-16, no header, and a header with empty or repeated names or too many of them.
+  CsvReader(std::string_view text, std::string_view path);
+
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  /// Unique, not empty.
+  [[nodiscard]] const std::vector<std::string>& columns() const noexcept { return columns_; }
+  [[nodiscard]] std::optional<std::size_t> find_column(std::string_view name) const;
+  /// No more rows than this are still to come.
+  [[nodiscard]] std::size_t maximum_rows_left() const noexcept;
+
+  /// Goes to the next row, from before the first one on. False after the last. Throws CsvError for
+  /// no rows at all, a row with more or fewer cells than the header, an empty line between rows,
+  /// quotes, and control characters.
+  [[nodiscard]] bool next();
+  /// Of the current row: its line in the file, from 1.
+  [[nodiscard]] std::size_t line() const noexcept { return line_; }
+  /// Of the current row: parts of the text, one per column.
+  [[nodiscard]] const std::vector<std::string_view>& cells() const noexcept { return cells_; }
+  /// Throws the CsvError "column 'x': 'cell' is not <expected>" for a cell of the current row.
+  [[noreturn]] void refuse(std::size_t column, const std::string& expected) const;
+
+ private:
+  [[nodiscard]] std::string_view take_line();
+  void split(std::string_view line);
+
+  std::string path_;
+  std::string_view text_;  // what is still to be read
+  std::size_t line_ = 0;
+  std::vector<std::string> columns_;
+  std::vector<std::string_view> cells_;
+  std::size_t cells_of_line_ = 0;  // also those beyond what `cells_` holds
+  bool has_rows_ = false;
+};
+
+/// A whole text in memory, for small ones.
 struct CsvTable {
   struct Row {
     std::size_t line = 0;            ///< of the file, from 1
@@ -37,12 +83,7 @@ struct CsvTable {
   [[nodiscard]] std::optional<std::size_t> find_column(std::string_view name) const;
 };
 
-/// Reads a whole text. A UTF-8 byte order mark and CR LF line ends, as spreadsheets write them, are
-/// accepted, blanks around cells are dropped, and empty lines at the end are ignored. `path` names
-/// the text in messages.
-/// Throws CsvError for everything else that is no table: no header, no rows, a row with more or
-/// fewer cells than the header, empty lines between rows, empty or repeated column names, quotes,
-/// control characters, UTF-16.
+/// Takes and refuses what CsvReader does.
 [[nodiscard]] CsvTable parse_csv(std::string_view text, std::string_view path);
 
 /// The number that a whole cell spells: decimal, '.' as decimal point, exponent allowed, or nan,

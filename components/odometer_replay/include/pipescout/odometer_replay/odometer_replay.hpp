@@ -31,11 +31,22 @@ class OdometerReplay final : public Component {
  private:
   enum class Phase { kPaused, kWaiting, kPlaying };
 
-  void choose_standard_deviations();
-  void choose_stamps();
+  /// What parameters said when the component was configured.
+  struct Settings {
+    std::vector<double> standard_deviations;  // empty: the recording's
+    Duration period{};
+    bool use_recorded_stamps = false;
+    std::size_t wait_for_subscribers = 0;
+    std::string frame_id;
+  };
+
+  /// Throws std::invalid_argument when the parameters do not go with the recording.
+  void check_settings() const;
   void wait_or_play(std::size_t subscriptions);
   void publish_next();
   void schedule(Duration delay);
+  void follow_clock(Time time);
+  /// Between a row and the one before it, in the replay; zero before the first.
   [[nodiscard]] Duration interval_before(std::size_t row) const;
   void report();
 
@@ -49,6 +60,7 @@ class OdometerReplay final : public Component {
   Parameter<int> wait_for_subscribers_;
   Parameter<std::string> frame_id_;
 
+  Settings settings_;
   ReadingsRecording recording_;
   Publisher<pipescout_msgs::msg::OdometerReadings> publisher_;
   std::shared_ptr<Timer> timer_;

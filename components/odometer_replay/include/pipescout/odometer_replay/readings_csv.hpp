@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -38,16 +39,25 @@ struct ReadingsRow {
   std::vector<bool> valid;
 };
 
+/// A whole file, in as little memory as its numbers take: the lists hold row after row.
 struct ReadingsRecording {
   std::vector<std::string> odometers;
-  bool has_stamps = false;
-  bool has_standard_deviations = false;
-  std::vector<ReadingsRow> rows;  ///< at least one
+  std::vector<std::chrono::nanoseconds> stamps;  ///< one per row; empty without such a column
+  std::vector<double> distances;                 ///< m, one per row and odometer
+  std::vector<double> standard_deviations;       ///< m, the same; empty without such columns
+  std::vector<bool> valid;                       ///< one per row and odometer
+
+  /// Rows; at least one in what `parse_readings_csv` returns.
+  [[nodiscard]] std::size_t size() const noexcept {
+    return odometers.empty() ? 0 : distances.size() / odometers.size();
+  }
+  /// A copy of a row. Not checked: `index` < size().
+  [[nodiscard]] ReadingsRow row(std::size_t index) const;
 };
 
 /// Throws CsvError, naming file and line, for what `parse_csv` refuses, a selected odometer that
 /// has no column, no odometer column at all, a cell that is not what its column holds, and stamps
-/// or reading numbers out of order.
+/// or reading numbers out of order. Takes no more memory than the recording has in the end.
 [[nodiscard]] ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
                                                    const ReadingsCsvSelection& selection = {});
 
