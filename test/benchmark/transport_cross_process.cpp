@@ -161,6 +161,7 @@ void register_case(const std::string& name, Send send) {
                                [name, send](benchmark::State& state) {
                                  Link& link = Link::instance();
                                  for (auto _ : state) {
+                                   // No event: the pace of a sensor.
                                    std::this_thread::sleep_for(kPause);
                                    const double latency = send(link);
                                    if (latency < 0.0) {
