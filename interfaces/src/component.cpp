@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <exception>
+#include <mutex>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <utility>
 
@@ -102,19 +103,30 @@ class Component::Lifecycle {
       process_error(why);
     } else if (outcome == CallbackReturn::kSuccess) {
       diagnostics_.set_status(DiagnosticLevel::kOk, std::string(to_string(state())));
+    } else {
+      diagnostics_.set_status(DiagnosticLevel::kError, why);
     }
-    component_.set_managed_active(state_ == LifecycleState::kActive);
+    enable_endpoints_if_active();
     tell();
     return {outcome == CallbackReturn::kSuccess, state_, std::move(why)};
   }
 
   void callback_failed(const std::exception_ptr& error) {
-    // At once, on whatever thread this is: no further callback begins.
-    component_.set_managed_active(false);
+    {
+      // At once, on whatever thread this is: no further callback begins, also where a transition to
+      // active is just ending on another thread.
+      const std::lock_guard lock(enabling_);
+      ++unprocessed_failures_;
+      component_.set_managed_active(false);
+    }
     const std::string why = "exception in a callback: " + text_of(error);
     diagnostics_.count("exceptions");
     component_.logger().error(why);
     component_.default_group()->post([this, why] {
+      {
+        const std::lock_guard lock(enabling_);
+        --unprocessed_failures_;
+      }
       const LifecycleState before = state_;
       if (before == LifecycleState::kActive || before == LifecycleState::kInactive) {
         enter(raised_error(before));
@@ -142,6 +154,7 @@ class Component::Lifecycle {
   CallbackReturn guarded(const char* name, CallbackReturn (Component::*callback)(),
                          std::string& why) {
     CallbackReturn result = CallbackReturn::kError;
+    const Diagnostics::Status before = diagnostics_.status();
     try {
       result = (component_.*callback)();
       if (result == CallbackReturn::kSuccess) {
@@ -149,6 +162,11 @@ class Component::Lifecycle {
       }
       why = std::string(name) +
             (result == CallbackReturn::kFailure ? " failed" : " reported an error");
+      // The callback may have said why, in words better than these.
+      const Diagnostics::Status said = diagnostics_.status();
+      if (said != before && said.level != DiagnosticLevel::kOk) {
+        why += ": " + said.message;
+      }
       component_.logger().error(why);
     } catch (...) {
       why = std::string(name) + ": " + text_of(std::current_exception());
@@ -156,6 +174,11 @@ class Component::Lifecycle {
       component_.logger().error(why);
     }
     return result;
+  }
+
+  void enable_endpoints_if_active() {
+    const std::lock_guard lock(enabling_);
+    component_.set_managed_active(state_ == LifecycleState::kActive && unprocessed_failures_ == 0);
   }
 
   void process_error(const std::string& why) {
@@ -191,13 +214,16 @@ class Component::Lifecycle {
 
   Component& component_;
   std::atomic<LifecycleState> state_{LifecycleState::kUnconfigured};
+  std::mutex enabling_;                   // taken before the locks of node and endpoints
+  std::size_t unprocessed_failures_ = 0;  // exceptions that the default group has yet to deal with
   Diagnostics diagnostics_;
   Publisher<pipescout_msgs::msg::MissionStatus> mission_status_;
   std::unique_ptr<LifecycleServices> services_;
   std::unique_ptr<DiagnosticsPublisher> diagnostics_publisher_;
 };
 
-Component::Component(ComponentOptions options) : Node(std::move(options)) {
+Component::Component(ComponentOptions options)
+    : Node(std::move(options), CallbackStart::kWhenAllowed) {
   set_managed_active(false);
   lifecycle_ = std::make_unique<Lifecycle>(*this);
   lifecycle_->serve();
@@ -209,6 +235,7 @@ Component::~Component() {
 
 void Component::request_transition(LifecycleTransition transition,
                                    std::function<void(const TransitionResult&)> done) {
+  allow_callbacks();
   default_group()->post([this, transition, done = std::move(done)] {
     const TransitionResult result = lifecycle_->run(transition);
     if (done) {

@@ -7,7 +7,7 @@
 namespace pipescout {
 
 DiagnosticLevel Diagnostics::current_level() const {
-  return counted_ ? std::max(level_, DiagnosticLevel::kWarn) : level_;
+  return counted_ ? std::max(status_.level, DiagnosticLevel::kWarn) : status_.level;
 }
 
 std::function<void()> Diagnostics::notification() {
@@ -51,13 +51,17 @@ void Diagnostics::set_status(DiagnosticLevel level, std::string message) {
   std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
-    level_ = level;
-    message_ = std::move(message);
+    status_ = {level, std::move(message)};
     notify = notification();
   }
   if (notify) {
     notify();
   }
+}
+
+Diagnostics::Status Diagnostics::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
 }
 
 std::uint64_t Diagnostics::counter(std::string_view counter) const {
@@ -70,7 +74,7 @@ Diagnostics::Snapshot Diagnostics::take() {
   const std::lock_guard lock(mutex_);
   Snapshot snapshot;
   snapshot.level = current_level();
-  snapshot.message = message_;
+  snapshot.message = status_.message;
   snapshot.values.insert(values_.begin(), values_.end());
   std::string growth;
   for (const auto& [name, total] : counters_) {
@@ -83,7 +87,7 @@ Diagnostics::Snapshot Diagnostics::take() {
     }
   }
   // The component's own words come first where they say something worse.
-  if (!growth.empty() && level_ == DiagnosticLevel::kOk) {
+  if (!growth.empty() && status_.level == DiagnosticLevel::kOk) {
     snapshot.message = growth;
   } else if (!growth.empty()) {
     snapshot.message += (snapshot.message.empty() ? "" : "; ") + growth;

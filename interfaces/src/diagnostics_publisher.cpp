@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/topics.hpp"
@@ -52,6 +53,19 @@ constexpr std::array kSubscriptionTotals{
                                   false},
 };
 
+constexpr std::array kServiceTotals{
+    Total<ServiceStatistics>{"responses_dropped", &ServiceStatistics::responses_dropped, true},
+};
+
+/// A late reply is no fault: a call that timed out has been counted, and of several servers all but
+/// the first are late.
+constexpr std::array kClientTotals{
+    Total<ClientStatistics>{"without_server", &ClientStatistics::without_server, true},
+    Total<ClientStatistics>{"timed_out", &ClientStatistics::timed_out, true},
+    Total<ClientStatistics>{"refused", &ClientStatistics::refused, true},
+    Total<ClientStatistics>{"late_replies", &ClientStatistics::late_replies, false},
+};
+
 std::string ros_name(const WireTopic& topic) {
   const auto demangled = demangle_topic_name(topic.name);
   return demangled ? demangled->name : topic.name;
@@ -76,13 +90,16 @@ class DiagnosticsPublisher::Impl {
   }
 
   void publish() {
+    // Outlives the lock: this may become the last owner of a client, whose end calls back.
+    const auto clients = component_.clients();
     const std::lock_guard lock(mutex_);
     Diagnostics::Snapshot snapshot = component_.diagnostics().take();
-    add_endpoints(snapshot);
+    add_endpoints(snapshot, clients);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
     status.level(static_cast<std::uint8_t>(snapshot.level));
-    status.name(component_.node_name().fully_qualified() + ": status");
+    status.name(component_.node_name().fully_qualified().substr(1) + ": status");
+    status.hardware_id("none");
     status.message(snapshot.message);
     status.values().push_back(
         key_value("lifecycle_state", std::string(to_string(component_.state()))));
@@ -106,10 +123,10 @@ class DiagnosticsPublisher::Impl {
     std::map<TotalKey, std::uint64_t> seen;
   };
 
-  template <class Endpoint, class Totals>
-  void add_endpoint(const Endpoint& endpoint, std::string_view kind, const Totals& kinds,
-                    Losses& losses) const {
-    const auto statistics = endpoint.statistics();
+  /// `endpoint`: whose identity and name the totals go under.
+  template <class Endpoint, class Statistics, class Totals>
+  void add_totals(const Endpoint& endpoint, const Statistics& statistics, std::string_view kind,
+                  const Totals& kinds, Losses& losses) const {
     for (const auto& kind_of_total : kinds) {
       const std::uint64_t total = statistics.*kind_of_total.member;
       if (total == 0) {
@@ -128,13 +145,35 @@ class DiagnosticsPublisher::Impl {
     }
   }
 
-  void add_endpoints(Diagnostics::Snapshot& snapshot) {
+  void add_endpoint(const UntypedPublisher& publisher, std::string_view kind,
+                    Losses& losses) const {
+    add_totals(publisher, publisher.statistics(), kind, kPublisherTotals, losses);
+  }
+  void add_endpoint(const UntypedSubscription& subscription, std::string_view kind,
+                    Losses& losses) const {
+    add_totals(subscription, subscription.statistics(), kind, kSubscriptionTotals, losses);
+  }
+
+  void add_endpoints(Diagnostics::Snapshot& snapshot,
+                     const std::vector<std::shared_ptr<UntypedClient>>& clients) {
     Losses losses;
     for (const auto& publisher : component_.publishers()) {
-      add_endpoint(*publisher, "publisher", kPublisherTotals, losses);
+      add_endpoint(*publisher, "publisher", losses);
     }
     for (const auto& subscription : component_.subscriptions()) {
-      add_endpoint(*subscription, "subscription", kSubscriptionTotals, losses);
+      add_endpoint(*subscription, "subscription", losses);
+    }
+    for (const auto& service : component_.services()) {
+      add_endpoint(*service->reply_publisher(), "service", losses);
+      add_endpoint(*service->request_subscription(), "service", losses);
+      add_totals(*service->request_subscription(), service->statistics(), "service", kServiceTotals,
+                 losses);
+    }
+    for (const auto& client : clients) {
+      add_endpoint(*client->request_publisher(), "client", losses);
+      add_endpoint(*client->reply_subscription(), "client", losses);
+      add_totals(*client->request_publisher(), client->statistics(), "client", kClientTotals,
+                 losses);
     }
     for (const auto& [key, total] : losses.totals) {
       snapshot.values.insert_or_assign(key, std::to_string(total));

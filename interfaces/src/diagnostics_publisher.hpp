@@ -8,9 +8,10 @@
 namespace pipescout {
 
 /// Says on `/diagnostics` how a component is: once a second of its clock, and at once after its
-/// level changed. One status per component, named "<fully qualified node name>: status", with its
-/// lifecycle state, its counters and values, and what its endpoints lost or missed. The growth of
-/// such a loss makes the level at least a warning that names topic and number.
+/// level changed. One status per component, named as diagnostic_updater does,
+/// "robot_1/odometry_fusion: status", with its lifecycle state, its counters and values, and what
+/// its endpoints, services and clients lost or missed. The growth of such a loss makes the level at
+/// least a warning that names topic and number.
 class DiagnosticsPublisher {
  public:
   /// The component must outlive it.

@@ -35,9 +35,9 @@ SteadyTime steady_now() {
 
 /// State shared by the executor and its groups, so that a group may outlive the executor.
 ///
-/// `ready_` holds work in the order of arrival. Work of an exclusive group that is busy is parked
-/// in the group, and returns to its place in `ready_` by its arrival number, so the oldest work
-/// that may run is always the next.
+/// `ready_` holds work in the order of arrival. Work of a group that is held, or exclusive and
+/// busy, is parked in the group, and returns to its place in `ready_` by its arrival number, so the
+/// oldest work that may run is always the next.
 ///
 /// Idle workers sleep on `work_available_`, except for one, the timekeeper, which sleeps on
 /// `time_due_` until the next timer. Work goes to a plain sleeper if there is one, so that the
@@ -58,6 +58,8 @@ class Executor::Core {
   void schedule_at(const std::shared_ptr<Group>& group, SteadyTime when,
                    const std::shared_ptr<Waitable>& waitable);
   void cancel(const Waitable* waitable);
+  void hold(Group& group);
+  void release(Group& group);
   void close(Group& group);
 
   void stop();
@@ -86,7 +88,7 @@ class Executor::Core {
                                       std::shared_ptr<Waitable> waitable);
   std::condition_variable* pick_sleeper();
   void promote_due_timers(Released& released);
-  bool take(Work& work);
+  bool take(Work& work, Released& released);
   void wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until);
   void finish(Group& group);
 
@@ -142,6 +144,18 @@ class Executor::Core::Group final : public CallbackGroup,
     }
   }
 
+  void hold() override {
+    if (const auto core = core_.lock()) {
+      core->hold(*this);
+    }
+  }
+
+  void release() override {
+    if (const auto core = core_.lock()) {
+      core->release(*this);
+    }
+  }
+
   void close() override {
     if (const auto core = core_.lock()) {
       core->close(*this);
@@ -154,7 +168,7 @@ class Executor::Core::Group final : public CallbackGroup,
   }
 
   [[nodiscard]] bool is_busy() const {
-    return type_ == CallbackGroupType::kMutuallyExclusive && !running_.empty();
+    return held_ || (type_ == CallbackGroupType::kMutuallyExclusive && !running_.empty());
   }
 
   const std::weak_ptr<Core> core_;
@@ -163,6 +177,7 @@ class Executor::Core::Group final : public CallbackGroup,
   // Guarded by the core's mutex.
   std::vector<std::thread::id> running_;
   std::deque<Work> parked_;  // without `group`: it would own itself
+  bool held_ = false;
   bool closed_ = false;
 
  private:
@@ -281,16 +296,18 @@ void Executor::Core::promote_due_timers(Released& released) {
   }
 }
 
-bool Executor::Core::take(Work& work) {
+bool Executor::Core::take(Work& work, Released& released) {
   while (!ready_.empty()) {
     work = std::move(ready_.front());
     ready_.pop_front();
     if (!work.group->is_busy()) {
       return true;
     }
-    // The reference from the running work keeps the group while this one is given up.
-    const std::shared_ptr<Group> group = std::move(work.group);
+    std::shared_ptr<Group> group = std::move(work.group);
     insert_by_arrival(group->parked_, std::move(work));
+    if (group->running_.empty()) {
+      released.push_back(std::move(group));  // no running work keeps a group that is held
+    }
   }
   return false;
 }
@@ -330,6 +347,30 @@ void Executor::Core::finish(Group& group) {
     group.parked_.pop_front();
     next.group = group.shared_from_this();
     insert_by_arrival(ready_, std::move(next));
+  }
+}
+
+void Executor::Core::hold(Group& group) {
+  const std::lock_guard lock(mutex_);
+  group.held_ = true;
+}
+
+void Executor::Core::release(Group& group) {
+  std::condition_variable* sleeper = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!std::exchange(group.held_, false) || group.parked_.empty()) {
+      return;
+    }
+    for (Work& work : group.parked_) {
+      work.group = group.shared_from_this();
+      insert_by_arrival(ready_, std::move(work));
+    }
+    group.parked_.clear();
+    sleeper = pick_sleeper();
+  }
+  if (sleeper != nullptr) {
+    sleeper->notify_one();
   }
 }
 
@@ -387,7 +428,7 @@ bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
         return false;
       }
       promote_due_timers(released);
-      if (take(work)) {
+      if (take(work, released)) {
         break;
       }
       if (!released.empty()) {

@@ -39,11 +39,12 @@ void add(std::vector<std::weak_ptr<T>>& all, const std::shared_ptr<T>& one) {
 
 class Node::Impl {
  public:
-  Impl(Node& node, NodeOptions given)
+  Impl(Node& node, NodeOptions given, CallbackStart start)
       : options(std::move(given)),
         name(remap_node(options.name, options.remap_rules)),
         logger(logger_name(name)),
         parameters(options.parameter_overrides),
+        callbacks_held(start == CallbackStart::kWhenAllowed),
         node_(node) {
     default_group = create_group(CallbackGroupType::kMutuallyExclusive);
   }
@@ -53,6 +54,10 @@ class Node::Impl {
     group->set_exception_handler(
         [this](std::exception_ptr error) { node_.on_callback_exception(std::move(error)); });
     const std::lock_guard lock(mutex);
+    if (callbacks_held) {
+      group->hold();
+      held_groups.push_back(group);
+    }
     add(groups, group);
     return group;
   }
@@ -69,10 +74,15 @@ class Node::Impl {
   std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
 
   mutable std::mutex mutex;
+  bool callbacks_held;
+  // As queued work keeps a group that is not held.
+  std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::weak_ptr<UntypedPublisher>> publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> subscriptions;
+  std::vector<std::weak_ptr<UntypedService>> services;
+  std::vector<std::weak_ptr<UntypedClient>> clients;
   std::vector<std::weak_ptr<UntypedPublisher>> managed_publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> managed_subscriptions;
   std::vector<std::weak_ptr<UntypedService>> managed_services;
@@ -85,12 +95,14 @@ class Node::Impl {
   Node& node_;
 };
 
-Node::Node(NodeOptions options) {
+Node::Node(NodeOptions options) : Node(std::move(options), CallbackStart::kAtOnce) {}
+
+Node::Node(NodeOptions options, CallbackStart start) {
   if (!options.context || options.executor == nullptr) {
     throw std::invalid_argument("node '" + options.name.name +
                                 "': context and executor are needed");
   }
-  impl_ = std::make_unique<Impl>(*this, std::move(options));
+  impl_ = std::make_unique<Impl>(*this, std::move(options), start);
   impl_->name.validate();
   context().graph().add_node(impl_->name);
   try {
@@ -116,6 +128,18 @@ Node::~Node() {
   impl_->parameter_services.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);
+}
+
+void Node::allow_callbacks() {
+  std::vector<std::shared_ptr<CallbackGroup>> held;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->callbacks_held = false;
+    held.swap(impl_->held_groups);
+  }
+  for (const auto& group : held) {
+    group->release();
+  }
 }
 
 void Node::close() {
@@ -236,6 +260,8 @@ std::shared_ptr<UntypedService> Node::create_untyped_service_on(
       std::move(handler));
   context().graph().add_endpoint(impl_->name, service->reply_publisher());
   context().graph().add_endpoint(impl_->name, service->request_subscription());
+  const std::lock_guard lock(impl_->mutex);
+  add(impl_->services, service);
   return service;
 }
 
@@ -261,6 +287,8 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
                   .group = impl_->group_of(options)});
   context().graph().add_endpoint(impl_->name, client->request_publisher());
   context().graph().add_endpoint(impl_->name, client->reply_subscription());
+  const std::lock_guard lock(impl_->mutex);
+  add(impl_->clients, client);
   return client;
 }
 
@@ -284,6 +312,16 @@ std::vector<std::shared_ptr<UntypedPublisher>> Node::publishers() const {
 std::vector<std::shared_ptr<UntypedSubscription>> Node::subscriptions() const {
   const std::lock_guard lock(impl_->mutex);
   return alive(impl_->subscriptions);
+}
+
+std::vector<std::shared_ptr<UntypedService>> Node::services() const {
+  const std::lock_guard lock(impl_->mutex);
+  return alive(impl_->services);
+}
+
+std::vector<std::shared_ptr<UntypedClient>> Node::clients() const {
+  const std::lock_guard lock(impl_->mutex);
+  return alive(impl_->clients);
 }
 
 void Node::set_managed_active(bool active) {

@@ -5,6 +5,7 @@
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <std_msgs/msg/header.hpp>
+#include <std_srvs/srv/set_bool.hpp>
 #include <thread>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace {
 
 using testing::ComponentHarness;
 using Message = std_msgs::msg::Header;
+using std_srvs::srv::SetBool;
 
 TEST(Diagnostics, IsFineAtFirst) {
   Diagnostics diagnostics;
@@ -127,8 +129,8 @@ TEST(DiagnosticsPublisher, SaysOnceASecondHowTheComponentIs) {
   ASSERT_TRUE(harness.bring_up(component).success);
   component.diagnostics().set_value("temperature", "21.5");
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.name(), "/robot_1/listener: status");
-  EXPECT_EQ(status.hardware_id(), "");
+  EXPECT_EQ(status.name(), "robot_1/listener: status");
+  EXPECT_EQ(status.hardware_id(), "none");
   EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
   EXPECT_EQ(ComponentHarness::value(status, "lifecycle_state"), "active");
   EXPECT_EQ(ComponentHarness::value(status, "temperature"), "21.5");
@@ -178,6 +180,54 @@ TEST(DiagnosticsPublisher, ShowsWhatAnInactiveComponentDropsWithoutAWarning) {
   EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: dropped_inactive"), "1");
   EXPECT_EQ(ComponentHarness::value(status, "publisher /output: suppressed"), "1");
+}
+
+/// Serves with a short queue, and calls a server that there is not.
+class Serving : public Component {
+ public:
+  explicit Serving(ComponentOptions options) : Component(std::move(options)) {}
+  ~Serving() override { close(); }
+
+  void ask() {
+    client_.call(
+        {}, [](const Client<SetBool>::Result&) {}, Duration::zero());
+  }
+
+ private:
+  CallbackReturn on_configure() override {
+    service_ = create_service<SetBool>(
+        "switch", [](const SetBool::Request&, SetBool::Response&) {}, QoS::reliable(2));
+    client_ = create_client<SetBool>("absent");
+    return CallbackReturn::kSuccess;
+  }
+
+  Service<SetBool> service_;
+  Client<SetBool> client_;
+};
+
+TEST(DiagnosticsPublisher, WarnsOfWhatServicesAndClientsLose) {
+  ComponentHarness harness({.simulated_time = true});
+  auto& component = harness.make<Serving>();
+  ASSERT_TRUE(harness.bring_up(component).success);
+  EXPECT_EQ(component.clients().size(), 1U);
+  component.ask();
+  auto caller = harness.peer().create_client<SetBool>("switch");
+  for (int i = 0; i < 5; ++i) {
+    caller.call({}, [](const Client<SetBool>::Result&) {});
+  }
+  harness.spin();
+  const auto status = harness.next_diagnostics(component);
+  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
+  EXPECT_EQ(status.message(),
+            "client /absent: without_server +1, service /switch: "
+            "dropped_queue_full +3");
+  EXPECT_EQ(ComponentHarness::value(status, "client /absent: without_server"), "1");
+  EXPECT_EQ(ComponentHarness::value(status, "service /switch: dropped_queue_full"), "3");
+
+  component.ask();
+  const auto later = harness.next_diagnostics(component);
+  EXPECT_EQ(later.message(), "client /absent: without_server +1");
+  EXPECT_EQ(ComponentHarness::value(later, "client /absent: without_server"), "2");
 }
 
 TEST(DiagnosticsPublisher, WarnsOfAnIncompatibleQos) {

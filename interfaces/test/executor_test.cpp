@@ -400,6 +400,52 @@ TEST(CallbackGroup, AClosedGroupDropsQueuedTimedAndNewWork) {
   EXPECT_EQ(executor.spin_ready(), 1U);
 }
 
+TEST(CallbackGroup, AHeldGroupKeepsItsWorkUntilItIsReleased) {
+  Executor executor;
+  for (const auto type : {CallbackGroupType::kMutuallyExclusive, CallbackGroupType::kReentrant}) {
+    const auto held = executor.create_callback_group(type);
+    const auto other = executor.create_callback_group();
+    std::vector<int> order;
+    held->hold();
+    const auto timed = std::make_shared<Work>([&order] { order.push_back(4); });
+    held->schedule_at(now() - seconds(1), timed);
+    held->post([&order] { order.push_back(1); });
+    other->post([&order] { order.push_back(2); });
+    held->post([&order] { order.push_back(3); });
+    EXPECT_EQ(executor.spin_ready(), 1U);
+    EXPECT_THAT(order, ElementsAre(2));
+    held->release();
+    held->release();
+    EXPECT_EQ(executor.spin_ready(), 3U);
+    EXPECT_THAT(order, ElementsAre(2, 1, 3, 4));
+  }
+}
+
+TEST(CallbackGroup, ReleasingWakesTheExecutor) {
+  Executor executor(2);
+  const auto held = executor.create_callback_group();
+  held->hold();
+  const Spinning spinning(executor);
+  std::promise<void> ran;
+  held->post([&ran] { ran.set_value(); });
+  held->release();
+  ran.get_future().wait();
+}
+
+TEST(CallbackGroup, AHeldGroupThatIsClosedDropsItsWork) {
+  Executor executor;
+  auto held = executor.create_callback_group();
+  held->hold();
+  auto owned = std::make_shared<int>(0);
+  const std::weak_ptr<int> weak = owned;
+  held->post([owned] { FAIL(); });
+  owned.reset();
+  held->close();
+  EXPECT_TRUE(weak.expired());
+  held->release();
+  EXPECT_EQ(executor.spin_ready(), 0U);
+}
+
 TEST(CallbackGroup, CloseWaitsForTheRunningCallback) {
   Executor executor;
   const auto group = executor.create_callback_group();

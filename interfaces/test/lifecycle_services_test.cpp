@@ -26,10 +26,16 @@ class Scripted : public Component {
 
   CallbackReturn configure_result = CallbackReturn::kSuccess;
   CallbackReturn error_result = CallbackReturn::kSuccess;
+  std::string reason;
   bool throw_in_activate = false;
 
  private:
-  CallbackReturn on_configure() override { return configure_result; }
+  CallbackReturn on_configure() override {
+    if (!reason.empty()) {
+      diagnostics().set_status(DiagnosticLevel::kError, reason);
+    }
+    return configure_result;
+  }
   CallbackReturn on_activate() override {
     if (throw_in_activate) {
       throw std::runtime_error("the motor does not answer");
@@ -37,6 +43,31 @@ class Scripted : public Component {
     return CallbackReturn::kSuccess;
   }
   CallbackReturn on_error() override { return error_result; }
+};
+
+/// While it is being activated, a callback of another group throws, as on another thread.
+class Overtaken : public Component {
+ public:
+  explicit Overtaken(ComponentOptions options) : Component(std::move(options)) {}
+  ~Overtaken() override { close(); }
+
+  void publish() { publisher_.publish(TransitionEvent{}); }
+
+ private:
+  CallbackReturn on_configure() override {
+    publisher_ = create_publisher<TransitionEvent>("~/out", QoS::reliable());
+    return CallbackReturn::kSuccess;
+  }
+  CallbackReturn on_activate() override {
+    create_callback_group(CallbackGroupType::kReentrant)->post([] {
+      throw std::runtime_error("the encoder is gone");
+    });
+    executor().spin_ready();
+    return CallbackReturn::kSuccess;
+  }
+  CallbackReturn on_cleanup() override { return CallbackReturn::kSuccess; }
+
+  Publisher<TransitionEvent> publisher_;
 };
 
 class LifecycleServicesTest : public ::testing::Test {
@@ -123,6 +154,83 @@ TEST_F(LifecycleServicesTest, AFailureLeadsBack) {
                                               "configuring -11-> unconfigured"}));
   component_.configure_result = CallbackReturn::kSuccess;
   EXPECT_TRUE(change(1));
+}
+
+TEST_F(LifecycleServicesTest, AFailureIsShownOnDiagnosticsWithItsReason) {
+  component_.configure_result = CallbackReturn::kFailure;
+  EXPECT_FALSE(change(1));
+  auto status = harness_.diagnostics(component_).back();
+  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
+  EXPECT_EQ(status.message(), "on_configure failed");
+
+  component_.reason = "port 5 does not open";
+  EXPECT_EQ(harness_.configure(component_).message, "on_configure failed: port 5 does not open");
+  EXPECT_EQ(harness_.configure(component_).message, "on_configure failed: port 5 does not open");
+  status = harness_.diagnostics(component_).back();
+  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
+  EXPECT_EQ(status.message(), "on_configure failed: port 5 does not open");
+
+  component_.configure_result = CallbackReturn::kSuccess;
+  EXPECT_TRUE(change(1));
+  status = harness_.diagnostics(component_).back();
+  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.message(), "inactive");
+}
+
+/// Its constructor runs whatever the executor has for it, as another thread might.
+class Slow : public Component {
+ public:
+  explicit Slow(ComponentOptions options) : Component(std::move(options)) {
+    for (const auto& group :
+         {default_group(), create_callback_group(CallbackGroupType::kReentrant)}) {
+      group->post([this] { ++(complete_ ? called : called_incomplete); });
+    }
+    executor().spin_ready();
+    complete_ = true;
+  }
+  ~Slow() override { close(); }
+
+  int called = 0;
+  int called_incomplete = 0;
+
+ private:
+  bool complete_ = false;
+};
+
+TEST_F(LifecycleServicesTest, AreNotServedBeforeTheConstructorHasFinished) {
+  auto client = harness_.peer().create_client<srv::ChangeState>("/slow/change_state");
+  srv::ChangeState::Request request;
+  request.transition().id(1);
+  bool answered = false;
+  client.call(request, [&answered](const Client<srv::ChangeState>::Result& result) {
+    answered = result && result->success();
+  });
+  auto& slow = harness_.make<Slow>({.name = "slow"});
+  EXPECT_EQ(slow.state(), LifecycleState::kUnconfigured);
+  EXPECT_TRUE(harness_.spin_until([&answered] { return answered; }));
+  EXPECT_EQ(slow.state(), LifecycleState::kInactive);
+  EXPECT_EQ(slow.called, 2);
+  EXPECT_EQ(slow.called_incomplete, 0);
+}
+
+TEST_F(LifecycleServicesTest, AComponentMadeByHandIsServedFromItsFirstTransitionOn) {
+  Scripted by_hand(harness_.component_options({.name = "by_hand"}));
+  harness_.spin();
+  EXPECT_TRUE(harness_.configure(by_hand).success);
+  const auto result = harness_.call<srv::GetState>("/by_hand/get_state", {});
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->current_state().label(), "inactive");
+}
+
+TEST_F(LifecycleServicesTest, AnExceptionBesideATransitionToActiveLeavesTheEndpointsDisabled) {
+  auto& active = harness_.make<Overtaken>({.name = "overtaken"});
+  const auto out = harness_.collect<TransitionEvent>("/overtaken/out");
+  ASSERT_TRUE(harness_.configure(active).success);
+  ASSERT_TRUE(harness_.activate(active).success);
+  EXPECT_EQ(active.state(), LifecycleState::kUnconfigured);
+  active.publish();
+  harness_.spin();
+  EXPECT_TRUE(out.empty());
 }
 
 TEST_F(LifecycleServicesTest, AnErrorLeadsToTheErrorState) {

@@ -175,7 +175,7 @@ void ComponentHarness::advance(Duration duration) {
 
 std::vector<diagnostic_msgs::msg::DiagnosticStatus> ComponentHarness::arrived_diagnostics(
     const Component& component) const {
-  const std::string name = component.node_name().fully_qualified() + ": status";
+  const std::string name = component.node_name().fully_qualified().substr(1) + ": status";
   std::vector<diagnostic_msgs::msg::DiagnosticStatus> result;
   for (const auto& status : impl_->statuses) {
     if (status.name() == name) {

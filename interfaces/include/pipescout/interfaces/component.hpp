@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "pipescout/interfaces/diagnostics.hpp"
 #include "pipescout/interfaces/lifecycle.hpp"
@@ -28,7 +30,14 @@ struct TransitionResult {
 /// Publishers, subscriptions and timers work only while the component is active: what is published
 /// earlier is dropped and counted, and arriving messages wait in their queues. An exception that
 /// leaves any callback, of the lifecycle or of a message, is logged, counted on `/diagnostics` and
-/// takes the component through its error state; other components do not notice.
+/// takes the component through its error state; other components do not notice. A lifecycle
+/// callback that fails or reports an error says why with `diagnostics().set_status` or
+/// `report_failed`; the reason appears in the result of the transition, and on `/diagnostics` until
+/// a transition succeeds.
+///
+/// No callback runs before the object is complete, so a constructor may make whatever it likes
+/// while the executor spins. `make_component` says when that is, and so does the first transition
+/// that is asked for.
 ///
 /// The lifecycle callbacks run in the default callback group, so never at the same time as another
 /// callback of that group. They must not block.
@@ -37,8 +46,13 @@ class Component : public Node {
   explicit Component(ComponentOptions options);
   ~Component() override;
 
+  /// Lets callbacks run, the services of every node among them: the object is complete. Whoever
+  /// makes a component calls it, see `make_component`; a constructor must not. Thread-safe.
+  using Node::allow_callbacks;
+
   /// Asks for a transition. It runs in the default callback group, so the executor must spin;
-  /// `done` (optional) is called there with the outcome. Thread-safe.
+  /// `done` (optional) is called there with the outcome. Allows callbacks, so it is not for
+  /// constructors. Thread-safe.
   void request_transition(LifecycleTransition transition,
                           std::function<void(const TransitionResult&)> done = {});
   /// Thread-safe.
@@ -75,7 +89,15 @@ class Component : public Node {
   std::unique_ptr<Lifecycle> lifecycle_;
 };
 
-/// Makes components of one class; what a component library exports.
+/// Makes a component and lets its callbacks run. Throws what its constructor throws.
+template <std::derived_from<Component> T, class... Arguments>
+[[nodiscard]] std::unique_ptr<T> make_component(Arguments&&... arguments) {
+  auto component = std::make_unique<T>(std::forward<Arguments>(arguments)...);
+  component->allow_callbacks();
+  return component;
+}
+
+/// Makes components of one class, with `make_component`; what a component library exports.
 class ComponentFactory {
  public:
   virtual ~ComponentFactory() = default;
@@ -86,7 +108,7 @@ template <class T>
 class ComponentFactoryFor final : public ComponentFactory {
  public:
   [[nodiscard]] std::unique_ptr<Component> create(ComponentOptions options) const override {
-    return std::make_unique<T>(std::move(options));
+    return make_component<T>(std::move(options));
   }
 };
 

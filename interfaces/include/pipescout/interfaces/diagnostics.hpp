@@ -18,6 +18,12 @@ enum class DiagnosticLevel : std::uint8_t { kOk = 0, kWarn = 1, kError = 2, kSta
 /// change of level. Thread-safe.
 class Diagnostics {
  public:
+  /// What `set_status` said last.
+  struct Status {
+    DiagnosticLevel level = DiagnosticLevel::kOk;
+    std::string message;
+    bool operator==(const Status&) const = default;
+  };
   struct Snapshot {
     DiagnosticLevel level = DiagnosticLevel::kOk;
     std::string message;
@@ -31,6 +37,7 @@ class Diagnostics {
   /// Holds until the next call.
   void set_status(DiagnosticLevel level, std::string message);
 
+  [[nodiscard]] Status status() const;
   [[nodiscard]] std::uint64_t counter(std::string_view counter) const;
   /// Takes the state to publish, and starts a new period for the counters. The values contain the
   /// counters; a warning that comes from counters alone names them in the message.
@@ -47,8 +54,7 @@ class Diagnostics {
   [[nodiscard]] std::function<void()> notification();
 
   mutable std::mutex mutex_;
-  DiagnosticLevel level_ = DiagnosticLevel::kOk;
-  std::string message_;
+  Status status_;
   std::map<std::string, std::string, std::less<>> values_;
   std::map<std::string, std::uint64_t, std::less<>> counters_;
   std::map<std::string, std::uint64_t, std::less<>> taken_;

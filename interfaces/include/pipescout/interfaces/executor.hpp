@@ -48,6 +48,11 @@ class CallbackGroup {
   virtual void schedule_at(SteadyTime when, const std::shared_ptr<Waitable>& waitable) = 0;
   virtual void cancel(const std::shared_ptr<Waitable>& waitable) = 0;
 
+  /// Until `release`, work is queued and timers become due, but no callback begins.
+  virtual void hold() = 0;
+  /// Lets callbacks begin, in the order in which their work arrived.
+  virtual void release() = 0;
+
   /// Drops all queued work and refuses new work. Returns once no callback of the group is running,
   /// unless it is called from such a callback: then the group closes when that callback returns.
   virtual void close() = 0;

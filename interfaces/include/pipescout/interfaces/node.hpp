@@ -149,11 +149,21 @@ class Node {
       UntypedSubscription::Callback callback, SubscriptionEvents events,
       const EndpointOptions& options);
 
-  /// Every endpoint that this node made and that still exists.
+  /// Every endpoint, service and client that this node made and that still exists. The endpoints of
+  /// services and clients are found through these.
   [[nodiscard]] std::vector<std::shared_ptr<UntypedPublisher>> publishers() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedService>> services() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedClient>> clients() const;
 
  protected:
+  enum class CallbackStart {
+    kAtOnce,
+    kWhenAllowed  ///< not before `allow_callbacks`: for classes that others derive from
+  };
+  Node(NodeOptions options, CallbackStart start);
+  /// Lets the callbacks of all groups begin, present and future ones. Thread-safe.
+  void allow_callbacks();
   /// Enables or disables all managed endpoints and timers, present and future ones.
   void set_managed_active(bool active);
   /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran

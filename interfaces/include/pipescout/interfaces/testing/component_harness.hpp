@@ -89,7 +89,7 @@ class ComponentHarness {
   /// Makes a component, which the harness owns. Throws what its constructor throws.
   template <class C>
   C& make(const ComponentSpec& spec = {}) {
-    auto component = std::make_unique<C>(component_options(spec));
+    auto component = make_component<C>(component_options(spec));
     C& reference = *component;
     own(std::move(component));
     return reference;
