@@ -9,8 +9,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "pipescout/interfaces/whole_file.hpp"
-
 namespace pipescout {
 
 namespace {
@@ -67,7 +65,7 @@ std::string to_json(const MissionSection& section) {
 }
 
 void write_mission_section(const fs::path& mission_folder, const std::string& name,
-                           const MissionSection& section) {
+                           const MissionSection& section, Survives survives) {
   const std::string text = to_json(section);
   const fs::path folder = mission_folder / "sections";
   std::error_code error;
@@ -75,7 +73,7 @@ void write_mission_section(const fs::path& mission_folder, const std::string& na
   if (error) {
     throw std::system_error(error, "cannot make folder " + folder.string());
   }
-  replace_file(folder / (name + ".json"), text);
+  replace_file(folder / (name + ".json"), text, survives);
 }
 
 std::string mission_section_name(const std::string& fully_qualified_node) {

@@ -96,7 +96,7 @@ void LineFile::sync() {
   }
 }
 
-void replace_file(const fs::path& path, std::string_view content) {
+void replace_file(const fs::path& path, std::string_view content, Survives survives) {
   fs::path temporary = path;
   temporary += ".tmp";
   try {
@@ -104,7 +104,7 @@ void replace_file(const fs::path& path, std::string_view content) {
     if (const int error = write_all(descriptor.get(), content); error != 0) {
       fail(error, "write", temporary);
     }
-    if (::fsync(descriptor.get()) != 0) {
+    if (survives == Survives::kPowerLoss && ::fsync(descriptor.get()) != 0) {
       fail(errno, "write to disk", temporary);
     }
     if (::rename(temporary.c_str(), path.c_str()) != 0) {
@@ -114,7 +114,9 @@ void replace_file(const fs::path& path, std::string_view content) {
     ::unlink(temporary.c_str());
     throw;
   }
-  sync_folder(path.parent_path());
+  if (survives == Survives::kPowerLoss) {
+    sync_folder(path.parent_path());
+  }
 }
 
 }  // namespace pipescout

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +16,18 @@
 #include <system_error>
 
 #include "pipescout/interfaces/testing/temporary_folder.hpp"
+
+namespace {
+
+int syncs = 0;
+
+}  // namespace
+
+// Takes the place of the C library's, so that tests see who waits for the disk.
+extern "C" int fsync(int descriptor) {
+  ++syncs;
+  return static_cast<int>(::syscall(SYS_fsync, descriptor));
+}
 
 namespace pipescout {
 namespace {
@@ -136,6 +149,18 @@ TEST(ReplaceFile, ReplacesTheWhole) {
   replace_file(path, "second");
   EXPECT_EQ(content(path), "second");
   EXPECT_FALSE(std::filesystem::exists(path.string() + ".tmp"));
+}
+
+TEST(ReplaceFile, WaitsForTheDiskOnlyWhenAskedTo) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a.json";
+  syncs = 0;
+  replace_file(path, "first", Survives::kKill);
+  EXPECT_EQ(syncs, 0);
+  EXPECT_EQ(content(path), "first");
+  replace_file(path, "second", Survives::kPowerLoss);
+  EXPECT_EQ(syncs, 2) << "the file and its folder";
+  EXPECT_EQ(content(path), "second");
 }
 
 TEST(ReplaceFile, AFailureLeavesTheOldVersion) {

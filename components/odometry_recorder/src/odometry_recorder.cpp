@@ -103,20 +103,25 @@ OdometryRecorder::~OdometryRecorder() {
 }
 
 CallbackReturn OdometryRecorder::on_configure() {
-  const std::string folder = mission_folder_.get();
-  if (folder.empty()) {
+  settings_ = {.mission_folder = mission_folder_.get(),
+               .completion_timeout = from_seconds(completion_timeout_.get()),
+               .reference_name = reference_column_.get(),
+               .table_rows = static_cast<std::size_t>(table_rows_.get()),
+               .notes = notes_.get()};
+  if (settings_.mission_folder.empty()) {
     throw std::invalid_argument("parameter 'mission_folder' is empty");
   }
   const std::string source = source_.get();
   source_node_ = source.empty() ? "" : expand_topic_name(source, node_name());
   read_reference();
-  data_folder_ = make_mission_data_folder(folder, node_name().ns, "odometry");
+  data_folder_ = make_mission_data_folder(settings_.mission_folder, node_name().ns, "odometry");
   outcome_ = Outcome::kRunning;
   outcome_text_.clear();
   source_is_complete_ = false;
   expected_ = 0;
   reported_percent_ = 0;
   section_is_old_ = true;
+  section_is_on_disk_ = false;
   cannot_write_ = false;
 
   readings_subscription_ = create_subscription(
@@ -127,12 +132,13 @@ CallbackReturn OdometryRecorder::on_configure() {
   });
   status_subscription_ = create_subscription(topics::kMissionStatus,
                                              [this](const Status& message) { on_status(message); });
-  section_timer_ = create_timer(kSectionPeriod, [this] { guarded([this] { write_section(); }); });
+  section_timer_ =
+      create_timer(kSectionPeriod, [this] { guarded([this] { write_section(Survives::kKill); }); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn OdometryRecorder::on_deactivate() {
-  write_section();
+  save();
   return CallbackReturn::kSuccess;
 }
 
@@ -153,19 +159,18 @@ void OdometryRecorder::read_reference() {
   if (file.empty()) {
     return;
   }
-  const CsvTable table = parse_csv(read_csv_text(file), file);
-  const auto column = table.find_column(reference_column_.get());
+  const std::string text = read_csv_text(file);
+  CsvReader reader(text, file);
+  const auto column = reader.find_column(settings_.reference_name);
   if (!column) {
     reference_note_ =
-        "There is no reference: no column '" + reference_column_.get() + "' in " + file + ".";
+        "There is no reference: no column '" + settings_.reference_name + "' in " + file + ".";
     return;
   }
-  for (const CsvTable::Row& row : table.rows) {
-    const auto value = parse_csv_number(row.cells[*column]);
+  while (reader.next()) {
+    const auto value = parse_csv_number(reader.cells()[*column]);
     if (!value) {
-      throw CsvError(
-          file, row.line,
-          "column '" + table.columns[*column] + "': '" + row.cells[*column] + "' is not a number");
+      reader.refuse(*column, "a number");
     }
     reference_.push_back(*value);
   }
@@ -233,7 +238,7 @@ void OdometryRecorder::on_status(const Status& message) {
     end(Outcome::kFailed, source_node_ + " failed: " + message.message());
   } else if (message.state() == constants::COMPLETE && !source_is_complete_) {
     source_is_complete_ = true;
-    timeout_ = create_timer(from_seconds(completion_timeout_.get()), [this] {
+    timeout_ = create_timer(settings_.completion_timeout, [this] {
       timeout_.reset();
       judge(true);
     });
@@ -244,13 +249,13 @@ void OdometryRecorder::on_status(const Status& message) {
 bool OdometryRecorder::accepts(const std::vector<std::string>& odometers) {
   if (!recording_) {
     const std::vector<std::string> columns = odometer_column_names(odometers);
-    recording_.emplace(Recording{
-        .odometers = odometers,
-        .columns = columns,
-        .report = OdometryReport({.odometers = columns,
-                                  .reference = reference_,
-                                  .reference_name = reference_column_.get(),
-                                  .maximum_rows = static_cast<std::size_t>(table_rows_.get())})});
+    recording_.emplace(
+        Recording{.odometers = odometers,
+                  .columns = columns,
+                  .report = OdometryReport({.odometers = columns,
+                                            .reference = std::move(reference_),
+                                            .reference_name = settings_.reference_name,
+                                            .maximum_rows = settings_.table_rows})});
   }
   return recording_->odometers == odometers;
 }
@@ -280,6 +285,7 @@ void OdometryRecorder::guarded(const std::function<void()>& write) {
     write();
   } catch (const std::system_error& error) {
     cannot_write_ = true;
+    section_timer_.reset();
     end(Outcome::kFailed, error.what());
   }
 }
@@ -337,11 +343,7 @@ void OdometryRecorder::end(Outcome outcome, const std::string& text) {
   outcome_text_ = text;
   section_is_old_ = true;
   try {
-    if (outcome == Outcome::kComplete) {
-      recording_->readings->sync();
-      recording_->fused->sync();
-    }
-    write_section();
+    write_section(Survives::kKill);
   } catch (const std::system_error& error) {
     outcome_ = Outcome::kFailed;
     outcome_text_ = outcome == Outcome::kFailed ? text + "; " + error.what() : error.what();
@@ -353,8 +355,8 @@ void OdometryRecorder::end(Outcome outcome, const std::string& text) {
   }
 }
 
-void OdometryRecorder::write_section() {
-  if (!section_is_old_) {
+void OdometryRecorder::write_section(Survives survives) {
+  if (!section_is_old_ && (survives == Survives::kKill || section_is_on_disk_)) {
     return;
   }
   const std::string name = mission_section_name(node_name().fully_qualified());
@@ -373,16 +375,26 @@ void OdometryRecorder::write_section() {
   if (!reference_note_.empty()) {
     section.notes.push_back(reference_note_);
   }
-  const auto notes = notes_.get();
-  section.notes.insert(section.notes.end(), notes.begin(), notes.end());
+  section.notes.insert(section.notes.end(), settings_.notes.begin(), settings_.notes.end());
   if (recording_) {
     section.notes.push_back(
-        "Data: " +
-        data_folder_.lexically_relative(std::filesystem::path(mission_folder_.get())).string() +
+        "Data: " + data_folder_.lexically_relative(settings_.mission_folder).string() +
         "/readings.csv, fused.csv.");
   }
-  write_mission_section(mission_folder_.get(), name, section);
+  write_mission_section(settings_.mission_folder, name, section, survives);
   section_is_old_ = false;
+  section_is_on_disk_ = survives == Survives::kPowerLoss;
+}
+
+/// Waits for the disk, which no callback of a running mission may do: others share its executor.
+void OdometryRecorder::save() {
+  if (recording_ && recording_->readings) {
+    recording_->readings->sync();
+  }
+  if (recording_ && recording_->fused) {
+    recording_->fused->sync();
+  }
+  write_section(Survives::kPowerLoss);
 }
 
 /// Closes what on_configure opened; may be called at any time, any number of times.
@@ -395,7 +407,7 @@ void OdometryRecorder::finish() {
   if (data_folder_.empty()) {
     return;
   }
-  write_section();
+  save();
   recording_.reset();
   // Only a folder without files goes.
   std::error_code ignored;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -18,6 +20,18 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+
+namespace {
+
+int syncs = 0;
+
+}  // namespace
+
+// Takes the place of the C library's, so that tests see who waits for the disk.
+extern "C" int fsync(int descriptor) {
+  ++syncs;
+  return static_cast<int>(::syscall(SYS_fsync, descriptor));
+}
 
 namespace pipescout {
 namespace {
@@ -128,11 +142,11 @@ TEST_F(OdometryRecorderTest, WhatItWritesTheReplayReads) {
   const std::string path = data("readings.csv").string();
   const auto recording = parse_readings_csv(read_csv_text(path), path);
   EXPECT_THAT(recording.odometers, ElementsAre("left", "right"));
-  ASSERT_EQ(recording.rows.size(), 2U);
-  EXPECT_EQ(recording.rows[0].distance[1], 0.1 + 0.2);
-  EXPECT_EQ(recording.rows[1].stamp, std::chrono::seconds(2));
-  EXPECT_THAT(recording.rows[1].valid, ElementsAre(true, false));
-  EXPECT_THAT(recording.rows[1].standard_deviation, ElementsAre(0.06, 0.055));
+  ASSERT_EQ(recording.size(), 2U);
+  EXPECT_EQ(recording.row(0).distance[1], 0.1 + 0.2);
+  EXPECT_EQ(recording.row(1).stamp, std::chrono::seconds(2));
+  EXPECT_THAT(recording.row(1).valid, ElementsAre(true, false));
+  EXPECT_THAT(recording.row(1).standard_deviation, ElementsAre(0.06, 0.055));
 }
 
 TEST_F(OdometryRecorderTest, CompleteWhenTheSourceIsAndAllIsThere) {
@@ -230,6 +244,49 @@ TEST_F(OdometryRecorderTest, KeepsItsSectionUpToDate) {
   EXPECT_EQ(first_note(),
             "Not complete: 2 readings recorded, 0 fused distances, 0 of them with "
             "their readings.");
+}
+
+TEST_F(OdometryRecorderTest, WaitsForTheDiskOnlyWhenItIsStopped) {
+  auto& recorder = start();
+  syncs = 0;
+  say(states::RUNNING, 1);
+  send(readings_at(1));
+  harness_.advance(std::chrono::seconds(5));
+  send(fused_at(1));
+  say(states::COMPLETE, 0);
+  ASSERT_EQ(reported()->state(), states::COMPLETE);
+  EXPECT_EQ(section().at("table").at("rows").size(), 1U);
+  EXPECT_EQ(syncs, 0);
+  ASSERT_TRUE(harness_.deactivate(recorder).success);
+  EXPECT_EQ(syncs, 4) << "two data files, the section and its folder";
+}
+
+TEST_F(OdometryRecorderTest, ParametersTakeEffectWhenItIsConfigured) {
+  const TemporaryFolder elsewhere;
+  std::ofstream(mission_.path() / "reference.csv") << "paper,other\n5.49,1\n";
+  auto& recorder = start({{"reference_file", (mission_.path() / "reference.csv").string()},
+                          {"completion_timeout", 2.0},
+                          {"notes", std::vector<std::string>{"A remark."}}});
+  const auto set = [&](const char* name, const ParameterValue& value) {
+    EXPECT_TRUE(harness_.set_parameter(recorder, name, value).successful) << name;
+  };
+  set("mission_folder", elsewhere.path().string());
+  set("source", "other");
+  set("completion_timeout", 100.0);
+  set("reference_column", "other");
+  set("table_rows", 1);
+  set("notes", std::vector<std::string>{"Another remark."});
+  say(states::RUNNING, 3);
+  send(readings_at(1));
+  send(readings_at(2));
+  say(states::COMPLETE, 0);
+  harness_.advance(std::chrono::milliseconds(2100));
+  EXPECT_EQ(reported()->state(), states::FAILED);
+  EXPECT_TRUE(fs::is_empty(elsewhere.path()));
+  const auto json = section();
+  EXPECT_EQ(json.at("table").at("rows").size(), 2U);
+  EXPECT_THAT(json.at("table").at("columns").dump(), HasSubstr("paper [m]"));
+  EXPECT_THAT(json.at("notes").dump(), HasSubstr("\"A remark.\""));
 }
 
 TEST_F(OdometryRecorderTest, ShowsReferenceAndNotes) {
@@ -363,7 +420,8 @@ TEST_F(OdometryRecorderTest, AFullDiskFailsTheMissionAndNothingElse) {
   EXPECT_EQ(reported()->state(), states::FAILED);
   EXPECT_THAT(reported()->message(), HasSubstr("readings.csv"));
   EXPECT_EQ(content(data("readings.csv")), before);
-  EXPECT_EQ(recorder.diagnostics().counter("not_recorded"), 1U);
+  harness_.advance(std::chrono::seconds(20));
+  EXPECT_EQ(recorder.diagnostics().counter("not_recorded"), 1U) << "messages, and nothing else";
   EXPECT_EQ(recorder.state(), LifecycleState::kActive);
 }
 

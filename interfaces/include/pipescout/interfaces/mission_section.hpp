@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "pipescout/interfaces/whole_file.hpp"
+
 /// A component's part of a mission's summary, see docs/mission_folder.md.
 namespace pipescout {
 
@@ -27,9 +29,10 @@ struct MissionSection {
 [[nodiscard]] std::string to_json(const MissionSection& section);
 
 /// Puts the section in place as `<mission folder>/sections/<name>.json`: as a whole or not at all,
-/// whatever happens meanwhile. Throws what `to_json` throws, and std::system_error naming the file.
+/// whatever happens meanwhile, as `replace_file` does. Throws what `to_json` throws, and
+/// std::system_error naming the file.
 void write_mission_section(const std::filesystem::path& mission_folder, const std::string& name,
-                           const MissionSection& section);
+                           const MissionSection& section, Survives survives = Survives::kPowerLoss);
 
 /// The node's name in a mission folder: "/robot_1/recorder" -> "robot_1.recorder".
 [[nodiscard]] std::string mission_section_name(const std::string& fully_qualified_node);

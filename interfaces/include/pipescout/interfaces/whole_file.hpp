@@ -35,8 +35,16 @@ class LineFile {
   std::string buffer_;
 };
 
+/// What content must survive once the call that writes it has returned.
+enum class Survives {
+  kKill,      ///< the end of the process; does not wait for the disk, so a callback may write it
+  kPowerLoss  ///< the end of the machine; waits for the disk
+};
+
 /// Writes a file anew, so that readers see the content before or the content after and nothing
-/// between, whenever the process or the machine stops. Throws std::system_error naming the file.
-void replace_file(const std::filesystem::path& path, std::string_view content);
+/// between, whenever the process stops; with kPowerLoss also whenever the machine stops. Throws
+/// std::system_error naming the file.
+void replace_file(const std::filesystem::path& path, std::string_view content,
+                  Survives survives = Survives::kPowerLoss);
 
 }  // namespace pipescout

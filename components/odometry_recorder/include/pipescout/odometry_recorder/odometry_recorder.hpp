@@ -50,6 +50,15 @@ class OdometryRecorder final : public Component {
   };
   enum class Outcome { kRunning, kComplete, kFailed };
 
+  /// What parameters said when the component was configured.
+  struct Settings {
+    std::filesystem::path mission_folder;
+    Duration completion_timeout{};
+    std::string reference_name;
+    std::size_t table_rows = 0;
+    std::vector<std::string> notes;
+  };
+
   void read_reference();
   void on_readings(const Readings& message);
   void on_fused(const Fused& message);
@@ -63,7 +72,8 @@ class OdometryRecorder final : public Component {
   void progress();
   void judge(bool time_is_over);
   void end(Outcome outcome, const std::string& text);
-  void write_section();
+  void write_section(Survives survives);
+  void save();
   void finish();
   [[nodiscard]] std::string counts() const;
 
@@ -75,6 +85,7 @@ class OdometryRecorder final : public Component {
   Parameter<std::int64_t> table_rows_;
   Parameter<std::vector<std::string>> notes_;
 
+  Settings settings_;
   std::filesystem::path data_folder_;
   std::vector<double> reference_;
   std::string reference_note_;
@@ -87,6 +98,7 @@ class OdometryRecorder final : public Component {
   std::uint64_t expected_ = 0;  // readings, as the source says; 0: unknown
   std::uint64_t reported_percent_ = 0;
   bool section_is_old_ = false;
+  bool section_is_on_disk_ = false;
   bool cannot_write_ = false;
 
   Subscription<Readings> readings_subscription_;
