@@ -105,7 +105,7 @@ void OdometryFusion::declare_parameters() {
   (void)parameters().declare<std::vector<double>>(
       "offsets", {},
       {.description = "m, added to the readings that are fused, one per odometer; empty: none",
-       .additional_constraints = "at most 16 values, finite"});
+       .additional_constraints = "none or 2 to 16 values, finite"});
   odometers_ = parameters().declare<std::vector<std::string>>(
       "odometers", {},
       {.description = "names that every message must have, in this order, so that offsets and "
@@ -132,6 +132,7 @@ void OdometryFusion::declare_parameters() {
 
 CallbackReturn OdometryFusion::on_configure() {
   last_stamp_.reset();
+  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   publisher_ = create_publisher(
       topics::kOdometerFused,
       {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
@@ -148,8 +149,7 @@ CallbackReturn OdometryFusion::on_cleanup() {
 /// A source that waits for subscribers thereby waits for those of the fused distance too, and the
 /// first reading is not lost however the components are spread over processes.
 void OdometryFusion::subscribe_if_heard(std::size_t subscriptions) {
-  if (!publisher_ || subscription_ ||
-      subscriptions < static_cast<std::size_t>(wait_for_subscribers_.get())) {
+  if (!publisher_ || subscription_ || subscriptions < wanted_subscribers_) {
     return;
   }
   subscription_ = create_subscription(topics::kOdometerReadings,

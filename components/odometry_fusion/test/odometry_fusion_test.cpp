@@ -306,6 +306,7 @@ TEST_F(OdometryFusionTest, RefusesParametersWithTheAlgorithmsReason) {
   refuse("support_rule", "none", "'majority' or 'mutual_majority'");
   refuse("offsets", std::vector<double>{0.1, kNan}, "offsets");
   refuse("offsets", std::vector<double>(17, 0.0), "offsets");
+  refuse("offsets", std::vector<double>(1, 0.0), "offsets");
   refuse("standard_deviations", std::vector<double>{0.1, -0.1}, "-0.1");
   send(first_row());
   EXPECT_EQ(fused_.size(), 1U);
@@ -334,6 +335,16 @@ TEST(OdometryFusionStart, SubscribesOnceSomebodyListens) {
     EXPECT_EQ(fused.size(), 1U);
   }
   // Who once listened may go: the fusion goes on.
+  harness.spin();
+  EXPECT_EQ(fusion.subscriptions().size(), 1U);
+}
+
+TEST(OdometryFusionStart, WaitsForAsManyAsWhenItWasConfigured) {
+  ComponentHarness harness;
+  auto& fusion = harness.make<OdometryFusion>({.parameters = {{"wait_for_subscribers", 1}}});
+  ASSERT_TRUE(harness.bring_up(fusion).success);
+  ASSERT_TRUE(harness.set_parameter(fusion, "wait_for_subscribers", 2).successful);
+  const auto fused = harness.collect(topics::kOdometerFused);
   harness.spin();
   EXPECT_EQ(fusion.subscriptions().size(), 1U);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,8 +21,9 @@ namespace pipescout {
 /// the message; a message that makes no sense as a whole is refused. Both are counted on
 /// `/diagnostics` under the name of the field.
 ///
-/// Parameters: docs/components/odometry_fusion.md. They may be changed at any time; a value that
-/// the algorithm refuses is refused with the algorithm's reason.
+/// Parameters: docs/components/odometry_fusion.md. They may be changed at any time, and all but
+/// `wait_for_subscribers` take effect at once; a value that the algorithm refuses is refused with
+/// the algorithm's reason.
 class OdometryFusion final : public Component {
  public:
   explicit OdometryFusion(ComponentOptions options);
@@ -57,6 +59,7 @@ class OdometryFusion final : public Component {
   mutable std::mutex mutex_;  // parameters are set on any thread
   std::shared_ptr<const Algorithm> algorithm_;
 
+  std::size_t wanted_subscribers_ = 0;  // as configured
   Publisher<Fused> publisher_;
   Subscription<Readings> subscription_;
   std::optional<Time> last_stamp_;
