@@ -18,11 +18,16 @@
 #   --out DIR             the mission folder; default: missions/<name>_<UTC time>
 #   -h, --help            this text
 #
-# Exit code: 0 when every reading was fused and recorded, 1 when not, 2 for a wrong command line.
+# Stays on this machine: ROS_LOCALHOST_ONLY is 1 unless it is set. Two missions at once on one machine
+# need a ROS_DOMAIN_ID each.
+#
+# Exit code: 0 when every reading was fused and recorded, 1 when not (also for a value that is out of
+# range), 2 for a wrong command line.
 set -euo pipefail
+unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '3,23s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,25s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 wrong() {
   echo "inspect.sh: $1" >&2
   echo "inspect.sh --help tells the options." >&2
@@ -46,6 +51,9 @@ list() {
   echo "[$result]"
 }
 
+# A text in YAML, whatever is in it.
+text() { printf "'%s'" "${1//\'/\'\'}"; }
+
 readings="" reference="" out="" parameters=()
 while [ $# -gt 0 ]; do
   option=$1
@@ -68,7 +76,7 @@ while [ $# -gt 0 ]; do
       parameters+=(--param "odometry_fusion.offsets:=$value") ;;
     --epsilon) value=$(real "$option" "$value") || exit 2
       parameters+=(--param "odometry_fusion.epsilon:=$value") ;;
-    --weighting) parameters+=(--param "odometry_fusion.weighting:=$value") ;;
+    --weighting) parameters+=(--param "odometry_fusion.weighting:=$(text "$value")") ;;
     --period) value=$(real "$option" "$value") || exit 2
       parameters+=(--param "odometer_replay.period:=$value") ;;
     --rate) value=$(real "$option" "$value") || exit 2
@@ -92,9 +100,11 @@ composition=$root/launch_scripts/odometry.yaml
 arguments=()
 if [ -n "$readings" ]; then
   composition=$root/launch_scripts/own_readings.yaml
-  arguments=("readings:=$readings")
+  arguments=("readings:=$(text "$readings")")
   if [ -n "$reference" ]; then
-    arguments+=("reference_file:=$readings" "reference_column:=$reference")
+    arguments+=("reference_file:=$(text "$readings")" "reference_column:=$reference")
+    # By itself the name could be a number to YAML.
+    parameters+=(--param "odometry_recorder.reference_column:=$(text "$reference")")
   fi
 fi
 if [ -n "$out" ]; then
@@ -133,4 +143,5 @@ set +u
 # shellcheck source=/dev/null
 source "$root/install/local_setup.bash"
 set -u
+export ROS_LOCALHOST_ONLY=${ROS_LOCALHOST_ONLY-1}
 exec pipescout run "$composition" "${arguments[@]}" "${parameters[@]}"

@@ -6,6 +6,7 @@
 #   launch_scripts/setup.sh            install what is missing
 #   launch_scripts/setup.sh --check    only say what is missing; exits 1 if something is
 set -euo pipefail
+unset CDPATH
 folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 usage() { sed -n '3,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }

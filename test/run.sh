@@ -6,21 +6,25 @@
 #   test/run.sh                     all packages
 #   test/run.sh PACKAGE...          these packages and what they need
 #
-# Closes with "N passed, N failed, N skipped"; exits non-zero unless everything built and passed.
+# Closes with "N passed, N failed, N skipped". Exits with 0 when everything built, ran and passed, with
+# 2 for a package that there is not, else with another code.
 set -euo pipefail
+unset CDPATH
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 case "${1:-}" in
   -h | --help)
-    sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    sed -n '3,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
 esac
 
 launch_scripts/setup.sh
+source test/packages.sh
 
 select_build=() select_test=()
 if [ $# -gt 0 ]; then
+  require_packages "$@"
   select_build=(--packages-up-to "$@")
   select_test=(--packages-select "$@")
 fi
@@ -39,9 +43,11 @@ colcon build --event-handlers console_start_end+ "${select_build[@]}" \
   ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
 
 step "Testing"
-# Old results must not count.
-find build -type d -name Testing -prune -exec rm -rf {} + 2>/dev/null || true
-colcon test --event-handlers console_start_end+ "${select_test[@]}" --ctest-args --timeout 300 || true
+forget_results build
+colcon_failed=false
+# Its own failures only: what tests say is read from their results.
+colcon test --event-handlers console_start_end+ "${select_test[@]}" --ctest-args --timeout 300 ||
+  colcon_failed=true
 
 step "Results"
 # colcon says "Summary: T tests, E errors, F failures, S skipped".
@@ -49,6 +55,14 @@ results=$(colcon test-result --all || true)
 colcon test-result --verbose | tail -n 200 || true
 read -r tests errors failures skipped < <(awk '/^Summary:/ {
   gsub(",", ""); print $2, $4, $6, $8 }' <<<"$results") || true
+mapfile -t tested < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else packages; fi)
+mapfile -t untold < <(without_results build "${tested[@]}")
+if [ ${#untold[@]} -ne 0 ]; then
+  echo "no results of ${untold[*]}"
+fi
+if $colcon_failed; then
+  echo "colcon test failed"
+fi
 if [ -z "${tests:-}" ] || [ "$tests" -eq 0 ]; then
   echo "no test ran"
   echo "0 passed, 0 failed"
@@ -56,4 +70,4 @@ if [ -z "${tests:-}" ] || [ "$tests" -eq 0 ]; then
 fi
 failed=$((errors + failures))
 echo "$((tests - failed - skipped)) passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+[ "$failed" -eq 0 ] && [ ${#untold[@]} -eq 0 ] && ! $colcon_failed

@@ -5,13 +5,15 @@
 #   test/sanitize.sh [address|thread] [PACKAGE...]
 #
 # Without a sanitizer: both, one after the other. Without packages: all but the benchmark and the
-# house rules. Closes with a line per sanitizer; exits non-zero when one found something.
+# house rules. Closes with a line per sanitizer. Exits with 0 when nothing was found, with 2 for a
+# package that there is not, else with another code.
 set -euo pipefail
+unset CDPATH
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 case "${1:-}" in
   -h | --help)
-    sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    sed -n '3,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
   address | thread) sanitizers=("$1"); shift ;;
@@ -19,11 +21,15 @@ case "${1:-}" in
 esac
 
 launch_scripts/setup.sh
+source test/packages.sh
 if [ $# -gt 0 ]; then
+  require_packages "$@"
   select=(--packages-up-to "$@") test_select=(--packages-select "$@")
+  tested=("$@")
 else
-  select=(--packages-skip pipescout_benchmark pipescout_house_rules)
-  test_select=("${select[@]}")
+  skipped=(pipescout_benchmark pipescout_house_rules)
+  select=(--packages-skip "${skipped[@]}") test_select=(--packages-skip "${skipped[@]}")
+  mapfile -t tested < <(packages | grep -vxF "${skipped[@]/#/-e}")
 fi
 export ROS_LOCALHOST_ONLY=1
 # Fast DDS is not instrumented: what its own threads do among themselves is not judged.
@@ -46,9 +52,16 @@ for sanitizer in "${sanitizers[@]}"; do
   colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "${select[@]}" \
     --cmake-args -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
     "-DCMAKE_C_FLAGS=$flags"
+  forget_results "build/sanitize_$sanitizer/build"
   if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
     "${test_select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
-    echo "$sanitizer: nothing found"
+    mapfile -t untold < <(without_results "build/sanitize_$sanitizer/build" "${tested[@]}")
+    if [ ${#untold[@]} -eq 0 ]; then
+      echo "$sanitizer: nothing found"
+    else
+      echo "$sanitizer: FAILED: no results of ${untold[*]}"
+      status=1
+    fi
   else
     colcon test-result --test-result-base "build/sanitize_$sanitizer/build" --verbose | tail -n 100 || true
     echo "$sanitizer: FAILED"

@@ -6,6 +6,7 @@
 #
 # Prints a table; FILE gets {"figures": {name: number}, "rows": [...], "seeds": [...]}.
 set -euo pipefail
+unset CDPATH
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 names=$(cd "$here" && ls ./*_benchmark.cpp | sed 's|^\./||; s|_benchmark\.cpp$||')
 

@@ -3,6 +3,7 @@
 # Builds and tests one package and what it declares that it needs, in an environment that knows
 # nothing else of the project: build_alone.sh PACKAGE SCRATCH
 set -euo pipefail
+unset CDPATH
 package=$1 scratch=$2
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 rm -rf "$scratch"

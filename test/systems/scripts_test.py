@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs launch_scripts/inspect.sh, test/run.sh and test/sanitize.sh as a user does, in a copy of the
+project that holds the scripts only: nothing is installed or built there.
+
+    scripts_test.py CASE PROJECT SCRATCH
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+# Takes the place of colcon: two packages, of which `one` has a test.
+COLCON = r'''#!/usr/bin/env bash
+base=build
+for ((i = 1; i <= $#; ++i)); do
+  if [ "${!i}" = --build-base ]; then
+    following=$((i + 1)) base=${!following}
+  fi
+done
+echo "colcon $*" >>"$COLCON_LOG"
+case " $* " in
+  *" list "*) printf 'one\ntwo\n' ;;
+  *" build "*)
+    mkdir -p "$base/one" "$base/two"
+    echo 'add_test(works true)' >"$base/one/CTestTestfile.cmake"
+    touch "$base/two/CTestTestfile.cmake" ;;
+  *" test-result "*) echo "Summary: 3 tests, 0 errors, ${FAKE_FAILURES:-0} failures, 1 skipped" ;;
+  *" test "*)
+    if [ -z "${FAKE_SILENCE:-}" ]; then
+      mkdir -p "$base/one/Testing/now"
+      touch "$base/one/Testing/now/Test.xml"
+    fi
+    exit "${FAKE_EXIT:-0}" ;;
+esac
+'''
+# Takes the place of pipescout where only what it is asked matters.
+PIPESCOUT = '''#!/usr/bin/env bash
+printf '%s\\n' "ROS_LOCALHOST_ONLY=${ROS_LOCALHOST_ONLY:-}" "$@"
+'''
+WRONG_COMMAND_LINES = [
+    (["--nothing"], "unknown option '--nothing'"),
+    (["missing.csv"], "no file 'missing.csv'"),
+    (["own.csv", "own.csv"], "one file of readings only"),
+    (["--sigma"], "--sigma: a value is missing"),
+    (["--sigma", "0.1,x"], "--sigma: 'x' is not a number"),
+    (["--sigma="], "--sigma: no numbers"),
+    (["--offsets", "0.1,,0.2"], "--offsets: '' is not a number"),
+    (["--epsilon", "half"], "--epsilon: 'half' is not a number"),
+    (["--period=1s"], "--period: '1s' is not a number"),
+    (["--rate", "nan"], "--rate: 'nan' is not a number"),
+    (["--reference", "paper"], "--reference goes with a file of your own readings"),
+]
+
+
+class Project:
+    """A copy of the scripts, as if all packages were installed and built."""
+
+    def __init__(self, origin, folder):
+        self.folder = folder
+        folder.mkdir()
+        shutil.copytree(origin / "launch_scripts", folder / "launch_scripts")
+        (folder / "test").mkdir()
+        for script in (origin / "test").glob("*.sh"):
+            shutil.copy(script, folder / "test")
+        self.program("launch_scripts/setup.sh", "#!/usr/bin/env bash\n")
+        self.program("programs/colcon", COLCON)
+        for name in ("idl", "interfaces", "src", "components", "install"):
+            (folder / name).mkdir()
+        (folder / "colcon.meta").touch()
+        (folder / "install/local_setup.bash").touch()
+        (folder / "install/.inspect_built").touch()
+
+    def program(self, name, text):
+        path = self.folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755)
+
+    def run(self, *command, code=0, folder=None, **variables):
+        """What the script says; its exit code must be `code`."""
+        environment = dict(os.environ, ROS_DOMAIN_ID=str(1 + os.getpid() % 100),
+                           COLCON_LOG=str(self.folder / "colcon.log"))
+        environment["PATH"] = f"{self.folder / 'programs'}:{environment['PATH']}"
+        environment.pop("ROS_LOCALHOST_ONLY", None)
+        environment.update(variables)
+        result = subprocess.run([*map(str, command)], cwd=folder or self.folder, env=environment,
+                                timeout=100, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                text=True)
+        print("$", *command, "\n" + result.stdout)
+        assert result.returncode == code, f"exit code {result.returncode}, not {code}"
+        return result.stdout
+
+    def colcon_calls(self):
+        log = self.folder / "colcon.log"
+        return log.read_text() if log.exists() else ""
+
+
+def expect_in(text, *parts):
+    for part in parts:
+        assert part in text, f"no {part!r}"
+
+
+def inspect_command_line(project):
+    project.program("programs/pipescout", PIPESCOUT)
+    (project.folder / "own.csv").write_text("a,b\n1,1\n")
+    inspect = "launch_scripts/inspect.sh"
+    expect_in(project.run(inspect, "--help"), "--sigma A,B,...", "Exit code: 0")
+    for arguments, reason in WRONG_COMMAND_LINES:
+        expect_in(project.run(inspect, *arguments, code=2), f"inspect.sh: {reason}",
+                  "inspect.sh --help")
+    told = project.run(inspect, "own.csv", "--sigma", "1, .5,2e-2", "--offsets=-1,+2,3.0",
+                       "--epsilon=.8", "--weighting", "paper_equation_13", "--period", "2",
+                       "--rate=10", "--reference", "truth", "--out", "a mission")
+    expect_in(told, f"\nrun\n{project.folder}/launch_scripts/own_readings.yaml\n",
+              f"\nreadings:='{project.folder}/own.csv'\n",
+              f"\nreference_file:='{project.folder}/own.csv'\n", "\nreference_column:=truth\n",
+              "\nodometer_replay.standard_deviations:=[1.0, .5, 2e-2]\n",
+              "\nodometry_fusion.offsets:=[-1.0, +2.0, 3.0]\n", "\nodometry_fusion.epsilon:=.8\n",
+              "\nodometry_fusion.weighting:='paper_equation_13'\n", "\nodometer_replay.period:=2.0\n",
+              "\nodometer_replay.rate:=10.0\n", "\n--out\na mission\n")
+
+
+def inspect_environment(project):
+    project.program("programs/pipescout", PIPESCOUT)
+    inspect = "launch_scripts/inspect.sh"
+    expect_in(project.run(inspect), "\nROS_LOCALHOST_ONLY=1\n")
+    expect_in(project.run(inspect, ROS_LOCALHOST_ONLY="0"), "\nROS_LOCALHOST_ONLY=0\n")
+    # With CDPATH, cd finds other folders and prints where it went.
+    (project.folder / "elsewhere/launch_scripts").mkdir(parents=True)
+    expect_in(project.run(inspect, CDPATH=str(project.folder / "elsewhere")),
+              f"\n{project.folder}/launch_scripts/odometry.yaml\n")
+
+
+def inspect_builds_what_changed(project):
+    project.program("programs/pipescout", PIPESCOUT)
+    inspect = "launch_scripts/inspect.sh"
+    expect_in(project.run(inspect), "Nothing has changed since the last build.")
+    assert "build" not in project.colcon_calls()
+    built = (project.folder / "install/.inspect_built").stat().st_mtime_ns
+    source = project.folder / "src/new.cpp"
+    source.touch()
+    os.utime(source, ns=(built + 10**9, built + 10**9))
+    project.run(inspect)
+    expect_in(project.colcon_calls(), "pipescout_host")
+
+
+def inspect_paper(project):
+    told = project.run("launch_scripts/inspect.sh", "--out", "mission", "--rate", "10")
+    expect_in(told, "Complete: 10 of 10 readings recorded, 10 fused distances.",
+              f"mission folder: {project.folder}/mission")
+    summary = json.loads((project.folder / "mission/summary.json").read_text())
+    assert summary["figures"]["odometry_readings"] == 10, summary
+    # A folder is that of one mission.
+    project.run("launch_scripts/inspect.sh", "--out", "mission", code=1)
+
+
+def inspect_hostile_paths(project):
+    """Blanks, what YAML takes for a comment, and a name that YAML takes for no text."""
+    folder = project.folder / "my data: #1"
+    folder.mkdir()
+    (folder / "it's #2.csv").write_text("a,b,true\n1,1.01,1\n2,2.01,2\n")
+    told = project.run(project.folder / "launch_scripts/inspect.sh", "it's #2.csv",
+                       "--sigma", "0.1,0.1", "--reference", "true", "--rate", "10", "--out",
+                       "out #3", folder=folder)
+    expect_in(told, "Complete: 2 of 2 readings recorded", "true [m]")
+    assert (folder / "out #3/odometry/fused.csv").is_file()
+
+
+def inspect_bad_readings(project):
+    (project.folder / "bad.csv").write_text("a,b\n1,one\n")
+    expect_in(project.run("launch_scripts/inspect.sh", "bad.csv", "--sigma", "0.1,0.1", code=1),
+              "bad.csv:2: column 'b': 'one' is not a number")
+    expect_in(project.run("launch_scripts/inspect.sh", "--epsilon", "5", code=1), "epsilon")
+
+
+def run_judges_colcon(project):
+    run = "test/run.sh"
+    expect_in(project.run(run), "2 passed, 0 failed, 1 skipped")
+    expect_in(project.run(run, "one"), "2 passed, 0 failed, 1 skipped")
+    expect_in(project.run(run, FAKE_FAILURES="1", code=1), "1 passed, 1 failed, 1 skipped")
+    expect_in(project.run(run, FAKE_EXIT="3", code=1), "colcon test failed",
+              "2 passed, 0 failed, 1 skipped")
+    # Those of the run before do not count.
+    expect_in(project.run(run, FAKE_SILENCE="1", code=1), "no results of one\n")
+    expect_in(project.run(run, "two", FAKE_SILENCE="1"), "2 passed")
+
+
+def sanitize_judges_colcon(project):
+    sanitize = "test/sanitize.sh"
+    expect_in(project.run(sanitize), "address: nothing found", "thread: nothing found")
+    expect_in(project.run(sanitize, "thread", FAKE_SILENCE="1", code=1),
+              "thread: FAILED: no results of one")
+    expect_in(project.run(sanitize, "address", "one", FAKE_EXIT="1", code=1), "address: FAILED")
+
+
+def misspelt_packages(project):
+    for command in (["test/run.sh"], ["test/sanitize.sh"], ["test/sanitize.sh", "address"]):
+        expect_in(project.run(*command, "one", "tow", code=2), "no package 'tow'", "one\ntwo")
+    calls = project.colcon_calls()
+    assert " build " not in calls and " test " not in calls, calls
+
+
+def main():
+    case, origin, scratch = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    cases = {function.__name__: function for function in (
+        inspect_command_line, inspect_environment, inspect_builds_what_changed, inspect_paper,
+        inspect_hostile_paths, inspect_bad_readings, run_judges_colcon, sanitize_judges_colcon,
+        misspelt_packages)}
+    cases[case](Project(origin.resolve(), scratch.resolve() / "project"))
+
+
+if __name__ == "__main__":
+    main()
