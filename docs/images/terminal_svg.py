@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the text of a terminal as an SVG: terminal_svg.py TITLE < text > picture.svg
 
+Files below the current folder are shown relative to it: where that is differs between machines.
+
 The README's picture:
     pipescout run launch_scripts/odometry.yaml --out mission 2>&1 |
-      docs/images/terminal_svg.py "pipescout run launch_scripts/odometry.yaml" > docs/images/inspect.svg
+      docs/images/terminal_svg.py "pipescout run launch_scripts/odometry.yaml --out mission" \\
+        > docs/images/inspect.svg
 """
 
 import html
+import os
 import re
 import sys
 
@@ -17,6 +21,7 @@ CHARACTER, LINE, MARGIN = 7.2, 17, 16
 def main():
     title = sys.argv[1]
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", sys.stdin.read())
+    text = text.replace(os.getcwd() + "/", "")
     # What a carriage return overwrites is not seen.
     lines = [line.rsplit("\r", 1)[-1].rstrip() for line in text.rstrip().split("\n")]
     lines = [re.sub(r"\[(\w+)\] \[\d+\.\d+\] ", r"[\1] ", line) for line in lines]
