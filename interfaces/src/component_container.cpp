@@ -27,6 +27,7 @@ std::string no_component(std::uint64_t id) {
 struct WireRequest {
   LoadRequest load;
   bool autostart = true;
+  std::vector<std::string> ignored{};  ///< what the request says that means nothing here
 };
 
 bool boolean_argument(const NamedParameter& argument) {
@@ -62,7 +63,7 @@ WireRequest read(const srv::LoadNode::Request& message) {
                argument.name == "forward_global_arguments") {
       boolean_argument(argument);
     } else {
-      throw std::invalid_argument("unknown extra argument '" + argument.name + "'");
+      request.ignored.push_back("unknown extra argument '" + argument.name + "'");
     }
   }
   if (message.log_level() != 0) {
@@ -70,11 +71,12 @@ WireRequest read(const srv::LoadNode::Request& message) {
     const bool known = severity == LogSeverity::kDebug || severity == LogSeverity::kInfo ||
                        severity == LogSeverity::kWarn || severity == LogSeverity::kError ||
                        severity == LogSeverity::kFatal;
-    if (!known) {
-      throw std::invalid_argument("log level " + std::to_string(message.log_level()) +
-                                  " is none of 10, 20, 30, 40, 50");
+    if (known) {
+      request.load.log_threshold = severity;
+    } else {
+      request.ignored.push_back("log level " + std::to_string(message.log_level()) +
+                                " is none of 10, 20, 30, 40, 50");
     }
-    request.load.log_threshold = severity;
   }
   return request;
 }
@@ -156,7 +158,8 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
   Node& node() { return node_; }
   const ComponentRegistry& registry() const { return registry_; }
 
-  LoadedComponent load(LoadRequest request);
+  enum class UnusedOverrides { kRefuse, kWarn };
+  LoadedComponent load(LoadRequest request, UnusedOverrides unused);
   void start(std::uint64_t id, Done done);
   void unload(std::uint64_t id, Done done);
   void unload_all(std::function<void()> done);
@@ -221,17 +224,21 @@ std::unique_ptr<Component> ComponentContainer::Impl::create(const LoadRequest& r
   }
 }
 
-LoadedComponent ComponentContainer::Impl::load(LoadRequest request) {
+LoadedComponent ComponentContainer::Impl::load(LoadRequest request, UnusedOverrides on_unused) {
   if (request.name.name.empty()) {
     request.name.name = default_component_name(request.class_name);
   }
   const std::shared_ptr<Component> component = create(request);
   for (const UnusedOverride& unused : component->parameters().unused_overrides()) {
-    if (!unused.parameter.from_wildcard) {
-      throw ParameterError(
-          unused.parameter.name,
-          to_string(unused) + " (component '" + component->node_name().fully_qualified() + "')");
+    if (unused.parameter.from_wildcard) {
+      continue;
     }
+    const std::string what =
+        to_string(unused) + " (component '" + component->node_name().fully_qualified() + "')";
+    if (on_unused == UnusedOverrides::kRefuse) {
+      throw ParameterError(unused.parameter.name, what);
+    }
+    node_.logger().warn(what);
   }
   if (request.log_threshold) {
     Logger logger = component->logger();
@@ -446,7 +453,10 @@ void ComponentContainer::Impl::on_load(const srv::LoadNode::Request& message,
                                        const Responder<srv::LoadNode>& responder) {
   try {
     WireRequest request = read(message);
-    const LoadedComponent loaded = load(std::move(request.load));
+    for (const std::string& ignored : request.ignored) {
+      node_.logger().warn("load_node: " + ignored + "; ignored");
+    }
+    const LoadedComponent loaded = load(std::move(request.load), UnusedOverrides::kWarn);
     if (request.autostart) {
       start_loaded(loaded, responder);
     } else {
@@ -495,7 +505,7 @@ const ComponentRegistry& ComponentContainer::registry() const {
   return impl_->registry();
 }
 LoadedComponent ComponentContainer::load(LoadRequest request) {
-  return impl_->load(std::move(request));
+  return impl_->load(std::move(request), Impl::UnusedOverrides::kRefuse);
 }
 void ComponentContainer::start(std::uint64_t id, Done done) {
   impl_->start(id, std::move(done));

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -14,6 +13,8 @@
 #include <sensor_msgs/msg/image.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <std_msgs/msg/string.hpp>
+
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
@@ -59,22 +60,14 @@ std::string error_of(F call) {
 /// A folder of .idl files that goes with the object.
 class IdlTree {
  public:
-  IdlTree() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "idl_tree_XXXXXX").string();
-    root_ = mkdtemp(pattern.data());
-  }
-  IdlTree(const IdlTree&) = delete;
-  IdlTree& operator=(const IdlTree&) = delete;
-  ~IdlTree() { std::filesystem::remove_all(root_); }
-
   void add(const std::string& file, const std::string& text) const {
-    std::filesystem::create_directories((root_ / file).parent_path());
-    std::ofstream(root_ / file) << text;
+    std::filesystem::create_directories((root() / file).parent_path());
+    std::ofstream(root() / file) << text;
   }
-  [[nodiscard]] const std::filesystem::path& root() const { return root_; }
+  [[nodiscard]] const std::filesystem::path& root() const { return folder_.path(); }
 
  private:
-  std::filesystem::path root_;
+  testing::TemporaryFolder folder_;
 };
 
 /// The error of reading type p/msg/T from this text of its file, without the file's name.
@@ -228,7 +221,7 @@ TEST(ReadMessage, ReadsNestedFieldsArraysAndSequences) {
   EXPECT_EQ(get<std::string>(read_back, "header.frame_id"), "base_link");
   EXPECT_EQ(get<double>(read_back, "distance"), 5.51);
   EXPECT_THAT(std::get<std::vector<std::string>>(*find_field(read_back, "name").value),
-              testing::ElementsAre("left", "", "right"));
+              ::testing::ElementsAre("left", "", "right"));
   const auto& in_set = std::get<PrimitiveArray>(*find_field(read_back, "in_fusion_set").value);
   ASSERT_EQ(in_set.size(), 3U);
   EXPECT_EQ(in_set[1], ScalarValue{false});

@@ -1,32 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <stdlib.h>
-
 #include <filesystem>
 #include <fstream>
-#include <stdexcept>
 #include <string>
+
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 
 /// An installation prefix in a temporary folder, with an index of component classes.
 class TemporaryPrefix {
  public:
-  TemporaryPrefix() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "prefix_XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw std::runtime_error("cannot make " + pattern);
-    }
-    path_ = pattern;
-    std::filesystem::create_directories(index());
-  }
-  TemporaryPrefix(const TemporaryPrefix&) = delete;
-  TemporaryPrefix& operator=(const TemporaryPrefix&) = delete;
-  ~TemporaryPrefix() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
+  TemporaryPrefix() { std::filesystem::create_directories(index()); }
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return folder_.path(); }
 
   /// Writes the index file of a package.
   void add(const std::string& package, const std::string& content) const {
@@ -34,11 +20,11 @@ class TemporaryPrefix {
   }
 
   std::filesystem::path index() const {
-    return path_ / "share/ament_index/resource_index/pipescout_components";
+    return path() / "share/ament_index/resource_index/pipescout_components";
   }
 
  private:
-  std::filesystem::path path_;
+  pipescout::testing::TemporaryFolder folder_;
 };
 
 /// The library of loadable_components.cpp: it stands beside the test's executable.

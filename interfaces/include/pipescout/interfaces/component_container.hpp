@@ -45,9 +45,10 @@ struct ContainerOptions {
 ///
 /// `load_node` differs from ROS 2 in what a managed component makes natural: unless the extra
 /// argument `autostart` is false, the new component is configured and activated too, and it is
-/// unloaded again when that fails. An overridden parameter that the component does not declare, and
-/// an unknown extra argument, is an error. (`use_intra_process_comms` and
-/// `forward_global_arguments` are accepted and change nothing.)
+/// unloaded again when that fails. As in ROS 2, what a request says beyond what is understood
+/// changes nothing: an overridden parameter that the component does not declare, an unknown extra
+/// argument or log level is warned of. A parameter of the wrong type or out of range is an error.
+/// (`use_intra_process_comms` and `forward_global_arguments` change nothing either.)
 ///
 /// Thread-safe. Callbacks run in the container's group on the executor.
 class ComponentContainer {
