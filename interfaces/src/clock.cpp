@@ -61,6 +61,18 @@ void SimulatedClock::set(Time now) {
   }
 }
 
+void SimulatedClock::set_from(const std::shared_ptr<const void>& source, Time now) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto first = source_.lock();
+    if (first && first != source) {
+      return;
+    }
+    source_ = source;
+  }
+  set(now);
+}
+
 void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>& group,
                                  const std::shared_ptr<Waitable>& waitable) {
   {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/context.hpp"
 
+#include <map>
 #include <mutex>
-#include <rosgraph_msgs/msg/clock.hpp>
 #include <utility>
 
 #include "broker.hpp"
@@ -29,22 +29,13 @@ class ProcessContext final : public Context {
   Graph& graph() override { return *graph_; }
   std::shared_ptr<SystemClock> system_clock() const override { return system_clock_; }
 
-  std::shared_ptr<SimulatedClock> simulated_clock() override {
+  std::shared_ptr<SimulatedClock> simulated_clock(const std::string& topic) override {
     const std::lock_guard lock(mutex_);
-    if (!simulated_clock_) {
-      simulated_clock_ = std::make_shared<SimulatedClock>();
-      clock_subscription_ = broker_->create_subscription(
-          {.topic = {"rt/clock", &message_type<rosgraph_msgs::msg::Clock>()},
-           .qos = QoS::sensor_data(1),
-           .callback = [clock = simulated_clock_](const std::shared_ptr<const void>& message,
-                                                  const MessageInfo&) {
-             const auto& stamp =
-                 static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
-             clock->set(Time(std::chrono::seconds(stamp.sec()) +
-                             std::chrono::nanoseconds(stamp.nanosec())));
-           }});
+    auto& clock = simulated_clocks_[topic];
+    if (!clock) {
+      clock = std::make_shared<SimulatedClock>();
     }
-    return simulated_clock_;
+    return clock;
   }
 
   Transport* transport() override { return broker_->transport(); }
@@ -54,8 +45,7 @@ class ProcessContext final : public Context {
   const std::unique_ptr<Graph> graph_;
   const std::shared_ptr<SystemClock> system_clock_;
   std::mutex mutex_;
-  std::shared_ptr<SimulatedClock> simulated_clock_;
-  std::shared_ptr<UntypedSubscription> clock_subscription_;
+  std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
 };
 
 }  // namespace

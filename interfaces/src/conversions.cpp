@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/conversions.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -62,6 +63,18 @@ Time from_message(const builtin_interfaces::msg::Time& message) {
 
 Duration from_message(const builtin_interfaces::msg::Duration& message) {
   return join(message);
+}
+
+rmw_dds_common::msg::Gid to_message(const Gid& gid) {
+  rmw_dds_common::msg::Gid message;
+  std::copy(gid.bytes.begin(), gid.bytes.end(), message.data().begin());
+  return message;
+}
+
+Gid from_message(const rmw_dds_common::msg::Gid& message) {
+  Gid gid;
+  std::copy_n(message.data().begin(), gid.bytes.size(), gid.bytes.begin());
+  return gid;
 }
 
 rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value) {

@@ -159,7 +159,7 @@ class Watchdog final : public Waitable, public std::enable_shared_from_this<Watc
   /// Returns true when the watchdog had lapsed or stopped, or is touched for the first time.
   bool touch() {
     const std::lock_guard lock(mutex_);
-    last_ = now();
+    last_ = steady_now();
     if (armed_) {
       return false;
     }
@@ -186,7 +186,7 @@ class Watchdog final : public Waitable, public std::enable_shared_from_this<Watc
       if (!armed_) {
         return;
       }
-      const SteadyTime time = now();
+      const SteadyTime time = steady_now();
       if (time < add_saturated(last_, period_)) {
         arm();
         return;
@@ -204,9 +204,6 @@ class Watchdog final : public Waitable, public std::enable_shared_from_this<Watc
   }
 
  private:
-  static SteadyTime now() {
-    return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now());
-  }
   void arm() { group_->schedule_at(add_saturated(last_, period_), shared_from_this()); }
 
   const std::shared_ptr<CallbackGroup> group_;

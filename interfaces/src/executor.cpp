@@ -27,10 +27,6 @@ class PostedFunction final : public Waitable {
   std::function<void()> function_;
 };
 
-SteadyTime steady_now() {
-  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now());
-}
-
 }  // namespace
 
 /// State shared by the executor and its groups, so that a group may outlive the executor.

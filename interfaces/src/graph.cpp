@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/interfaces/conversions.hpp"
+
 namespace pipescout {
 
 namespace {
@@ -17,33 +19,11 @@ namespace {
 using rmw_dds_common::msg::NodeEntitiesInfo;
 using rmw_dds_common::msg::ParticipantEntitiesInfo;
 
-constexpr std::size_t kGuidPrefixSize = 12;
-
 // ROS 2 keeps all; the transport hands samples over at once, so this only bounds a burst.
 constexpr std::size_t kDiscoveryReaderDepth = 1000;
 
 // A participant's message may arrive before discovery shows the participant, but not this long.
 constexpr Duration kLongestUnknown = std::chrono::minutes(1);
-
-SteadyTime steady_now() {
-  return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
-}
-
-rmw_dds_common::msg::Gid to_wire(const Gid& gid) {
-  rmw_dds_common::msg::Gid wire;
-  std::copy(gid.bytes.begin(), gid.bytes.end(), wire.data().begin());
-  return wire;
-}
-
-Gid from_wire(const rmw_dds_common::msg::Gid& wire) {
-  Gid gid;
-  std::copy_n(wire.data().begin(), gid.bytes.size(), gid.bytes.begin());
-  return gid;
-}
-
-bool same_participant(const Gid& a, const Gid& b) {
-  return std::equal(a.bytes.begin(), a.bytes.begin() + kGuidPrefixSize, b.bytes.begin());
-}
 
 /// Who is told of changes, and waits for them.
 class ChangeBell {
@@ -203,7 +183,7 @@ class Knowledge {
   }
 
   void hear(const ParticipantEntitiesInfo& message, const MessageInfo& info) {
-    const Gid participant = from_wire(message.gid());
+    const Gid participant = from_message(message.gid());
     // One may speak for oneself only, so what is kept is bounded by the participants that there
     // are.
     if (info.from_this_process || !same_participant(participant, info.identity.writer)) {
@@ -279,7 +259,7 @@ class Knowledge {
         const NodeName name{node.node_namespace(), node.node_name()};
         for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
           for (const auto& gid : *gids) {
-            owners.emplace(from_wire(gid), name);
+            owners.emplace(from_message(gid), name);
           }
         }
       }
@@ -343,13 +323,13 @@ class Knowledge {
   }
 
   void describe_local_nodes(ParticipantEntitiesInfo& message) const {  // under mutex_
-    message.gid(to_wire(transport_->participant()));
+    message.gid(to_message(transport_->participant()));
     auto& nodes = message.node_entities_info_seq();
     nodes.reserve(local_nodes_.size());
     const auto copy = [](const std::vector<Gid>& gids, auto& wire) {
       wire.reserve(gids.size());
       for (const Gid& gid : gids) {
-        wire.push_back(to_wire(gid));
+        wire.push_back(to_message(gid));
       }
     };
     for (const auto& [name, node] : local_nodes_) {

@@ -107,7 +107,7 @@ struct Logger::State {
 
 Logger::Logger(std::string name) : state_(std::make_shared<State>(std::move(name))) {}
 
-void Logger::log(LogSeverity severity, std::string_view text) const {
+void Logger::log(LogSeverity severity, std::string_view text, const Location& where) const {
   if (severity < state_->threshold.load(std::memory_order_relaxed)) {
     return;
   }
@@ -119,7 +119,7 @@ void Logger::log(LogSeverity severity, std::string_view text) const {
   }
   // Outside the lock: a sink may log itself.
   if (sink) {
-    (*sink)(severity, std::string(text));
+    (*sink)(severity, std::string(text), where);
   }
 }
 

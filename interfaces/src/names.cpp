@@ -313,6 +313,12 @@ std::string NodeName::fully_qualified() const {
   return below(ns, name);
 }
 
+std::string NodeName::logger_name() const {
+  std::string result = fully_qualified().substr(1);
+  std::replace(result.begin(), result.end(), '/', '.');
+  return result;
+}
+
 void NodeName::validate() const {
   validate_node_name(name);
   validate_namespace(ns);

@@ -3,20 +3,16 @@
 
 #include <algorithm>
 #include <mutex>
+#include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
 
 #include "parameter_services.hpp"
+#include "pipescout/interfaces/conversions.hpp"
 #include "rosout.hpp"
 
 namespace pipescout {
 
 namespace {
-
-std::string logger_name(const NodeName& node) {
-  std::string name = node.fully_qualified().substr(1);
-  std::replace(name.begin(), name.end(), '/', '.');
-  return name;
-}
 
 template <class T>
 std::vector<std::shared_ptr<T>> alive(const std::vector<std::weak_ptr<T>>& all) {
@@ -42,7 +38,7 @@ class Node::Impl {
   Impl(Node& node, NodeOptions given, CallbackStart start)
       : options(std::move(given)),
         name(remap_node(options.name, options.remap_rules)),
-        logger(logger_name(name)),
+        logger(name.logger_name()),
         parameters(options.parameter_overrides),
         callbacks_held(start == CallbackStart::kWhenAllowed),
         node_(node) {
@@ -66,18 +62,23 @@ class Node::Impl {
     return endpoint.group ? endpoint.group : default_group;
   }
 
+  /// Follows `/clock`, or the time of this machine. Calls must not overlap.
+  void use_simulated_time(bool simulated);
+
   const NodeOptions options;
   const NodeName name;
   const Logger logger;
   Parameters parameters;
   std::shared_ptr<CallbackGroup> default_group;
-  std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
 
   mutable std::mutex mutex;
   bool callbacks_held;
   // As queued work keeps a group that is not held.
   std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
+  std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
+  std::shared_ptr<UntypedSubscription> clock_subscription;
+  std::vector<std::weak_ptr<Timer>> timers;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::weak_ptr<UntypedPublisher>> publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> subscriptions;
@@ -88,12 +89,45 @@ class Node::Impl {
   std::vector<std::weak_ptr<UntypedService>> managed_services;
   std::vector<std::weak_ptr<Timer>> managed_timers;
 
+  ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
   std::unique_ptr<Rosout> rosout;
 
  private:
   Node& node_;
 };
+
+void Node::Impl::use_simulated_time(bool simulated) {
+  std::shared_ptr<SimulatedClock> clock;
+  std::shared_ptr<UntypedSubscription> subscription;
+  if (simulated) {
+    Context& context = *options.context;
+    const std::string topic = resolve_topic_name("/clock", name, options.remap_rules);
+    clock = context.simulated_clock(topic);
+    // Without a group: the time must not wait for callbacks, which may ask for it.
+    subscription = context.create_subscription(
+        {.topic = {mangle_topic_name(topic, DdsTopicKind::kTopic),
+                   &message_type<rosgraph_msgs::msg::Clock>()},
+         .qos = QoS::sensor_data(1),
+         .callback = [clock, source = std::make_shared<const char>()](
+                         const std::shared_ptr<const void>& message, const MessageInfo&) {
+           const auto& stamp =
+               static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
+           clock->set_from(source, from_message(stamp));
+         }});
+    context.graph().add_endpoint(name, subscription);
+  }
+  std::vector<std::shared_ptr<Timer>> switched;
+  {
+    const std::lock_guard lock(mutex);
+    simulated_clock = clock;
+    clock_subscription.swap(subscription);
+    switched = alive(timers);
+  }
+  for (const auto& timer : switched) {
+    timer->follow(clock);
+  }
+}
 
 Node::Node(NodeOptions options) : Node(std::move(options), CallbackStart::kAtOnce) {}
 
@@ -109,11 +143,16 @@ Node::Node(NodeOptions options, CallbackStart start) {
     if (impl_->options.standard_interfaces) {
       const auto use_sim_time = parameters().declare<bool>(
           "use_sim_time", false,
-          {.description = "time comes from the topic /clock instead of this machine",
-           .read_only = true});
-      if (use_sim_time.get()) {
-        impl_->simulated_clock = context().simulated_clock();
-      }
+          {.description = "time comes from the topic /clock instead of this machine"});
+      impl_->use_simulated_time(use_sim_time.get());
+      impl_->use_sim_time_changed =
+          parameters().on_changed([this, use_sim_time](const std::vector<NamedParameter>& changed) {
+            if (std::any_of(changed.begin(), changed.end(), [&](const NamedParameter& parameter) {
+                  return parameter.name == use_sim_time.name();
+                })) {
+              impl_->use_simulated_time(use_sim_time.get());
+            }
+          });
       impl_->rosout = std::make_unique<Rosout>(*this);
       impl_->parameter_services = std::make_unique<ParameterServices>(*this);
     }
@@ -125,6 +164,8 @@ Node::Node(NodeOptions options, CallbackStart start) {
 
 Node::~Node() {
   close();
+  impl_->use_sim_time_changed.reset();
+  impl_->clock_subscription.reset();
   impl_->parameter_services.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);
@@ -174,7 +215,12 @@ Parameters& Node::parameters() const {
 }
 
 Time Node::now() const {
-  return impl_->simulated_clock ? impl_->simulated_clock->now() : context().system_clock()->now();
+  std::shared_ptr<SimulatedClock> simulated;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    simulated = impl_->simulated_clock;
+  }
+  return simulated ? simulated->now() : context().system_clock()->now();
 }
 
 const std::shared_ptr<CallbackGroup>& Node::default_group() const {
@@ -294,10 +340,11 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
 
 std::shared_ptr<Timer> Node::create_timer(Duration period, std::function<void()> callback,
                                           const EndpointOptions& options) {
+  const std::lock_guard lock(impl_->mutex);
   auto timer = std::make_shared<Timer>(impl_->group_of(options), period, std::move(callback),
                                        impl_->simulated_clock);
+  add(impl_->timers, timer);
   if (options.managed) {
-    const std::lock_guard lock(impl_->mutex);
     add(impl_->managed_timers, timer);
     timer->set_enabled(impl_->managed_active);
   }

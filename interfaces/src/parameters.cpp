@@ -249,16 +249,21 @@ SetResult Parameters::State::check(std::vector<NamedParameter>& parameters) cons
     const auto refuse = [&parameter](const std::string& reason) {
       return SetResult::refuse(about(parameter.name, reason));
     };
+    // In the words of rclcpp, which people and programs know.
+    const auto cannot_be_set = [&parameter](const std::string& reason) {
+      return SetResult::refuse("parameter '" + parameter.name + "' cannot be set because " +
+                               reason);
+    };
     const auto found = entries.find(parameter.name);
     if (found == entries.end()) {
-      return refuse("cannot be set because it was not declared");
+      return cannot_be_set("it was not declared");
     }
     if (!seen.insert(parameter.name).second) {
       return refuse("it is given twice in one set");
     }
     const ParameterDescriptor& descriptor = found->second.descriptor;
     if (descriptor.read_only) {
-      return refuse("cannot be set because it is read-only");
+      return cannot_be_set("it is read-only");
     }
     parameter.value = conform(std::move(parameter.value), descriptor);
     if (const auto objection = descriptor.objection(parameter.value)) {

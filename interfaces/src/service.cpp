@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -21,19 +22,10 @@ namespace {
 constexpr std::size_t kMaxHeldResponses = 1000;
 constexpr Duration kLongestHold = std::chrono::seconds(1);
 
-SteadyTime steady_now() {
-  return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
-}
-
 // RTPS 2.3, table 9.1: this bit of the entity kind is set for readers and not for writers.
 bool is_reader(const Gid& gid) {
   constexpr std::uint8_t kReaderBit = 0x04;
   return (gid.bytes.back() & kReaderBit) != 0;
-}
-
-bool same_participant(const Gid& a, const Gid& b) {
-  constexpr std::size_t kGuidPrefixSize = 12;
-  return std::equal(a.bytes.begin(), a.bytes.begin() + kGuidPrefixSize, b.bytes.begin());
 }
 
 void require_group(const ServiceOptions& options) {
@@ -61,12 +53,14 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
   void close() {
     std::shared_ptr<UntypedPublisher> publisher;
     std::shared_ptr<UntypedSubscription> subscription;
-    std::map<std::uint64_t, Call> cancelled;
+    std::map<std::uint64_t, Call> calls;
+    std::deque<Answer> cancelled;
     {
       const std::lock_guard lock(mutex_);
       publisher.swap(publisher_);
       subscription.swap(subscription_);
-      cancelled.swap(calls_);
+      calls.swap(calls_);
+      cancelled.swap(refused_);
       waiting_.clear();
       deadlines_.clear();
       local_.clear();
@@ -75,9 +69,12 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
     group_->cancel(shared_from_this());
     publisher.reset();
     subscription.reset();
-    for (auto& [id, call] : cancelled) {
+    for (auto& [id, call] : calls) {
+      cancelled.push_back(std::move(call.answer));
+    }
+    for (const Answer& answer : cancelled) {
       try {
-        call.answer(ServiceResult<void>(ServiceError::kCancelled));
+        answer(ServiceResult<void>(ServiceError::kCancelled));
       } catch (...) {  // NOLINT(bugprone-empty-catch): called from a destructor, as documented
       }
     }
@@ -108,9 +105,17 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
         return;
       }
       ++statistics_.refused;
+      if (refused_.size() >= UntypedClient::kMaxOutstandingCalls) {
+        throw std::runtime_error(
+            "service call: " + std::to_string(calls_.size()) + " calls wait for an answer, and " +
+            std::to_string(refused_.size()) + " refused ones for the executor");
+      }
+      refused_.push_back(std::move(answer));
+      if (refused_.size() > 1) {
+        return;  // the one before it goes on with this one
+      }
     }
-    group_->post(
-        [answer = std::move(answer)] { answer(ServiceResult<void>(ServiceError::kOverloaded)); });
+    post_refusal();
   }
 
   [[nodiscard]] bool is_ready() const {
@@ -194,6 +199,32 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
     PublishedSample sample;
   };
 
+  /// One at a time, so that refusals do not fill the queue of the executor.
+  void post_refusal() {
+    group_->post([weak = weak_from_this()] {
+      if (const auto alive = weak.lock()) {
+        alive->answer_refused();
+      }
+    });
+  }
+  void answer_refused() {
+    Answer answer;
+    bool has_more = false;
+    {
+      const std::lock_guard lock(mutex_);
+      if (refused_.empty()) {
+        return;
+      }
+      answer = std::move(refused_.front());
+      refused_.pop_front();
+      has_more = !refused_.empty();
+    }
+    if (has_more) {
+      post_refusal();
+    }
+    answer(ServiceResult<void>(ServiceError::kOverloaded));
+  }
+
   // All under mutex_.
   [[nodiscard]] bool can_send() const {
     if (!publisher_) {
@@ -248,6 +279,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
   std::shared_ptr<UntypedSubscription> subscription_;
   std::map<std::uint64_t, Call> calls_;  // in the order of calling
   std::deque<std::uint64_t> waiting_;    // not sent yet
+  std::deque<Answer> refused_;           // to be told
   std::set<std::pair<SteadyTime, std::uint64_t>> deadlines_;
   // The samples of one request are counted apart here and on the network.
   std::unordered_map<std::int64_t, std::uint64_t> local_;

@@ -58,14 +58,26 @@ class Timer::Impl final : public Waitable, public std::enable_shared_from_this<T
     }
   }
 
+  void follow(std::shared_ptr<SimulatedClock> simulated) {
+    const std::lock_guard lock(mutex_);
+    if (simulated == simulated_) {
+      return;
+    }
+    if (enabled_) {
+      disarm();
+    }
+    simulated_ = std::move(simulated);
+    if (enabled_) {
+      restart();
+    }
+  }
+
   Duration period() const noexcept { return period_; }
 
  private:
   // Steady time is kept as `Time` too; the epochs of the two never meet.
   Time read() const {
-    return simulated_ ? simulated_->now()
-                      : Time(std::chrono::duration_cast<Duration>(
-                            std::chrono::steady_clock::now().time_since_epoch()));
+    return simulated_ ? simulated_->now() : Time(steady_now().time_since_epoch());
   }
   void restart() {
     next_ = add_saturated(read(), period_);
@@ -89,8 +101,8 @@ class Timer::Impl final : public Waitable, public std::enable_shared_from_this<T
   const std::shared_ptr<CallbackGroup> group_;
   const Duration period_;
   const std::function<void()> callback_;
-  const std::shared_ptr<SimulatedClock> simulated_;
   std::mutex mutex_;
+  std::shared_ptr<SimulatedClock> simulated_;  // null: the steady clock
   bool enabled_ = false;
   Time next_{};
 };
@@ -125,6 +137,9 @@ Duration Timer::period() const noexcept {
 }
 void Timer::set_enabled(bool enabled) {
   impl_->set_enabled(enabled);
+}
+void Timer::follow(std::shared_ptr<SimulatedClock> simulated) {
+  impl_->follow(std::move(simulated));
 }
 void Timer::reset() {
   impl_->reset();

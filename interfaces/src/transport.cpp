@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/transport.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <string>
@@ -37,6 +38,10 @@ std::string to_string(const Gid& gid) {
     text += kDigits[gid.bytes[i] & 0xFU];
   }
   return text;
+}
+
+bool same_participant(const Gid& a, const Gid& b) noexcept {
+  return std::equal(a.bytes.begin(), a.bytes.begin() + kPrefixBytes, b.bytes.begin());
 }
 
 DdsOptions DdsOptions::from_environment() {

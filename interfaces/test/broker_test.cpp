@@ -10,7 +10,6 @@
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -573,16 +572,11 @@ TEST_F(InProcess, EndpointsOutliveTheirContext) {
   EXPECT_EQ(publisher->subscription_count(), 0U);
 }
 
-TEST_F(InProcess, TheSimulatedClockFollowsItsTopic) {
+TEST_F(InProcess, HasOneSimulatedClockForEachTopic) {
   const auto clock = process_.context->simulated_clock();
-  EXPECT_EQ(clock, process_.context->simulated_clock());
-  const auto publisher = process_.context->create_publisher(
-      {.topic = {"rt/clock", &message_type<rosgraph_msgs::msg::Clock>()}});
-  auto message = std::make_shared<rosgraph_msgs::msg::Clock>();
-  message->clock().sec(12);
-  message->clock().nanosec(34);
-  publisher->publish(message, {});
-  EXPECT_EQ(clock->now(), Time(seconds(12) + Duration(34)));
+  EXPECT_EQ(clock, process_.context->simulated_clock("/clock"));
+  EXPECT_NE(clock, process_.context->simulated_clock("/other/clock"));
+  EXPECT_EQ(clock->now(), Time{});
 }
 
 TEST(InProcessThreads, PublishingMatchingAndEndingSideBySide) {

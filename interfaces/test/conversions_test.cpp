@@ -111,6 +111,17 @@ TEST(DescriptorConversion, RefusesATypeThatDoesNotExist) {
   EXPECT_THROW((void)from_message(message), std::invalid_argument);
 }
 
+TEST(GidConversion, SurvivesTheWayThereAndBack) {
+  Gid gid;
+  for (std::size_t i = 0; i < gid.bytes.size(); ++i) {
+    gid.bytes.at(i) = static_cast<std::uint8_t>(i + 1);
+  }
+  const auto message = to_message(gid);
+  EXPECT_EQ(message.data().at(15), 16);
+  EXPECT_EQ(message.data().at(16), 0);
+  EXPECT_EQ(from_message(message), gid);
+}
+
 TEST(ResultConversion, SurvivesTheWayThereAndBack) {
   const SetResult refused = SetResult::refuse("too large");
   EXPECT_EQ(from_message(to_message(refused)), refused);

@@ -26,10 +26,6 @@ using ::testing::ElementsAre;
 
 constexpr Duration kLong = seconds(30);
 
-SteadyTime now() {
-  return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
-}
-
 class Work final : public Waitable {
  public:
   explicit Work(std::function<void()> function) : function_(std::move(function)) {}
@@ -97,7 +93,7 @@ TEST(Executor, SpinReadyNeverWaits) {
   Executor executor;
   const auto group = executor.create_callback_group();
   const auto later = std::make_shared<Work>([] { FAIL(); });
-  group->schedule_at(now() + hours(1), later);
+  group->schedule_at(steady_now() + hours(1), later);
   EXPECT_EQ(executor.spin_ready(), 0U);
 }
 
@@ -262,7 +258,7 @@ TEST_P(ExecutorThreads, ManyTimersAllFireOnce) {
       ++fired[static_cast<std::size_t>(i)];
       done.count_down();
     }));
-    group->schedule_at(now() + std::chrono::microseconds(i % 7 * 300), timers.back());
+    group->schedule_at(steady_now() + std::chrono::microseconds(i % 7 * 300), timers.back());
   }
   done.wait();
   for (const auto& count : fired) {
@@ -300,7 +296,7 @@ TEST(Executor, GroupsRunSideBySideWhileOneIsBlocked) {
   blocked->post([] {});
   free->post([&] { ran.set_value(); });
   ran.get_future().wait();
-  free->schedule_at(now() + milliseconds(1), timed);
+  free->schedule_at(steady_now() + milliseconds(1), timed);
   ran_timed.get_future().wait();
   release.set_value();
 }
@@ -312,7 +308,7 @@ TEST(Executor, TimersRunInTheOrderOfTheirTimes) {
   const auto first = std::make_shared<Work>([&] { order.push_back(1); });
   const auto second = std::make_shared<Work>([&] { order.push_back(2); });
   const auto third = std::make_shared<Work>([&] { order.push_back(3); });
-  const SteadyTime base = now();
+  const SteadyTime base = steady_now();
   group->schedule_at(base + milliseconds(2), third);
   group->schedule_at(base + milliseconds(1), second);
   group->schedule_at(base - seconds(1), first);
@@ -325,11 +321,11 @@ TEST(Executor, SchedulingAgainReplacesTheTime) {
   const auto group = executor.create_callback_group();
   int runs = 0;
   const auto work = std::make_shared<Work>([&] { ++runs; });
-  group->schedule_at(now() + hours(1), work);
-  group->schedule_at(now() - seconds(1), work);
+  group->schedule_at(steady_now() + hours(1), work);
+  group->schedule_at(steady_now() - seconds(1), work);
   EXPECT_EQ(executor.spin_ready(), 1U);
-  group->schedule_at(now() - seconds(1), work);
-  group->schedule_at(now() + hours(1), work);
+  group->schedule_at(steady_now() - seconds(1), work);
+  group->schedule_at(steady_now() + hours(1), work);
   EXPECT_EQ(executor.spin_ready(), 0U);
   EXPECT_EQ(runs, 1);
 }
@@ -338,10 +334,10 @@ TEST(Executor, CancelledAndDestroyedTimersDoNotRun) {
   Executor executor;
   const auto group = executor.create_callback_group();
   const auto cancelled = std::make_shared<Work>([] { FAIL(); });
-  group->schedule_at(now() - seconds(1), cancelled);
+  group->schedule_at(steady_now() - seconds(1), cancelled);
   group->cancel(cancelled);
   auto destroyed = std::make_shared<Work>([] { FAIL(); });
-  group->schedule_at(now() - seconds(1), destroyed);
+  group->schedule_at(steady_now() - seconds(1), destroyed);
   destroyed.reset();
   EXPECT_EQ(executor.spin_ready(), 0U);
 }
@@ -352,9 +348,9 @@ TEST(Executor, AnEarlierTimerWakesAWaitingThread) {
   std::promise<void> ran;
   const auto late = std::make_shared<Work>([] {});
   const auto early = std::make_shared<Work>([&] { ran.set_value(); });
-  group->schedule_at(now() + hours(1), late);
+  group->schedule_at(steady_now() + hours(1), late);
   const Spinning spinning(executor);
-  group->schedule_at(now() + milliseconds(1), early);
+  group->schedule_at(steady_now() + milliseconds(1), early);
   EXPECT_EQ(ran.get_future().wait_for(kLong), std::future_status::ready);
 }
 
@@ -363,7 +359,7 @@ TEST(Executor, SleepsWhileNothingIsToDo) {
   Executor idle;
   const auto group = idle.create_callback_group();
   const auto late = std::make_shared<Work>([] {});
-  group->schedule_at(now() + hours(1), late);
+  group->schedule_at(steady_now() + hours(1), late);
   const auto switches = [&] {
     std::promise<long> counted;
     group->post([&] {
@@ -390,13 +386,13 @@ TEST(CallbackGroup, AClosedGroupDropsQueuedTimedAndNewWork) {
   held.reset();
   const auto timed = std::make_shared<Work>([] { FAIL(); });
   const auto kept = std::make_shared<Work>([] {});
-  group->schedule_at(now() - seconds(1), timed);
-  other->schedule_at(now() - seconds(1), kept);
+  group->schedule_at(steady_now() - seconds(1), timed);
+  other->schedule_at(steady_now() - seconds(1), kept);
   group->close();
   EXPECT_TRUE(weak.expired());
   group->post([] { FAIL(); });
   group->schedule(timed);
-  group->schedule_at(now() - seconds(1), timed);
+  group->schedule_at(steady_now() - seconds(1), timed);
   EXPECT_EQ(executor.spin_ready(), 1U);
 }
 
@@ -408,7 +404,7 @@ TEST(CallbackGroup, AHeldGroupKeepsItsWorkUntilItIsReleased) {
     std::vector<int> order;
     held->hold();
     const auto timed = std::make_shared<Work>([&order] { order.push_back(4); });
-    held->schedule_at(now() - seconds(1), timed);
+    held->schedule_at(steady_now() - seconds(1), timed);
     held->post([&order] { order.push_back(1); });
     other->post([&order] { order.push_back(2); });
     held->post([&order] { order.push_back(3); });

@@ -24,7 +24,7 @@ TEST(Logger, WritesTheConsoleFormatOfRosWithoutColoursToAFile) {
 TEST(Logger, HandsItsMessagesToTheSink) {
   Logger logger("node");
   std::vector<std::pair<LogSeverity, std::string>> heard;
-  logger.set_sink([&heard](LogSeverity severity, const std::string& text) {
+  logger.set_sink([&heard](LogSeverity severity, const std::string& text, const auto&) {
     heard.emplace_back(severity, text);
   });
   ::testing::internal::CaptureStderr();
@@ -41,11 +41,29 @@ TEST(Logger, HandsItsMessagesToTheSink) {
                                                               {LogSeverity::kFatal, "three"}}));
 }
 
+TEST(Logger, SaysWhereInTheCodeAMessageWasLogged) {
+  Logger logger("node");
+  std::vector<Logger::Location> heard;
+  logger.set_sink([&heard](LogSeverity, const std::string&, const Logger::Location& where) {
+    heard.push_back(where);
+  });
+  ::testing::internal::CaptureStderr();
+  const auto here = Logger::Location::current();
+  logger.warn("one line below");
+  logger.log(LogSeverity::kError, "where somebody else was", here);
+  (void)::testing::internal::GetCapturedStderr();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_STREQ(heard[0].file_name(), here.file_name());
+  EXPECT_STREQ(heard[0].function_name(), here.function_name());
+  EXPECT_EQ(heard[0].line(), here.line() + 1);
+  EXPECT_EQ(heard[1].line(), here.line());
+}
+
 TEST(Logger, CopiesShareThresholdAndSink) {
   Logger logger("node");
   Logger copy = logger;
   int heard = 0;
-  copy.set_sink([&heard](LogSeverity, const std::string&) { ++heard; });
+  copy.set_sink([&heard](LogSeverity, const std::string&, const auto&) { ++heard; });
   copy.set_threshold(LogSeverity::kError);
   ::testing::internal::CaptureStderr();
   logger.warn("too little");
@@ -62,7 +80,7 @@ TEST(Logger, CopiesShareThresholdAndSink) {
 TEST(Logger, ASinkMayLog) {
   Logger logger("node");
   int depth = 0;
-  logger.set_sink([&](LogSeverity, const std::string&) {
+  logger.set_sink([&](LogSeverity, const std::string&, const auto&) {
     if (++depth < 3) {
       logger.info("again");
     }

@@ -104,6 +104,8 @@ TEST(TopicNames, FullNamesAreAbsoluteAndShortEnough) {
 TEST(NodeNames, FullyQualifiedNamesSplitAndJoin) {
   EXPECT_EQ((NodeName{"/", "n"}).fully_qualified(), "/n");
   EXPECT_EQ((NodeName{"/a/b", "n"}).fully_qualified(), "/a/b/n");
+  EXPECT_EQ((NodeName{"/", "n"}).logger_name(), "n");
+  EXPECT_EQ((NodeName{"/a/b", "n"}).logger_name(), "a.b.n");
   EXPECT_EQ(NodeName::parse("/a/b/n"), (NodeName{"/a/b", "n"}));
   EXPECT_EQ(NodeName::parse("/n"), (NodeName{"/", "n"}));
   EXPECT_EQ(NodeName::parse("n"), (NodeName{"/", "n"}));

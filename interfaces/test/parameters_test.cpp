@@ -221,8 +221,8 @@ TEST(ParameterSet, RefusesOneByOneOrAll) {
   EXPECT_EQ(results[0], SetResult::accept());
   EXPECT_EQ(results[1].reason,
             "parameter 'gain': value 11.0 is out of range, expected [0.0, 10.0]");
-  EXPECT_EQ(results[2].reason, "parameter 'none': cannot be set because it was not declared");
-  EXPECT_EQ(results[3].reason, "parameter 'fixed': cannot be set because it is read-only");
+  EXPECT_EQ(results[2].reason, "parameter 'none' cannot be set because it was not declared");
+  EXPECT_EQ(results[3].reason, "parameter 'fixed' cannot be set because it is read-only");
   EXPECT_EQ(results[4].reason, "parameter 'count': value x is of type string, expected integer");
   EXPECT_EQ(parameters.get("gain"), ParameterValue(2.0));
 

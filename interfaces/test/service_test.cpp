@@ -267,6 +267,35 @@ TEST_F(ServiceInProcess, TooManyOpenCallsAreRefused) {
   EXPECT_EQ(caller.client->statistics().refused, 1U);
 }
 
+TEST_F(ServiceInProcess, RefusalsDoNotPileUpWithoutBound) {
+  Caller caller(*context_, group_);
+  constexpr std::size_t kMost = UntypedClient::kMaxOutstandingCalls;
+  for (std::size_t i = 0; i < 2 * kMost; ++i) {
+    caller.call();
+  }
+  EXPECT_THROW(caller.call(), std::runtime_error);
+  // One of them at a time is in the queue of the executor.
+  group_->post([&caller] { EXPECT_EQ(caller.answers.size(), 1U); });
+  executor_.spin_ready();
+  EXPECT_EQ(caller.answers, std::vector<std::string>(kMost, "too many calls outstanding"));
+  caller.call();
+  executor_.spin_ready();
+  EXPECT_EQ(caller.answers.size(), kMost + 1);
+  EXPECT_EQ(caller.client->statistics().refused, kMost + 2);
+}
+
+TEST_F(ServiceInProcess, DestroyingTheClientCancelsRefusalsThatNobodyWasToldOf) {
+  Caller caller(*context_, group_);
+  constexpr std::size_t kMost = UntypedClient::kMaxOutstandingCalls;
+  for (std::size_t i = 0; i < kMost + 3; ++i) {
+    caller.call();
+  }
+  caller.client.reset();
+  EXPECT_EQ(caller.answers, std::vector<std::string>(kMost + 3, "cancelled"));
+  EXPECT_EQ(executor_.spin_ready(), 1U);
+  EXPECT_EQ(caller.answers.size(), kMost + 3);
+}
+
 TEST_F(ServiceInProcess, ADisabledServiceAnswersOnceEnabled) {
   const Server server(*context_, group_, "done");
   server.service->set_enabled(false);

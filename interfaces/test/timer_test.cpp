@@ -211,6 +211,47 @@ TEST_F(SimulatedTimer, TimersOfOneTimeFireInTheOrderOfTheirTimes) {
   EXPECT_THAT(order, ElementsAre(1, 2, 20, 3));
 }
 
+TEST_F(SimulatedTimer, MovesToAnotherClock) {
+  int calls = 0;
+  Timer timer(
+      group_, seconds(2), [&calls] { ++calls; }, clock_);
+  clock_->set(at(1.0));
+  const auto other = std::make_shared<SimulatedClock>();
+  other->set(at(100.0));
+  timer.follow(other);
+  clock_->set(at(50.0));
+  EXPECT_EQ(executor_.spin_ready(), 0U);
+  other->set(at(101.5));
+  EXPECT_EQ(executor_.spin_ready(), 0U);
+  other->set(at(102.0));
+  EXPECT_EQ(executor_.spin_ready(), 1U);
+  EXPECT_EQ(calls, 1);
+
+  timer.set_enabled(false);
+  timer.follow(nullptr);
+  other->set(at(200.0));
+  EXPECT_EQ(executor_.spin_ready(), 0U);
+  timer.follow(clock_);
+  timer.set_enabled(true);
+  clock_->set(at(52.0));
+  EXPECT_EQ(executor_.spin_ready(), 1U);
+  EXPECT_EQ(calls, 2);
+}
+
+TEST(SimulatedClock, ListensToOneOfSeveralSourcesWhileItExists) {
+  SimulatedClock clock;
+  auto first = std::make_shared<int>();
+  const auto second = std::make_shared<int>();
+  clock.set_from(first, at(1.0));
+  clock.set_from(second, at(0.5));
+  EXPECT_EQ(clock.now(), at(1.0));
+  clock.set_from(first, at(2.0));
+  EXPECT_EQ(clock.now(), at(2.0));
+  first.reset();
+  clock.set_from(second, at(3.0));
+  EXPECT_EQ(clock.now(), at(3.0));
+}
+
 TEST(SystemClock, IsNotSimulatedAndRunsForward) {
   const SystemClock clock;
   EXPECT_FALSE(clock.is_simulated());

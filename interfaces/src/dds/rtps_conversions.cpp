@@ -12,8 +12,6 @@ namespace {
 
 using DdsDuration = eprosima::fastrtps::Duration_t;
 
-constexpr std::size_t kPrefixBytes = 12;
-
 // A reader hands its samples over as they arrive, so its history holds only samples that wait for a
 // fragment or for an earlier sample. With the depth of a QoS of 1, the fragments of two writers
 // would push each other out.
@@ -96,10 +94,6 @@ Gid to_gid(const rtps::GUID_t& guid) noexcept {
       std::copy_n(guid.guidPrefix.value, rtps::GuidPrefix_t::size, gid.bytes.begin());
   std::copy_n(guid.entityId.value, rtps::EntityId_t::size, entity);
   return gid;
-}
-
-bool same_participant(const Gid& a, const Gid& b) noexcept {
-  return std::equal(a.bytes.begin(), a.bytes.begin() + kPrefixBytes, b.bytes.begin());
 }
 
 SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept {

@@ -20,9 +20,6 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 [[nodiscard]] Gid to_gid(const rtps::GUID_t& guid) noexcept;
 
-/// True when both name something of the same participant.
-[[nodiscard]] bool same_participant(const Gid& a, const Gid& b) noexcept;
-
 /// An unknown sequence number is 0 on our side.
 [[nodiscard]] SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept;
 [[nodiscard]] rtps::SampleIdentity to_rtps(const SampleIdentity& identity) noexcept;

@@ -37,6 +37,10 @@ class SimulatedClock final : public Clock {
   /// times; a jump backwards schedules all waiting work, so that timers can start again from the
   /// new time.
   void set(Time now);
+  /// The same from one of several sources that say the same, as the subscriptions of one topic do:
+  /// while the source exists that was the first, the others count for nothing. Together they would
+  /// make the time jump back and forth.
+  void set_from(const std::shared_ptr<const void>& source, Time now);
 
   /// Schedules `waitable` in `group` once, when this clock reaches `when`. Replaces an earlier call
   /// for the same waitable.
@@ -53,6 +57,7 @@ class SimulatedClock final : public Clock {
   };
   mutable std::mutex mutex_;
   Time now_{};
+  std::weak_ptr<const void> source_;
   std::uint64_t last_order_ = 0;
   std::map<const Waitable*, Waiting> waiting_;
 };

@@ -64,8 +64,10 @@ class Context : public std::enable_shared_from_this<Context> {
   [[nodiscard]] virtual Graph& graph() = 0;
 
   [[nodiscard]] virtual std::shared_ptr<SystemClock> system_clock() const = 0;
-  /// Driven by the topic `/clock`, which is subscribed to at the first call.
-  [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock() = 0;
+  /// The clock of this process for a topic, in the fully qualified name; it exists as long as the
+  /// context. The nodes that follow the topic drive it.
+  [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock(
+      const std::string& topic = "/clock") = 0;
 
   /// Null for the in-process backend.
   [[nodiscard]] virtual Transport* transport() = 0;

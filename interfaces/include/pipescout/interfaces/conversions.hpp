@@ -8,10 +8,12 @@
 #include <rcl_interfaces/msg/parameter_descriptor.hpp>
 #include <rcl_interfaces/msg/parameter_value.hpp>
 #include <rcl_interfaces/msg/set_parameters_result.hpp>
+#include <rmw_dds_common/msg/gid.hpp>
 #include <vector>
 
 #include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/interfaces/time.hpp"
+#include "pipescout/interfaces/transport.hpp"
 
 /// The one place where wire types and the types of the code are turned into each other. All
 /// functions are pure and thread-safe.
@@ -24,6 +26,10 @@ namespace pipescout {
 /// Any content: a `nanosec` of 1e9 and more counts for what it is.
 [[nodiscard]] Time from_message(const builtin_interfaces::msg::Time& message);
 [[nodiscard]] Duration from_message(const builtin_interfaces::msg::Duration& message);
+
+/// The wire has room for 24 bytes; those that a Gid does not have are zero, and are not read.
+[[nodiscard]] rmw_dds_common::msg::Gid to_message(const Gid& gid);
+[[nodiscard]] Gid from_message(const rmw_dds_common::msg::Gid& message);
 
 [[nodiscard]] rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);
 /// Throws std::invalid_argument when `type` is no constant of ParameterType.

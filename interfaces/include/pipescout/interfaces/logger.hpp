@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <source_location>
 #include <string>
 #include <string_view>
 
@@ -24,18 +25,30 @@ enum class LogSeverity : std::uint8_t {
 /// text") and, once connected, to `/rosout`. Thread-safe; copies share the state.
 class Logger {
  public:
-  /// Receives what passes the threshold.
-  using Sink = std::function<void(LogSeverity, const std::string& text)>;
+  using Location = std::source_location;
+  /// Receives what passes the threshold, and where in the code it was said.
+  using Sink = std::function<void(LogSeverity, const std::string& text, const Location& where)>;
 
   /// `name`: as in ROS 2, the fully qualified node name with dots: "robot_1.odometry_fusion".
   explicit Logger(std::string name);
 
-  void log(LogSeverity severity, std::string_view text) const;
-  void debug(std::string_view text) const { log(LogSeverity::kDebug, text); }
-  void info(std::string_view text) const { log(LogSeverity::kInfo, text); }
-  void warn(std::string_view text) const { log(LogSeverity::kWarn, text); }
-  void error(std::string_view text) const { log(LogSeverity::kError, text); }
-  void fatal(std::string_view text) const { log(LogSeverity::kFatal, text); }
+  void log(LogSeverity severity, std::string_view text,
+           const Location& where = Location::current()) const;
+  void debug(std::string_view text, const Location& where = Location::current()) const {
+    log(LogSeverity::kDebug, text, where);
+  }
+  void info(std::string_view text, const Location& where = Location::current()) const {
+    log(LogSeverity::kInfo, text, where);
+  }
+  void warn(std::string_view text, const Location& where = Location::current()) const {
+    log(LogSeverity::kWarn, text, where);
+  }
+  void error(std::string_view text, const Location& where = Location::current()) const {
+    log(LogSeverity::kError, text, where);
+  }
+  void fatal(std::string_view text, const Location& where = Location::current()) const {
+    log(LogSeverity::kFatal, text, where);
+  }
 
   /// Messages below it go nowhere. Default: info.
   void set_threshold(LogSeverity severity);

@@ -50,6 +50,8 @@ struct NodeName {
 
   /// "/ns/name"; "/name" in the root namespace.
   [[nodiscard]] std::string fully_qualified() const;
+  /// "ns.name", as ROS 2 names a node's logger.
+  [[nodiscard]] std::string logger_name() const;
   /// Throws InvalidName.
   void validate() const;
   /// Splits "/ns/name" (or "name", which is in the root namespace) at its last '/'. Throws

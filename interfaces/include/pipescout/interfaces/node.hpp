@@ -61,11 +61,16 @@ class Node {
   [[nodiscard]] Executor& executor() const;
   [[nodiscard]] const Logger& logger() const;
   [[nodiscard]] Parameters& parameters() const;
-  /// ROS time: of the system, or of `/clock` when the parameter `use_sim_time` is true.
+  /// ROS time: of the system, or of `/clock` while the parameter `use_sim_time` is true. The nodes
+  /// of a process that follow the same topic share one time, which is zero until the first message.
   [[nodiscard]] Time now() const;
   /// Mutually exclusive; where callbacks run unless another group is given.
   [[nodiscard]] const std::shared_ptr<CallbackGroup>& default_group() const;
   [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(CallbackGroupType type);
+
+  // All that follow throw InvalidName for a name that cannot be expanded or remapped,
+  // TopicTypeMismatch when this process uses the name with another type, TransportError, and
+  // std::invalid_argument for an invalid QoS. Nothing is left behind then.
 
   template <class T>
   [[nodiscard]] Publisher<T> create_publisher(std::string_view topic, const QoS& qos,
@@ -137,7 +142,8 @@ class Node {
                                               message_type<typename S::Response>(), qos, options));
   }
 
-  /// Follows simulated time when `use_sim_time` is set, else the steady clock.
+  /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
+  /// begins when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
                                                     const EndpointOptions& options = {});
 

@@ -72,7 +72,8 @@ class UntypedService {
   [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> request_subscription() const = 0;
 };
 
-/// A client of types known at run time. At most `kMaxOutstandingCalls` calls wait for their answer.
+/// A client of types known at run time. At most `kMaxOutstandingCalls` calls wait for their answer,
+/// and as many for the news that they were refused.
 class UntypedClient {
  public:
   static constexpr std::size_t kMaxOutstandingCalls = 1000;
@@ -84,7 +85,8 @@ class UntypedClient {
   /// Sends the request once a server is matched in both directions, so that its reply cannot be
   /// lost, and calls `answer` exactly once, in the client's callback group (but see the
   /// destructor). With several servers the first reply counts. Throws std::invalid_argument when
-  /// `request` or `answer` is null. Thread-safe.
+  /// `request` or `answer` is null, std::runtime_error when the executor has not yet told of
+  /// `kMaxOutstandingCalls` refusals. Thread-safe.
   virtual void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) = 0;
   [[nodiscard]] virtual bool is_ready() const = 0;
   [[nodiscard]] virtual ClientStatistics statistics() const = 0;

@@ -15,6 +15,10 @@ using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
 /// A point on the steady clock of this machine; never leaves the process.
 using SteadyTime = std::chrono::time_point<std::chrono::steady_clock, std::chrono::nanoseconds>;
 
+[[nodiscard]] inline SteadyTime steady_now() noexcept {
+  return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
+}
+
 /// `time + span`, or the latest time there is when the sum does not fit. `span` is not negative.
 template <class Clock>
 [[nodiscard]] constexpr std::chrono::time_point<Clock, Duration> add_saturated(

@@ -29,6 +29,8 @@ class Timer {
   void set_enabled(bool enabled);
   /// Starts the period again.
   void reset();
+  /// Measures the period by another clock from now on, null: the steady clock. Starts it again.
+  void follow(std::shared_ptr<SimulatedClock> simulated);
 
  private:
   class Impl;

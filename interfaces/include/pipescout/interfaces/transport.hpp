@@ -27,6 +27,9 @@ struct Gid {
 /// "01.0f.45....|00.00.12.03", as DDS tools print a GUID.
 [[nodiscard]] std::string to_string(const Gid& gid);
 
+/// True when both name something of the same participant.
+[[nodiscard]] bool same_participant(const Gid& a, const Gid& b) noexcept;
+
 /// Names one sample of one writer; services relate a reply to its request with it.
 struct SampleIdentity {
   Gid writer;
