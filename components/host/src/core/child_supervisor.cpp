@@ -28,6 +28,9 @@ std::string ChildMessage::to_json() const {
     case Event::kActive:
       object["event"] = "active";
       break;
+    case Event::kBroke:
+      object["event"] = "broke";
+      break;
     case Event::kFailed:
       object["event"] = "failed";
       break;
@@ -51,6 +54,8 @@ ChildMessage ChildMessage::from_json(const std::string& text) {
       message.event = Event::kConstructed;
     } else if (event == "active") {
       message.event = Event::kActive;
+    } else if (event == "broke") {
+      message.event = Event::kBroke;
     } else if (event != "failed") {
       throw std::invalid_argument("event '" + event + "' is not known");
     }
@@ -116,6 +121,9 @@ void ChildSupervisor::on_message(const ChildMessage& message) {
     case ChildMessage::Event::kActive:
       state_ = State::kActive;
       was_active_ = true;
+      break;
+    case ChildMessage::Event::kBroke:
+      broke_ = true;
       break;
     case ChildMessage::Event::kFailed:
       if (was_active_) {

@@ -30,6 +30,7 @@ struct ChildMessage {
   enum class Event : std::uint8_t {
     kConstructed,  ///< the component exists, unconfigured
     kActive,       ///< it is configured and active
+    kBroke,        ///< it went through its error state; the child goes on
     kFailed        ///< it could not be made or activated; the child exits
   };
   Event event = Event::kFailed;
@@ -84,6 +85,8 @@ class ChildSupervisor {
   /// A process exists.
   [[nodiscard]] bool running() const noexcept { return child_ != nullptr; }
   [[nodiscard]] Child* child() const noexcept { return child_.get(); }
+  /// The component has gone through its error state.
+  [[nodiscard]] bool broke() const noexcept { return broke_; }
   [[nodiscard]] int restarts() const noexcept { return restarts_; }
   [[nodiscard]] const RestartPolicy& policy() const noexcept { return policy_; }
   [[nodiscard]] const std::string& error() const noexcept { return error_; }
@@ -103,6 +106,7 @@ class ChildSupervisor {
   std::unique_ptr<Child> child_;
   bool activate_ = false;
   bool was_active_ = false;
+  bool broke_ = false;
   int restarts_ = 0;
   std::optional<SteadyTime> relaunch_at_;
   std::string error_;

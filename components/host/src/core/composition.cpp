@@ -116,9 +116,21 @@ class Reader {
     return *result;
   }
 
+  [[nodiscard]] std::map<std::string, std::string> given_arguments() const {
+    std::map<std::string, std::string> given;
+    for (const auto& [name, value] : inputs_.arguments) {
+      const auto [first, is_new] = given.emplace(name, value);
+      if (!is_new) {
+        throw CompositionError("argument " + name + ":=" + value + ": '" + name +
+                               "' is given twice, first as '" + first->second + "'");
+      }
+    }
+    return given;
+  }
+
   void read_arguments(const YAML::Node& node) {
     std::vector<std::string> names;
-    std::map<std::string, std::string> given(inputs_.arguments.begin(), inputs_.arguments.end());
+    const auto given = given_arguments();
     if (node && !node.IsNull()) {
       if (!node.IsMap()) {
         fail(node, "'arguments' must be a map of names to default values");
@@ -185,7 +197,7 @@ class Reader {
         fail(node["threads"], "a single_threaded executor has one thread");
       }
     } else if (type == "multi_threaded") {
-      composition_.threads = std::max(2U, std::thread::hardware_concurrency());
+      composition_.threads = default_threads(std::thread::hardware_concurrency());
     }
   }
 
@@ -295,17 +307,14 @@ class Reader {
     append(entry, std::move(overrides));
   }
 
-  /// A value that is one substitution gets the type that it would have if it were typed there; in a
-  /// longer text, and in a list of texts, substitutions give text.
+  /// A value that is one argument or environment variable gets the type that it would have if it
+  /// were typed there; a path stays text, and so does what stands in a longer text or a list.
   ParameterValue substituted_value(const YAML::Node& node,
                                    const ParameterOverride& parameter) const {
     try {
       if (const auto* value = parameter.value.get_if<std::string>()) {
         auto result = substitute(*value, sources_);
-        if (is_one_substitution(*value)) {
-          return parse_parameter_value(result);
-        }
-        return result;
+        return has_type_of_its_value(*value) ? typed_text(result) : ParameterValue(result);
       }
       if (const auto* values = parameter.value.get_if<std::vector<std::string>>()) {
         std::vector<std::string> result;
@@ -423,9 +432,39 @@ class Reader {
     return names;
   }
 
+  /// What to call a component that a parameter file gets wrong: the one of the same name in another
+  /// namespace, else the nearest.
+  [[nodiscard]] std::string component_suggestion(const std::string& misspelt) const {
+    const auto name = misspelt.substr(misspelt.rfind('/') + 1);
+    std::vector<std::string> names;
+    for (const auto& entry : composition_.components) {
+      names.push_back(entry.name.fully_qualified());
+      if (entry.name.name == name) {
+        return "; did you mean '" + names.back() + "'?";
+      }
+    }
+    return suggestion(misspelt, names);
+  }
+
+  /// Wildcards may match nothing: they are for whatever is there.
+  void check_names_components(const ParameterFile& parameters) const {
+    for (const auto& node : parameters.nodes()) {
+      const bool known =
+          std::any_of(composition_.components.begin(), composition_.components.end(),
+                      [&](const ComponentEntry& entry) {
+                        return matches_node_pattern(node.pattern, entry.name.fully_qualified());
+                      });
+      if (!known && node.pattern.find('*') == std::string::npos) {
+        throw CompositionError(node.source + ": no component '" + node.pattern + "' in " + path_ +
+                               component_suggestion(node.pattern));
+      }
+    }
+  }
+
   void apply_parameter_files() {
     for (const auto& file : inputs_.parameter_files) {
       const auto parameters = load_parameter_yaml(file);
+      check_names_components(parameters);
       for (auto& entry : composition_.components) {
         append(entry, parameters.overrides_for(entry.name.fully_qualified()));
       }
@@ -474,6 +513,10 @@ std::string quoted(const std::string& text) {
 }
 
 }  // namespace
+
+std::size_t default_threads(unsigned hardware_threads) {
+  return std::clamp<std::size_t>(hardware_threads, 2, kMostThreads);
+}
 
 std::string suggestion(const std::string& misspelt, const std::vector<std::string>& known) {
   const auto nearest = nearest_name(misspelt, known);

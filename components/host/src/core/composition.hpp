@@ -63,6 +63,10 @@ class CompositionError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// Threads of a multi_threaded executor that does not say how many: as many as the machine has, at
+/// least 2 and at most what a composition may ask for.
+[[nodiscard]] std::size_t default_threads(unsigned hardware_threads);
+
 /// Throws YamlError ("file:line:column: message"), CompositionError.
 [[nodiscard]] Composition load_composition(const std::string& path,
                                            const CompositionInputs& inputs);

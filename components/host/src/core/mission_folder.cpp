@@ -17,7 +17,9 @@ namespace pipescout::host {
 
 namespace fs = std::filesystem;
 
-fs::path default_mission_folder(const fs::path& parent, const std::string& mission, Time now) {
+namespace {
+
+std::string folder_name(const std::string& mission, Time now) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
   const std::time_t time = std::chrono::system_clock::to_time_t(
       std::chrono::time_point_cast<std::chrono::system_clock::duration>(seconds));
@@ -25,24 +27,60 @@ fs::path default_mission_folder(const fs::path& parent, const std::string& missi
   gmtime_r(&time, &utc);
   std::array<char, 32> stamp{};
   std::strftime(stamp.data(), stamp.size(), "%Y-%m-%dT%H-%M-%SZ", &utc);
-  const auto name = mission + "_" + stamp.data();
-  auto folder = parent / "missions" / name;
-  for (int i = 2; fs::exists(folder); ++i) {
-    folder = parent / "missions" / (name + "_" + std::to_string(i));
+  return mission + "_" + stamp.data();
+}
+
+[[noreturn]] void cannot_be_made(const fs::path& folder, const std::error_code& error) {
+  throw MissionFolderError(folder.string() + ": cannot be made: " + error.message());
+}
+
+}  // namespace
+
+ReservedMissionFolder::ReservedMissionFolder(const fs::path& parent, const std::string& mission,
+                                             Time now) {
+  const auto missions = parent / "missions";
+  const auto name = folder_name(mission, now);
+  std::error_code error;
+  for (int i = 1;;) {
+    made_missions_ = fs::create_directories(missions, error) || made_missions_;
+    if (error) {
+      cannot_be_made(missions, error);
+    }
+    path_ = missions / (i == 1 ? name : name + "_" + std::to_string(i));
+    if (fs::create_directory(path_, error)) {
+      return;
+    }
+    if (!error) {
+      ++i;
+    } else if (error != std::errc::no_such_file_or_directory) {
+      cannot_be_made(path_, error);
+    }
+    // Else the run that made `missions` has just given it up.
   }
-  return folder;
+}
+
+ReservedMissionFolder::~ReservedMissionFolder() {
+  // These remove only what is empty.
+  std::error_code error;
+  if (fs::remove(path_, error) && made_missions_) {
+    fs::remove(path_.parent_path(), error);
+  }
 }
 
 MissionFolder::MissionFolder(fs::path path) : path_(std::move(path)) {
   std::error_code error;
-  for (const char* trace : {"mission.yaml", "sections"}) {
-    if (fs::exists(path_ / trace, error)) {
-      throw MissionFolderError(path_.string() + ": holds a mission already; give another --out");
-    }
-  }
-  fs::create_directories(path_ / "sections", error);
+  fs::create_directories(path_, error);
   if (error) {
-    throw MissionFolderError(path_.string() + ": cannot be made: " + error.message());
+    cannot_be_made(path_, error);
+  }
+  // Of two runs only one makes `sections`.
+  const bool is_new =
+      !fs::exists(path_ / "mission.yaml", error) && fs::create_directory(path_ / "sections", error);
+  if (error) {
+    cannot_be_made(path_, error);
+  }
+  if (!is_new) {
+    throw MissionFolderError(path_.string() + ": holds a mission already; give another --out");
   }
   const auto file = path_ / "mission.log";
   log_ = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);

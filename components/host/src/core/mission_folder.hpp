@@ -11,15 +11,29 @@
 
 namespace pipescout::host {
 
-/// `missions/<mission>_<UTC time>` below `parent`; with "_2", "_3", ... behind it when that is
-/// taken.
-[[nodiscard]] std::filesystem::path default_mission_folder(const std::filesystem::path& parent,
-                                                           const std::string& mission, Time now);
+/// A name for a mission folder that nobody else can take: `missions/<mission>_<UTC time>` below
+/// `parent`, with "_2", "_3", ... behind it when that is taken. The folder is made at once, and
+/// goes with this object if it is still empty then.
+class ReservedMissionFolder {
+ public:
+  /// Throws MissionFolderError.
+  ReservedMissionFolder(const std::filesystem::path& parent, const std::string& mission, Time now);
+  ReservedMissionFolder(const ReservedMissionFolder&) = delete;
+  ReservedMissionFolder& operator=(const ReservedMissionFolder&) = delete;
+  ~ReservedMissionFolder();
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool made_missions_ = false;
+};
 
 /// The folder of one run. Thread-safe.
 class MissionFolder {
  public:
-  /// Makes the folder; it may exist, but must not hold a mission. Throws MissionFolderError.
+  /// Makes the folder; it may exist, but must not hold a mission, nor may another run begin one
+  /// there at the same time. Throws MissionFolderError.
   explicit MissionFolder(std::filesystem::path path);
   MissionFolder(const MissionFolder&) = delete;
   MissionFolder& operator=(const MissionFolder&) = delete;

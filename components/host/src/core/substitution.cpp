@@ -99,9 +99,25 @@ std::string substitute(std::string_view text, const SubstitutionSources& sources
   }
 }
 
-bool is_one_substitution(std::string_view text) {
-  return text.starts_with(kOpen) && text.back() == ')' &&
-         end_of_substitution(text, 0) == text.size();
+bool has_type_of_its_value(std::string_view text) {
+  if (!text.starts_with(kOpen) || end_of_substitution(text, 0) != text.size()) {
+    return false;
+  }
+  const auto kind = split_word(trimmed(text.substr(kOpen.size(), text.size() - kOpen.size() - 1)));
+  return kind.first == "arg" || kind.first == "env";
+}
+
+ParameterValue typed_text(const std::string& text) {
+  auto value = parse_parameter_value(text);
+  const auto plain = trimmed(text);
+  constexpr std::string_view kNotPlain = "'\"!";
+  // Quotes, tags and lists are YAML that somebody wrote on purpose.
+  if (plain.empty() || is_array(value.type()) || kNotPlain.find(plain.front()) != kNotPlain.npos) {
+    return value;
+  }
+  const bool is_whole =
+      value.get_if<std::string>() == nullptr && type_yaml_scalar(plain).type() == value.type();
+  return is_whole ? value : ParameterValue(text);
 }
 
 std::optional<std::string> installed_share_folder(const std::string& package) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "pipescout/interfaces/parameter_value.hpp"
+
 namespace pipescout::host {
 
 /// A text has a malformed substitution, or one whose value is not known.
@@ -34,9 +36,14 @@ struct SubstitutionSources {
 /// substituted is not looked at again. Throws SubstitutionError.
 [[nodiscard]] std::string substitute(std::string_view text, const SubstitutionSources& sources);
 
-/// True when the whole text is one substitution, so that its value stands for itself and may be
-/// another type than text.
-[[nodiscard]] bool is_one_substitution(std::string_view text);
+/// True when the whole text is one argument or environment variable, so that its value stands for
+/// itself and may be another type than text. (The others are paths.)
+[[nodiscard]] bool has_type_of_its_value(std::string_view text);
+
+/// The value of a text that stands for itself, as `parse_parameter_value`, but nothing of it gets
+/// lost: where YAML would take a part of a plain text only ("a #1"), it stays the text that it is.
+/// Throws std::invalid_argument as that.
+[[nodiscard]] ParameterValue typed_text(const std::string& text);
 
 /// share/PACKAGE of the first prefix that has it: those of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH,
 /// then the one that this executable is installed in and, for colcon's isolated layout, its

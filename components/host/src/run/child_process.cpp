@@ -2,6 +2,7 @@
 #include "run/child_process.hpp"
 
 #include <fcntl.h>
+#include <linux/close_range.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -47,6 +48,9 @@ std::set<pid_t>& running() {
   if (null >= 0) {
     dup2(null, STDIN_FILENO);
   }
+  // Sockets of the network must not stay open in another process; their makers do not care. A
+  // kernel that cannot do it is no reason not to start.
+  [[maybe_unused]] const int closed = close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);
   // A parent that has died before this call would never be noticed.
   if (prctl(PR_SET_PDEATHSIG, SIGTERM) == 0 && getppid() == parent &&
       fcntl(control, F_SETFD, 0) == 0) {

@@ -40,13 +40,29 @@ std::string logger_name(const NodeName& node) {
 
 }  // namespace
 
+ErrorWatch watch_errors(Node& node, const std::shared_ptr<CallbackGroup>& group,
+                        const NodeName& component, std::function<void()> broke) {
+  return node.create_subscription<lifecycle_msgs::msg::TransitionEvent>(
+      component.fully_qualified() + "/transition_event", QoS::reliable(),
+      [broke = std::move(broke)](const lifecycle_msgs::msg::TransitionEvent& event) {
+        constexpr auto kError = static_cast<std::uint8_t>(LifecycleState::kErrorProcessing);
+        if (event.goal_state().id() == kError) {
+          broke();
+        }
+      },
+      {}, {group, false});
+}
+
 HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
-                   const std::vector<NodeName>& awaited, Callbacks callbacks)
+                   const std::vector<NodeName>& watched, Callbacks callbacks)
     : node_(node),
       components_(components),
       group_(node.create_callback_group(CallbackGroupType::kMutuallyExclusive)),
       diagnostics_(node.create_publisher(topics::kDiagnostics, {}, {group_, false})) {
   const EndpointOptions unmanaged{group_, false};
+  // One queue takes the reports of all components: room for what comes while it waits.
+  auto qos = topics::kMissionStatus.qos;
+  qos.depth = 1000;
   std::set<std::string> namespaces;
   for (const auto& component : components) {
     namespaces.insert(component.ns);
@@ -54,7 +70,7 @@ HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
   for (const auto& ns : namespaces) {
     const auto topic = (ns == "/" ? "/" : ns + "/") + std::string(topics::kMissionStatus.name);
     status_.push_back(node.create_subscription<pipescout_msgs::msg::MissionStatus>(
-        topic, topics::kMissionStatus.qos,
+        topic, qos,
         [this, reported = callbacks.reported](const pipescout_msgs::msg::MissionStatus& message) {
           const auto component = std::find_if(
               components_.begin(), components_.end(),
@@ -65,16 +81,9 @@ HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
         },
         {}, unmanaged));
   }
-  for (const auto& name : awaited) {
-    transitions_.push_back(node.create_subscription<lifecycle_msgs::msg::TransitionEvent>(
-        name.fully_qualified() + "/transition_event", QoS::reliable(),
-        [name, broke = callbacks.broke](const lifecycle_msgs::msg::TransitionEvent& event) {
-          constexpr auto kError = static_cast<std::uint8_t>(LifecycleState::kErrorProcessing);
-          if (event.goal_state().id() == kError || event.start_state().id() == kError) {
-            broke(name);
-          }
-        },
-        {}, unmanaged));
+  for (const auto& name : watched) {
+    watches_.push_back(
+        watch_errors(node, group_, name, [name, broke = callbacks.broke] { broke(name); }));
   }
 }
 

@@ -16,19 +16,27 @@
 
 namespace pipescout::host {
 
+using ErrorWatch = Subscription<lifecycle_msgs::msg::TransitionEvent>;
+
+/// Calls `broke` when a component goes through its error state. Only for a component of this
+/// process: what it says right after it was found would be lost on the way to another.
+[[nodiscard]] ErrorWatch watch_errors(Node& node, const std::shared_ptr<CallbackGroup>& group,
+                                      const NodeName& component, std::function<void()> broke);
+
 /// What the host hears of its components, and says of their processes, on topics. The callbacks run
 /// on the executor.
 class HostNode {
  public:
   struct Callbacks {
     std::function<void(const NodeName&, ComponentReport)> reported;
-    /// An awaited component went through its error state: it will not complete any more.
+    /// A watched component went through its error state: it will not complete any more.
     std::function<void(const NodeName&)> broke;
   };
 
-  /// `node` must outlive this object; `components` are the names that reports are taken from.
+  /// `node` must outlive this object; `components` are the names that reports are taken from,
+  /// `watched` those components of this process whose errors are wanted.
   HostNode(Node& node, const std::vector<NodeName>& components,
-           const std::vector<NodeName>& awaited, Callbacks callbacks);
+           const std::vector<NodeName>& watched, Callbacks callbacks);
 
   /// Writes what the components say on `/rosout`, from their start on, into the folder's log. The
   /// folder must outlive this object. Messages of other robots and programs are left out.
@@ -44,7 +52,7 @@ class HostNode {
   std::vector<NodeName> components_;
   std::shared_ptr<CallbackGroup> group_;
   std::vector<Subscription<pipescout_msgs::msg::MissionStatus>> status_;
-  std::vector<Subscription<lifecycle_msgs::msg::TransitionEvent>> transitions_;
+  std::vector<ErrorWatch> watches_;
   Subscription<rcl_interfaces::msg::Log> rosout_;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_;
 };

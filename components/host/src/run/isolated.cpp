@@ -5,6 +5,7 @@
 #include "pipescout/interfaces/component_container.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
+#include "run/host_node.hpp"
 #include "run/run.hpp"
 #include "run/spinner.hpp"
 #include "run/stop_signals.hpp"
@@ -17,12 +18,13 @@ constexpr Duration kGrace = std::chrono::milliseconds(1800);
 class IsolatedRun {
  public:
   IsolatedRun(const RunOptions& options, std::string component, int control_fd)
-      : options_(options), component_(std::move(component)), control_(control_fd) {}
+      : options_(options),
+        component_(std::move(component)),
+        control_(control_fd),
+        signals_(
+            kGrace, [this](int) { loop_.post([this] { stopped_ = true; }); }, [] {}) {}
 
   int run() {
-    std::signal(SIGPIPE, SIG_IGN);
-    StopSignals signals(
-        kGrace, [this](int) { loop_.post([this] { stopped_ = true; }); }, [] {});
     try {
       make();
     } catch (const std::exception& error) {
@@ -42,7 +44,7 @@ class IsolatedRun {
       control_.send({ChildMessage::Event::kFailed, spinner_->failure(), {}});
       code = 1;
     }
-    signals.expect_end();
+    signals_.expect_end();
     bool ended = false;
     container_->unload_all([&] { loop_.post([&] { ended = true; }); });
     loop_.run_until([&] { return ended || spinner_->failed(); });
@@ -69,6 +71,10 @@ class IsolatedRun {
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{context_, &*executor_, {entry_->name.ns, "_" + entry_->name.name}});
     spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
+    errors_ =
+        watch_errors(container_->node(), container_->node().default_group(), entry_->name, [this] {
+          control_.send({ChildMessage::Event::kBroke, "", {}});
+        });
     LoadRequest request;
     request.class_name = entry_->type;
     request.name = entry_->name;
@@ -117,10 +123,13 @@ class IsolatedRun {
   std::optional<ComponentEntry> entry_;
   EventLoop loop_;
   bool stopped_ = false;
+  /// Goes after all that may hang while it is destroyed.
+  StopSignals signals_;
   bool started_ = false;
   std::shared_ptr<Context> context_;
   std::optional<Executor> executor_;
   std::unique_ptr<ComponentContainer> container_;
+  ErrorWatch errors_;
   std::uint64_t id_ = 0;
   std::optional<Spinner> spinner_;
 };
@@ -128,6 +137,7 @@ class IsolatedRun {
 }  // namespace
 
 int run_isolated(const RunOptions& options, const std::string& component, int control_fd) {
+  std::signal(SIGPIPE, SIG_IGN);
   return IsolatedRun(options, component, control_fd).run();
 }
 

@@ -29,6 +29,8 @@ namespace fs = std::filesystem;
 /// From the request to stop until the process has ended; of that, for the components.
 constexpr Duration kGrace = std::chrono::milliseconds(2000);
 constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
+/// How long a new participant may take to find those that are there already: mostly 0.15 s.
+constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 
 SteadyTime steady_now() {
@@ -44,9 +46,21 @@ class StartError : public std::runtime_error {
 /// One component of the running composition: loaded here, or in a process of its own.
 struct Running {
   const ComponentEntry* entry = nullptr;
-  std::uint64_t id = 0;  ///< in the container
+  std::uint64_t id = 0;  ///< in the container; 0: not loaded
+  bool unloaded = false;
   std::vector<NamedParameter> parameters;
   std::unique_ptr<ChildSupervisor> supervisor;  ///< isolated components
+
+  [[nodiscard]] bool has_stopped() const {
+    return supervisor ? !supervisor->running() : id == 0 || unloaded;
+  }
+};
+
+/// How the components stopped.
+struct StopOutcome {
+  bool in_time = true;  ///< all of them
+  /// A callback hangs on a thread of this process: nothing can be destroyed any more.
+  bool hangs_here = false;
 };
 
 /// SIGCHLD as a file descriptor, for the loop.
@@ -109,10 +123,9 @@ class Run {
     }
     progress_printer_.finish();
     signals_.expect_end();
-    const bool orderly = stop_components();
-    end_mission();
-    if (!orderly) {
-      // A callback hangs on a thread of this process: nothing can be destroyed any more.
+    const auto stopped = stop_components();
+    failed = !end_mission() || !stopped.in_time || failed;
+    if (stopped.hangs_here) {
       std::cout.flush();
       std::cerr.flush();
       ChildProcess::signal_all(SIGKILL);
@@ -136,10 +149,12 @@ class Run {
   void read_composition() {
     auto inputs = options_.inputs();
     inputs.mission_folder = [this](const std::string& mission) {
-      mission_path_ =
-          fs::absolute(options_.out ? fs::path(*options_.out)
-                                    : default_mission_folder(fs::current_path(), mission,
-                                                             std::chrono::system_clock::now()));
+      if (options_.out) {
+        mission_path_ = fs::absolute(*options_.out);
+      } else {
+        reserved_.emplace(fs::current_path(), mission, std::chrono::system_clock::now());
+        mission_path_ = reserved_->path();
+      }
       return mission_path_.string();
     };
     composition_ = load_composition(options_.composition, inputs);
@@ -157,6 +172,7 @@ class Run {
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + composition_.name;
     context_ = Context::create(create_dds_transport(dds));
+    refuse_taken_names();
     executor_.emplace(composition_.threads);
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{
@@ -177,6 +193,31 @@ class Run {
     }
     wait_for_children();
     check_parameter_arguments();
+  }
+
+  /// A component on the network that another process runs already.
+  [[nodiscard]] const ComponentEntry* taken() const {
+    const auto nodes = context_->graph().nodes();
+    const auto& entries = composition_.components;
+    const auto found = std::find_if(entries.begin(), entries.end(), [&](const auto& entry) {
+      return std::binary_search(nodes.begin(), nodes.end(), entry.name);
+    });
+    return found == entries.end() ? nullptr : &*found;
+  }
+
+  /// Two missions that share names would take each other's messages for their own.
+  void refuse_taken_names() {
+    const auto news = context_->graph().on_changed([this] { loop_.post([] {}); });
+    const auto start = steady_now();
+    loop_.run_until([&] { return stopping() || taken() != nullptr; }, start + kDiscovery);
+    // It may be a mission that is just ending.
+    loop_.run_until([&] { return stopping() || taken() == nullptr; }, start + kGrace);
+    if (const auto* entry = taken(); entry != nullptr && !stopping()) {
+      throw StartError(entry->location + ": another process in this DDS domain has a node " +
+                       entry->name.fully_qualified() +
+                       " already; give this composition a namespace of its own (--namespace), or "
+                       "another ROS_DOMAIN_ID");
+    }
   }
 
   void load(Running& component) {
@@ -384,9 +425,14 @@ class Run {
     folder_.emplace(mission_path_);
     std::vector<std::vector<NamedParameter>> parameters;
     std::vector<NodeName> names;
+    std::vector<NodeName> watched;
     for (const auto& component : components_) {
       parameters.push_back(component.parameters);
       names.push_back(component.entry->name);
+      // Those in processes of their own say it to their supervisors.
+      if (awaited(component) && !component.supervisor) {
+        watched.push_back(component.entry->name);
+      }
     }
     folder_->write_composition(to_yaml(composition_, parameters));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
@@ -395,13 +441,9 @@ class Run {
       loop_.post([this, name, report] { progress_->report(name, report); });
     };
     callbacks.broke = [this](const NodeName& name) {
-      loop_.post([this, name] {
-        broken_ = "component " + name.fully_qualified() +
-                  " went through its error state and will not complete";
-      });
+      loop_.post([this, name] { broken_ = name.fully_qualified(); });
     };
-    host_ = std::make_unique<HostNode>(container_->node(), names, composition_.complete_when,
-                                       std::move(callbacks));
+    host_ = std::make_unique<HostNode>(container_->node(), names, watched, std::move(callbacks));
     host_->log_into(*folder_);
   }
 
@@ -438,19 +480,23 @@ class Run {
   }
 
   void wait_for_end() {
-    const auto failed_child = [&]() -> const Running* {
+    const auto awaited_child = [&](auto test) -> const Running* {
       for (const auto& component : components_) {
-        if (component.supervisor &&
-            component.supervisor->state() == ChildSupervisor::State::kFailed &&
-            awaited(component)) {
+        if (component.supervisor && awaited(component) && test(*component.supervisor)) {
           return &component;
         }
       }
       return nullptr;
     };
+    const auto has_failed = [](const ChildSupervisor& child) {
+      return child.state() == ChildSupervisor::State::kFailed;
+    };
     wait([&] {
+      if (const auto* component = awaited_child([](const auto& child) { return child.broke(); })) {
+        broken_ = component->supervisor->name();
+      }
       return progress_->outcome() != MissionProgress::Outcome::kRunning || !broken_.empty() ||
-             failed_child() != nullptr;
+             awaited_child(has_failed) != nullptr;
     });
     if (stopping()) {
       return;
@@ -462,9 +508,10 @@ class Run {
       return;
     }
     if (!broken_.empty()) {
-      throw std::runtime_error(broken_);
+      throw std::runtime_error("component " + broken_ +
+                               " went through its error state and will not complete");
     }
-    throw_if_failed(*failed_child());
+    throw_if_failed(*awaited_child(has_failed));
   }
 
   [[nodiscard]] bool awaited(const Running& component) const {
@@ -472,43 +519,76 @@ class Run {
     return std::find(names.begin(), names.end(), component.entry->name) != names.end();
   }
 
-  /// In reverse order. False when a component did not stop in time.
-  bool stop_components() {
-    const auto deadline = steady_now() + kComponentGrace;
-    for (auto component = components_.rbegin(); component != components_.rend(); ++component) {
-      if (component->supervisor) {
-        component->supervisor->stop();
-        if (!loop_.run_until([&] { return !component->supervisor->running(); }, deadline)) {
-          std::cerr << "error: component " << component->supervisor->name()
-                    << " did not stop in time; its process is killed\n";
-          component->supervisor->child()->signal(SIGKILL);
-        }
-      } else if (component->id != 0) {
-        auto done = std::make_shared<bool>(false);
-        container_->unload(component->id, [this, done](const TransitionResult&) {
-          loop_.post([done] { *done = true; });
-        });
-        loop_.run_until([&] { return *done || spinner_->failed(); }, deadline);
-        if (!*done) {
-          std::cerr << "error: component " << component->entry->name.fully_qualified()
-                    << " did not stop in time\n";
-          return false;
-        }
-      }
+  void request_stop(Running& component) {
+    if (component.supervisor) {
+      component.supervisor->stop();
+    } else if (component.id != 0) {
+      container_->unload(component.id, [this, &component](const TransitionResult&) {
+        loop_.post([&component] { component.unloaded = true; });
+      });
     }
-    if (!container_) {
-      return true;
-    }
-    // What others loaded into this process.
-    auto done = std::make_shared<bool>(false);
-    container_->unload_all([this, done] { loop_.post([done] { *done = true; }); });
-    loop_.run_until([&] { return *done || spinner_->failed(); }, deadline);
-    return *done;
   }
 
-  void end_mission() {
+  /// Nothing is left to wait for: what an executor that failed should do will not happen.
+  [[nodiscard]] bool settled(const Running& component) const {
+    return component.has_stopped() || (!component.supervisor && spinner_->failed());
+  }
+
+  /// In reverse order. Each component has its share of the time that is left to itself; if it takes
+  /// longer, the next ones are stopped beside it.
+  StopOutcome stop_components() {
+    StopOutcome outcome;
+    if (!container_) {
+      return outcome;
+    }
+    const auto deadline = steady_now() + kComponentGrace;
+    auto left = static_cast<std::int64_t>(components_.size()) + 1;
+    bool executor_hangs = false;
+    for (auto component = components_.rbegin(); component != components_.rend(); ++component) {
+      const auto now = steady_now();
+      const auto share = now + (deadline - now) / left--;
+      request_stop(*component);
+      // Behind a callback that hangs on the only thread nothing that is loaded here gets its turn.
+      if (component->supervisor || !executor_hangs) {
+        loop_.run_until([&] { return settled(*component); }, share);
+        executor_hangs = executor_hangs || (!component->supervisor && !component->has_stopped() &&
+                                            composition_.threads == 1);
+      }
+    }
+    // What others loaded into this process.
+    auto unloaded = std::make_shared<bool>(false);
+    container_->unload_all([this, unloaded] { loop_.post([unloaded] { *unloaded = true; }); });
+    loop_.run_until(
+        [&] {
+          return (*unloaded || spinner_->failed()) &&
+                 std::all_of(components_.begin(), components_.end(),
+                             [&](const Running& component) { return settled(component); });
+        },
+        deadline);
+    outcome.hangs_here = !*unloaded;
+    for (const auto& component : components_) {
+      if (component.has_stopped()) {
+        continue;
+      }
+      std::cerr << "error: component " << component.entry->name.fully_qualified()
+                << " did not stop in time";
+      if (component.supervisor) {
+        std::cerr << "; its process is killed";
+        component.supervisor->child()->signal(SIGKILL);
+      } else {
+        outcome.hangs_here = true;
+      }
+      std::cerr << '\n';
+      outcome.in_time = false;
+    }
+    outcome.in_time = outcome.in_time && !outcome.hangs_here;
+    return outcome;
+  }
+
+  /// False when the summary is not whole or not written.
+  bool end_mission() {
     if (!folder_) {
-      return;
+      return true;
     }
     auto logged = std::make_shared<bool>(false);
     if (host_) {
@@ -526,8 +606,10 @@ class Run {
       for (const auto& problem : summary.problems) {
         std::cerr << "error: " << problem << '\n';
       }
+      return summary.problems.empty();
     } catch (const std::exception& error) {
       std::cerr << "error: " << error.what() << '\n';
+      return false;
     }
   }
 
@@ -539,6 +621,7 @@ class Run {
   ComponentRegistry registry_;
   Composition composition_;
   fs::path mission_path_;
+  std::optional<ReservedMissionFolder> reserved_;
   std::optional<MissionFolder> folder_;
   std::optional<MissionProgress> progress_;
   ProgressPrinter progress_printer_;

@@ -23,8 +23,8 @@ struct RunOptions {
 };
 
 /// Runs a composition until it is complete or stopped. Returns the exit code: 0 when it is
-/// complete, or was stopped and waited for nothing; 1 after an error; 128 + signal when it was
-/// stopped before it was complete.
+/// complete, or was stopped and waited for nothing; 1 after an error, also one on the way down;
+/// 128 + signal when it was stopped before it was complete.
 [[nodiscard]] int run_composition(const RunOptions& options);
 
 /// Runs one component of a composition on behalf of a `run_composition` in another process, which

@@ -16,7 +16,7 @@ using pipescout::Component;
 using pipescout::ComponentOptions;
 
 /// Publishes `count` messages on `chatter`, one per `period`, and is complete then; endless with
-/// count 0.
+/// count 0. Logs that it was deactivated.
 class Talker : public Component {
  public:
   explicit Talker(ComponentOptions options)
@@ -34,6 +34,10 @@ class Talker : public Component {
   CallbackReturn on_configure() override {
     publisher_ = create_publisher<std_msgs::msg::String>("chatter", pipescout::QoS::reliable());
     timer_ = create_timer(pipescout::from_seconds(period_.get()), [this] { say(); });
+    return CallbackReturn::kSuccess;
+  }
+  CallbackReturn on_deactivate() override {
+    logger().info("was deactivated");
     return CallbackReturn::kSuccess;
   }
   CallbackReturn on_cleanup() override {
@@ -101,7 +105,7 @@ class Listener : public Component {
 /// Fails in the place that the parameter `where` names ("constructor", "configure", "activate",
 /// "deactivate", "cleanup", "shutdown", "message"; "timer": soon after activation), in the way that
 /// `how` names: "throw", "return" (an error from a lifecycle callback), "abort", "hang", "report"
-/// (report_failed).
+/// (report_failed), "complete" (report_complete).
 class FailingComponent : public Component {
  public:
   explicit FailingComponent(ComponentOptions options)
@@ -150,6 +154,9 @@ class FailingComponent : public Component {
     }
     if (how_ == "report") {
       report_failed("told to fail in " + place);
+    }
+    if (how_ == "complete") {
+      report_complete();
     }
     return how_ == "return" ? CallbackReturn::kFailure : CallbackReturn::kSuccess;
   }

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -23,6 +24,22 @@ namespace {
 std::string environment_prefixes() {
   const char* outside = std::getenv("AMENT_PREFIX_PATH");
   return std::string(TEST_PREFIX) + (outside != nullptr ? ":" + std::string(outside) : "");
+}
+
+/// A DDS domain for the tests of this process alone: those of other processes run side by side.
+int own_domain() {
+  constexpr int kDomains = 100;
+  for (int i = 0; i < kDomains; ++i) {
+    const int domain = 1 + (getpid() + i) % kDomains;
+    const auto file =
+        std::filesystem::temp_directory_path() / ("pipescout_domain_" + std::to_string(domain));
+    const int lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
+      return domain;  // held until this process ends
+    }
+    close(lock);
+  }
+  throw std::runtime_error("no DDS domain is free");
 }
 
 struct ProcessStatus {
@@ -60,8 +77,8 @@ Program::Program(const std::vector<std::string>& arguments, const std::filesyste
   }
   argv.push_back(nullptr);
   setenv("ROS_LOCALHOST_ONLY", "1", 1);
-  // Test processes run side by side.
-  setenv("ROS_DOMAIN_ID", std::to_string(1 + getpid() % 100).c_str(), 1);
+  static const std::string kDomain = std::to_string(own_domain());
+  setenv("ROS_DOMAIN_ID", kDomain.c_str(), 1);
   static const std::string kPrefixes = environment_prefixes();
   setenv("AMENT_PREFIX_PATH", kPrefixes.c_str(), 1);
   std::array<int, 2> out{};
@@ -73,6 +90,8 @@ Program::Program(const std::vector<std::string>& arguments, const std::filesyste
   pid_ = fork();
   if (pid_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    // Under nohup it would be ignored.
+    ::signal(SIGHUP, SIG_DFL);
     dup2(out[1], STDOUT_FILENO);
     dup2(err[1], STDERR_FILENO);
     if (getppid() == parent && chdir(folder.c_str()) == 0) {
@@ -191,6 +210,19 @@ std::vector<pid_t> children_of(pid_t pid) {
 bool is_running(pid_t pid) {
   const auto state = status_of(pid).state;
   return state != '\0' && state != 'Z';
+}
+
+std::set<std::string> sockets_of(pid_t pid) {
+  std::set<std::string> sockets;
+  for (const auto& entry :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/fd")) {
+    std::error_code closed_meanwhile;
+    auto file = std::filesystem::read_symlink(entry, closed_meanwhile).string();
+    if (file.starts_with("socket:")) {
+      sockets.insert(std::move(file));
+    }
+  }
+  return sockets;
 }
 
 std::set<std::string> shared_memory_of(pid_t pid) {

@@ -75,6 +75,9 @@ std::vector<pid_t> children_of(pid_t pid);
 /// The process exists and is no zombie.
 bool is_running(pid_t pid);
 
+/// The sockets that a process has open: "socket:[123]".
+std::set<std::string> sockets_of(pid_t pid);
+
 /// The files in /dev/shm that a process has mapped.
 std::set<std::string> shared_memory_of(pid_t pid);
 

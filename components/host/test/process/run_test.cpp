@@ -10,6 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {
@@ -27,12 +28,6 @@ constexpr const char* kStarted = " active\n";
 
 class Run : public ::testing::Test {
  protected:
-  Run() {
-    std::string pattern = (fs::temp_directory_path() / "pipescout_run_XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~Run() override { fs::remove_all(folder_); }
-
   void write(const std::string& text, const std::string& file = "c.yaml") const {
     std::ofstream(folder_ / file) << text;
   }
@@ -55,7 +50,8 @@ class Run : public ::testing::Test {
            where + ", how: " + how + "}" + more + "}\n";
   }
 
-  fs::path folder_;
+  ::pipescout::testing::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(Run, EndsWhenTheMissionIsComplete) {
@@ -257,8 +253,132 @@ TEST_F(Run, ASecondSigintEndsAtOnce) {
   usleep(300000);
   program.signal(SIGINT);
   const auto finished = program.finish();
-  EXPECT_THAT(finished.err, AnyOf(HasSubstr("second signal"), HasSubstr("did not stop in time")));
-  EXPECT_NE(finished.code(), 0);
+  EXPECT_THAT(finished.err, HasSubstr("second signal"));
+  EXPECT_EQ(finished.code(), 128 + SIGINT);
+}
+
+/// Whatever asks a run to stop, and whatever hangs: it ends within two seconds. That is a promise;
+/// the margin is for a busy machine.
+TEST_F(Run, EndsWithinTwoSeconds) {
+  constexpr auto kPromise = std::chrono::seconds(2);
+  constexpr auto kMargin = std::chrono::milliseconds(1500);
+  struct Case {
+    int signal;
+    const char* where;
+    const char* isolate;
+    const char* ready;
+  };
+  constexpr const char* kIsolate = ", isolate: true";
+  for (const auto& [number, where, isolate, ready] :
+       {Case{SIGINT, "deactivate", "", kStarted}, Case{SIGTERM, "deactivate", "", kStarted},
+        Case{SIGHUP, "deactivate", "", kStarted}, Case{SIGINT, "deactivate", kIsolate, kStarted},
+        Case{SIGINT, "activate", "", "hangs in activate"}}) {
+    fs::remove_all(folder_ / "m");
+    write(failing(where, "hang", isolate));
+    Program program({"run", "c.yaml", "--out", "m"}, folder_);
+    ASSERT_TRUE(program.wait_for_err(ready));
+    const auto start = std::chrono::steady_clock::now();
+    program.signal(number);
+    const auto finished = program.finish();
+    EXPECT_LT(std::chrono::steady_clock::now() - start, kPromise + kMargin);
+    EXPECT_EQ(finished.code(), 1) << finished.err;
+    EXPECT_THAT(finished.err, HasSubstr("component /bad did not stop in time"));
+  }
+}
+
+TEST_F(Run, AComponentThatHangsDoesNotKeepOthersFromStopping) {
+  const std::string talker = "  - {type: 'pipescout_test::Talker', name: talker";
+  const std::string bad =
+      "  - {type: 'pipescout_test::FailingComponent', name: bad, "
+      "parameters: {where: deactivate, how: hang}";
+  const std::string isolated = ", isolate: true}\n";
+  // Stopped in the reverse order: the one that hangs first.
+  for (const auto& components : {talker + isolated + bad + "}\n", talker + "}\n" + bad + isolated,
+                                 talker + isolated + bad + isolated}) {
+    fs::remove_all(folder_ / "m");
+    write("components:\n" + components);
+    Program program({"run", "c.yaml", "--out", "m"}, folder_);
+    ASSERT_TRUE(program.wait_for_err(kStarted)) << program.err();
+    program.signal(SIGINT);
+    const auto finished = program.finish();
+    EXPECT_EQ(finished.code(), 1);
+    EXPECT_THAT(finished.err, AllOf(HasSubstr("[talker]: was deactivated"),
+                                    HasSubstr("component /bad did not stop in time"),
+                                    Not(HasSubstr("component /talker did not stop"))))
+        << components;
+  }
+}
+
+TEST_F(Run, ASummaryThatIsNotWholeIsAnError) {
+  write("components: [{type: 'pipescout_test::Talker', name: talker}]\n");
+  Program program({"run", "c.yaml", "--out", "m"}, folder_);
+  ASSERT_TRUE(program.wait_for_err(kStarted));
+  write("{}", "m/sections/talker.json");
+  program.signal(SIGINT);
+  const auto finished = program.finish();
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.err, AllOf(HasSubstr("error: "), HasSubstr("talker.json: has no text")));
+}
+
+TEST_F(Run, RefusesNamesThatAnotherProcessUses) {
+  write("components:\n  - {type: 'pipescout_test::Talker', name: talker}\n");
+  Program first({"run", "c.yaml", "--out", "first"}, folder_);
+  ASSERT_TRUE(first.wait_for_err(kStarted));
+  // A participant whose first announcement is lost is found too late, but rarely so.
+  Finished second;
+  EXPECT_TRUE(eventually([&] {
+    fs::remove_all(folder_ / "m");
+    Program program({"run", "c.yaml", "--out", "m"}, folder_);
+    if (program.wait_for_err(kStarted)) {
+      program.signal(SIGINT);
+      return false;
+    }
+    second = program.finish();
+    return true;
+  }));
+  EXPECT_EQ(second.code(), 1);
+  EXPECT_THAT(second.err,
+              AllOf(HasSubstr("error: c.yaml:2:5: another process in this DDS domain has a node "
+                              "/talker already"),
+                    HasSubstr("--namespace")));
+  EXPECT_FALSE(fs::exists(folder_ / "m"));
+
+  Program other({"run", "c.yaml", "--namespace", "/other", "--out", "m"}, folder_);
+  EXPECT_TRUE(other.wait_for_err(kStarted));
+}
+
+TEST_F(Run, WaitsForAMissionThatIsJustEnding) {
+  // The talker has to wait until the other one has used up its time.
+  write(failing("deactivate", "hang", ", isolate: true"));
+  Program first({"run", "c.yaml", "--out", "first"}, folder_);
+  ASSERT_TRUE(first.wait_for_err(kStarted));
+  write("components: [{type: 'pipescout_test::Talker', name: talker}]\n", "talker.yaml");
+  first.signal(SIGINT);
+  ASSERT_TRUE(first.wait_for_err("stopping"));
+  Program second({"run", "talker.yaml", "--out", "second"}, folder_);
+  EXPECT_TRUE(second.wait_for_err(kStarted)) << second.err();
+}
+
+TEST_F(Run, FoldersOfRunsOfTheSameSecondDiffer) {
+  write("components: []\n");
+  std::vector<std::unique_ptr<Program>> programs;
+  for (int i = 0; i < 4; ++i) {
+    programs.push_back(
+        std::make_unique<Program>(std::vector<std::string>{"run", "c.yaml"}, folder_));
+  }
+  for (auto& program : programs) {
+    ASSERT_TRUE(program->wait_for_err(kStarted)) << program->err();
+  }
+  const fs::directory_iterator folders(folder_ / "missions");
+  EXPECT_EQ(std::distance(fs::begin(folders), fs::end(folders)), 4);
+}
+
+TEST_F(Run, ARefusedStartLeavesNoFolder) {
+  write(
+      "components: [{type: 'pipescout_test::FailingComponent', name: bad, "
+      "parameters: {where: constructor}}]\n");
+  EXPECT_EQ(run_program({"run", "c.yaml"}, folder_).code(), 1);
+  EXPECT_FALSE(fs::exists(folder_ / "missions"));
 }
 
 TEST_F(Run, AnIsolatedComponentHasAProcessOfItsOwnAndTalksOverTheNetwork) {
@@ -271,6 +391,38 @@ complete_when: [listener]
   EXPECT_EQ(finished.code(), 0) << finished.err;
   EXPECT_THAT(finished.err, HasSubstr("/talker runs in process"));
   EXPECT_THAT(read("m/mission.yaml"), HasSubstr("period: 0.02"));
+}
+
+/// What it says before the network knows it.
+TEST_F(Run, TheLastWordOfAnIsolatedComponentIsNotLost) {
+  write(failing("constructor", "complete", ", isolate: true") + "complete_when: [bad]\n");
+  auto finished = run();
+  EXPECT_EQ(finished.code(), 0) << finished.err;
+
+  fs::remove_all(folder_ / "m");
+  write(failing("constructor", "report", ", isolate: true") + "complete_when: [bad]\n");
+  finished = run();
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.err, HasSubstr("component /bad failed: told to fail in constructor"));
+
+  fs::remove_all(folder_ / "m");
+  write(failing("timer", "throw", ", isolate: true") + "complete_when: [bad]\n");
+  finished = run();
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.err, HasSubstr("component /bad went through its error state"));
+}
+
+TEST_F(Run, AnIsolatedComponentHasNoSocketOfItsParent) {
+  write("components: [{type: 'pipescout_test::Talker', name: talker, isolate: true}]\n");
+  Program program({"run", "c.yaml", "--out", "m"}, folder_);
+  ASSERT_TRUE(program.wait_for_err(kStarted));
+  const auto children = children_of(program.pid());
+  ASSERT_EQ(children.size(), 1U);
+  const auto parents = sockets_of(program.pid());
+  EXPECT_FALSE(parents.empty());
+  for (const auto& socket : sockets_of(children.front())) {
+    EXPECT_FALSE(parents.contains(socket)) << socket;
+  }
 }
 
 TEST_F(Run, AKilledIsolatedComponentIsRestarted) {
@@ -320,6 +472,24 @@ TEST_F(Run, ChildrenEndWithTheirParent) {
   program.signal(SIGKILL);
   EXPECT_EQ(program.finish().signal(), SIGKILL);
   EXPECT_TRUE(eventually([&] { return !is_running(children[0]); }));
+}
+
+TEST_F(Run, AChildThatHangsEndsWithItsParentToo) {
+  for (const char* where : {"constructor", "deactivate"}) {
+    fs::remove_all(folder_ / "m");
+    write(
+        "components: [{type: 'pipescout_test::FailingComponent', name: bad, isolate: true, "
+        "parameters: {where: " +
+        std::string(where) + ", how: hang}}]\n");
+    Program program({"run", "c.yaml", "--out", "m"}, folder_);
+    const bool starting = std::string(where) == "constructor";
+    ASSERT_TRUE(program.wait_for_err(starting ? "hangs in constructor" : kStarted));
+    const auto children = children_of(program.pid());
+    ASSERT_EQ(children.size(), 1U);
+    program.signal(SIGKILL);
+    EXPECT_EQ(program.finish().signal(), SIGKILL);
+    EXPECT_TRUE(eventually([&] { return !is_running(children[0]); }));
+  }
 }
 
 TEST_F(Run, SigkillAtAnyMomentDoesNotDisturbTheNextStart) {

@@ -142,6 +142,17 @@ TEST_F(Supervision, ALaterFailureCountsAsARestart) {
   EXPECT_EQ(supervisor.restarts(), 2);
 }
 
+TEST_F(Supervision, KnowsThatTheComponentBroke) {
+  auto supervisor = make();
+  supervisor.launch(now_);
+  supervisor.activate();
+  bring_up(supervisor);
+  EXPECT_FALSE(supervisor.broke());
+  supervisor.on_message(ChildMessage::from_json(message(ChildMessage::Event::kBroke).to_json()));
+  EXPECT_TRUE(supervisor.broke());
+  EXPECT_EQ(supervisor.state(), State::kActive);
+}
+
 TEST_F(Supervision, ACrashBeforeActivationIsRestartedToo) {
   auto supervisor = make();
   supervisor.launch(now_);

@@ -3,11 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "pipescout/interfaces/yaml_location.hpp"
 
 namespace pipescout::host {
@@ -127,6 +126,8 @@ TEST(Composition, TakesArgumentsFromTheCommandLine) {
   given.arguments = {{"raet", "7"}};
   EXPECT_EQ(error_of(kWhole, given),
             "argument raet:=7: c.yaml has no argument 'raet'; did you mean 'rate'?");
+  given.arguments = {{"rate", "7"}, {"rate", "8"}};
+  EXPECT_EQ(error_of(kWhole, given), "argument rate:=8: 'rate' is given twice, first as '7'");
   EXPECT_EQ(error_of("arguments: {file: }\ncomponents: []"),
             "c.yaml:1:13: argument 'file' has no default: give file:=VALUE");
 }
@@ -235,8 +236,8 @@ TEST(Composition, CompleteWhenNeedsTheNamespaceOfAnAmbiguousName) {
 }
 
 TEST(Composition, ReadsParameterFilesBesideItself) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "composition_XXXXXX").string();
-  const std::filesystem::path folder = mkdtemp(pattern.data());
+  const ::pipescout::testing::TemporaryFolder temporary;
+  const auto& folder = temporary.path();
   std::ofstream(folder / "a.yaml") << "/**:\n  ros__parameters: {gain: 1, rate: 2}\n";
   std::ofstream(folder / "b.yaml") << "other:\n  ros__parameters: {gain: 1}\n";
   const auto path = (folder / "c.yaml").string();
@@ -248,7 +249,52 @@ TEST(Composition, ReadsParameterFilesBesideItself) {
   EXPECT_EQ(value(composition.components.at(0), "rate"), ParameterValue(2));
   EXPECT_EQ(value(composition.components.at(0), "gain"), ParameterValue(3));
   EXPECT_THROW(static_cast<void>(parse_composition(text("b.yaml"), path, inputs())), YamlError);
-  std::filesystem::remove_all(folder);
+}
+
+TEST(Composition, ParameterFilesOfTheCommandLineNameItsComponents) {
+  const ::pipescout::testing::TemporaryFolder temporary;
+  const auto file = (temporary.path() / "p.yaml").string();
+  auto given = inputs();
+  given.parameter_files = {file};
+  const auto write = [&](const std::string& node) {
+    std::ofstream(file) << "# one node\n" << node << ":\n  ros__parameters: {gain: 7}\n";
+  };
+  const std::string text = "components: [{type: A, name: fusion, namespace: front}]";
+  for (const char* node : {"/front/fusion", "front/fusion", "/**", "/*/fusion"}) {
+    write(node);
+    EXPECT_EQ(value(parse(text, given).components.at(0), "gain"), ParameterValue(7)) << node;
+  }
+  write("/other/**");
+  EXPECT_THAT(parse(text, given).components.at(0).parameters, IsEmpty());
+  write("/front/fusin");
+  EXPECT_EQ(error_of(text, given), file +
+                                       ":2: no component '/front/fusin' in c.yaml; did you mean "
+                                       "'/front/fusion'?");
+  write("fusion");
+  EXPECT_EQ(error_of(text, given),
+            file + ":2: no component '/fusion' in c.yaml; did you mean '/front/fusion'?");
+}
+
+TEST(Composition, KeepsPathsWhole) {
+  auto given = inputs();
+  given.arguments = {{"file", "/runs/day #3/a.csv"}};
+  given.mission_folder = [](const std::string&) { return "/missions/day #3"; };
+  given.sources.share = [](const std::string&) { return "/opt/5"; };
+  const auto composition = parse(R"(arguments: {file: }
+components:
+  - {type: A, name: a, parameters: {file: $(arg file), out: $(mission_folder), data: $(share p)}}
+)",
+                                 given);
+  const auto& entry = composition.components.at(0);
+  EXPECT_EQ(value(entry, "file"), ParameterValue("/runs/day #3/a.csv"));
+  EXPECT_EQ(value(entry, "out"), ParameterValue("/missions/day #3"));
+  EXPECT_EQ(value(entry, "data"), ParameterValue("/opt/5"));
+}
+
+TEST(Composition, TakesAsManyThreadsAsAMachineHasUpToALimit) {
+  EXPECT_EQ(default_threads(0), 2U);
+  EXPECT_EQ(default_threads(8), 8U);
+  EXPECT_EQ(default_threads(1024), 256U);
 }
 
 TEST(Composition, WritesItselfAsItWasRun) {

@@ -62,12 +62,28 @@ TEST(Substitute, SaysWhatIsWrong) {
   EXPECT_EQ(error_of("$()"), "'$()': known substitutions are arg, env, share, mission_folder");
 }
 
-TEST(IsOneSubstitution, SeesTheWholeText) {
-  EXPECT_TRUE(is_one_substitution("$(arg a)"));
-  EXPECT_TRUE(is_one_substitution("$(env A $(arg b))"));
-  EXPECT_FALSE(is_one_substitution("$(arg a)$(arg b)"));
-  EXPECT_FALSE(is_one_substitution("x$(arg a)"));
-  EXPECT_FALSE(is_one_substitution(""));
+TEST(HasTypeOfItsValue, NeedsOneArgumentOrVariableAndNothingElse) {
+  EXPECT_TRUE(has_type_of_its_value("$(arg a)"));
+  EXPECT_TRUE(has_type_of_its_value("$(env A $(arg b))"));
+  EXPECT_FALSE(has_type_of_its_value("$(arg a)$(arg b)"));
+  EXPECT_FALSE(has_type_of_its_value("x$(arg a)"));
+  EXPECT_FALSE(has_type_of_its_value(""));
+  EXPECT_FALSE(has_type_of_its_value("$(mission_folder)"));
+  EXPECT_FALSE(has_type_of_its_value("$(share p)"));
+}
+
+TEST(TypedText, LosesNothing) {
+  EXPECT_EQ(typed_text("5"), ParameterValue(5));
+  EXPECT_EQ(typed_text(" 5 "), ParameterValue(5));
+  EXPECT_EQ(typed_text("yes"), ParameterValue(true));
+  EXPECT_EQ(typed_text(".inf").type(), ParameterType::kDouble);
+  EXPECT_EQ(typed_text(".nan").type(), ParameterType::kDouble);
+  EXPECT_EQ(typed_text("'5'"), ParameterValue("5"));
+  EXPECT_EQ(typed_text("!!str 5"), ParameterValue("5"));
+  EXPECT_EQ(typed_text("[1.0, 2.0]"), ParameterValue(std::vector<double>{1.0, 2.0}));
+  for (const char* text : {"", "a", "/data/run #3/a.csv", "5 #3", " a", "a: b", "a\nb", "a\n#b"}) {
+    EXPECT_EQ(typed_text(text), ParameterValue(text)) << text;
+  }
 }
 
 TEST(InstalledShareFolder, LeavesNoPrefix) {

@@ -3,13 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
 #include <sstream>
 
 #include "core/mission_folder.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -22,12 +22,6 @@ namespace fs = std::filesystem;
 
 class MissionFolderTest : public ::testing::Test {
  protected:
-  MissionFolderTest() {
-    std::string pattern = (fs::temp_directory_path() / "mission_XXXXXX").string();
-    root_ = mkdtemp(pattern.data());
-  }
-  ~MissionFolderTest() override { fs::remove_all(root_); }
-
   void write(const std::string& file, const std::string& text) const {
     fs::create_directories((root_ / file).parent_path());
     std::ofstream(root_ / file) << text;
@@ -46,7 +40,8 @@ class MissionFolderTest : public ::testing::Test {
         .dump();
   }
 
-  fs::path root_;
+  ::pipescout::testing::TemporaryFolder temporary_;
+  const fs::path root_ = temporary_.path();
 };
 
 TEST_F(MissionFolderTest, MergesSections) {
@@ -140,13 +135,26 @@ TEST_F(MissionFolderTest, DoesNotMixTwoMissions) {
   EXPECT_THROW(MissionFolder(root_ / "file"), MissionFolderError);
 }
 
-TEST_F(MissionFolderTest, HasTheTimeInItsName) {
+TEST_F(MissionFolderTest, IsReservedWithTheTimeInItsName) {
   const Time time(std::chrono::seconds(1772357400));
-  const auto first = default_mission_folder(root_, "survey", time);
-  EXPECT_EQ(first, root_ / "missions/survey_2026-03-01T09-30-00Z");
-  fs::create_directories(first);
-  EXPECT_EQ(default_mission_folder(root_, "survey", time),
-            root_ / "missions/survey_2026-03-01T09-30-00Z_2");
+  {
+    const ReservedMissionFolder first(root_, "survey", time);
+    EXPECT_EQ(first.path(), root_ / "missions/survey_2026-03-01T09-30-00Z");
+    const ReservedMissionFolder second(root_, "survey", time);
+    EXPECT_EQ(second.path(), root_ / "missions/survey_2026-03-01T09-30-00Z_2");
+    EXPECT_TRUE(fs::is_directory(second.path()));
+    const MissionFolder used(first.path());
+  }
+  // Only what was used stays.
+  EXPECT_TRUE(fs::exists(root_ / "missions/survey_2026-03-01T09-30-00Z/sections"));
+  EXPECT_FALSE(fs::exists(root_ / "missions/survey_2026-03-01T09-30-00Z_2"));
+}
+
+TEST_F(MissionFolderTest, AnUnusedReservationLeavesNothing) {
+  { const ReservedMissionFolder unused(root_, "survey", Time{}); }
+  EXPECT_TRUE(fs::is_empty(root_));
+  write("missions", "a file");
+  EXPECT_THROW(ReservedMissionFolder(root_, "survey", Time{}), MissionFolderError);
 }
 
 }  // namespace

@@ -26,9 +26,10 @@ inline const Topic<pipescout_msgs::msg::OdometerReadings> kOdometerReadings{"odo
 /// One distance from all odometers that agree.
 inline const Topic<pipescout_msgs::msg::FusedOdometer> kOdometerFused{"odometer/fused",
                                                                       QoS::reliable(100)};
-/// Progress and completion of components, for the host and the operator.
+/// Progress and completion of components, for the host and the operator. Kept for late joiners: the
+/// last word of a component must not be lost because it was said before they were discovered.
 inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
-                                                                      QoS::reliable(100)};
+                                                                      QoS::latched(10)};
 
 inline const Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
                                                                        QoS::reliable(10)};
