@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <exception>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,17 @@ inline constexpr int kExitUsage = 2;
 class CommandError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// A signal asked the command to end before it had its answer.
+class CommandInterrupted : public std::exception {
+ public:
+  explicit CommandInterrupted(int signal) : signal_(signal) {}
+  [[nodiscard]] int signal() const noexcept { return signal_; }
+  [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
+
+ private:
+  int signal_;
 };
 
 /// What the parsed command line asks for; returns the exit code.

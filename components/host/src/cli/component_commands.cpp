@@ -4,7 +4,6 @@
 #include <composition_interfaces/srv/unload_node.hpp>
 #include <iostream>
 #include <map>
-#include <memory>
 
 #include "cli/session.hpp"
 #include "pipescout/interfaces/component_registry.hpp"
@@ -68,10 +67,16 @@ void list_container(Session& session, const NodeName& container, const char* ind
   }
 }
 
-int list_components(Session& session, const std::string& container, bool containers_only) {
-  if (!container.empty()) {
-    const auto node = find_container(session, container);
-    if (!containers_only) {
+struct ListOptions {
+  DiscoveryOptions discovery;
+  std::string container;
+  bool containers_only = false;
+};
+
+int list_components(Session& session, const ListOptions& options) {
+  if (!options.container.empty()) {
+    const auto node = find_container(session, options.container);
+    if (!options.containers_only) {
       list_container(session, node, "");
     }
     return kExitOk;
@@ -82,7 +87,7 @@ int list_components(Session& session, const std::string& container, bool contain
       continue;
     }
     std::cout << node.fully_qualified() << '\n';
-    if (!containers_only) {
+    if (!options.containers_only) {
       list_container(session, node, "  ");
     }
   }
@@ -90,6 +95,7 @@ int list_components(Session& session, const std::string& container, bool contain
 }
 
 struct LoadOptions {
+  DiscoveryOptions discovery;
   std::string container;
   std::string package;
   std::string plugin;
@@ -148,22 +154,28 @@ int load(Session& session, const LoadOptions& options) {
   return kExitOk;
 }
 
-int unload(Session& session, const std::string& container_name,
-           const std::vector<std::uint64_t>& ids, bool quiet) {
-  const auto container = find_container(session, container_name);
-  for (const auto id : ids) {
+struct UnloadOptions {
+  DiscoveryOptions discovery;
+  std::string container;
+  std::vector<std::uint64_t> ids;
+  bool quiet = false;
+};
+
+int unload(Session& session, const UnloadOptions& options) {
+  const auto container = find_container(session, options.container);
+  for (const auto id : options.ids) {
     UnloadNode::Request request;
     request.unique_id(id);
     const auto response = session.call<UnloadNode>(
         container.fully_qualified() + "/_container/unload_node", std::move(request));
     if (!response->success()) {
       throw CommandError("Failed to unload component " + std::to_string(id) + " from '" +
-                         container_name + "' container node\n    " + response->error_message());
+                         options.container + "' container node\n    " + response->error_message());
     }
-    if (quiet) {
+    if (options.quiet) {
       std::cout << id << '\n';
     } else {
-      std::cout << "Unloaded component " << id << " from '" << container_name
+      std::cout << "Unloaded component " << id << " from '" << options.container
                 << "' container node\n";
     }
   }
@@ -178,79 +190,42 @@ void add_types(CLI::App& group, Action& action) {
 }
 
 void add_list(CLI::App& group, Action& action) {
-  struct Options {
-    DiscoveryOptions discovery;
-    std::string container;
-    bool containers_only = false;
-  };
-  auto options = std::make_shared<Options>();
-  auto* command = group.add_subcommand("list", "List running containers and their components");
+  const auto [command, options] = add_session_command<ListOptions>(
+      group, action, "list", "List running containers and their components", true, list_components);
   command->add_option("container", options->container, "Name of a container node");
   command->add_flag("--containers-only", options->containers_only, "List container nodes only");
-  options->discovery.add_to(*command, true);
-  command->callback([=, &action] {
-    action = [=] {
-      Session session(options->discovery);
-      return list_components(session, options->container, options->containers_only);
-    };
-  });
 }
 
 void add_load(CLI::App& group, Action& action) {
-  struct Options {
-    DiscoveryOptions discovery;
-    LoadOptions load;
-  };
-  auto options = std::make_shared<Options>();
-  auto& load_options = options->load;
-  auto* command = group.add_subcommand("load", "Load a component into a running container");
-  command->add_option("container", load_options.container, "Name of the container node")
-      ->required();
-  command->add_option("package", load_options.package, "Package of the component")->required();
-  command->add_option("plugin", load_options.plugin, "Class of the component")->required();
-  command->add_option("-n,--node-name", load_options.name, "Name of the component's node");
-  command->add_option("--node-namespace", load_options.ns, "Namespace of the component's node");
-  command->add_option("--log-level", load_options.log_level, "Lowest level that is logged")
+  const auto [command, options] = add_session_command<LoadOptions>(
+      group, action, "load", "Load a component into a running container", true, load);
+  command->add_option("container", options->container, "Name of the container node")->required();
+  command->add_option("package", options->package, "Package of the component")->required();
+  command->add_option("plugin", options->plugin, "Class of the component")->required();
+  command->add_option("-n,--node-name", options->name, "Name of the component's node");
+  command->add_option("--node-namespace", options->ns, "Namespace of the component's node");
+  command->add_option("--log-level", options->log_level, "Lowest level that is logged")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "fatal"}));
-  const auto add_list_option = [&](const char* name, std::vector<std::string>& values,
-                                   const char* description) {
+  const auto add_list_option = [command = command](const char* name,
+                                                   std::vector<std::string>& values,
+                                                   const char* description) {
     command->add_option(name, values, description)
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   };
-  add_list_option("-r,--remap-rule", load_options.remap_rules, "Remapping, FROM:=TO");
-  add_list_option("-p,--parameter", load_options.parameters, "Parameter, NAME:=VALUE");
-  add_list_option("-e,--extra-argument", load_options.extra_arguments,
+  add_list_option("-r,--remap-rule", options->remap_rules, "Remapping, FROM:=TO");
+  add_list_option("-p,--parameter", options->parameters, "Parameter, NAME:=VALUE");
+  add_list_option("-e,--extra-argument", options->extra_arguments,
                   "Argument for the container, NAME:=VALUE; autostart:=false leaves the component "
                   "unconfigured");
-  options->discovery.add_to(*command, true);
-  command->callback([=, &action] {
-    action = [=] {
-      Session session(options->discovery);
-      return load(session, options->load);
-    };
-  });
 }
 
 void add_unload(CLI::App& group, Action& action) {
-  struct Options {
-    DiscoveryOptions discovery;
-    std::string container;
-    std::vector<std::uint64_t> ids;
-    bool quiet = false;
-  };
-  auto options = std::make_shared<Options>();
-  auto* command = group.add_subcommand("unload", "Unload components from a running container");
+  const auto [command, options] = add_session_command<UnloadOptions>(
+      group, action, "unload", "Unload components from a running container", true, unload);
   command->add_option("container", options->container, "Name of the container node")->required();
   command->add_option("ids", options->ids, "Unique numbers of the components")->required();
   command->add_flag("-q,--quiet", options->quiet, "Print the numbers only");
-  options->discovery.add_to(*command, true);
-  command->callback([=, &action] {
-    action = [=] {
-      Session session(options->discovery);
-      return unload(session, options->container, options->ids, options->quiet);
-    };
-  });
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <lifecycle_msgs/srv/change_state.hpp>
 #include <lifecycle_msgs/srv/get_available_transitions.hpp>
 #include <lifecycle_msgs/srv/get_state.hpp>
-#include <memory>
 
 #include "cli/session.hpp"
 
@@ -128,16 +127,7 @@ void add_lifecycle_commands(CLI::App& app, Action& action) {
   group->require_subcommand(1);
   const auto add = [&](const char* name, const char* description,
                        int (*body)(Session&, const Options&)) {
-    auto options = std::make_shared<Options>();
-    auto* command = group->add_subcommand(name, description);
-    options->discovery.add_to(*command, true);
-    command->callback([=, &action] {
-      action = [=] {
-        Session session(options->discovery);
-        return body(session, *options);
-      };
-    });
-    return std::pair(command, options);
+    return add_session_command<Options>(*group, action, name, description, true, body);
   };
 
   auto [get, get_options] =

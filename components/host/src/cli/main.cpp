@@ -79,6 +79,9 @@ int run(int argc, char** argv) {
     const int code = action();
     std::cout.flush();
     return code;
+  } catch (const CommandInterrupted& stop) {
+    std::cout.flush();
+    return 128 + stop.signal();
   } catch (const CommandError& error) {
     std::cout.flush();
     std::cerr << error.what() << '\n';

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
-#include <memory>
 #include <set>
 
 #include "cli/session.hpp"
@@ -10,10 +9,17 @@
 namespace pipescout::host {
 namespace {
 
-int list_nodes(Session& session, bool all, bool count) {
+struct Options {
+  DiscoveryOptions discovery;
+  std::string node;
+  bool hidden = false;
+  bool count = false;
+};
+
+int list_nodes(Session& session, const Options& options) {
   session.settle();
-  const auto nodes = session.nodes(all);
-  if (count) {
+  const auto nodes = session.nodes(options.hidden);
+  if (options.count) {
     std::cout << nodes.size() << '\n';
     return kExitOk;
   }
@@ -62,8 +68,8 @@ void print_section(const char* title, const NamesAndTypes& names) {
   }
 }
 
-int node_info(Session& session, const std::string& name, bool hidden) {
-  const auto node = session.find_node(name);
+int node_info(Session& session, const Options& options) {
+  const auto node = session.find_node(options.node);
   // Its endpoints follow one by one.
   session.settle();
   const auto nodes = session.graph().nodes();
@@ -74,7 +80,7 @@ int node_info(Session& session, const std::string& name, bool hidden) {
   }
   const auto endpoints = session.graph().endpoints();
   const auto names = [&](bool publishers, DdsTopicKind kind) {
-    return names_of(endpoints, node, publishers, kind, hidden);
+    return names_of(endpoints, node, publishers, kind, options.hidden);
   };
   std::cout << node.fully_qualified() << '\n';
   print_section("Subscribers", names(false, DdsTopicKind::kTopic));
@@ -92,35 +98,16 @@ void add_node_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("node", "Nodes on the network");
   group->require_subcommand(1);
 
-  struct Options {
-    DiscoveryOptions discovery;
-    std::string node;
-    bool hidden = false;
-    bool count = false;
-  };
-  auto list = std::make_shared<Options>();
-  auto* command = group->add_subcommand("list", "List the nodes");
-  command->add_flag("-a,--all", list->hidden, "Hidden nodes too");
-  command->add_flag("-c,--count-nodes", list->count, "Print only how many there are");
-  list->discovery.add_to(*command, false);
-  command->callback([=, &action] {
-    action = [=] {
-      Session session(list->discovery);
-      return list_nodes(session, list->hidden, list->count);
-    };
-  });
+  const auto [list, list_options] =
+      add_session_command<Options>(*group, action, "list", "List the nodes", false, list_nodes);
+  list->add_flag("-a,--all", list_options->hidden, "Hidden nodes too");
+  list->add_flag("-c,--count-nodes", list_options->count, "Print only how many there are");
 
-  auto info = std::make_shared<Options>();
-  command = group->add_subcommand("info", "Show what a node publishes, subscribes and serves");
-  command->add_option("node", info->node, "Name of the node")->required();
-  command->add_flag("--include-hidden", info->hidden, "Hidden topics and services too");
-  info->discovery.add_to(*command, false);
-  command->callback([=, &action] {
-    action = [=] {
-      Session session(info->discovery);
-      return node_info(session, info->node, info->hidden);
-    };
-  });
+  const auto [info, info_options] = add_session_command<Options>(
+      *group, action, "info", "Show what a node publishes, subscribes and serves", false,
+      node_info);
+  info->add_option("node", info_options->node, "Name of the node")->required();
+  info->add_flag("--include-hidden", info_options->hidden, "Hidden topics and services too");
 }
 
 }  // namespace pipescout::host

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <iostream>
-#include <memory>
 #include <rcl_interfaces/srv/describe_parameters.hpp>
 #include <rcl_interfaces/srv/get_parameters.hpp>
 #include <rcl_interfaces/srv/list_parameters.hpp>
@@ -225,16 +224,7 @@ void add_param_commands(CLI::App& app, Action& action) {
   group->require_subcommand(1);
   const auto add = [&](const char* name, const char* description,
                        int (*body)(Session&, const Options&)) {
-    auto options = std::make_shared<Options>();
-    auto* command = group->add_subcommand(name, description);
-    options->discovery.add_to(*command, true);
-    command->callback([=, &action] {
-      action = [=] {
-        Session session(options->discovery);
-        return body(session, *options);
-      };
-    });
-    return std::pair(command, options);
+    return add_session_command<Options>(*group, action, name, description, true, body);
   };
   using Body = int (*)(Session&, const Options&);
   constexpr const char* kNode = "Name of the node";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <memory>
 
 #include "cli/session.hpp"
 
@@ -14,8 +13,7 @@ struct Options {
   bool count = false;
 };
 
-int list_services(const Options& options) {
-  Session session(options.discovery);
+int list_services(Session& session, const Options& options) {
   session.settle();
   auto services = session.graph().services();
   std::erase_if(services,
@@ -44,13 +42,11 @@ int list_services(const Options& options) {
 void add_service_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("service", "Services on the network");
   group->require_subcommand(1);
-  auto options = std::make_shared<Options>();
-  auto* command = group->add_subcommand("list", "List the services");
+  const auto [command, options] = add_session_command<Options>(
+      *group, action, "list", "List the services", false, list_services);
   command->add_flag("-t,--show-types", options->types, "Show the types too");
   command->add_flag("-c,--count-services", options->count, "Print only how many there are");
   command->add_flag("-a,--include-hidden-services", options->hidden, "Hidden services too");
-  options->discovery.add_to(*command, false);
-  command->callback([=, &action] { action = [=] { return list_services(*options); }; });
 }
 
 }  // namespace pipescout::host

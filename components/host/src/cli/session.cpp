@@ -4,20 +4,30 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <rmw_dds_common/msg/participant_entities_info.hpp>
 #include <set>
 
 namespace pipescout::host {
+namespace {
+
+/// From a signal to the end of the program.
+constexpr Duration kGrace = std::chrono::seconds(2);
+
+SteadyTime steady_now() {
+  return std::chrono::steady_clock::now();
+}
+
+}  // namespace
 
 /// What other nodes have said that they consist of. DDS discovers participants, their node lists
 /// and each endpoint apart from each other, so only this tells when all of a node is known.
 class Session::Announcements {
  public:
-  explicit Announcements(Context& context) : context_(context) {
+  /// `on_new` is called after each announcement; it must not call back.
+  Announcements(Context& context, std::function<void()> on_new)
+      : context_(context), on_new_(std::move(on_new)) {
     SubscriptionOptions options;
     options.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()};
     options.qos = QoS::latched(100);
@@ -25,13 +35,6 @@ class Session::Announcements {
       keep(*static_cast<const ParticipantEntitiesInfo*>(message.get()));
     };
     subscription_ = context.create_subscription(std::move(options));
-  }
-
-  /// Replaces the function that is called after each announcement; it must not call back. Once this
-  /// returned, no call of the function before is in progress.
-  void on_new(std::function<void()> called) {
-    const std::lock_guard lock(mutex_);
-    on_new_ = std::move(called);
   }
 
   /// There are participants; all those of ROS 2 have listed their endpoints, and these are
@@ -75,15 +78,13 @@ class Session::Announcements {
     }
     const std::lock_guard lock(mutex_);
     endpoints_[to_gid(info.gid())] = std::move(endpoints);
-    if (on_new_) {
-      on_new_();
-    }
+    on_new_();
   }
 
   Context& context_;
+  const std::function<void()> on_new_;
   mutable std::mutex mutex_;
   std::map<Gid, std::set<Gid>> endpoints_;  ///< by participant
-  std::function<void()> on_new_;
   std::shared_ptr<UntypedSubscription> subscription_;
 };
 
@@ -100,61 +101,97 @@ void DiscoveryOptions::add_to(CLI::App& command, bool with_services) {
   }
 }
 
-Session::Session(DiscoveryOptions options) : options_(options) {
+Session::Session(DiscoveryOptions options)
+    : options_(options),
+      signals_(
+          kGrace, [this](int signal) { interrupt(signal); }, [] {}),
+      end_of_discovery_(add_saturated(steady_now(), from_seconds(options.spin_time))) {
   auto dds = DdsOptions::from_environment();
   dds.name = "pipescout command line";
   context_ = Context::create(create_dds_transport(dds));
-  announcements_ = std::make_shared<Announcements>(*context_);
+  announcements_ = std::make_unique<Announcements>(*context_, [this] { note_change(); });
   NodeOptions node;
   node.context = context_;
   node.executor = &executor_;
   node.name = {"/", "_pipescout_cli_" + std::to_string(getpid())};
   node.standard_interfaces = false;
   node_ = std::make_unique<Node>(std::move(node));
+  graph_changes_ = graph().on_changed([this] { note_change(); });
 }
 
 Session::~Session() = default;
 
+void Session::note_change() {
+  const std::lock_guard lock(mutex_);
+  last_change_ = steady_now();
+  changed_.notify_all();
+}
+
+void Session::interrupt(int signal) {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_signal_ = signal;
+    changed_.notify_all();
+  }
+  executor_.stop();
+}
+
+void Session::throw_if_interrupted() const {
+  const std::lock_guard lock(mutex_);
+  if (stop_signal_ != 0) {
+    throw CommandInterrupted(stop_signal_);
+  }
+}
+
+bool Session::wait_for(const std::function<bool()>& found) {
+  std::unique_lock lock(mutex_);
+  while (stop_signal_ == 0) {
+    const auto seen = last_change_;
+    lock.unlock();
+    // With no lock held: it asks the graph.
+    if (found()) {
+      return true;
+    }
+    lock.lock();
+    if (!changed_.wait_until(lock, end_of_discovery_,
+                             [&] { return stop_signal_ != 0 || last_change_ != seen; })) {
+      return false;
+    }
+  }
+  throw CommandInterrupted(stop_signal_);
+}
+
 void Session::settle(Duration quiet) {
-  std::mutex mutex;
-  std::condition_variable changed;
-  SteadyTime last_change = std::chrono::steady_clock::now();
-  const auto note_change = [&] {
-    const std::lock_guard lock(mutex);
-    last_change = std::chrono::steady_clock::now();
-    changed.notify_all();
-  };
-  const auto handle = graph().on_changed(note_change);
-  announcements_->on_new(note_change);
-  const std::shared_ptr<void> end_of_notes(nullptr, [this](void*) { announcements_->on_new({}); });
-  const SteadyTime end = last_change + spin_time();
-  std::unique_lock lock(mutex);
-  while (true) {
-    const SteadyTime now = std::chrono::steady_clock::now();
-    if (now >= end) {
+  std::unique_lock lock(mutex_);
+  last_change_ = steady_now();
+  while (stop_signal_ == 0) {
+    const SteadyTime now = steady_now();
+    if (now >= end_of_discovery_) {
       return;
     }
-    const auto quiet_at = last_change + quiet;
+    const auto quiet_at = last_change_ + quiet;
     if (now < quiet_at) {
-      changed.wait_until(lock, std::min(end, quiet_at));
+      changed_.wait_until(lock, std::min(end_of_discovery_, quiet_at));
       continue;
     }
-    const auto seen = last_change;
+    const auto seen = last_change_;
     lock.unlock();
     const bool complete = announcements_->complete();
     lock.lock();
-    if (complete && last_change == seen) {
+    if (complete && last_change_ == seen) {
       return;
     }
     // What is missing comes as a change of the graph.
-    changed.wait_until(lock, end, [&] { return last_change != seen; });
+    changed_.wait_until(lock, end_of_discovery_,
+                        [&] { return stop_signal_ != 0 || last_change_ != seen; });
   }
+  throw CommandInterrupted(stop_signal_);
 }
 
 std::vector<NodeName> Session::nodes(bool hidden) {
   auto names = graph().nodes();
   std::erase_if(names, [&](const NodeName& name) {
-    return name == node_->node_name() || (!hidden && is_hidden(name.fully_qualified()));
+    return name == node_->node_name() || (!hidden && name.name.starts_with('_'));
   });
   return names;
 }

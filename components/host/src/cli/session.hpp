@@ -2,14 +2,19 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <condition_variable>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/command.hpp"
 #include "pipescout/interfaces/node.hpp"
+#include "run/stop_signals.hpp"
 
 /// The place of a command on the network: a node of its own, hidden and short-lived.
 namespace pipescout::host {
@@ -33,17 +38,19 @@ class Session {
   [[nodiscard]] Node& node() { return *node_; }
   [[nodiscard]] Graph& graph() { return context_->graph(); }
   [[nodiscard]] Executor& executor() { return executor_; }
-  [[nodiscard]] Duration spin_time() const { return from_seconds(options_.spin_time); }
+  /// Runs the callbacks of `node` until a signal, or `executor().stop()`.
+  void spin() { executor_.spin(); }
+
+  // All that wait for others end with the spin time, which begins with the session, and throw
+  // CommandInterrupted after SIGINT, SIGTERM or SIGHUP.
 
   /// Returns once somebody is discovered, and everything that is announced, and nothing new has
   /// come for a while; or after the spin time.
   void settle(Duration quiet = std::chrono::milliseconds(500));
   /// Returns as soon as `found` holds; false after the spin time.
-  bool wait_for(const std::function<bool()>& found) {
-    return graph().wait_until(found, spin_time());
-  }
+  bool wait_for(const std::function<bool()>& found);
 
-  /// Nodes of others, each name once, sorted. Hidden ones begin with '_'.
+  /// Nodes of others, sorted; a name that two bear appears twice. Hidden ones begin with '_'.
   [[nodiscard]] std::vector<NodeName> nodes(bool hidden);
   /// Waits for a node that the user named, "/ns/name" or "name". Throws CommandError.
   [[nodiscard]] NodeName find_node(const std::string& name);
@@ -63,6 +70,7 @@ class Session {
     // The client itself watches the time; this one is only a bound on top of it.
     executor_.spin_until([&] { return result.has_value(); },
                          from_seconds(options_.timeout) + std::chrono::seconds(1));
+    throw_if_interrupted();
     if (result && *result) {
       return result->shared();
     }
@@ -73,14 +81,42 @@ class Session {
  private:
   class Announcements;
 
+  void note_change();
+  void interrupt(int signal);
+  void throw_if_interrupted() const;
+
   DiscoveryOptions options_;
-  std::shared_ptr<Context> context_;
-  std::shared_ptr<Announcements> announcements_;
+  std::condition_variable changed_;
+  mutable std::mutex mutex_;
+  int stop_signal_ = 0;       ///< guarded by mutex_, as the next
+  SteadyTime last_change_{};  ///< of the graph
   Executor executor_;
+  StopSignals signals_;
+  SteadyTime end_of_discovery_;
+  std::shared_ptr<Context> context_;
+  std::unique_ptr<Announcements> announcements_;
   std::unique_ptr<Node> node_;
+  std::shared_ptr<void> graph_changes_;
 };
 
-/// "/a/_b/c" is hidden, as every name with a part that begins with '_'.
+/// Adds a command that runs `body` in a session of its own. `Options` has a member `discovery`.
+template <class Options>
+std::pair<CLI::App*, std::shared_ptr<Options>> add_session_command(
+    CLI::App& group, Action& action, const char* name, const char* description, bool with_services,
+    std::function<int(Session&, const Options&)> body) {
+  auto options = std::make_shared<Options>();
+  auto* command = group.add_subcommand(name, description);
+  options->discovery.add_to(*command, with_services);
+  command->callback([options, body = std::move(body), &action] {
+    action = [options, body] {
+      Session session(options->discovery);
+      return body(session, *options);
+    };
+  });
+  return {command, options};
+}
+
+/// A topic or service "/a/_b/c" is hidden, as every one with a part that begins with '_'.
 [[nodiscard]] bool is_hidden(std::string_view name);
 
 /// "/name" for "name".

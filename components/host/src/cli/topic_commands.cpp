@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <iostream>
-#include <memory>
 #include <set>
 
 #include "pipescout/idl/message_type.hpp"
@@ -30,6 +29,25 @@ std::string joined(const std::set<std::string>& texts) {
   return result;
 }
 
+/// The topic that a user named, fully qualified. Throws CommandError.
+std::string topic_name(const std::string& name) {
+  try {
+    return expand_topic_name(name, {"/", "pipescout"});
+  } catch (const InvalidName& error) {
+    throw CommandError(error.what());
+  }
+}
+
+/// Publishers (or subscriptions) of a topic.
+std::vector<GraphEndpoint> endpoints_of(Graph& graph, const std::string& topic, bool publishers) {
+  auto endpoints = graph.endpoints();
+  const auto wire = mangle_topic_name(topic, DdsTopicKind::kTopic);
+  std::erase_if(endpoints, [&](const GraphEndpoint& endpoint) {
+    return endpoint.wire_topic != wire || endpoint.is_publisher != publishers;
+  });
+  return endpoints;
+}
+
 std::size_t count_of(Graph& graph, const std::string& topic, bool publishers) {
   return endpoints_of(graph, topic, publishers).size();
 }
@@ -46,8 +64,7 @@ void print_counted(Graph& graph, const NamesAndTypes& topics, bool publishers) {
   std::cout << '\n';
 }
 
-int list_topics(const Options& options) {
-  Session session(options.discovery);
+int list_topics(Session& session, const Options& options) {
   session.settle();
   auto topics = session.graph().topics();
   std::erase_if(topics,
@@ -105,9 +122,8 @@ void print_endpoint(const GraphEndpoint& endpoint) {
             << "\n  Liveliness lease duration: " << duration_text(qos.liveliness_lease) << "\n\n";
 }
 
-int topic_info(const Options& options) {
+int topic_info(Session& session, const Options& options) {
   const auto topic = topic_name(options.topic);
-  Session session(options.discovery);
   auto& graph = session.graph();
   if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
     throw CommandError("Unknown topic '" + options.topic + "'");
@@ -136,25 +152,8 @@ int topic_info(const Options& options) {
   return kExitOk;
 }
 
-}  // namespace
-
-std::string topic_name(const std::string& name) {
-  try {
-    return expand_topic_name(name, {"/", "pipescout"});
-  } catch (const InvalidName& error) {
-    throw CommandError(error.what());
-  }
-}
-
-std::vector<GraphEndpoint> endpoints_of(Graph& graph, const std::string& topic, bool publishers) {
-  auto endpoints = graph.endpoints();
-  const auto wire = mangle_topic_name(topic, DdsTopicKind::kTopic);
-  std::erase_if(endpoints, [&](const GraphEndpoint& endpoint) {
-    return endpoint.wire_topic != wire || endpoint.is_publisher != publishers;
-  });
-  return endpoints;
-}
-
+/// Waits for a topic to appear and returns its type. `given`: what the user said, or empty; then
+/// nothing is waited for.
 const MessageType& topic_type(Session& session, const std::string& topic,
                               const std::string& given) {
   auto name = full_type_name(given);
@@ -177,17 +176,6 @@ const MessageType& topic_type(Session& session, const std::string& topic,
     throw CommandError("The message type '" + name + "' is not one of this installation");
   }
   return *type;
-}
-
-void QosOptions::add_to(CLI::App& command) {
-  command.add_option("--qos-profile", profile, "Start from this profile")
-      ->check(CLI::IsMember(
-          {"default", "system_default", "sensor_data", "services_default", "parameters"}));
-  command.add_option("--qos-depth", depth, "Messages kept")->check(CLI::PositiveNumber);
-  command.add_option("--qos-reliability", reliability, "")
-      ->check(CLI::IsMember({"reliable", "best_effort"}));
-  command.add_option("--qos-durability", durability, "")
-      ->check(CLI::IsMember({"volatile", "transient_local"}));
 }
 
 QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options) {
@@ -238,25 +226,51 @@ QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options
   return qos;
 }
 
+}  // namespace
+
+void QosOptions::add_to(CLI::App& command) {
+  command.add_option("--qos-profile", profile, "Start from this profile")
+      ->check(CLI::IsMember(
+          {"default", "system_default", "sensor_data", "services_default", "parameters"}));
+  command.add_option("--qos-depth", depth, "Messages kept")->check(CLI::PositiveNumber);
+  command.add_option("--qos-reliability", reliability, "")
+      ->check(CLI::IsMember({"reliable", "best_effort"}));
+  command.add_option("--qos-durability", durability, "")
+      ->check(CLI::IsMember({"volatile", "transient_local"}));
+}
+
+void ListenOptions::add_to(CLI::App& command) {
+  command.add_option("topic", topic, "Name of the topic")->required();
+  command.add_option("type", type, "Its type, when nobody publishes yet");
+  qos.add_to(command);
+}
+
+Source find_source(Session& session, const ListenOptions& options) {
+  Source source{.topic = topic_name(options.topic)};
+  source.type = &topic_type(session, source.topic, options.type);
+  if (options.type.empty()) {
+    // All publishers, before a QoS is chosen that must match them.
+    session.settle(std::chrono::milliseconds(100));
+  }
+  source.qos = choose_qos(session.graph(), source.topic, options.qos);
+  return source;
+}
+
 void add_topic_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("topic", "Topics on the network");
   group->require_subcommand(1);
 
-  auto list = std::make_shared<Options>();
-  auto* command = group->add_subcommand("list", "List the topics");
-  command->add_flag("-t,--show-types", list->types, "Show the types too");
-  command->add_flag("-c,--count-topics", list->count, "Print only how many there are");
-  command->add_flag("-a,--include-hidden-topics", list->hidden, "Hidden topics too");
-  command->add_flag("-v,--verbose", list->verbose, "Show types and numbers of endpoints");
-  list->discovery.add_to(*command, false);
-  command->callback([=, &action] { action = [=] { return list_topics(*list); }; });
+  const auto [list, list_options] =
+      add_session_command<Options>(*group, action, "list", "List the topics", false, list_topics);
+  list->add_flag("-t,--show-types", list_options->types, "Show the types too");
+  list->add_flag("-c,--count-topics", list_options->count, "Print only how many there are");
+  list->add_flag("-a,--include-hidden-topics", list_options->hidden, "Hidden topics too");
+  list->add_flag("-v,--verbose", list_options->verbose, "Show types and numbers of endpoints");
 
-  auto info = std::make_shared<Options>();
-  command = group->add_subcommand("info", "Show type and endpoints of a topic");
-  command->add_option("topic", info->topic, "Name of the topic")->required();
-  command->add_flag("-v,--verbose", info->verbose, "Show each endpoint, its node and its QoS");
-  info->discovery.add_to(*command, false);
-  command->callback([=, &action] { action = [=] { return topic_info(*info); }; });
+  const auto [info, info_options] = add_session_command<Options>(
+      *group, action, "info", "Show type and endpoints of a topic", false, topic_info);
+  info->add_option("topic", info_options->topic, "Name of the topic")->required();
+  info->add_flag("-v,--verbose", info_options->verbose, "Show each endpoint, its node and its QoS");
 
   add_topic_echo(*group, action);
   add_topic_hz(*group, action);

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {
@@ -21,16 +22,17 @@ using ::testing::Not;
 using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
-/// One composition runs for all tests of this file: a listener, a talker, and an isolated talker in
-/// another namespace.
+/// One composition runs for all tests of this file: a listener, a talker, a listener in a hidden
+/// namespace, and an isolated talker in another one.
 class CommandLine : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    std::string pattern = (fs::temp_directory_path() / "pipescout_cli_XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
+    temporary_ = new ::pipescout::testing::TemporaryFolder();
+    folder_ = temporary_->path();
     std::ofstream(folder_ / "c.yaml") << R"(components:
   - {type: pipescout_test::Listener, name: listener}
   - {type: pipescout_test::Talker, name: talker, parameters: {text: "it's: x"}}
+  - {type: pipescout_test::Listener, name: listener, namespace: _hidden}
   - {type: pipescout_test::Talker, name: talker, namespace: far, isolate: true,
      restart: {limit: 9, backoff: 0.01}}
 )";
@@ -41,7 +43,7 @@ class CommandLine : public ::testing::Test {
     program_->signal(SIGINT);
     EXPECT_EQ(program_->finish().code(), 0);
     delete program_;
-    fs::remove_all(folder_);
+    delete temporary_;
   }
 
   /// With time enough for a busy machine; all end as soon as they have what they want.
@@ -73,14 +75,16 @@ class CommandLine : public ::testing::Test {
     return finished.err;
   }
 
+  static inline ::pipescout::testing::TemporaryFolder* temporary_ = nullptr;
   static inline fs::path folder_;
   static inline Program* program_ = nullptr;
 };
 
 TEST_F(CommandLine, ListsNodes) {
-  expect_listed({"node", "list"}, Eq("/listener\n/pipescout_container\n/talker\n/far/talker\n"));
+  expect_listed({"node", "list"},
+                Eq("/listener\n/pipescout_container\n/talker\n/_hidden/listener\n/far/talker\n"));
   expect_listed({"node", "list", "-a"}, HasSubstr("/far/_talker\n"));
-  expect_listed({"node", "list", "-c"}, Eq("4\n"));
+  expect_listed({"node", "list", "-c"}, Eq("5\n"));
 }
 
 TEST_F(CommandLine, DescribesANode) {
@@ -92,8 +96,10 @@ TEST_F(CommandLine, DescribesANode) {
 }
 
 TEST_F(CommandLine, ListsTopics) {
-  expect_listed({"topic", "list"}, AllOf(HasSubstr("/chatter\n"), HasSubstr("/far/chatter\n"),
-                                         HasSubstr("/rosout\n"), Not(HasSubstr("get_state"))));
+  expect_listed({"topic", "list"},
+                AllOf(HasSubstr("/chatter\n"), HasSubstr("/far/chatter\n"), HasSubstr("/rosout\n"),
+                      Not(HasSubstr("get_state")), Not(HasSubstr("/_hidden"))));
+  expect_listed({"topic", "list", "-a"}, HasSubstr("/_hidden/chatter\n"));
   expect_listed({"topic", "list", "-t"}, HasSubstr("/chatter [std_msgs/msg/String]\n"));
   expect_listed({"topic", "list", "-v"},
                 AllOf(HasSubstr("Published topics:\n"),
@@ -152,6 +158,29 @@ TEST_F(CommandLine, EchoAndHzEndOnSigint) {
   EXPECT_EQ(program.finish().code(), 0);
 }
 
+TEST_F(CommandLine, SignalsEndTheSearch) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"topic", "echo", "/none"},
+        {"topic", "hz", "/none"},
+        {"topic", "info", "/none"},
+        {"node", "info", "/none"},
+        {"param", "list", "/none"},
+        {"lifecycle", "get", "/none"},
+        {"component", "list", "/none"}}) {
+    for (const int number : {SIGINT, SIGTERM}) {
+      auto arguments = command;
+      arguments.insert(arguments.end(), {"--spin-time", "3600"});
+      Program program(arguments, folder_);
+      // It has joined the network.
+      ASSERT_TRUE(eventually([&] { return !sockets_of(program.pid()).empty(); }));
+      program.signal(number);
+      const auto finished = program.finish();
+      EXPECT_EQ(finished.code(), 128 + number) << command[0] << ' ' << command[1];
+      EXPECT_THAT(finished.err, IsEmpty());
+    }
+  }
+}
+
 TEST_F(CommandLine, ReadsParameters) {
   EXPECT_EQ(out({"param", "list", "/talker"}), "  count\n  period\n  text\n  use_sim_time\n");
   expect_listed({"param", "list"},
@@ -183,7 +212,7 @@ TEST_F(CommandLine, SetsParameters) {
 }
 
 TEST_F(CommandLine, StopsAndStartsComponents) {
-  expect_listed({"lifecycle", "nodes"}, Eq("/listener\n/talker\n/far/talker\n"));
+  expect_listed({"lifecycle", "nodes"}, Eq("/listener\n/talker\n/_hidden/listener\n/far/talker\n"));
   EXPECT_EQ(out({"lifecycle", "get", "/far/talker"}), "active [3]\n");
   EXPECT_EQ(out({"lifecycle", "list", "/far/talker"}),
             "- deactivate [4]\n\tStart: active\n\tGoal: deactivating\n"
@@ -204,11 +233,12 @@ TEST_F(CommandLine, StopsAndStartsComponents) {
 TEST_F(CommandLine, LoadsAndUnloadsComponents) {
   EXPECT_THAT(out({"component", "types"}),
               HasSubstr("pipescout_failing_components\n  pipescout_test::FailingComponent\n"));
-  EXPECT_EQ(out({"component", "list", "/pipescout_container"}), "1  /listener\n2  /talker\n");
+  EXPECT_EQ(out({"component", "list", "/pipescout_container"}),
+            "1  /listener\n2  /talker\n3  /_hidden/listener\n");
   EXPECT_EQ(out({"component", "load", "/pipescout_container", "pipescout_failing_components",
                  "pipescout_test::Talker", "-n", "extra", "--node-namespace", "/other", "-p",
                  "text:=hi"}),
-            "Loaded component 3 into '/pipescout_container' container node as '/other/extra'\n");
+            "Loaded component 4 into '/pipescout_container' container node as '/other/extra'\n");
   EXPECT_EQ(out({"param", "get", "/other/extra", "text"}), "String value is: hi\n");
   EXPECT_EQ(out({"lifecycle", "get", "/other/extra"}), "active [3]\n");
   EXPECT_THAT(error({"component", "load", "/pipescout_container", "pipescout_failing_components",
@@ -217,10 +247,10 @@ TEST_F(CommandLine, LoadsAndUnloadsComponents) {
   EXPECT_THAT(error({"component", "load", "/pipescout_container", "pipescout_failing_components",
                      "pipescout_test::Taker"}),
               HasSubstr("did you mean 'pipescout_test::Talker'?"));
-  EXPECT_EQ(out({"component", "unload", "/pipescout_container", "3"}),
-            "Unloaded component 3 from '/pipescout_container' container node\n");
-  EXPECT_THAT(error({"component", "unload", "/pipescout_container", "3"}),
-              StartsWith("Failed to unload component 3 from '/pipescout_container'"));
+  EXPECT_EQ(out({"component", "unload", "/pipescout_container", "4"}),
+            "Unloaded component 4 from '/pipescout_container' container node\n");
+  EXPECT_THAT(error({"component", "unload", "/pipescout_container", "4"}),
+              StartsWith("Failed to unload component 4 from '/pipescout_container'"));
   expect_listed({"component", "list"}, HasSubstr("/pipescout_container\n  1  /listener\n"));
 }
 
