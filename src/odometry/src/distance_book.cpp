@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "distance_book.hpp"
+
+#include <cmath>
+
+namespace pipescout::odometry::internal {
+namespace {
+
+double squared(double value) {
+  return value * value;
+}
+
+}  // namespace
+
+DistanceBook::DistanceBook(const OdometerStreamParameters& parameters)
+    : common_variance_(squared(parameters.common_sigma_per_sqrt_metre)),
+      common_scale_variance_(squared(parameters.common_scale_sigma)) {
+  for (const auto& odometer : parameters.odometers) {
+    accounts_.push_back({.correction = odometer.correction,
+                         .counting_variance = squared(odometer.resolution) / 12.0});
+  }
+}
+
+double DistanceBook::correction_variance(const Account& account, double measured) {
+  const auto& covariance = account.correction.covariance;
+  return squared(measured) * covariance(0, 0) +
+         2.0 * measured * account.offsets * covariance(0, 1) +
+         squared(account.offsets) * covariance(1, 1);
+}
+
+double DistanceBook::path_variance(const WindowSum& window) const {
+  double variance = window.gap_variance;
+  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+    variance += squared(window.weight[i]) * window.random[i] +
+                common_variance_ * window.weight[i] * window.path[i];
+  }
+  return variance;
+}
+
+double DistanceBook::distance(const WindowSum& window) const {
+  return distance_ + window.distance;
+}
+
+double DistanceBook::random_variance(const WindowSum& window) const {
+  double variance = path_variance_ + path_variance(window) + counting_variance_ +
+                    squared(bias_ + (window.agreed ? 0.0 : window.bias));
+  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+    const Account& account = accounts_[i];
+    const double weight = window.weight[i];
+    variance += account.counting_variance * (squared(weight - account.weight) + squared(weight));
+  }
+  return variance;
+}
+
+double DistanceBook::variance(const WindowSum& window) const {
+  double variance = random_variance(window) + former_corrections_ +
+                    common_scale_variance_ * squared(distance(window));
+  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+    const Account& account = accounts_[i];
+    const double raw = window.weight[i] * window.increment[i] / account.correction.scale;
+    variance += correction_variance(account, account.measured + raw);
+  }
+  return variance;
+}
+
+void DistanceBook::commit(const WindowSum& window) {
+  distance_ += window.distance;
+  path_variance_ += path_variance(window);
+  if (window.agreed) {
+    path_variance_ += squared(bias_);
+    bias_ = 0.0;
+  } else {
+    bias_ += window.bias;
+  }
+  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+    Account& account = accounts_[i];
+    const double weight = window.weight[i];
+    counting_variance_ += account.counting_variance * squared(weight - account.weight);
+    account.weight = weight;
+    account.measured += weight * window.increment[i] / account.correction.scale;
+    account.segment += weight * window.path[i];
+  }
+}
+
+void DistanceBook::set_correction(std::size_t odometer, const OdometerCorrection& correction) {
+  Account& account = accounts_[odometer];
+  former_corrections_ += correction_variance(account, account.measured);
+  account.correction = correction;
+  account.measured = 0.0;
+  account.offsets = 0.0;
+}
+
+void DistanceBook::end_segment() {
+  double total = 0.0;
+  for (const auto& account : accounts_) {
+    total += account.segment;
+  }
+  if (total == 0.0) {
+    return;
+  }
+  for (auto& account : accounts_) {
+    const double share = account.segment / total;
+    distance_ += share * account.correction.offset;
+    account.offsets += share;
+    account.segment = 0.0;
+  }
+}
+
+}  // namespace pipescout::odometry::internal

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "distance_book.hpp"
+#include "odometer_monitor.hpp"
+#include "odometer_track.hpp"
+#include "pipescout/odometry/odometer_stream.hpp"
+
+namespace pipescout::odometry {
+
+/// odometer_stream.cpp: samples, time, ticks. odometer_stream_fusion.cpp: what happens at a tick.
+class OdometerStream::Implementation {
+ public:
+  explicit Implementation(OdometerStreamParameters parameters);
+
+  SampleOutcome push(const OdometerSample& sample);
+  void flush();
+  void set_correction(std::size_t odometer, const OdometerCorrection& correction);
+  void end_segment();
+  [[nodiscard]] const FusedStream& state() const { return state_; }
+  [[nodiscard]] const OdometerStreamParameters& parameters() const { return parameters_; }
+
+ private:
+  struct Wheel {
+    internal::OdometerTrack track;
+    internal::OdometerMonitor monitor;
+    /// s, stamp of the last sample, usable or not
+    double heard = -std::numeric_limits<double>::infinity();
+    double scale = 1.0;
+    double scale_variance = 0.0;
+  };
+  struct Leap {
+    double time = 0.0;
+    std::size_t odometer = 0;
+    int samples = 0;
+  };
+
+  SampleOutcome judge(const OdometerSample& sample);
+  bool near_the_others(const OdometerSample& sample);
+  void follow_leap(double time);
+  void fuse_due();
+  [[nodiscard]] bool awaited(const Wheel& wheel, std::int64_t tick) const;
+
+  void fuse_tick(std::int64_t tick);
+  void begin(std::int64_t tick);
+  void read_increments(std::int64_t tick);
+  void fuse_increments();
+  void agree();
+  void fall_back();
+  void coast(double duration);
+  [[nodiscard]] bool anchor_is_due(std::int64_t tick) const;
+  void anchor(std::int64_t tick);
+  void judge_window();
+  void publish();
+
+  OdometerStreamParameters parameters_;
+  ConsensusFusion consensus_;
+  std::vector<Wheel> wheels_;
+  internal::DistanceBook book_;
+  FusedStream state_;
+
+  internal::TickGrid grid_;
+  bool started_ = false;   // a sample has come
+  bool anchored_ = false;  // there is a first anchor
+  double newest_ = 0.0;    // s
+  double origin_ = 0.0;    // s, stamp of the first sample, or of the first after a leap
+  Leap leap_;
+  std::int64_t next_ = 0;  // tick to fuse next
+  double anchor_time_ = 0.0;
+  internal::WindowSum window_;  // from the anchor to the last fused tick
+  OdometerSet usable_;          // have an increment over the window and no reason to be left out
+  OdometerSet spanning_;        // have an increment over the window
+  bool window_open_ = false;    // something was fused since the anchor
+};
+
+}  // namespace pipescout::odometry
