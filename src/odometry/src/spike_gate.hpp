@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "pipescout/odometry/weld_detector.hpp"
+#include "weld_background.hpp"
+
+namespace pipescout::odometry {
+
+/// Takes out of a stream of samples those that stand out of their neighbours in time: spikes of up
+/// to three samples. The slopes and peaks of pulses pass, as long as they are some samples wide.
+class SpikeGate {
+ public:
+  static constexpr std::size_t kWindow = 7;
+
+  struct Sample {
+    double distance = 0.0;
+    std::array<Impedance, kMaxEddyCurrentChannels> values{};
+  };
+
+  SpikeGate(std::size_t channels, double noise_floor);
+
+  /// Returns the sample that came three samples before, or nullptr when there is none or it is a
+  /// spike.
+  const Sample* push(double distance, std::span<const Impedance> channels, bool& spike);
+
+  /// At the end: the samples that have not been returned, unjudged, one by one; then nullptr.
+  const Sample* drain() noexcept;
+
+  /// Whether a sample repeats the one that was pushed last bit by bit, in all channels.
+  [[nodiscard]] bool repeats(std::span<const Impedance> channels) const noexcept;
+
+ private:
+  [[nodiscard]] const Sample& at(std::size_t age) const noexcept {
+    return samples_[(next_ + 2 * kRing - 1 - age) % kRing];
+  }
+  [[nodiscard]] bool is_spike(std::size_t channel, double Impedance::*part,
+                              RunningMedian& bend) const noexcept;
+
+  static constexpr std::size_t kRing = 8;
+  static constexpr std::size_t kMiddle = kWindow / 2;
+
+  std::size_t channels_;
+  std::array<Sample, kRing> samples_{};
+  std::size_t next_ = 0;
+  std::size_t held_ = 0;
+  std::vector<RunningMedian> bends_;  // x and y of each channel
+};
+
+}  // namespace pipescout::odometry

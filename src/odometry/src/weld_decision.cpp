@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "weld_detector_state.hpp"
+
+namespace pipescout::odometry {
+namespace {
+
+constexpr double kLn2 = std::numbers::ln2;
+constexpr double kReddest = 3.0;  // random walk is 2, drift beyond
+
+using Row = Eigen::Map<const Eigen::ArrayXd>;
+
+}  // namespace
+
+double WeldDetector::State::noise_ratio() const {
+  return std::max(1.0, recent_.value() / median_strength_);
+}
+
+double WeldDetector::State::log_samples_around(std::int64_t centre) const {
+  const auto around = static_cast<Eigen::Index>(2 * (widest_ / 2) + 1);
+  return Row(grid_.window(samples_row_, centre - widest_ / 2), around).mean();
+}
+
+double WeldDetector::State::energy_at(const WeldFilter& filter, std::size_t channel,
+                                      std::int64_t centre) const {
+  const auto n = static_cast<Eigen::Index>(filter.taps.size());
+  const Row taps(filter.taps.data(), n);
+  const std::int64_t first = centre - filter.half;
+  const double re = (taps * Row(grid_.window(2 * channel, first), n)).sum();
+  const double im = (taps * Row(grid_.window(2 * channel + 1, first), n)).sum();
+  return (re * re + im * im) / 2.0;
+}
+
+void WeldDetector::State::respond(std::int64_t centre) {
+  const auto around = static_cast<Eigen::Index>(2 * (widest_ / 2) + 1);
+  const double log_samples = Row(grid_.window(samples_row_, centre - widest_ / 2), around).mean();
+  double best = -1.0;
+  double middle = 0.0;
+  std::size_t which = 0;
+  for (std::size_t f = 0; f < filters_.size(); ++f) {
+    const WeldFilter& filter = filters_[f];
+    double strength = 0.0;
+    for (std::size_t c = 0; c < parameters_.channels; ++c) {
+      const double energy = energy_at(filter, c, centre);
+      WeldBackground& background = backgrounds_[f * parameters_.channels + c];
+      strength += kLn2 * energy / background.median(log_samples, energy);
+      background.update(log_samples, energy);
+    }
+    if (f == filters_.size() / 2) {
+      middle = strength;
+    }
+    if (strength > best) {
+      best = strength;
+      which = f;
+    }
+  }
+  recent_.update(middle, 1.0);
+  grid_.set(strength_row_, centre, best);
+  grid_.set(filter_row_, centre, static_cast<double>(which));
+  grid_.set(ratio_row_, centre, noise_ratio());
+}
+
+void WeldDetector::State::decide_up(std::int64_t margin) {
+  if (responded_.empty()) {
+    return;
+  }
+  std::int64_t next = responded_.low;
+  if (!decided_.empty()) {
+    next = std::max(next, decided_.high + 1);
+  }
+  for (; next <= responded_.high - margin; ++next) {
+    decided_.add(next);
+    decide(next);
+  }
+}
+
+void WeldDetector::State::decide_down(std::int64_t margin) {
+  if (responded_.empty()) {
+    return;
+  }
+  std::int64_t next = responded_.high;
+  if (!decided_.empty()) {
+    next = std::min(next, decided_.low - 1);
+  }
+  for (; next >= responded_.low + margin; --next) {
+    decided_.add(next);
+    decide(next);
+  }
+}
+
+double WeldDetector::State::largest_strength(std::int64_t from, std::int64_t to) const {
+  const std::int64_t first = std::max(from, responded_.low);
+  const std::int64_t last = std::min(to, responded_.high);
+  if (first > last) {
+    return 0.0;
+  }
+  return Row(grid_.window(strength_row_, first), static_cast<Eigen::Index>(last - first + 1))
+      .maxCoeff();
+}
+
+/// As of `WeldShapeFitter::fit`, from the narrowest and the widest filter.
+double WeldDetector::State::redness(double log_samples) {
+  if (filters_.size() == 1) {
+    return 0.0;
+  }
+  const std::size_t last = (filters_.size() - 1) * parameters_.channels;
+  double sum = 0.0;
+  for (std::size_t c = 0; c < parameters_.channels; ++c) {
+    sum += std::log(backgrounds_[last + c].median(log_samples, 1.0) /
+                    backgrounds_[c].median(log_samples, 1.0));
+  }
+  const double octaves = std::log(filters_.back().half_width / filters_.front().half_width);
+  return std::clamp(sum / (octaves * static_cast<double>(parameters_.channels)), 0.0, kReddest);
+}
+
+void WeldDetector::State::decide(std::int64_t centre) {
+  double strength = grid_.get(strength_row_, centre);
+  if (strength < threshold_) {
+    return;
+  }
+  const double ratio = std::max(grid_.get(ratio_row_, centre), noise_ratio());
+  const bool at_edge = centre == responded_.low || centre == responded_.high;
+  if (strength < threshold_ * ratio || at_edge ||
+      strength <= largest_strength(centre - own_, centre - 1) ||
+      strength < largest_strength(centre + 1, centre + own_)) {
+    return;
+  }
+
+  std::array<double, kMaxEddyCurrentChannels> variances{};
+  const auto filter = static_cast<std::size_t>(grid_.get(filter_row_, centre));
+  const double log_samples = log_samples_around(centre);
+  double strength_now = 0.0;  // the noise is known better by now
+  for (std::size_t c = 0; c < parameters_.channels; ++c) {
+    const double energy = energy_at(filters_[filter], c, centre);
+    WeldBackground& background = backgrounds_[filter * parameters_.channels + c];
+    variances[c] = ratio / kLn2 * background.median(log_samples, energy);
+    strength_now += energy / variances[c];
+  }
+  strength = std::min(strength, strength_now * ratio);
+  if (strength < threshold_ * ratio) {
+    return;
+  }
+  const WeldShape shape = fitter_.fit(
+      grid_, centre, std::span(variances).first(parameters_.channels), redness(log_samples));
+  if (!is_weld(shape)) {
+    return;
+  }
+  const double others = std::max(largest_strength(centre - crowd_, centre - own_ - 1),
+                                 largest_strength(centre + own_ + 1, centre + crowd_));
+  if (others > parameters_.largest_neighbour * strength) {
+    ++counts_.crowded;
+    return;
+  }
+  const double distance = shape.centre * parameters_.cell;
+  if (last_weld_ && std::abs(distance - *last_weld_) < parameters_.crowd_distance) {
+    ++counts_.repeated;
+    return;
+  }
+
+  const double s = strength / ratio;
+  const double rivals = false_alarms_per_cell(filters_, parameters_.channels, s) *
+                        parameters_.joint_length / parameters_.cell;
+  const double surplus_match = std::min(
+      1.0, (shape.match - parameters_.smallest_match) / (1.0 - parameters_.smallest_match));
+  // Cramer-Rao for the position of a known pulse in white noise.
+  const double noise = parameters_.cell / std::sqrt(2.0 * s * shape.rho);
+  last_weld_ = distance;
+  ++counts_.welds;
+  events_.push_back({.distance = distance,
+                     .standard_deviation = std::hypot(noise, parameters_.position_floor),
+                     .confidence = (0.5 + 0.5 * surplus_match) / (1.0 + rivals),
+                     .amplitude = shape.peak,
+                     .width = 2.0 * shape.half_width * parameters_.cell,
+                     .phase = shape.phase,
+                     .strength = s,
+                     .match = shape.match});
+}
+
+bool WeldDetector::State::is_weld(const WeldShape& shape) {
+  const auto& p = parameters_;
+  const double width = 2.0 * shape.half_width * p.cell;
+  const double turned = std::remainder(shape.phase - p.phase, 2.0 * std::numbers::pi);
+  std::uint64_t* reason = nullptr;
+  if (!shape.fitted || shape.missing > 0.25) {
+    reason = &counts_.incomplete;
+  } else if (width < p.smallest_width / p.width_tolerance) {
+    reason = &counts_.too_narrow;
+  } else if (width > p.largest_width * p.width_tolerance) {
+    reason = &counts_.too_wide;
+  } else if (!(shape.match >= p.smallest_match)) {
+    reason = &counts_.wrong_shape;
+  } else if (std::abs(turned) > p.phase_tolerance) {
+    reason = &counts_.wrong_phase;
+  }
+  if (reason != nullptr) {
+    ++*reason;
+  }
+  return reason == nullptr;
+}
+
+}  // namespace pipescout::odometry

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "weld_shape.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+namespace pipescout::odometry {
+namespace {
+
+constexpr double kStep = 1.15;  // between widths; a parabola finds what lies between
+constexpr double kBelow = 3.0;  // how far the widths go past those of welds
+constexpr double kAbove = 2.2;
+constexpr double kNarrowest = 0.8;  // cells; below, a doublet is two cells
+
+using Row = Eigen::Map<const Eigen::ArrayXd>;
+
+/// Where the parabola through (-1, left), (0, middle), (1, right) is largest, within [-1/2, 1/2].
+double vertex(double left, double middle, double right) {
+  const double curvature = left - 2.0 * middle + right;
+  return curvature < 0.0 ? std::clamp((left - right) / (2.0 * curvature), -0.5, 0.5) : 0.0;
+}
+
+/// Energy of a row of n values that a constant and a straight line leave.
+double curved_energy(const double* values, Eigen::Index n) {
+  const Row row(values, n);
+  const double mean = row.mean();
+  double along = 0.0;
+  double line = 0.0;
+  double energy = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double u = static_cast<double>(i) - 0.5 * static_cast<double>(n - 1);
+    const double value = row(i) - mean;
+    along += u * value;
+    line += u * u;
+    energy += value * value;
+  }
+  return energy - along * along / line;
+}
+
+}  // namespace
+
+WeldShapeFitter::WeldShapeFitter(double smallest_half_width, double largest_half_width,
+                                 const Rows& rows)
+    : rows_(rows) {
+  const double narrowest = std::max(kNarrowest, smallest_half_width / kBelow);
+  const double widest = largest_half_width * kAbove;
+  const auto steps = std::ceil(std::log(widest / narrowest) / std::log(kStep));
+  filters_ = make_weld_filters(narrowest, widest, static_cast<std::size_t>(steps) + 1);
+}
+
+WeldShapeFitter::Output WeldShapeFitter::apply(const WeldFilter& filter, const DistanceGrid& grid,
+                                               std::size_t channel, std::int64_t centre) {
+  const auto n = static_cast<Eigen::Index>(filter.taps.size());
+  const Row taps(filter.taps.data(), n);
+  const std::int64_t first = centre - filter.half;
+  return {(taps * Row(grid.window(2 * channel, first), n)).sum(),
+          (taps * Row(grid.window(2 * channel + 1, first), n)).sum()};
+}
+
+double WeldShapeFitter::strength(const WeldFilter& filter, const DistanceGrid& grid,
+                                 std::int64_t centre, std::span<const double> variances) const {
+  double sum = 0.0;
+  for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
+    const Output a = apply(filter, grid, channel, centre);
+    sum += (a.re * a.re + a.im * a.im) / (2.0 * variances[channel]);
+  }
+  return sum;
+}
+
+double WeldShapeFitter::match(const WeldFilter& filter, const DistanceGrid& grid,
+                              std::int64_t centre, std::span<const double> variances) const {
+  const auto n = static_cast<Eigen::Index>(filter.taps.size());
+  const std::int64_t first = centre - filter.half;
+  double explained = 0.0;
+  double energy = 0.0;
+  for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
+    const Output a = apply(filter, grid, channel, centre);
+    const double weight = 1.0 / variances[channel];
+    explained += weight * (a.re * a.re + a.im * a.im);
+    energy += weight * (curved_energy(grid.window(2 * channel, first), n) +
+                        curved_energy(grid.window(2 * channel + 1, first), n));
+    energy -=
+        2.0 * static_cast<double>(n - 3);  // of the noise, the doublet's own direction left out
+  }
+  return energy > explained ? explained / energy : 1.0;
+}
+
+WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t centre,
+                               std::span<const double> variances, double redness) const {
+  const auto held = [&](const WeldFilter& filter) {
+    return grid.holds(centre - filter.half - 1, centre + filter.half + 1);
+  };
+  WeldShape shape;
+  std::size_t best = 0;
+  std::size_t count = 0;
+  double best_strength = -1.0;
+  const auto whitened = [&](std::size_t i) {
+    return strength(filters_[i], grid, centre, variances) *
+           std::pow(filters_[i].half_width, -redness);
+  };
+  for (; count < filters_.size() && held(filters_[count]); ++count) {
+    const double strength = whitened(count);
+    if (strength > best_strength) {
+      best = count;
+      best_strength = strength;
+    }
+  }
+  if (count < 3) {
+    return shape;
+  }
+  const WeldFilter& filter = filters_[best];
+  shape.fitted = true;
+  double step = 0.0;
+  if (best > 0 && best + 1 < count) {
+    step = vertex(whitened(best - 1), best_strength, whitened(best + 1));
+  }
+  shape.half_width =
+      filter.half_width * std::pow(filters_[1].half_width / filters_[0].half_width, step);
+  shape.rho = filter.rho;
+  shape.match = match(filter, grid, centre, variances);
+
+  const Output a = apply(filter, grid, 0, centre);
+  shape.peak = std::hypot(a.re, a.im) * filter.peak;
+  shape.phase = std::atan2(-a.im, -a.re);  // the doublet is negative on the lower side
+
+  const auto n = static_cast<Eigen::Index>(filter.taps.size());
+  const Row taps(filter.taps.data(), n);
+  const std::int64_t first = centre - filter.half;
+  shape.missing = (taps.square() * Row(grid.window(rows_.missing, first), n)).sum();
+  // The samples of a cell are not always around its middle; what counts is where the pulse is.
+  const double offset = (taps.square() * Row(grid.window(rows_.offset, first), n)).sum();
+  shape.centre = static_cast<double>(centre) + offset +
+                 vertex(strength(filter, grid, centre - 1, variances),
+                        strength(filter, grid, centre, variances),
+                        strength(filter, grid, centre + 1, variances));
+  return shape;
+}
+
+}  // namespace pipescout::odometry

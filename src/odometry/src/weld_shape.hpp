@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "distance_grid.hpp"
+#include "weld_filters.hpp"
+
+namespace pipescout::odometry {
+
+/// The doublet that fits a peak best.
+struct WeldShape {
+  bool fitted = false;      ///< false: the grid does not hold enough around the peak
+  double half_width = 0.0;  ///< cells
+  double rho = 0.0;         ///< of the doublet, as in `WeldFilter`
+  double centre = 0.0;      ///< cells, the middle of cell k is k
+  double match = 0.0;       ///< share of the energy, noise taken off, that it explains
+  double peak = 0.0;        ///< largest magnitude, channel 0
+  double phase = 0.0;       ///< rad, of the lobe at the lower side, channel 0
+  double missing = 0.0;     ///< share of the doublet's energy that lies in gaps
+};
+
+/// Fits doublets of many widths, from well below to well above those of welds: what is no weld is
+/// found out because another width fits better. Takes no memory after construction.
+class WeldShapeFitter {
+ public:
+  /// Rows of the grid: x and y of each channel, then `offset_row` and `missing_row`.
+  struct Rows {
+    std::size_t channels = 1;
+    std::size_t offset = 0;   ///< where in the cell its samples were on average, cells
+    std::size_t missing = 0;  ///< 1 in gaps, else 0
+  };
+  WeldShapeFitter(double smallest_half_width, double largest_half_width, const Rows& rows);
+
+  /// `variances`: of one cell in noise, one per channel, for x and for y. `redness`: the outputs of
+  /// filters have a noise variance that goes with their width to this power (0 for white noise, 1
+  /// for 1/f); widths are compared with that in mind, or slow drifts would look like wide pulses.
+  [[nodiscard]] WeldShape fit(const DistanceGrid& grid, std::int64_t centre,
+                              std::span<const double> variances, double redness) const;
+
+  /// Cells on each side that the widest filter needs.
+  [[nodiscard]] int reach() const noexcept { return filters_.back().half; }
+
+ private:
+  struct Output {
+    double re = 0.0;
+    double im = 0.0;
+  };
+  [[nodiscard]] static Output apply(const WeldFilter& filter, const DistanceGrid& grid,
+                                    std::size_t channel, std::int64_t centre);
+  [[nodiscard]] double strength(const WeldFilter& filter, const DistanceGrid& grid,
+                                std::int64_t centre, std::span<const double> variances) const;
+  [[nodiscard]] double match(const WeldFilter& filter, const DistanceGrid& grid,
+                             std::int64_t centre, std::span<const double> variances) const;
+
+  Rows rows_;
+  std::vector<WeldFilter> filters_;
+};
+
+}  // namespace pipescout::odometry
