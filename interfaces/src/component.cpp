@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/interfaces/component.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <utility>
@@ -251,8 +253,13 @@ Diagnostics& Component::diagnostics() const {
   return lifecycle_->diagnostics();
 }
 
-void Component::report_progress(std::uint32_t done, std::uint32_t total, std::string_view message) {
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::RUNNING, done, total, message);
+void Component::report_progress(std::uint64_t done, std::uint64_t total, std::string_view message) {
+  const auto cut_off = [](std::uint64_t count) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
+  };
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::RUNNING, cut_off(done),
+                     cut_off(total), message);
 }
 
 void Component::report_complete(std::string_view message) {
@@ -263,6 +270,16 @@ void Component::report_failed(std::string_view message) {
   logger().error(message);
   diagnostics().set_status(DiagnosticLevel::kError, std::string(message));
   lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::FAILED, 0, 0, message);
+}
+
+void Component::report_fault(std::string_view counter, std::string_view text,
+                             const Logger::Location& where) {
+  diagnostics().count(counter);
+  if (diagnostics().counter(counter) == 1) {
+    logger().warn(
+        std::string(text) + " (further ones are only counted, as " + std::string(counter) + ")",
+        where);
+  }
 }
 
 void Component::on_callback_exception(std::exception_ptr error) {

@@ -2,7 +2,6 @@
 #include "pipescout/odometer_replay/odometer_replay.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -17,11 +16,6 @@ namespace {
 
 /// A replay that is later than this does not catch up: the clock was set, or the machine slept.
 constexpr Duration kMaximumDelay = std::chrono::seconds(1);
-
-std::uint32_t mission_count(std::size_t count) {
-  return static_cast<std::uint32_t>(
-      std::min<std::size_t>(count, std::numeric_limits<std::uint32_t>::max()));
-}
 
 }  // namespace
 
@@ -144,7 +138,7 @@ void OdometerReplay::wait_or_play(std::size_t subscriptions) {
                            " subscriptions of odometer/readings, there are " +
                            std::to_string(subscriptions);
   logger().info(text);
-  report_progress(mission_count(next_), mission_count(recording_.size()), text);
+  report_progress(next_, recording_.size(), text);
 }
 
 void OdometerReplay::publish_next() {
@@ -200,7 +194,7 @@ void OdometerReplay::report() {
   const std::size_t total = recording_.size();
   // At most a hundred reports, however many readings.
   if (next_ == total || next_ * 100 / total != (next_ - 1) * 100 / total) {
-    report_progress(mission_count(next_), mission_count(total));
+    report_progress(next_, total);
   }
   if (next_ == total) {
     report_complete("all " + std::to_string(total) + " readings are published");

@@ -170,39 +170,33 @@ void OdometryFusion::on_readings(const Readings& message) {
   publisher_.publish(std::move(fused));
 }
 
-void OdometryFusion::fault(std::string_view counter, const std::string& text) {
-  diagnostics().count(counter);
-  if (diagnostics().counter(counter) == 1) {
-    logger().warn(text + " (further ones are only counted, as " + std::string(counter) + ")");
-  }
-}
-
 bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fusion,
                                    const std::vector<double>& standard_deviations) {
   const std::size_t odometers = message.name().size();
   const std::string count = std::to_string(odometers);
   if (odometers < kMinOdometers || odometers > kMaxOdometers) {
-    fault("readings.name.wrong_count", "readings of " + count + " odometers; " +
-                                           std::to_string(kMinOdometers) + " to " +
-                                           std::to_string(kMaxOdometers) + " can be fused");
+    report_fault("readings.name.wrong_count", "readings of " + count + " odometers; " +
+                                                  std::to_string(kMinOdometers) + " to " +
+                                                  std::to_string(kMaxOdometers) + " can be fused");
     return false;
   }
   if (std::set<std::string_view>(message.name().begin(), message.name().end()).size() !=
       odometers) {
-    fault("readings.name.not_unique", "readings of two odometers of one name");
+    report_fault("readings.name.not_unique", "readings of two odometers of one name");
     return false;
   }
   if (const auto expected = odometers_.share(); !expected->empty() && *expected != message.name()) {
-    fault("readings.name.unexpected", "readings of other odometers than parameter 'odometers' has");
+    report_fault("readings.name.unexpected",
+                 "readings of other odometers than parameter 'odometers' has");
     return false;
   }
   const auto has_wrong_size = [&](const char* field, std::size_t size) {
     if (size == odometers) {
       return false;
     }
-    fault("readings." + std::string(field) + ".wrong_size",
-          "readings with " + std::to_string(size) + " values of '" + field + "' for " + count +
-              " odometers");
+    report_fault("readings." + std::string(field) + ".wrong_size",
+                 "readings with " + std::to_string(size) + " values of '" + field + "' for " +
+                     count + " odometers");
     return true;
   };
   if (has_wrong_size("distance", message.distance().size()) ||
@@ -215,16 +209,17 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
     return false;
   }
   if (stand_in && standard_deviations.size() != odometers) {
-    fault("readings.standard_deviation.missing",
-          "readings without standard deviations; parameter 'standard_deviations' has " +
-              std::to_string(standard_deviations.size()) + " values for " + count + " odometers");
+    report_fault("readings.standard_deviation.missing",
+                 "readings without standard deviations; parameter 'standard_deviations' has " +
+                     std::to_string(standard_deviations.size()) + " values for " + count +
+                     " odometers");
     return false;
   }
   const std::size_t offsets = fusion.parameters().offsets.size();
   if (offsets != 0 && offsets != odometers) {
-    fault("readings.name.unlike_offsets", "readings of " + count +
-                                              " odometers; parameter 'offsets' has " +
-                                              std::to_string(offsets) + " values");
+    report_fault("readings.name.unlike_offsets", "readings of " + count +
+                                                     " odometers; parameter 'offsets' has " +
+                                                     std::to_string(offsets) + " values");
     return false;
   }
   return true;
@@ -237,15 +232,15 @@ void OdometryFusion::check_stamp(const Readings& message) {
   const double age = to_seconds(now() - stamp);
   const double maximum_age = maximum_age_.get();
   if (maximum_age > 0.0 && age > maximum_age) {
-    fault("readings.header.stamp.stale", "readings are " + std::to_string(age) + " s old");
+    report_fault("readings.header.stamp.stale", "readings are " + std::to_string(age) + " s old");
   }
   if (-age > maximum_lead_.get()) {
-    fault("readings.header.stamp.in_future",
-          "readings have a stamp " + std::to_string(-age) + " s ahead of the clock");
+    report_fault("readings.header.stamp.in_future",
+                 "readings have a stamp " + std::to_string(-age) + " s ahead of the clock");
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
-    fault("readings.header.stamp.not_increasing",
-          "readings have a stamp that is not later than that of the readings before");
+    report_fault("readings.header.stamp.not_increasing",
+                 "readings have a stamp that is not later than that of the readings before");
   }
   last_stamp_ = stamp;
 }
@@ -258,20 +253,21 @@ void OdometryFusion::count_rejections(const Fused& fused) {
       case RejectionReason::kUnsupported:  // a wheel that slips: what the fusion is for
         break;
       case RejectionReason::kMarkedInvalid:
-        fault("readings.valid.false", "odometer '" + name + "' is marked invalid");
+        report_fault("readings.valid.false", "odometer '" + name + "' is marked invalid");
         break;
       case RejectionReason::kNotANumber:
-        fault("readings.distance.not_a_number",
-              "the distance of odometer '" + name + "' is no finite number");
+        report_fault("readings.distance.not_a_number",
+                     "the distance of odometer '" + name + "' is no finite number");
         break;
       case RejectionReason::kBadSigma:
-        fault("readings.standard_deviation.not_positive",
-              "the standard deviation of odometer '" + name + "' is no positive finite number");
+        report_fault(
+            "readings.standard_deviation.not_positive",
+            "the standard deviation of odometer '" + name + "' is no positive finite number");
         break;
     }
   }
   if (fused.status() == pipescout_msgs::msg::FusedOdometer_Constants::STATUS_NO_CONSENSUS) {
-    fault("no_consensus", "no group of odometers agrees");
+    report_fault("no_consensus", "no group of odometers agrees");
   }
 }
 

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/odometry_recorder/odometry_recorder.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -63,11 +61,6 @@ std::string fused_line(std::optional<std::uint64_t> reading, const OdometryRepor
     line += std::string(",") + rejection_text(reason);
   }
   return line;
-}
-
-std::uint32_t mission_count(std::uint64_t count) {
-  return static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
 }
 
 }  // namespace
@@ -182,12 +175,14 @@ void OdometryRecorder::on_readings(const Readings& message) {
   if (odometers == 0 || odometers > kMaximumOdometers || message.distance().size() != odometers ||
       message.valid().size() != odometers ||
       (has_standard_deviations && message.standard_deviation().size() != odometers)) {
-    fault("readings.malformed", "readings whose lists are not of one length are not recorded");
+    report_fault("readings.malformed",
+                 "readings whose lists are not of one length are not recorded");
     return;
   }
   if (!accepts(message.name()) ||
       (recording_->readings && recording_->has_standard_deviations != has_standard_deviations)) {
-    fault("readings.other_odometers", "readings of other odometers than before are not recorded");
+    report_fault("readings.other_odometers",
+                 "readings of other odometers than before are not recorded");
     return;
   }
   write_readings(
@@ -201,12 +196,13 @@ void OdometryRecorder::on_fused(const Fused& message) {
   if (odometers == 0 || odometers > kMaximumOdometers ||
       message.in_fusion_set().size() != odometers ||
       message.rejection_reason().size() != odometers) {
-    fault("fused.malformed", "fused distances whose lists are not of one length are not recorded");
+    report_fault("fused.malformed",
+                 "fused distances whose lists are not of one length are not recorded");
     return;
   }
   if (!accepts(message.name())) {
-    fault("fused.other_odometers",
-          "fused distances of other odometers than before are not recorded");
+    report_fault("fused.other_odometers",
+                 "fused distances of other odometers than before are not recorded");
     return;
   }
   const OdometryReport::Fused fused{
@@ -290,13 +286,6 @@ void OdometryRecorder::guarded(const std::function<void()>& write) {
   }
 }
 
-void OdometryRecorder::fault(std::string_view counter, const std::string& text) {
-  diagnostics().count(counter);
-  if (diagnostics().counter(counter) == 1) {
-    logger().warn(text + " (further ones are only counted, as " + std::string(counter) + ")");
-  }
-}
-
 void OdometryRecorder::progress() {
   const std::uint64_t pairs = recording_->report.pairs();
   // At most a hundred reports, however many readings.
@@ -305,7 +294,7 @@ void OdometryRecorder::progress() {
     return;
   }
   reported_percent_ = pairs * 100 / expected_;
-  report_progress(mission_count(pairs), mission_count(expected_));
+  report_progress(pairs, expected_);
 }
 
 /// Decides whether the recording is complete, now or, when its time is over, for good.

@@ -75,12 +75,16 @@ class Component : public Node {
   virtual CallbackReturn on_error() { return on_cleanup(); }
 
   /// Says on `mission/status` how far the component's part of the mission is; `total` 0: unknown.
-  void report_progress(std::uint32_t done, std::uint32_t total, std::string_view message = {});
+  /// Counts beyond what MissionStatus holds are cut off there.
+  void report_progress(std::uint64_t done, std::uint64_t total, std::string_view message = {});
   /// The component's part is complete: when all components that the composition waits for have said
   /// so, the run ends.
   void report_complete(std::string_view message = {});
   /// The component's part cannot be completed: the run ends with an error.
   void report_failed(std::string_view message);
+  /// Counts a fault of the input on `/diagnostics`; the first of its kind is also logged.
+  void report_fault(std::string_view counter, std::string_view text,
+                    const Logger::Location& where = Logger::Location::current());
 
   void on_callback_exception(std::exception_ptr error) override;
 

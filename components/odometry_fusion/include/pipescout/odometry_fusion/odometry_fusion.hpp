@@ -41,8 +41,6 @@ class OdometryFusion final : public Component {
   void declare_parameters();
   void subscribe_if_heard(std::size_t subscriptions);
   void on_readings(const Readings& message);
-  /// Counts a fault of the input; the first of its kind is also logged.
-  void fault(std::string_view counter, const std::string& text);
   [[nodiscard]] bool is_acceptable(const Readings& message, const Algorithm& algorithm,
                                    const std::vector<double>& standard_deviations);
   void check_stamp(const Readings& message);

@@ -68,7 +68,6 @@ class OdometryRecorder final : public Component {
   void write_readings(std::uint64_t number, const Readings& message);
   /// Runs what writes; when that fails, so does the mission, and nothing is recorded any more.
   void guarded(const std::function<void()>& write);
-  void fault(std::string_view counter, const std::string& text);
   void progress();
   void judge(bool time_is_over);
   void end(Outcome outcome, const std::string& text);
