@@ -62,6 +62,10 @@ std::uint32_t benchmark_domain() {
   return domain;
 }
 
+std::uint32_t in_process_domain() {
+  return benchmark_domain() + 100;
+}
+
 }  // namespace pipescout::benchmarks
 
 namespace {

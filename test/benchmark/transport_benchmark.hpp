@@ -25,8 +25,11 @@ inline constexpr ImageSize kOneKilobyte{32, 16};
 void stamp(sensor_msgs::msg::Image& image);
 [[nodiscard]] double microseconds_since_stamp(const sensor_msgs::msg::Image& image);
 
-/// A DDS domain that another run on this machine is unlikely to use.
+/// DDS domains that another run on this machine is unlikely to use. What is measured within a
+/// process has a domain of its own: it must not reach the process at the other end of a
+/// measurement.
 [[nodiscard]] std::uint32_t benchmark_domain();
+[[nodiscard]] std::uint32_t in_process_domain();
 
 void register_in_process();
 void register_cross_process();

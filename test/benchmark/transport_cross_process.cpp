@@ -136,12 +136,13 @@ class Link {
     close(pipe_);
   }
 
-  /// The latency that the child measured; negative when the message was lost.
+  /// The latency that the child measured; negative when the message was lost, or when more than one
+  /// came: a late one would be taken for the next.
   double await() {
     pollfd readable{pipe_, POLLIN, 0};
     double latency = -1.0;
     if (poll(&readable, 1, kPatienceMilliseconds) == 1 &&
-        read(pipe_, &latency, sizeof latency) == sizeof latency) {
+        read(pipe_, &latency, sizeof latency) == sizeof latency && poll(&readable, 1, 0) == 0) {
       return latency;
     }
     return -1.0;

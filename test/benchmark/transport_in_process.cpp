@@ -78,7 +78,7 @@ class Camera {
 /// Our participant is there, as in any process on a network.
 std::shared_ptr<Context> networked_context() {
   return Context::create(
-      create_dds_transport({.domain_id = benchmark_domain(), .localhost_only = true}));
+      create_dds_transport({.domain_id = in_process_domain(), .localhost_only = true}));
 }
 
 /// Publisher and subscriber in one executor.
@@ -129,7 +129,7 @@ class Measured {
 };
 
 void plain_in_process(benchmark::State& state, const std::string& name, ImageSize size) {
-  const auto participant = create_plain_participant(benchmark_domain());
+  const auto participant = create_plain_participant(in_process_domain());
   Measured measured;
   const PlainReader reader(participant, "plain_image",
                            [&](Image& image) { measured.put(microseconds_since_stamp(image)); });

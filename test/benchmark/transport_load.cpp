@@ -82,7 +82,7 @@ class Link final : public Component {
 double our_load(bool busy) {
   Executor executor;
   const auto context = Context::create(
-      create_dds_transport({.domain_id = benchmark_domain(), .localhost_only = true}));
+      create_dds_transport({.domain_id = in_process_domain(), .localhost_only = true}));
   std::vector<std::unique_ptr<Component>> components;
   for (int i = 0; i < kComponents; ++i) {
     const ComponentOptions options{
@@ -134,7 +134,7 @@ class PlainWorker {
 };
 
 double plain_load() {
-  const auto participant = create_plain_participant(benchmark_domain());
+  const auto participant = create_plain_participant(in_process_domain());
   PlainWorker worker;
   std::vector<std::unique_ptr<PlainWriter>> writers;
   std::vector<std::unique_ptr<PlainReader>> readers;
