@@ -194,7 +194,7 @@ void WeldHypotheses::branch(const WeldHypothesis& predicted, double variance,
     // between is no weld that was missed.
     const double joint_residual = std::abs(residual) - chain_.mean_length();
     const double joint_variance = chain_.length_variance() + total;
-    if (std::abs(predicted.offset) > 0.5 * chain_.mean_length() &&
+    if (std::abs(predicted.net) > 0.5 * chain_.mean_length() &&
         joint_residual * joint_residual <= gate_squared * joint_variance) {
       tally += 0.5 * predicted.weight * detected * parameters_.tally_error_probability *
                normal_density(joint_residual * joint_residual, joint_variance);

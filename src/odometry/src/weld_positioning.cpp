@@ -18,7 +18,7 @@ constexpr double kCertain = 0.9;  // share of the weight that makes a fault news
 constexpr double kLowestNoiseFactor = 0.25;
 constexpr double kHighestNoiseFactor = 25.0;
 constexpr double kLargestInnovation = 9.0;  // squared; a single odd weld teaches no more than this
-constexpr double kAheadTolerance = 1e-6;    // m, rounding of the sum of increments
+constexpr double kSightingSigmas = 5.0;
 
 void check_start(const WeldPositioningStart& start, std::size_t joints, bool has_tally) {
   if (start.orientation != Orientation::kForward && start.orientation != Orientation::kBackward &&
@@ -40,6 +40,10 @@ void check_start(const WeldPositioningStart& start, std::size_t joints, bool has
   require("start.distance", start.distance, true, "(-inf, inf)");
   require("start.distance_standard_deviation", start.distance_standard_deviation,
           start.distance_standard_deviation > 0.0, "(0, inf)");
+}
+
+double square(double value) {
+  return value * value;
 }
 
 JointChain make_chain(const WeldPositioningParameters& parameters,
@@ -82,15 +86,17 @@ class WeldPositioning::Implementation {
     estimate_.double_slip_detected = estimate_.tally_error_detected = false;
     estimate_.spacing_error = 0.0;
     if (!std::isfinite(increment.distance) || !std::isfinite(increment.variance) ||
-        increment.variance < 0.0 || std::abs(increment.distance) > parameters_.largest_increment) {
+        increment.variance < 0.0 || increment.variance > square(parameters_.largest_increment) ||
+        std::abs(increment.distance) > parameters_.largest_increment) {
       ++counts_.bad_increments;
-      const double sigma = parameters_.bad_increment_standard_deviation;
-      since_.variance += sigma * sigma;
+      since_.variance += square(parameters_.bad_increment_standard_deviation);
       report();
       estimate_.status = PositioningStatus::kBadValue;
       return estimate_;
     }
     odometer_ += increment.distance;
+    lowest_ = std::min(lowest_, odometer_);
+    highest_ = std::max(highest_, odometer_);
     since_.net += increment.distance;
     since_.path += std::abs(increment.distance);
     since_.variance += noise_factor_ * increment.variance;
@@ -105,13 +111,17 @@ class WeldPositioning::Implementation {
     const bool confidence_fits =
         std::isnan(weld.confidence) || (weld.confidence >= 0.0 && weld.confidence <= 1.0);
     if (!std::isfinite(weld.odometer_distance) || !std::isfinite(weld.standard_deviation) ||
-        weld.standard_deviation <= 0.0 || !confidence_fits) {
+        weld.standard_deviation <= 0.0 || weld.standard_deviation > parameters_.largest_increment ||
+        !confidence_fits) {
       ++counts_.bad_welds;
       estimate_.status = PositioningStatus::kBadValue;
       return estimate_;
     }
     const double lag = odometer_ - weld.odometer_distance;
-    if (std::abs(lag) > since_.path + kAheadTolerance) {
+    // Its noise may put it a little beyond where the crawler has been.
+    const double tolerance = kSightingSigmas * weld.standard_deviation;
+    if (weld.odometer_distance < lowest_ - tolerance ||
+        weld.odometer_distance > highest_ + tolerance) {
       ++counts_.out_of_order_welds;
       estimate_.status = PositioningStatus::kOutOfOrder;
       return estimate_;
@@ -146,6 +156,8 @@ class WeldPositioning::Implementation {
       ++counts_.unexplained_welds;
     }
     since_ = {.net = lag, .path = since_.path * behind, .variance = since_.variance * behind};
+    lowest_ = std::min(odometer_, weld.odometer_distance);
+    highest_ = std::max(odometer_, weld.odometer_distance);
     summarise();
     follow_lock();
     announce_faults();
@@ -305,7 +317,9 @@ class WeldPositioning::Implementation {
   std::vector<LearntJoint> learnt_;
   std::vector<double> learnt_weld_;  // m, weld 0 at 0
   std::vector<Neighbour> around_;
-  OdometerTravel since_;    // since the last weld taken
+  OdometerTravel since_;  // since the last weld taken
+  double lowest_ = 0.0;   // m, of the odometer since that weld
+  double highest_ = 0.0;
   double odometer_ = 0.0;   // m
   WeldHypothesis summary_;  // as of the last weld taken
   double probability_ = 0.0;

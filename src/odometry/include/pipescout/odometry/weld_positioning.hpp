@@ -59,7 +59,8 @@ struct WeldPositioningParameters {
   /// Gross faults per joint that survive the fusion (two of three wheels slip together); (0, 0.5].
   double double_slip_probability = 1e-3;
   double largest_double_slip = 0.35;  ///< as a part of the distance since the last weld; (0, 1]
-  double largest_increment = 50.0;    ///< m; longer ones are refused; > 0
+  /// m, > 0. Longer increments are refused, and so are standard deviations above.
+  double largest_increment = 50.0;
   double bad_increment_standard_deviation = 0.05;  ///< m, what a refused one may hide; >= 0
   /// Gain of the factor on the stated odometer variance that is learnt from the welds; [0, 0.2];
   /// 0: the stated variance is taken as it is.
@@ -71,9 +72,10 @@ struct WeldPositioningParameters {
   TallyJoint standard_joint{.length = 12.0, .standard_deviation = 0.12};
   std::size_t largest_joint_count = 4096;  ///< [1, 1000000]
   // The hypotheses.
-  std::size_t largest_hypothesis_count = 4096;  ///< [8, 1000000]
-  double prune_ratio = 1e-8;                    ///< to the heaviest; lighter ones go; (0, 0.01]
-  double gate = 5.0;  ///< standard deviations within which a weld is as expected; [3, 10]
+  /// [8, 1000000]; never fewer than two per weld of the tally, so that a search misses no place.
+  std::size_t largest_hypothesis_count = 4096;
+  double prune_ratio = 1e-8;  ///< to the heaviest; lighter ones go; (0, 0.01]
+  double gate = 5.0;          ///< standard deviations within which a weld is as expected; [3, 10]
   // The lock.
   double lock_probability = 0.9999;      ///< (0.5, 1)
   double unlock_probability = 0.99;      ///< (0, lock_probability]
@@ -104,7 +106,7 @@ struct WeldSighting {
 enum class PositioningStatus : std::uint8_t {
   kAccepted = 0,
   kBadValue = 1,    ///< not finite, a variance below zero, too long an increment, ...
-  kOutOfOrder = 2,  ///< a weld before the last one with no way back between, or ahead of the robot
+  kOutOfOrder = 2,  ///< a weld where the crawler has not been since the last one
 };
 
 struct WeldPositionEstimate {
