@@ -157,9 +157,9 @@ CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_
   }
   const double bend = uniform(engine, 0.5, 2.0);  // wear comes late or early
 
+  const double stated = settings.stated_noise_part * settings.wheel_noise;
   const double window_sigma =
-      std::sqrt(settings.wheel_noise * settings.wheel_noise * settings.step +
-                settings.resolution * settings.resolution / 6.0 +
+      std::sqrt(stated * stated * settings.step + settings.resolution * settings.resolution / 6.0 +
                 std::pow(settings.radius_error * settings.step, 2));
   const ConsensusFusion fusion({.epsilon = 0.95});
   std::array<double, kWheels> reading{};

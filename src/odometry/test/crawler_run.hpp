@@ -19,6 +19,7 @@ struct CrawlerRunSettings {
   bool backward = false;              ///< faces towards weld 0
   double step = 0.5;                  ///< m, one fusion window
   double wheel_noise = 0.004;         ///< m per square root of a metre, each wheel
+  double stated_noise_part = 1.0;     ///< of its standard deviation, what the fusion is told
   double radius_error = 0.002;        ///< standard deviation, each wheel
   double common_scale_error = 0.005;  ///< standard deviation, all wheels
   double wear = 0.02;                 ///< all wheels read more by this at the end of the run

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "crawler_run.hpp"
+
+namespace pipescout::odometry::test {
+
+/// How `WeldPositioning` did on one run. Errors are of the place that joint and distance into it
+/// state, against the truth, at every event from the first lock on while locked.
+struct CrawlerScore {
+  std::size_t lock_joints = 0;  ///< welds passed, seen or not, until the first lock; or all
+  bool ever_locked = false;
+  std::size_t locked_events = 0;
+  std::size_t inside_band = 0;  ///< error within 1.96 stated standard deviations
+  std::size_t wrong_joint = 0;  ///< not the joint it is in, nor within 0.15 m of the right one
+  std::vector<double> errors;   ///< m, absolute
+  std::vector<double> scale_errors;
+  std::size_t slips = 0;           ///< double slips that lost 0.15 m or more, away from the ends
+  std::size_t slips_detected = 0;  ///< within 5 joints
+  std::size_t slips_hidden = 0;    ///< error of 0.15 m or more and outside the band, after the
+                                   ///< second weld seen since the slip
+  std::size_t false_slips = 0;     ///< announced where there was none
+  std::size_t locks_lost = 0;
+  bool right_at_end = false;  ///< locked, and the error below 0.15 m
+};
+
+[[nodiscard]] CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
+                                     const CrawlerRunSettings& settings);
+
+/// The value that the given part of them does not exceed.
+[[nodiscard]] double quantile(std::vector<double> values, double part);
+
+}  // namespace pipescout::odometry::test
