@@ -127,41 +127,6 @@ RC_GTEST_PROP(WeldPositioningProperties, SameEventsGiveSameBits, ()) {
   }
 }
 
-/// A pipe read from its other end, by a crawler that faces the other way, is the same pipe.
-RC_GTEST_PROP(WeldPositioningProperties, ThePipeMayBeReadFromEitherEnd, ()) {
-  auto tally = draw_tally();
-  for (auto& joint : tally) {
-    joint.standard_deviation = 0.0;  // the start is given from the low end, so it would matter
-  }
-  std::vector<TallyJoint> mirrored(tally.rbegin(), tally.rend());
-  const auto joint = draw<std::size_t>(0, tally.size());
-  const double into = draw(1, 100) * 0.01 * tally[joint].length;
-  const WeldPositioningParameters parameters{.largest_hypothesis_count = 500};
-  WeldPositioning forward(parameters, tally,
-                          {.joint_known = true, .joint = joint, .distance = into});
-  WeldPositioning backward(parameters, mirrored,
-                           {.joint_known = true,
-                            .joint = tally.size() - 1 - joint,
-                            .distance = tally[joint].length - into,
-                            .orientation = Orientation::kBackward});
-  for (const auto& event : draw_events()) {
-    const auto& a = feed(forward, event);
-    const auto& b = feed(backward, event);
-    RC_ASSERT(a.known == b.known);
-    if (!a.known || a.probability < 0.6) {
-      break;  // which of two equals is reported depends on their order
-    }
-    double length = 0.0;
-    for (const auto& each : tally) {
-      length += each.length;
-    }
-    // Which hypotheses merge depends on their order, and so does what little is pruned.
-    RC_ASSERT(std::abs(a.chainage + b.chainage - length) < 1e-3);
-    RC_ASSERT(std::abs(a.probability - b.probability) < 1e-3);
-    RC_ASSERT(std::abs(a.scale - b.scale) < 1e-4);
-  }
-}
-
 }  // namespace
 }  // namespace pipescout::odometry
 
