@@ -31,6 +31,12 @@ class CommandInterrupted : public std::exception {
   int signal_;
 };
 
+/// The check of an option that counts something: CLI::PositiveNumber shows its upper end in 309
+/// digits when it refuses a value.
+inline CLI::Range count_range() {
+  return {1, 1000000000};
+}
+
 /// What the parsed command line asks for; returns the exit code.
 using Action = std::function<int()>;
 

@@ -15,10 +15,6 @@ namespace {
 /// From a signal to the end of the program.
 constexpr Duration kGrace = std::chrono::seconds(2);
 
-SteadyTime steady_now() {
-  return std::chrono::steady_clock::now();
-}
-
 }  // namespace
 
 /// What other nodes have said that they consist of. DDS discovers participants, their node lists
@@ -89,14 +85,15 @@ class Session::Announcements {
 };
 
 void DiscoveryOptions::add_to(CLI::App& command, bool with_services) {
+  const CLI::Range seconds(0.0, 1e6);
   command
       .add_option("--spin-time", spin_time, "Seconds to look for others on the network, at most")
-      ->check(CLI::NonNegativeNumber)
+      ->check(seconds)
       ->capture_default_str();
   if (with_services) {
     command
         .add_option("--timeout", timeout, "Seconds to wait for the answer of a service, at most")
-        ->check(CLI::NonNegativeNumber)
+        ->check(seconds)
         ->capture_default_str();
   }
 }

@@ -232,7 +232,7 @@ void QosOptions::add_to(CLI::App& command) {
   command.add_option("--qos-profile", profile, "Start from this profile")
       ->check(CLI::IsMember(
           {"default", "system_default", "sensor_data", "services_default", "parameters"}));
-  command.add_option("--qos-depth", depth, "Messages kept")->check(CLI::PositiveNumber);
+  command.add_option("--qos-depth", depth, "Messages kept")->check(count_range());
   command.add_option("--qos-reliability", reliability, "")
       ->check(CLI::IsMember({"reliable", "best_effort"}));
   command.add_option("--qos-durability", durability, "")

@@ -100,7 +100,7 @@ void add_topic_echo(CLI::App& group, Action& action) {
   command->add_option("--field", options->field, "Print only this field, such as pose.position.x");
   command->add_flag("--once", options->once, "Print one message and exit");
   command->add_option("-n,--count", options->count, "Print so many messages and exit")
-      ->check(CLI::PositiveNumber);
+      ->check(count_range());
   command->add_flag("--csv", options->csv, "Values separated by commas");
   command->add_flag("-f,--full-length", options->full_length,
                     "Print arrays and texts in full, however long");

@@ -18,7 +18,7 @@ int hz(Session& session, const Options& options) {
   const auto subscription = session.node().create_untyped_subscription(
       source.topic, *source.type, source.qos,
       [&](const std::shared_ptr<const void>&, const MessageInfo&) {
-        window.arrived(std::chrono::steady_clock::now());
+        window.arrived(steady_now());
         fresh = true;
       },
       {}, {});
@@ -43,7 +43,7 @@ void add_topic_hz(CLI::App& group, Action& action) {
       group, action, "hz", "Print the rate at which messages arrive", false, hz);
   options->add_to(*command);
   command->add_option("-w,--window", options->window, "Messages to average over")
-      ->check(CLI::PositiveNumber)
+      ->check(count_range())
       ->capture_default_str();
 }
 

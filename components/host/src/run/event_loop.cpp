@@ -59,7 +59,7 @@ void EventLoop::take_posted() {
 bool EventLoop::run_until(const std::function<bool()>& done, std::optional<SteadyTime> deadline) {
   while (true) {
     take_posted();
-    const SteadyTime now = std::chrono::steady_clock::now();
+    const SteadyTime now = steady_now();
     auto wake_at = deadline;
     if (turn_) {
       if (const auto due = turn_(now)) {

@@ -33,10 +33,6 @@ constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 
-SteadyTime steady_now() {
-  return std::chrono::steady_clock::now();
-}
-
 /// The run cannot start; what() says why.
 class StartError : public std::runtime_error {
  public:

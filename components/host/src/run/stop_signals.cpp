@@ -87,8 +87,7 @@ void StopSignals::run() {
   while (true) {
     int timeout = -1;
     if (end_at) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(
-          *end_at - SteadyTime(std::chrono::steady_clock::now()));
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(*end_at - steady_now());
       timeout = static_cast<int>(std::max<std::int64_t>(0, left.count()));
     }
     std::array<pollfd, 2> descriptors{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
@@ -105,7 +104,7 @@ void StopSignals::run() {
       if (number >= kQuit) {
         return;
       }
-      end_at = end_at.value_or(SteadyTime(std::chrono::steady_clock::now()) + grace_);
+      end_at = end_at.value_or(steady_now() + grace_);
     }
     if (descriptors[0].revents != 0) {
       signalfd_siginfo info{};
@@ -113,7 +112,7 @@ void StopSignals::run() {
         continue;
       }
       const int number = static_cast<int>(info.ssi_signo);
-      const SteadyTime now = std::chrono::steady_clock::now();
+      const SteadyTime now = steady_now();
       if (first_at) {
         if (now - *first_at >= kSameRequest) {
           end_by_force(128 + number, "second signal; ended by force\n");

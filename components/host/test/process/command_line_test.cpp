@@ -282,6 +282,12 @@ TEST_F(CommandLine, UnknownNodesAndCommandsAreErrors) {
   EXPECT_THAT(finished.err, StartsWith("unknown command 'lst'; did you mean 'list'?"));
   finished = run_program({}, folder_);
   EXPECT_EQ(finished.code(), 2);
+  finished = run_program({"topic", "hz", "/chatter", "-w", "0"}, folder_);
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_THAT(finished.err, HasSubstr("Value 0 not in range 1 to 1000000000"));
+  finished = run_program({"node", "list", "--spin-time", "-1"}, folder_);
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_THAT(finished.err, HasSubstr("--spin-time: Value -1 not in range"));
 }
 
 TEST_F(CommandLine, HelpIsEverywhere) {
