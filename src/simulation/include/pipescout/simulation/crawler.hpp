@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "pipescout/simulation/jointed_pipe.hpp"
+#include "pipescout/simulation/motion.hpp"
+
+/// A crawler in a pipe and what its odometer wheels show, with ground truth.
+///
+/// A wheel turns by  integral of (1 + scale_error + wear_per_metre * path) * (1 - slip(path)) *
+/// (1 - gravity_slip * sin(slope in the direction of travel))  over the distance, plus noise; it
+/// shows that, counted in steps of its resolution. Path is what the crawler has gone in either
+/// direction. Metres and seconds. The same seed gives the same bits.
+namespace pipescout::simulation {
+
+struct WheelParameters {
+  bool incremental = false;     ///< shows the distance since its sample before, dropped ones too
+  double period = 0.02;         ///< s, > 0, between samples
+  double start = 0.0;           ///< s, >= 0, of its first sample
+  double resolution = 0.001;    ///< m, > 0
+  double counter_start = 0.0;   ///< m, what an absolute counter shows at the start
+  double scale_error = 0.0;     ///< [-0.3, 0.3]: of the radius, in what it shows
+  double wear_per_metre = 0.0;  ///< 1/m, [-1e-3, 1e-3]: drift of the scale along the path
+  double noise_per_sqrt_metre = 0.0;  ///< m per square root of metre, >= 0: random walk
+  double gravity_slip = 0.0;          ///< [0, 0.5]: shows less uphill, more downhill
+  double dropped_share = 0.0;         ///< [0, 1]: of the samples, that never come
+  double nan_share = 0.0;             ///< [0, 1]: of the samples, that come as NaN
+};
+
+struct CrawlerParameters {
+  std::vector<WheelParameters> wheels{};  ///< 1 to 64
+  double slip_spacing = 0.0;  ///< m, >= 0: mean path between bursts of slip, of all wheels; 0: none
+  double slip_shortest = 1.0;        ///< m, > 0
+  double slip_longest = 10.0;        ///< m, >= slip_shortest
+  double slip_least = 0.05;          ///< [0, 1]: share of the distance that is lost
+  double slip_most = 0.3;            ///< [slip_least, 1]
+  double slip_together_share = 0.0;  ///< [0, 1]: of the bursts, in which two wheels slip alike
+  double stick_spacing = 0.0;        ///< m, >= 0: mean path between sticks; 0: none
+  double stick_shortest = 0.5;       ///< m, > 0
+  double stick_longest = 5.0;        ///< m, >= stick_shortest
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+enum class WheelFaultKind : std::uint8_t { kSlip, kStick };
+
+/// From path `begin` on, for `length`, a wheel shows only (1 - ratio) of the distance.
+struct WheelFault {
+  WheelFaultKind kind = WheelFaultKind::kSlip;
+  std::size_t wheel = 0;
+  double begin = 0.0;   ///< m of path
+  double length = 0.0;  ///< m of path
+  double ratio = 0.0;   ///< 1 for a stick
+};
+
+/// A sample and the truth at its time.
+struct WheelSample {
+  std::size_t wheel = 0;
+  double time = 0.0;                                        ///< s
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< m
+  double distance = 0.0;                                    ///< m, true chainage
+  double path = 0.0;                                        ///< m
+  double speed = 0.0;                                       ///< m/s
+};
+
+class Crawler {
+ public:
+  /// Starts at the first weld. Faults are drawn at random: one at a time, but for bursts of two
+  /// wheels together. Throws what `CrawlerParameters::validate` throws.
+  Crawler(JointedPipe pipe, Motion motion, CrawlerParameters parameters, std::uint64_t seed);
+  /// With these faults instead; they may overlap, and are then multiplied. Throws also when one has
+  /// no such wheel, or its length or ratio is not in [0, inf) or [0, 1].
+  Crawler(JointedPipe pipe, Motion motion, CrawlerParameters parameters, std::uint64_t seed,
+          std::vector<WheelFault> faults);
+
+  /// The next sample of any wheel in the order of time, wheels in their order at equal times; none
+  /// when the motion is over.
+  [[nodiscard]] std::optional<WheelSample> next();
+
+  [[nodiscard]] const std::vector<WheelFault>& faults() const noexcept { return faults_; }
+  [[nodiscard]] const JointedPipe& pipe() const noexcept { return pipe_; }
+  [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
+  /// Times at which the crawler is at each weld for the first time, s; of the welds it reaches.
+  [[nodiscard]] std::vector<double> weld_times() const;
+
+ private:
+  struct Wheel {
+    std::mt19937_64 noise;
+    std::mt19937_64 channel;           // drops and NaN
+    std::vector<WheelFault> faults{};  // of this wheel, by begin
+    std::size_t first_fault = 0;       // that is not over
+    std::uint64_t sent = 0;            // samples, dropped ones too
+    double time = 0.0;                 // s, up to which it has turned
+    double turned = 0.0;               // m
+    double shown = 0.0;                // m, at its last sample that came
+  };
+
+  void draw_faults(std::uint64_t seed);
+  void start(std::uint64_t seed);
+  [[nodiscard]] double due(std::size_t wheel) const;
+  void turn(std::size_t wheel, double time);
+  [[nodiscard]] double turning(const WheelParameters& parameters, const Wheel& wheel, double from,
+                               double to) const;
+
+  JointedPipe pipe_;
+  Motion motion_;
+  CrawlerParameters parameters_;
+  std::vector<WheelFault> faults_;
+  std::vector<Wheel> wheels_;
+};
+
+}  // namespace pipescout::simulation
