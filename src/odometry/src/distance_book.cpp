@@ -13,11 +13,12 @@ double squared(double value) {
 }  // namespace
 
 DistanceBook::DistanceBook(const OdometerStreamParameters& parameters)
-    : common_variance_(squared(parameters.common_sigma_per_sqrt_metre)),
+    : count_(parameters.odometers.size()),
+      common_variance_(squared(parameters.common_sigma_per_sqrt_metre)),
       common_scale_variance_(squared(parameters.common_scale_sigma)) {
-  for (const auto& odometer : parameters.odometers) {
-    accounts_.push_back({.correction = odometer.correction,
-                         .counting_variance = squared(odometer.resolution) / 12.0});
+  for (std::size_t i = 0; i < count_; ++i) {
+    accounts_[i] = {.correction = parameters.odometers[i].correction,
+                    .counting_variance = squared(parameters.odometers[i].resolution) / 12.0};
   }
 }
 
@@ -30,7 +31,7 @@ double DistanceBook::correction_variance(const Account& account, double measured
 
 double DistanceBook::path_variance(const WindowSum& window) const {
   double variance = window.gap_variance;
-  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+  for (std::size_t i = 0; i < count_; ++i) {
     variance += squared(window.weight[i]) * window.random[i] +
                 common_variance_ * window.weight[i] * window.path[i];
   }
@@ -44,7 +45,7 @@ double DistanceBook::distance(const WindowSum& window) const {
 double DistanceBook::random_variance(const WindowSum& window) const {
   double variance = path_variance_ + path_variance(window) + counting_variance_ +
                     squared(bias_ + (window.agreed ? 0.0 : window.bias));
-  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+  for (std::size_t i = 0; i < count_; ++i) {
     const Account& account = accounts_[i];
     const double weight = window.weight[i];
     variance += account.counting_variance * (squared(weight - account.weight) + squared(weight));
@@ -55,7 +56,7 @@ double DistanceBook::random_variance(const WindowSum& window) const {
 double DistanceBook::variance(const WindowSum& window) const {
   double variance = random_variance(window) + former_corrections_ +
                     common_scale_variance_ * squared(distance(window));
-  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+  for (std::size_t i = 0; i < count_; ++i) {
     const Account& account = accounts_[i];
     const double raw = window.weight[i] * window.increment[i] / account.correction.scale;
     variance += correction_variance(account, account.measured + raw);
@@ -72,7 +73,7 @@ void DistanceBook::commit(const WindowSum& window) {
   } else {
     bias_ += window.bias;
   }
-  for (std::size_t i = 0; i < accounts_.size(); ++i) {
+  for (std::size_t i = 0; i < count_; ++i) {
     Account& account = accounts_[i];
     const double weight = window.weight[i];
     counting_variance_ += account.counting_variance * squared(weight - account.weight);
@@ -92,13 +93,13 @@ void DistanceBook::set_correction(std::size_t odometer, const OdometerCorrection
 
 void DistanceBook::end_segment() {
   double total = 0.0;
-  for (const auto& account : accounts_) {
+  for (const auto& account : accounts()) {
     total += account.segment;
   }
   if (total == 0.0) {
     return;
   }
-  for (auto& account : accounts_) {
+  for (auto& account : accounts()) {
     const double share = account.segment / total;
     distance_ += share * account.correction.offset;
     account.offsets += share;

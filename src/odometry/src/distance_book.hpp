@@ -2,7 +2,8 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <cstddef>
+#include <span>
 
 #include "pipescout/odometry/odometer_stream.hpp"
 
@@ -20,7 +21,8 @@ struct WindowSum {
   double gap_variance = 0.0;  ///< m^2, of distance that no odometer saw
 };
 
-/// Adds windows up and knows what the sum is worth. Errors are added as what they are:
+/// Adds windows up and knows what the sum is worth. A value: copies do not allocate. Errors are
+/// added as what they are:
 /// - of the path: independent from window to window;
 /// - of counting: at the anchors only, so that what one window ends with the next begins with; an
 ///   odometer of constant weight has its first and its last one left;
@@ -53,7 +55,13 @@ class DistanceBook {
   [[nodiscard]] static double correction_variance(const Account& account, double measured);
   [[nodiscard]] double path_variance(const WindowSum& window) const;
 
-  std::vector<Account> accounts_;
+  [[nodiscard]] std::span<Account> accounts() { return std::span(accounts_).first(count_); }
+  [[nodiscard]] std::span<const Account> accounts() const {
+    return std::span(accounts_).first(count_);
+  }
+
+  std::size_t count_;
+  std::array<Account, kMaxOdometers> accounts_{};
   double common_variance_;        // m, common_sigma_per_sqrt_metre^2
   double common_scale_variance_;  // 1
   double distance_ = 0.0;

@@ -27,7 +27,9 @@ std::size_t index(SampleOutcome outcome) {
 OdometerStream::Implementation::Implementation(OdometerStreamParameters parameters)
     : parameters_((parameters.validate(), std::move(parameters))),
       consensus_(parameters_.consensus),
-      book_(parameters_) {
+      book_(parameters_),
+      ahead_(book_) {
+  closed_.reserve(parameters_.lookback_windows + 1);
   for (const auto& odometer : parameters_.odometers) {
     wheels_.push_back({.track = OdometerTrack(odometer, parameters_),
                        .monitor = OdometerMonitor(odometer, parameters_),
@@ -175,21 +177,22 @@ void OdometerStream::Implementation::set_correction(std::size_t odometer,
     throw std::invalid_argument(message.str());
   }
   correction.validate();
+  settle();
   Wheel& wheel = wheels_[odometer];
   wheel.track.set_scale(correction.scale);
   wheel.scale = correction.scale;
   wheel.scale_variance = correction.covariance(0, 0);
   wheel.monitor.restart_scale();
   book_.set_correction(odometer, correction);
+  ahead_ = book_;
   state_.odometers[odometer].correction = correction;
   publish();
 }
 
 void OdometerStream::Implementation::end_segment() {
-  if (window_open_) {
-    anchor(next_ - 1);
-  }
+  settle();
   book_.end_segment();
+  ahead_ = book_;
   publish();
 }
 

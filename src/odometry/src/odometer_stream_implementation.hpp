@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -34,6 +35,22 @@ class OdometerStream::Implementation {
     double scale = 1.0;
     double scale_variance = 0.0;
   };
+  /// The stretch from one anchor to the next.
+  struct Window {
+    internal::WindowSum sum;
+    std::array<double, kMaxOdometers> deviation{};  ///< m, of the increments
+    OdometerSet spanning;                           ///< odometers with an increment over all of it
+    OdometerSet usable;                             ///< of these, not left out for their health
+    OdometerSet trusted;  ///< of these, ok or worn: what a fallback is made of
+    double median = 0.0;  ///< m, of the usable increments
+    OdometerSet drifted;  ///< off over this window and its neighbours together
+  };
+  static constexpr std::size_t kMostWindows = 17;
+  /// Closed windows [begin, end).
+  struct Drift {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
   struct Leap {
     double time = 0.0;
     std::size_t odometer = 0;
@@ -49,19 +66,26 @@ class OdometerStream::Implementation {
   void fuse_tick(std::int64_t tick);
   void begin(std::int64_t tick);
   void read_increments(std::int64_t tick);
-  void fuse_increments();
-  void agree();
-  void fall_back();
+  ConsensusFusionResult fuse_window(Window& window) const;
+  void agree(Window& window, const OdometerSet& members, double distance) const;
+  void fall_back(Window& window, const OdometerSet& chosen) const;
+  void explain(const ConsensusFusionResult& result);
   void coast(double duration);
   [[nodiscard]] bool anchor_is_due(std::int64_t tick) const;
   void anchor(std::int64_t tick);
   void judge_window();
+  [[nodiscard]] double median_of_usable(const std::array<double, kMaxOdometers>& values) const;
+  void estimate_deviations();
+  void look_back();
+  [[nodiscard]] Drift find_drift(std::size_t odometer) const;
+  void settle();
   void publish();
 
   OdometerStreamParameters parameters_;
   ConsensusFusion consensus_;
   std::vector<Wheel> wheels_;
-  internal::DistanceBook book_;
+  internal::DistanceBook book_;   ///< of what is past changing
+  internal::DistanceBook ahead_;  ///< with the closed windows that can still change
   FusedStream state_;
 
   internal::TickGrid grid_;
@@ -72,9 +96,9 @@ class OdometerStream::Implementation {
   Leap leap_;
   std::int64_t next_ = 0;  // tick to fuse next
   double anchor_time_ = 0.0;
-  internal::WindowSum window_;  // from the anchor to the last fused tick
-  OdometerSet usable_;          // have an increment over the window and no reason to be left out
-  OdometerSet spanning_;        // have an increment over the window
+  Window window_;               ///< from the anchor to the last fused tick
+  std::vector<Window> closed_;  ///< before it, oldest first
+  OdometerSet drifting_;        ///< drifted up to the anchor
   bool window_open_ = false;    // something was fused since the anchor
 };
 

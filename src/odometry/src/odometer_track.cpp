@@ -85,13 +85,16 @@ SampleOutcome OdometerTrack::take(double time, double value, const TickGrid& gri
   const bool known = step.known && step.plausible;
   before_time_ = time_;
   before_position_ = position_;
+  before_measured_ = measured_;
   value_ = value;
   time_ = time;
   if (step.plausible) {
     position_ += scale_ * step.distance;
+    measured_ += step.distance;
   }
   if (resumed_) {  // the distance of the gap lies before the ticks that follow it
     before_position_ = position_;
+    before_measured_ = measured_;
   }
   resumed_ = lost_ = false;
   first_tick_ = last_tick_ + 1;
@@ -123,7 +126,11 @@ void OdometerTrack::mark(std::int64_t tick, const TickGrid& grid) {
   const double position = before_position_ + share * (position_ - before_position_);
   path_ += std::abs(position - marked_position_);
   marked_position_ = position;
-  const TickMark mark{.tick = tick, .epoch = epoch_, .position = position, .path = path_};
+  const TickMark mark{.tick = tick,
+                      .epoch = epoch_,
+                      .position = position,
+                      .measured = before_measured_ + share * (measured_ - before_measured_),
+                      .path = path_};
   ring_[static_cast<std::size_t>(tick % kRing)] = mark;
   if (tick == anchor_wanted_) {
     anchor_ = mark;

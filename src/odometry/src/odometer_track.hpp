@@ -27,6 +27,7 @@ struct TickMark {
   std::int64_t tick = -1;
   std::uint32_t epoch = 0;
   double position = 0.0;  ///< m, corrected
+  double measured = 0.0;  ///< m, not corrected
   double path = 0.0;      ///< m, never decreases
 };
 
@@ -95,10 +96,12 @@ class OdometerTrack {
   double value_ = 0.0;    // m, of the counter
   double time_ = 0.0;
   double position_ = 0.0;
+  double measured_ = 0.0;
   double path_ = 0.0;
   double marked_position_ = 0.0;
   double before_time_ = 0.0;
   double before_position_ = 0.0;
+  double before_measured_ = 0.0;
   std::uint32_t epoch_ = 0;
   std::uint64_t gaps_ = 0;
   std::int64_t first_tick_ = 0;

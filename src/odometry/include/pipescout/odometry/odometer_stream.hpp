@@ -78,12 +78,16 @@ struct OdometerStreamParameters {
   ConsensusFusionParameters consensus{};        ///< offsets must be empty: see `end_segment`
   /// [1, 10]. Support is judged with sigmas of this multiple: exact ones refuse sound readings too
   /// often (docs/decisions/support-by-a-group.md). The variance given out is without it.
-  double sigma_margin = 2.0;
+  double sigma_margin = 3.0;
   SigmaSource sigma_source = SigmaSource::kGiven;
   std::size_t residual_windows = 32;  ///< [8, 64]
   double tick_period = 0.1;           ///< s, (0, 60]: of the grid on which odometers are aligned
   double window_distance = 1.0;       ///< m, (0, 100]: path after which the distance is anchored
-  double window_time = 30.0;          ///< s, >= tick_period: or time, at rest
+  /// [0, 16]. A slip too small to show in one window shows over so many, and is then taken out of
+  /// them. The distance is final up to the oldest of these windows. Takes three odometers.
+  std::size_t lookback_windows = 8;
+  double lookback_sigmas = 5.0;  ///< [1, 10]: so many standard deviations, and `health.slip_ratio`
+  double window_time = 30.0;     ///< s, >= tick_period: or time, at rest
   double maximum_delay =
       0.5;                    ///< s, [0, 60 * tick_period]: a tick waits so long for late odometers
   double maximum_gap = 2.0;   ///< s, [tick_period, 1000 * tick_period]: longer ones are not bridged
@@ -136,6 +140,7 @@ enum class OdometerUse : std::uint8_t {
   kAbsent,       ///< no value for this tick: silent, late, or not started
   kIncomplete,   ///< joined, lost samples or was reset since the anchor
   kStuck,        ///< left out for its health
+  kDrifted,      ///< left out: off over the last windows together, see `lookback_windows`
   kUnsupported,  ///< no group supports it
   kFused,
   kFallback,  ///< no consensus: the fallback was made of it
@@ -146,6 +151,9 @@ struct OdometerState {
   OdometerUse use = OdometerUse::kAbsent;
   double increment = std::numeric_limits<double>::quiet_NaN();           ///< m since the anchor
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< m, without the margin
+  /// m, without correction, at the last tick that it has a position for. From weld to weld this is
+  /// `WeldSpacing::measured` of a calibration, when `gaps` is the same at both.
+  double measured = 0.0;
   double sigma_per_sqrt_metre = 0.0;  ///< in use: given or estimated
   double relative_scale = 1.0;        ///< to the median odometer, over `scale_memory`
   OdometerCorrection correction{};
@@ -161,8 +169,8 @@ enum class StreamStatus : std::uint8_t {
                  ///< (of all when none is); its standard deviation is the largest deviation among
                  ///< them, or `unverified_ratio` of the distance for a single one, added up over
                  ///< windows in a row without consensus as errors of one sign
-  kNoData,  ///< no odometer: the last speed is kept, with the standard deviation of a speed
-            ///< anywhere up to `maximum_speed`; made good when an absolute counter spans it
+  kNoData,       ///< no odometer: the last speed is kept, with the standard deviation of a speed
+                 ///< anywhere up to `maximum_speed`; made good when an absolute counter spans it
 };
 
 struct FusedStream {
@@ -205,13 +213,14 @@ class OdometerStream {
   /// Fuses the ticks that still wait for late odometers: at the end of a run. Returns their number.
   std::size_t flush() noexcept;
 
-  /// For what is measured from now on; the distance so far and its variance stay. The estimate of
-  /// the relative scale starts again, and a worn odometer is ok.
+  /// For what is measured from now on; the distance so far and its variance are final. The estimate
+  /// of the relative scale starts again, and a worn odometer is ok.
   /// Throws std::invalid_argument as `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
 
   /// To be called where a weld is passed: adds the offsets of the odometers, each in proportion to
-  /// its part in the fused distance since the last call, with their variance. Anchors the distance.
+  /// its part in the fused distance since the last call, with their variance. The distance so far
+  /// is final.
   void end_segment() noexcept;
 
   [[nodiscard]] const FusedStream& state() const noexcept;
