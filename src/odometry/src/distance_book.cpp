@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "distance_book.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pipescout::odometry::internal {
@@ -22,11 +23,12 @@ DistanceBook::DistanceBook(const OdometerStreamParameters& parameters)
   }
 }
 
-double DistanceBook::correction_variance(const Account& account, double measured) {
+double DistanceBook::correction_deviation(const Account& account, double measured) {
   const auto& covariance = account.correction.covariance;
-  return squared(measured) * covariance(0, 0) +
-         2.0 * measured * account.offsets * covariance(0, 1) +
-         squared(account.offsets) * covariance(1, 1);
+  const double variance = squared(measured) * covariance(0, 0) +
+                          2.0 * measured * account.offsets * covariance(0, 1) +
+                          squared(account.offsets) * covariance(1, 1);
+  return std::copysign(std::sqrt(std::max(0.0, variance)), measured);
 }
 
 double DistanceBook::path_variance(const WindowSum& window) const {
@@ -54,12 +56,11 @@ double DistanceBook::random_variance(const WindowSum& window) const {
 }
 
 double DistanceBook::variance(const WindowSum& window) const {
-  double variance = random_variance(window) + former_corrections_ +
-                    common_scale_variance_ * squared(distance(window));
+  double variance = random_variance(window) + common_scale_variance_ * squared(distance(window));
   for (std::size_t i = 0; i < count_; ++i) {
     const Account& account = accounts_[i];
     const double raw = window.weight[i] * window.increment[i] / account.correction.scale;
-    variance += correction_variance(account, account.measured + raw);
+    variance += squared(account.former + correction_deviation(account, account.measured + raw));
   }
   return variance;
 }
@@ -85,7 +86,7 @@ void DistanceBook::commit(const WindowSum& window) {
 
 void DistanceBook::set_correction(std::size_t odometer, const OdometerCorrection& correction) {
   Account& account = accounts_[odometer];
-  former_corrections_ += correction_variance(account, account.measured);
+  account.former += correction_deviation(account, account.measured);
   account.correction = correction;
   account.measured = 0.0;
   account.offsets = 0.0;

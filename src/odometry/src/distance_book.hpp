@@ -28,7 +28,8 @@ struct WindowSum {
 ///   odometer of constant weight has its first and its last one left;
 /// - of scales and offsets: the same all the time, so that they grow with the distance (not with
 /// its
-///   root) and vanish on the way back;
+///   root) and vanish on the way back; one correction after the other of an odometer is learnt from
+///   much the same data, so their errors are taken for one;
 /// - of a fallback: the same until the next consensus.
 class DistanceBook {
  public:
@@ -50,9 +51,11 @@ class DistanceBook {
     double measured = 0.0;           // m, weighted and raw, since the correction was set
     double offsets = 0.0;            // segments, weighted, since the correction was set
     double segment = 0.0;            // m, weighted path in this segment
+    double former = 0.0;             // m, deviation by the corrections before
   };
-  /// m^2, of what the account's scale and offset did to the distance.
-  [[nodiscard]] static double correction_variance(const Account& account, double measured);
+  /// m, standard deviation of what the account's scale and offset did to the distance; negative
+  /// backwards.
+  [[nodiscard]] static double correction_deviation(const Account& account, double measured);
   [[nodiscard]] double path_variance(const WindowSum& window) const;
 
   [[nodiscard]] std::span<Account> accounts() { return std::span(accounts_).first(count_); }
@@ -67,8 +70,7 @@ class DistanceBook {
   double distance_ = 0.0;
   double path_variance_ = 0.0;
   double counting_variance_ = 0.0;
-  double former_corrections_ = 0.0;  // m^2
-  double bias_ = 0.0;                // m, of windows in a row without consensus
+  double bias_ = 0.0;  // m, of windows in a row without consensus
 };
 
 }  // namespace pipescout::odometry::internal

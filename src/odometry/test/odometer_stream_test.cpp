@@ -168,6 +168,20 @@ TEST(OdometerStream, ACorrectionCountsFromWhenItIsSet) {
   EXPECT_NEAR(systematic, 2.0 * 15.0 * 15.0 * 1e-6, 1e-6);
 }
 
+TEST(OdometerStream, SettingACorrectionAgainDoesNotMakeItsErrorSmaller) {
+  OdometerStream stream(fine_odometers(2));
+  OdometerBench bench(stream, std::vector<BenchWheel>(2), at_speed);
+  OdometerCorrection correction;
+  correction.covariance(0, 0) = 1e-6;
+  for (int k = 1; k <= 10; ++k) {
+    stream.set_correction(0, correction);
+    stream.set_correction(1, correction);
+    bench.run_until(10.0 * k);
+  }
+  const double systematic = stream.state().variance - stream.state().random_variance;
+  EXPECT_NEAR(systematic, 2.0 * 15.0 * 15.0 * 1e-6, 1e-6);
+}
+
 TEST(OdometerStream, OffsetsAreAddedWhereASegmentEnds) {
   auto parameters = fine_odometers(2);
   parameters.odometers[0].correction.offset = 0.18;

@@ -213,7 +213,8 @@ class OdometerStream {
   /// Fuses the ticks that still wait for late odometers: at the end of a run. Returns their number.
   std::size_t flush() noexcept;
 
-  /// For what is measured from now on; the distance so far and its variance are final. The estimate
+  /// For what is measured from now on; the distance so far and its variance are final. The errors
+  /// of one correction after the other of an odometer are taken for one that persists. The estimate
   /// of the relative scale starts again, and a worn odometer is ok.
   /// Throws std::invalid_argument as `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
