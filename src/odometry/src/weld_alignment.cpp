@@ -23,48 +23,6 @@ constexpr std::size_t kFewestWelds = 3;
 // odometers lift the best of many places some nats above the logarithm of their number.
 constexpr double kLeastMargin = 10.0;
 
-/// The longest strictly rising part of the good welds; the rest goes to `unusable`.
-WeldSequence usable(std::span<const WeldPosition> welds, std::vector<std::size_t>& unusable) {
-  std::vector<std::size_t> tails;  // entry k: last weld of the best rising part of k + 1 welds
-  std::vector<std::size_t> previous(welds.size(), welds.size());
-  for (std::size_t k = 0; k < welds.size(); ++k) {
-    const WeldPosition& weld = welds[k];
-    if (!std::isfinite(weld.chainage) || !std::isfinite(weld.standard_deviation) ||
-        weld.standard_deviation <= 0.0) {
-      continue;
-    }
-    const auto place = std::lower_bound(
-        tails.begin(), tails.end(), weld.chainage,
-        [&](std::size_t tail, double chainage) { return welds[tail].chainage < chainage; });
-    if (place != tails.begin()) {
-      previous[k] = *(place - 1);
-    }
-    if (place == tails.end()) {
-      tails.push_back(k);
-    } else if (weld.chainage < welds[*place].chainage) {
-      *place = k;  // of equal chainages the first stays
-    }
-  }
-  std::vector<std::size_t> kept;
-  for (std::size_t k = tails.empty() ? welds.size() : tails.back(); k < welds.size();
-       k = previous[k]) {
-    kept.push_back(k);
-  }
-  std::reverse(kept.begin(), kept.end());
-  WeldSequence sequence;
-  for (std::size_t k = 0, next = 0; k < welds.size(); ++k) {
-    if (next < kept.size() && kept[next] == k) {
-      sequence.chainage.push_back(welds[k].chainage);
-      sequence.variance.push_back(welds[k].standard_deviation * welds[k].standard_deviation);
-      sequence.index.push_back(k);
-      ++next;
-    } else {
-      unusable.push_back(k);
-    }
-  }
-  return sequence;
-}
-
 /// The welds of one list that have no partner. `to_other` maps their chainage to the other list.
 std::vector<UnmatchedWeld> unmatched(std::span<const WeldPosition> own,
                                      const WeldSequence& sequence,
@@ -182,8 +140,8 @@ WeldAlignment align_welds(std::span<const WeldPosition> a, std::span<const WeldP
                           const WeldAlignmentParameters& parameters) {
   parameters.validate();
   WeldAlignment result;
-  const WeldSequence sequence_a = usable(a, result.unusable_a);
-  const WeldSequence sequence_b = usable(b, result.unusable_b);
+  const WeldSequence sequence_a = alignment::usable(a, result.unusable_a);
+  const WeldSequence sequence_b = alignment::usable(b, result.unusable_b);
   const auto list_all = [&](const WeldSequence& sequence, std::vector<UnmatchedWeld>& welds) {
     for (const std::size_t index : sequence.index) {
       welds.push_back({.index = index});

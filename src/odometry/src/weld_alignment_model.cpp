@@ -36,6 +36,47 @@ double log_add(double a, double b) noexcept {
   return std::isinf(smaller) ? larger : larger + std::log1p(std::exp(smaller - larger));
 }
 
+WeldSequence usable(std::span<const WeldPosition> welds, std::vector<std::size_t>& unusable) {
+  std::vector<std::size_t> tails;  // entry k: last weld of the best rising part of k + 1 welds
+  std::vector<std::size_t> previous(welds.size(), welds.size());
+  for (std::size_t k = 0; k < welds.size(); ++k) {
+    const WeldPosition& weld = welds[k];
+    if (!std::isfinite(weld.chainage) || !std::isfinite(weld.standard_deviation) ||
+        weld.standard_deviation <= 0.0) {
+      continue;
+    }
+    const auto place = std::lower_bound(
+        tails.begin(), tails.end(), weld.chainage,
+        [&](std::size_t tail, double chainage) { return welds[tail].chainage < chainage; });
+    if (place != tails.begin()) {
+      previous[k] = *(place - 1);
+    }
+    if (place == tails.end()) {
+      tails.push_back(k);
+    } else if (weld.chainage < welds[*place].chainage) {
+      *place = k;  // of equal chainages the first stays
+    }
+  }
+  std::vector<std::size_t> kept;
+  for (std::size_t k = tails.empty() ? welds.size() : tails.back(); k < welds.size();
+       k = previous[k]) {
+    kept.push_back(k);
+  }
+  std::reverse(kept.begin(), kept.end());
+  WeldSequence sequence;
+  for (std::size_t k = 0, next = 0; k < welds.size(); ++k) {
+    if (next < kept.size() && kept[next] == k) {
+      sequence.chainage.push_back(welds[k].chainage);
+      sequence.variance.push_back(welds[k].standard_deviation * welds[k].standard_deviation);
+      sequence.index.push_back(k);
+      ++next;
+    } else {
+      unusable.push_back(k);
+    }
+  }
+  return sequence;
+}
+
 WeldSequence mirrored(const WeldSequence& sequence) {
   WeldSequence mirror = sequence;
   std::reverse(mirror.chainage.begin(), mirror.chainage.end());
@@ -57,6 +98,12 @@ AlignmentModel::AlignmentModel(const WeldAlignmentParameters& parameters, const 
                  std::log1p(-parameters.spurious_probability)),
       drift_variance_(parameters.scale_drift * parameters.scale_drift / 1000.0),
       noise_variance_(parameters.length_noise * parameters.length_noise) {
+  const double least_variance = 2.0 * *std::min_element(a.variance.begin(), a.variance.end()) +
+                                2.0 * *std::min_element(b.variance.begin(), b.variance.end());
+  log_peak_ =
+      log_match_ +
+      std::log((1.0 - parameters.slip_probability) * kInverseSqrtTwoPi / std::sqrt(least_variance) +
+               parameters.slip_probability * std::numbers::inv_pi / parameters.slip_scale);
   const double ratio = median_joint(b) / median_joint(a);
   if (std::abs(ratio - 1.0) <= 2.0 * parameters.scale_sigma) {
     first_ratio_.mean = ratio;
@@ -170,8 +217,8 @@ Step AlignmentModel::step(std::size_t i, std::size_t j, std::size_t i2, std::siz
   const double trust = normal / (normal + slip);
   const double gain = trust * cross / variance;
   return {
-      .log_weight = std::log(normal + slip) + log_match_ + gap_of_a(i2 - i - 1) +
-                    gap_of_b(j2 - j - 1) - (null_sum_[j2] - null_sum_[j]),
+      .log_weight = std::log(normal + slip) + log_match_ + gap_a_[i2 - i - 1] + gap_b_[j2 - j - 1] -
+                    (null_sum_[j2] - null_sum_[j]),
       .ratio = {.mean = before.mean + gain * residual, .variance = ratio_variance - gain * cross}};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "pipescout/odometry/weld_alignment.hpp"
@@ -18,6 +19,10 @@ struct WeldSequence {
   [[nodiscard]] std::size_t size() const noexcept { return chainage.size(); }
   [[nodiscard]] double joint(std::size_t k) const noexcept { return chainage[k + 1] - chainage[k]; }
 };
+
+/// The longest strictly rising part of the good welds; the indices of the rest go to `unusable`.
+[[nodiscard]] WeldSequence usable(std::span<const WeldPosition> welds,
+                                  std::vector<std::size_t>& unusable);
 
 /// The same welds seen from the other end: chainage negated, order turned.
 [[nodiscard]] WeldSequence mirrored(const WeldSequence& sequence);
@@ -52,9 +57,15 @@ class AlignmentModel {
     return parameters_.largest_slip + 0.02 * length;
   }
 
-  /// From the pair (i, j) to the pair (i2, j2), i2 > i, j2 > j.
+  /// From the pair (i, j) to the pair (i2, j2), i2 > i, j2 > j, no gap above the longest.
   [[nodiscard]] Step step(std::size_t i, std::size_t j, std::size_t i2, std::size_t j2,
                           const RatioState& before) const;
+
+  /// What the weight of that step cannot exceed, whatever the lengths: a fraction of its cost.
+  [[nodiscard]] double log_bound(std::size_t i, std::size_t j, std::size_t i2,
+                                 std::size_t j2) const noexcept {
+    return log_peak_ + gap_a_[i2 - i - 1] + gap_b_[j2 - j - 1] - (null_sum_[j2] - null_sum_[j]);
+  }
 
   /// Log weight of the welds that the overlap should hold before (i, j) when a path begins there,
   /// or after (i, j) when it ends there.
@@ -80,6 +91,7 @@ class AlignmentModel {
   double mean_joint_ = 0.0;
   RatioState first_ratio_;
   double log_match_ = 0.0;
+  double log_peak_ = 0.0;        // log_match and the largest value of f
   double drift_variance_ = 0.0;  // per m
   double noise_variance_ = 0.0;  // per m
   std::vector<double> gap_a_;    // log weight of 0, 1, ... longest_gap welds

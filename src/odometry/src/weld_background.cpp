@@ -46,36 +46,36 @@ WeldBackground::Place WeldBackground::place(double log_samples) noexcept {
 }
 
 void WeldBackground::start(std::size_t knot, double energy) noexcept {
-  constexpr double kYoung = 100.0;  // a guess is soon corrected
+  constexpr double kYoung = 500.0;  // values; younger, it would scatter too much to be trusted
   for (std::size_t away = 1; away < kKnots; ++away) {
+    const double guess = std::ldexp(1.0, static_cast<int>(away));
     if (knot + away < kKnots && knots_[knot + away].started()) {
-      knots_[knot].start(std::ldexp(knots_[knot + away].value(), static_cast<int>(away)), kYoung);
+      knots_[knot].start(guess * knots_[knot + away].value(), kYoung);
       return;
     }
     if (knot >= away && knots_[knot - away].started()) {
-      knots_[knot].start(knots_[knot - away].value(), kYoung);
+      knots_[knot].start(guess * knots_[knot - away].value(), kYoung);
       return;
     }
   }
   knots_[knot].start(energy, 1.0);
 }
 
-double WeldBackground::median(double log_samples, double energy) noexcept {
+double WeldBackground::median(double log_samples) const noexcept {
+  const Place at = place(log_samples);
+  return knots_[at.knot].value() +
+         at.share * (knots_[at.knot + 1].value() - knots_[at.knot].value());
+}
+
+void WeldBackground::update(double log_samples, double energy) noexcept {
   const Place at = place(log_samples);
   for (std::size_t knot = at.knot; knot < at.knot + 2; ++knot) {
     if (!knots_[knot].started()) {
       start(knot, energy);
     }
   }
-  return knots_[at.knot].value() +
-         at.share * (knots_[at.knot + 1].value() - knots_[at.knot].value());
-}
-
-void WeldBackground::update(double log_samples, double energy) noexcept {
-  const double now = median(log_samples, energy);
-  const Place at = place(log_samples);
   // Which side of the interpolated median it is on is what both knots are told.
-  const double ratio = energy / now;
+  const double ratio = energy / median(log_samples);
   for (std::size_t i = 0; i < 2; ++i) {
     auto& knot = knots_[at.knot + i];
     knot.update(ratio * knot.value(), i == 0 ? 1.0 - at.share : at.share);

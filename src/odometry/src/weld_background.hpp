@@ -32,11 +32,13 @@ class WeldBackground {
  public:
   WeldBackground(double length, double floor) noexcept;
 
-  /// `log_samples`: log2 of samples per cell, clamped to the knots. Unknown knots take over from
-  /// the nearest known one what is certainly not too low: the same for more samples, twice as much
-  /// for half of the samples.
-  [[nodiscard]] double median(double log_samples, double energy) noexcept;
+  /// `log_samples`: log2 of samples per cell, clamped to the knots. Knots that are not known yet
+  /// take over from the nearest known one what is hardly too low: twice as much for half of the
+  /// samples (white noise), and twice as much for twice the samples (drift in time).
   void update(double log_samples, double energy) noexcept;
+
+  /// Where it was updated before, anywhere between the same two knots; else 0.
+  [[nodiscard]] double median(double log_samples) const noexcept;
 
  private:
   static constexpr int kLowestPower = -4;

@@ -11,8 +11,6 @@ namespace pipescout::odometry {
 namespace {
 
 constexpr double kLn2 = std::numbers::ln2;
-constexpr double kReddest = 3.0;  // random walk is 2, drift beyond
-
 using Row = Eigen::Map<const Eigen::ArrayXd>;
 
 }  // namespace
@@ -36,20 +34,29 @@ double WeldDetector::State::energy_at(const WeldFilter& filter, std::size_t chan
   return (re * re + im * im) / 2.0;
 }
 
+double WeldDetector::State::noise_variance(std::size_t filter, std::size_t channel,
+                                           double log_samples) const {
+  const std::size_t last = filters_.size() - 1;
+  const auto median = [&](std::size_t f) {
+    return backgrounds_[f * parameters_.channels + channel].median(log_samples);
+  };
+  const double own = median(filter);
+  const double least = filter == last ? own : least_noise_[filter] * median(last);
+  return std::max(own, least) / kLn2;
+}
+
 void WeldDetector::State::respond(std::int64_t centre) {
   const auto around = static_cast<Eigen::Index>(2 * (widest_ / 2) + 1);
   const double log_samples = Row(grid_.window(samples_row_, centre - widest_ / 2), around).mean();
   double best = -1.0;
   double middle = 0.0;
   std::size_t which = 0;
-  for (std::size_t f = 0; f < filters_.size(); ++f) {
-    const WeldFilter& filter = filters_[f];
+  for (std::size_t f = filters_.size(); f-- > 0;) {  // the widest bounds the others
     double strength = 0.0;
     for (std::size_t c = 0; c < parameters_.channels; ++c) {
-      const double energy = energy_at(filter, c, centre);
-      WeldBackground& background = backgrounds_[f * parameters_.channels + c];
-      strength += kLn2 * energy / background.median(log_samples, energy);
-      background.update(log_samples, energy);
+      const double energy = energy_at(filters_[f], c, centre);
+      backgrounds_[f * parameters_.channels + c].update(log_samples, energy);
+      strength += energy / noise_variance(f, c, log_samples);
     }
     if (f == filters_.size() / 2) {
       middle = strength;
@@ -104,18 +111,17 @@ double WeldDetector::State::largest_strength(std::int64_t from, std::int64_t to)
 }
 
 /// As of `WeldShapeFitter::fit`, from the narrowest and the widest filter.
-double WeldDetector::State::redness(double log_samples) {
+double WeldDetector::State::redness(double log_samples) const {
   if (filters_.size() == 1) {
     return 0.0;
   }
-  const std::size_t last = (filters_.size() - 1) * parameters_.channels;
   double sum = 0.0;
   for (std::size_t c = 0; c < parameters_.channels; ++c) {
-    sum += std::log(backgrounds_[last + c].median(log_samples, 1.0) /
-                    backgrounds_[c].median(log_samples, 1.0));
+    sum += std::log(noise_variance(filters_.size() - 1, c, log_samples) /
+                    noise_variance(0, c, log_samples));
   }
-  const double octaves = std::log(filters_.back().half_width / filters_.front().half_width);
-  return std::clamp(sum / (octaves * static_cast<double>(parameters_.channels)), 0.0, kReddest);
+  const double range = std::log(filters_.back().half_width / filters_.front().half_width);
+  return std::max(0.0, sum / (range * static_cast<double>(parameters_.channels)));
 }
 
 void WeldDetector::State::decide(std::int64_t centre) {
@@ -136,12 +142,10 @@ void WeldDetector::State::decide(std::int64_t centre) {
   const double log_samples = log_samples_around(centre);
   double strength_now = 0.0;  // the noise is known better by now
   for (std::size_t c = 0; c < parameters_.channels; ++c) {
-    const double energy = energy_at(filters_[filter], c, centre);
-    WeldBackground& background = backgrounds_[filter * parameters_.channels + c];
-    variances[c] = ratio / kLn2 * background.median(log_samples, energy);
-    strength_now += energy / variances[c];
+    strength_now += energy_at(filters_[filter], c, centre) / noise_variance(filter, c, log_samples);
+    variances[c] = ratio * noise_variance(0, c, log_samples);
   }
-  strength = std::min(strength, strength_now * ratio);
+  strength = std::min(strength, strength_now);
   if (strength < threshold_ * ratio) {
     return;
   }
@@ -192,7 +196,8 @@ bool WeldDetector::State::is_weld(const WeldShape& shape) {
     reason = &counts_.too_narrow;
   } else if (width > p.largest_width * p.width_tolerance) {
     reason = &counts_.too_wide;
-  } else if (!(shape.match >= p.smallest_match)) {
+  } else if (!(shape.match >= p.smallest_match) ||
+             std::abs(shape.asymmetry) > p.largest_asymmetry + 2.0 * shape.asymmetry_deviation) {
     reason = &counts_.wrong_shape;
   } else if (std::abs(turned) > p.phase_tolerance) {
     reason = &counts_.wrong_phase;

@@ -22,6 +22,10 @@ std::int64_t to_cells(double metres, double cell) {
   return static_cast<std::int64_t>(std::ceil(metres / cell));
 }
 
+/// The noise of a filter goes with its width to at most this power: 1/f noise has 1. Redder noise
+/// is drift of a smooth signal; a narrow filter that is let loose on it takes the flanks of pulses
+/// for pulses.
+constexpr double kReddest = 1.5;
 constexpr double kMostCells = 1e9;  // from the origin
 constexpr double kLargestValue = 1e100;
 
@@ -55,6 +59,7 @@ WeldDetector::State::State(const WeldDetectorParameters& parameters)
       ratio_row_(offset_row_ + 5),
       gate_(parameters.channels, parameters.noise_floor),
       resampler_(parameters),
+      levels_(parameters.channels),
       fitter_(filters_.front().half_width, filters_.back().half_width,
               {.channels = parameters.channels, .offset = offset_row_, .missing = missing_row_}),
       grid_(ratio_row_ + 1, std::bit_ceil(static_cast<std::size_t>(
@@ -66,6 +71,9 @@ WeldDetector::State::State(const WeldDetectorParameters& parameters)
       recent_(kFastLength / parameters.cell, 1e-300) {
   margin_ = std::max({own_, crowd_, fitter_.reach() + 1 - widest_});
   recent_.start(median_strength_, 1.0);
+  for (const auto& filter : filters_) {
+    least_noise_.push_back(std::pow(filter.half_width / filters_.back().half_width, kReddest));
+  }
   events_.reserve(static_cast<std::size_t>(grid_.capacity() / own_) + 2);
 }
 
@@ -145,13 +153,16 @@ bool WeldDetector::State::has_turned(std::int64_t cell) {
 
 void WeldDetector::State::forget_pass() {
   grid_.clear();
+  levels_.forget();
   responded_ = {};
   decided_ = {};
   direction_ = 0;
   last_weld_.reset();
 }
 
-void WeldDetector::State::take(const WeldCell& cell) {
+void WeldDetector::State::take(const WeldCell& closed) {
+  WeldCell cell = closed;
+  levels_.correct(cell);
   if (has_turned(cell.index) && parameters_.report_again) {
     forget_pass();
   }
@@ -161,6 +172,11 @@ void WeldDetector::State::take(const WeldCell& cell) {
   }
   if (grid_.holds(cell.index, cell.index)) {
     counts_.revisiting += static_cast<std::uint64_t>(cell.samples);
+    for (std::size_t c = 0; c < parameters_.channels; ++c) {
+      levels_.compare(c, cell.means[c],
+                      {grid_.get(2 * c, cell.index), grid_.get(2 * c + 1, cell.index)});
+    }
+    levels_.next_cell();
     return;
   }
   const int direction = cell.index > grid_.high() ? 1 : -1;
@@ -175,7 +191,9 @@ void WeldDetector::State::take(const WeldCell& cell) {
     }
     grid_.clear();
     responded_ = {};
-  } else if (gap > 0) {
+    levels_.forget();
+  } else {
+    levels_.settle(cell);
     bridge(from, cell, gap, direction);
   }
   put(cell, false, direction);

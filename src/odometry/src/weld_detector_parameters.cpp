@@ -32,6 +32,7 @@ void WeldDetectorParameters::validate() const {
   check("width_tolerance", width_tolerance, 1.0, 3.0);
   check("false_alarms_per_km", false_alarms_per_km, 1e-12, 1000.0);
   check("smallest_match", smallest_match, 0.0, 0.999);
+  check("largest_asymmetry", largest_asymmetry, 0.0, 1.0);
   check("largest_neighbour", largest_neighbour, 1e-6, 1.0);
   check("crowd_distance", crowd_distance, 0.0, 5.0);
   check("phase", phase, -1e3, 1e3);

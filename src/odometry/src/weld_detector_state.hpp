@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "distance_grid.hpp"
+#include "level_matcher.hpp"
 #include "pipescout/odometry/weld_detector.hpp"
 #include "spike_gate.hpp"
 #include "weld_background.hpp"
@@ -55,7 +56,7 @@ class WeldDetector::State {
  private:
   [[nodiscard]] bool accept(double distance, std::span<const Impedance> channels);
   void resample(const SpikeGate::Sample& sample);
-  void take(const WeldCell& cell);
+  void take(const WeldCell& closed);
   [[nodiscard]] bool has_turned(std::int64_t cell);
   void forget_pass();
   void bridge(std::int64_t from, const WeldCell& to, std::int64_t gap, int direction);
@@ -63,12 +64,15 @@ class WeldDetector::State {
   [[nodiscard]] double log_samples_around(std::int64_t centre) const;
   [[nodiscard]] double energy_at(const WeldFilter& filter, std::size_t channel,
                                  std::int64_t centre) const;
+  /// Of the output of a filter, its real part.
+  [[nodiscard]] double noise_variance(std::size_t filter, std::size_t channel,
+                                      double log_samples) const;
   void respond(std::int64_t centre);
   void decide_up(std::int64_t margin);
   void decide_down(std::int64_t margin);
   void decide(std::int64_t centre);
   [[nodiscard]] double largest_strength(std::int64_t from, std::int64_t to) const;
-  [[nodiscard]] double redness(double log_samples);
+  [[nodiscard]] double redness(double log_samples) const;
   [[nodiscard]] bool is_weld(const WeldShape& shape);
   [[nodiscard]] double noise_ratio() const;
 
@@ -94,8 +98,10 @@ class WeldDetector::State {
   SpikeGate gate_;
   std::uint64_t repeats_ = 0;  // of the last sample, in a row
   WeldResampler resampler_;
+  LevelMatcher levels_;
   WeldShapeFitter fitter_;
   DistanceGrid grid_;
+  std::vector<double> least_noise_;          // of a filter, as a share of that of the widest
   std::vector<WeldBackground> backgrounds_;  // filter * channels + channel
   RunningMedian recent_;                     // of the strength
   CellRange responded_;                      // cells that have a strength

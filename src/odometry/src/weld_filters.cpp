@@ -23,25 +23,35 @@ WeldFilter make_weld_filter(double half_width) {
   filter.half = static_cast<int>(std::ceil(half_width + kReachDeviations * deviation));
   const auto size = static_cast<std::size_t>(2 * filter.half + 1);
   filter.taps.resize(size);
+  filter.even_taps.resize(size);
   const auto index = [&](std::size_t i) { return static_cast<double>(i) - filter.half; };
   const auto bell = [](double u) { return std::exp(-u * u / 2.0); };
   double along_line = 0.0;
   double line = 0.0;
+  double level = 0.0;
   for (std::size_t i = 0; i < size; ++i) {
     const double u = index(i) / deviation;
     filter.taps[i] = bell(u - kSlenderness) - bell(u + kSlenderness);
+    filter.even_taps[i] = bell(u - kSlenderness) + bell(u + kSlenderness);
+    filter.peak = std::max(filter.peak, filter.taps[i]);
     along_line += filter.taps[i] * index(i);
     line += index(i) * index(i);
+    level += filter.even_taps[i] / static_cast<double>(size);
   }
   double energy = 0.0;
+  double even_energy = 0.0;
   for (std::size_t i = 0; i < size; ++i) {
     filter.taps[i] -= along_line / line * index(i);  // constants are out already: it is odd
+    filter.even_taps[i] -= level;                    // and lines: it is even
     energy += filter.taps[i] * filter.taps[i];
+    even_energy += filter.even_taps[i] * filter.even_taps[i];
   }
-  for (auto& tap : filter.taps) {
-    tap /= std::sqrt(energy);
-    filter.peak = std::max(filter.peak, std::abs(tap));
+  for (std::size_t i = 0; i < size; ++i) {
+    filter.taps[i] /= std::sqrt(energy);
+    filter.even_taps[i] /= even_energy;
   }
+  filter.peak /= std::sqrt(energy);
+  filter.even_deviation = 1.0 / std::sqrt(even_energy);
   for (std::size_t i = 1; i < size; ++i) {
     const double slope = filter.taps[i] - filter.taps[i - 1];
     filter.rho += slope * slope;

@@ -15,7 +15,11 @@ struct WeldFilter {
   int half = 0;             ///< taps on each side
   std::vector<double> taps;
   double rho = 0.0;   ///< 1/cells^2, mean square slope over mean square
-  double peak = 0.0;  ///< largest tap
+  double peak = 0.0;  ///< magnitude of the doublet, straight line and all, for an output of 1
+  /// The same two bells with equal signs, blind to constants, scaled to one bell of height 1 on
+  /// each side being an output of 1.
+  std::vector<double> even_taps;
+  double even_deviation = 0.0;  ///< of its output in white noise of 1
 };
 
 [[nodiscard]] WeldFilter make_weld_filter(double half_width);

@@ -11,8 +11,8 @@ namespace {
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 constexpr double kBandJoints = 3.0;         // half width of the band, mean joints
-constexpr double kBeam = 50.0;              // cells this much less likely than the best are dropped
-constexpr double kEdgeBeam = 30.0;          // the same among the ways into one cell
+constexpr double kBeam = 35.0;              // cells this much less likely than the best are dropped
+constexpr double kEdgeBeam = 20.0;          // the same among the ways into one cell
 constexpr double kTraceDrop = 100.0;        // a trace ends when it has lost this much
 constexpr double kLeastProbability = 1e-3;  // of a pair that is worth reporting
 
@@ -98,7 +98,9 @@ void Lattice::enter(Cell& cell) {
     for (std::size_t source = rows_[row]; source < rows_[row + 1]; ++source) {
       const Cell& before = cells_[source];
       if (before.b >= cell.b || cell.b - before.b > longest_step ||
-          std::abs(x_b[cell.b] - x_b[before.b] - before.ratio.mean * length_a) > gate) {
+          std::abs(x_b[cell.b] - x_b[before.b] - before.ratio.mean * length_a) > gate ||
+          before.sum + model_.log_bound(before.a, before.b, cell.a, cell.b) <
+              best_edge - kEdgeBeam) {
         continue;
       }
       const Step step = model_.step(before.a, before.b, cell.a, cell.b, before.ratio);

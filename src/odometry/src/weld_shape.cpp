@@ -42,27 +42,44 @@ double curved_energy(const double* values, Eigen::Index n) {
 
 WeldShapeFitter::WeldShapeFitter(double smallest_half_width, double largest_half_width,
                                  const Rows& rows)
-    : rows_(rows) {
+    : rows_(rows), smallest_half_width_(smallest_half_width) {
   const double narrowest = std::max(kNarrowest, smallest_half_width / kBelow);
   const double widest = largest_half_width * kAbove;
   const auto steps = std::ceil(std::log(widest / narrowest) / std::log(kStep));
   filters_ = make_weld_filters(narrowest, widest, static_cast<std::size_t>(steps) + 1);
 }
 
-WeldShapeFitter::Output WeldShapeFitter::apply(const WeldFilter& filter, const DistanceGrid& grid,
-                                               std::size_t channel, std::int64_t centre) {
-  const auto n = static_cast<Eigen::Index>(filter.taps.size());
-  const Row taps(filter.taps.data(), n);
-  const std::int64_t first = centre - filter.half;
-  return {(taps * Row(grid.window(2 * channel, first), n)).sum(),
-          (taps * Row(grid.window(2 * channel + 1, first), n)).sum()};
+WeldShapeFitter::Output WeldShapeFitter::apply(std::span<const double> taps,
+                                               const DistanceGrid& grid, std::size_t channel,
+                                               std::int64_t centre) {
+  const auto n = static_cast<Eigen::Index>(taps.size());
+  const std::int64_t first = centre - static_cast<std::int64_t>(taps.size() / 2);
+  return {(Row(taps.data(), n) * Row(grid.window(2 * channel, first), n)).sum(),
+          (Row(taps.data(), n) * Row(grid.window(2 * channel + 1, first), n)).sum()};
+}
+
+void WeldShapeFitter::measure_asymmetry(const WeldFilter& filter, const DistanceGrid& grid,
+                                        std::int64_t centre, std::span<const double> variances,
+                                        double redness, WeldShape& shape) const {
+  double together = 0.0;
+  double odd_energy = 0.0;
+  for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
+    const Output odd = apply(filter.taps, grid, channel, centre);
+    const Output even = apply(filter.even_taps, grid, channel, centre);
+    const double weight = 1.0 / variances[channel];
+    together += weight * filter.peak * (odd.re * even.re + odd.im * even.im);
+    odd_energy += weight * filter.peak * filter.peak * (odd.re * odd.re + odd.im * odd.im);
+  }
+  shape.asymmetry = together / odd_energy;
+  shape.asymmetry_deviation = filter.even_deviation / std::sqrt(odd_energy) *
+                              std::pow(filter.half_width / smallest_half_width_, redness / 2.0);
 }
 
 double WeldShapeFitter::strength(const WeldFilter& filter, const DistanceGrid& grid,
                                  std::int64_t centre, std::span<const double> variances) const {
   double sum = 0.0;
   for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
-    const Output a = apply(filter, grid, channel, centre);
+    const Output a = apply(filter.taps, grid, channel, centre);
     sum += (a.re * a.re + a.im * a.im) / (2.0 * variances[channel]);
   }
   return sum;
@@ -75,7 +92,7 @@ double WeldShapeFitter::match(const WeldFilter& filter, const DistanceGrid& grid
   double explained = 0.0;
   double energy = 0.0;
   for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
-    const Output a = apply(filter, grid, channel, centre);
+    const Output a = apply(filter.taps, grid, channel, centre);
     const double weight = 1.0 / variances[channel];
     explained += weight * (a.re * a.re + a.im * a.im);
     energy += weight * (curved_energy(grid.window(2 * channel, first), n) +
@@ -120,7 +137,9 @@ WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t centre,
   shape.rho = filter.rho;
   shape.match = match(filter, grid, centre, variances);
 
-  const Output a = apply(filter, grid, 0, centre);
+  measure_asymmetry(filter, grid, centre, variances, redness, shape);
+
+  const Output a = apply(filter.taps, grid, 0, centre);
   shape.peak = std::hypot(a.re, a.im) * filter.peak;
   shape.phase = std::atan2(-a.im, -a.re);  // the doublet is negative on the lower side
 

@@ -18,9 +18,13 @@ struct WeldShape {
   double rho = 0.0;         ///< of the doublet, as in `WeldFilter`
   double centre = 0.0;      ///< cells, the middle of cell k is k
   double match = 0.0;       ///< share of the energy, noise taken off, that it explains
-  double peak = 0.0;        ///< largest magnitude, channel 0
-  double phase = 0.0;       ///< rad, of the lobe at the lower side, channel 0
-  double missing = 0.0;     ///< share of the doublet's energy that lies in gaps
+  /// Heights of the lobes as (upper - lower) / (upper + lower): 0 for a doublet, 1 or -1 for a lone
+  /// bump; a mean over the channels.
+  double asymmetry = 0.0;
+  double asymmetry_deviation = 0.0;  ///< of it, by noise
+  double peak = 0.0;                 ///< largest magnitude, channel 0
+  double phase = 0.0;                ///< rad, of the lobe at the lower side, channel 0
+  double missing = 0.0;              ///< share of the doublet's energy that lies in gaps
 };
 
 /// Fits doublets of many widths, from well below to well above those of welds: what is no weld is
@@ -35,9 +39,10 @@ class WeldShapeFitter {
   };
   WeldShapeFitter(double smallest_half_width, double largest_half_width, const Rows& rows);
 
-  /// `variances`: of one cell in noise, one per channel, for x and for y. `redness`: the outputs of
-  /// filters have a noise variance that goes with their width to this power (0 for white noise, 1
-  /// for 1/f); widths are compared with that in mind, or slow drifts would look like wide pulses.
+  /// `variances`: of the output of a filter of the smallest half width in noise, one per channel,
+  /// for x and for y. `redness`: that variance goes with the width to this power (0 for white
+  /// noise, 1 for 1/f); widths are compared with that in mind, or slow drifts would look like wide
+  /// pulses.
   [[nodiscard]] WeldShape fit(const DistanceGrid& grid, std::int64_t centre,
                               std::span<const double> variances, double redness) const;
 
@@ -49,14 +54,17 @@ class WeldShapeFitter {
     double re = 0.0;
     double im = 0.0;
   };
-  [[nodiscard]] static Output apply(const WeldFilter& filter, const DistanceGrid& grid,
+  [[nodiscard]] static Output apply(std::span<const double> taps, const DistanceGrid& grid,
                                     std::size_t channel, std::int64_t centre);
+  void measure_asymmetry(const WeldFilter& filter, const DistanceGrid& grid, std::int64_t centre,
+                         std::span<const double> variances, double redness, WeldShape& shape) const;
   [[nodiscard]] double strength(const WeldFilter& filter, const DistanceGrid& grid,
                                 std::int64_t centre, std::span<const double> variances) const;
   [[nodiscard]] double match(const WeldFilter& filter, const DistanceGrid& grid,
                              std::int64_t centre, std::span<const double> variances) const;
 
   Rows rows_;
+  double smallest_half_width_;
   std::vector<WeldFilter> filters_;
 };
 

@@ -13,6 +13,7 @@
 
 #include "ili_lists.hpp"
 #include "pipescout/odometry/weld_alignment.hpp"
+#include "pipescout/odometry/weld_ledger.hpp"
 
 namespace pipescout::odometry {
 namespace {
@@ -123,6 +124,30 @@ TEST_F(InspectionRunsTest, OtherFeaturesFallOnEachOther) {
       errors.size(), errors[errors.size() / 2], p95, errors.back(), raw[raw.size() / 2],
       raw.back());
   EXPECT_LE(p95, 0.5);
+}
+
+TEST_F(InspectionRunsTest, LedgerOfBothRunsHoldsTheirFeatures) {
+  LedgerUpdate update = build_ledger({.name = "2007"}, welds(runs_->run_2007));
+  update = merge_run(update.ledger, {.name = "2015"}, welds(runs_->run_2015));
+  ASSERT_TRUE(update.accepted);
+  const ChainageMap from_2007 = run_to_ledger(update.ledger, 0);
+  const ChainageMap from_2015 = run_to_ledger(update.ledger, 1);
+  std::vector<double> errors;
+  for (const auto& [then, later] : common_features(*runs_)) {
+    errors.push_back(std::abs(from_2007.map(then).chainage - from_2015.map(later).chainage));
+  }
+  std::sort(errors.begin(), errors.end());
+  const double p95 = errors[(errors.size() * 95) / 100];
+  const auto believed = evidence(update.ledger);
+  const auto doubtful = std::count_if(
+      believed.begin(), believed.end(),
+      [](const WeldEvidence& weld) { return weld.verdict == WeldVerdict::kDoubtful; });
+  std::printf("ledger: %zu welds, %td seen by one run only, %zu added, features p95 %.3f m\n",
+              update.ledger.welds.size(), doubtful, update.added, p95);
+  EXPECT_LE(p95, 0.5);
+  // Each run's welds are there once: 1603 and 1607, of which 1603 are common by the answer key.
+  EXPECT_LE(update.ledger.welds.size(), 1610U);
+  EXPECT_EQ(to_csv(from_csv(to_csv(update.ledger))), to_csv(update.ledger));
 }
 
 }  // namespace

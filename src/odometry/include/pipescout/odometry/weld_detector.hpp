@@ -38,8 +38,11 @@ struct WeldDetectorParameters {
   /// False alarms by noise for each km of pipe, (0, 1000]: see `weld_threshold`.
   double false_alarms_per_km = 0.05;
   /// Share of the pulse's energy, noise taken off, that a doublet explains; [0, 1). Real passes
-  /// have 0.83 to 0.89, a lone bump at most 0.45.
-  double smallest_match = 0.55;
+  /// have 0.83 to 0.93.
+  double smallest_match = 0.6;
+  /// Largest |a - b| / (a + b), a and b being the heights of the two lobes, twice its deviation by
+  /// noise taken off; [0, 1]. A lone bump has 1.
+  double largest_asymmetry = 0.5;
   /// Largest energy of another pulse closer than `crowd_distance`, as a share of that of the weld;
   /// (0, 1]. Valves are crowds of pulses; a weld stands alone. 1: only the largest counts.
   double largest_neighbour = 0.5;
@@ -108,7 +111,7 @@ struct WeldDetectorCounts {
   std::uint64_t welds = 0;          ///< reported
   std::uint64_t too_narrow = 0;     ///< peaks that are no weld: by width
   std::uint64_t too_wide = 0;       ///< by width
-  std::uint64_t wrong_shape = 0;    ///< by `smallest_match`
+  std::uint64_t wrong_shape = 0;    ///< by `smallest_match` or `largest_asymmetry`
   std::uint64_t wrong_phase = 0;    ///< by `phase_tolerance`
   std::uint64_t crowded = 0;        ///< by `largest_neighbour`
   std::uint64_t incomplete = 0;     ///< a quarter or more of the pulse lies in a gap

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "csv_rows.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace pipescout::odometry {
+
+CsvRows read_csv_rows(std::string_view text) {
+  CsvRows result;
+  std::size_t line = 1;
+  CsvRow row{.line = 1, .cells = {""}};
+  bool quoted = false;
+  const auto end_row = [&] {
+    if (row.cells.size() > 1 || !row.cells.front().empty()) {
+      result.rows.push_back(std::move(row));
+    }
+    row = {.line = line, .cells = {""}};
+  };
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const char c = text[k];
+    line += c == '\n' ? 1U : 0U;
+    if (quoted) {
+      if (c == '"' && k + 1 < text.size() && text[k + 1] == '"') {
+        row.cells.back() += '"';
+        ++k;
+      } else if (c == '"') {
+        quoted = false;
+      } else {
+        row.cells.back() += c;
+      }
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == ',') {
+      row.cells.emplace_back();
+    } else if (c == '\n') {
+      end_row();
+    } else if (c != '\r') {
+      row.cells.back() += c;
+    }
+  }
+  end_row();
+  result.closed = !quoted;
+  return result;
+}
+
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) {
+    return text;
+  }
+  std::string cell = "\"";
+  for (const char c : text) {
+    cell += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return cell + '"';
+}
+
+std::string shortest(double value) {
+  if (std::isnan(value)) {
+    return {};
+  }
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  return {digits.data(), end};
+}
+
+}  // namespace pipescout::odometry
