@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace pipescout::simulation {
@@ -93,6 +94,43 @@ std::vector<double> draw_positions(double per_km, double length, std::mt19937_64
   return positions;
 }
 
+PipeFeature draw_weld(double at, std::mt19937_64& engine, const PipeParameters& parameters) {
+  const double peak = parameters.weld_peak * std::exp(parameters.peak_spread * normal(engine));
+  const double phase = parameters.weld_phase + parameters.phase_spread * normal(engine);
+  const double lobe_distance =
+      uniform(engine, parameters.smallest_lobe_distance, parameters.largest_lobe_distance);
+  const double slenderness = uniform(engine, 1.0, 1.8);
+  const double asymmetry = parameters.largest_asymmetry * uniform(engine, -1.0, 1.0);
+  const double quadrature = parameters.largest_quadrature * uniform(engine, -1.0, 1.0);
+  return make_weld(at, {.peak = peak,
+                        .phase = phase,
+                        .lobe_distance = lobe_distance,
+                        .slenderness = slenderness,
+                        .asymmetry = asymmetry,
+                        .quadrature = quadrature});
+}
+
+/// Valves, bends and dents; sorts all by position. `welds` rise.
+void draw_others(std::vector<PipeFeature>& features, std::span<const double> welds,
+                 std::mt19937_64& engine, const PipeParameters& parameters) {
+  for (const double at : draw_positions(parameters.valves_per_km, parameters.length, engine)) {
+    const auto next = std::lower_bound(welds.begin(), welds.end(), at);
+    const bool clear = (next == welds.end() || *next - at >= 1.0) &&
+                       (next == welds.begin() || at - *std::prev(next) >= 1.0);
+    if (clear) {
+      features.push_back(make_valve(at, engine, parameters));
+    }
+  }
+  for (const double at : draw_positions(parameters.bends_per_km, parameters.length, engine)) {
+    features.push_back(make_bend(at, engine, parameters));
+  }
+  for (const double at : draw_positions(parameters.dents_per_km, parameters.length, engine)) {
+    features.push_back(make_dent(at, engine, parameters));
+  }
+  std::stable_sort(features.begin(), features.end(),
+                   [](const auto& a, const auto& b) { return a.position < b.position; });
+}
+
 }  // namespace
 
 PipeFeature make_weld(double position, const WeldPulse& pulse) {
@@ -138,39 +176,28 @@ std::vector<PipeFeature> draw_features(const PipeParameters& parameters, std::ui
   std::vector<PipeFeature> features;
   std::vector<double> welds;
   for (double at = uniform(engine, 0.0, 1.0) * parameters.joint_length; at < parameters.length;) {
-    const double peak = parameters.weld_peak * std::exp(parameters.peak_spread * normal(engine));
-    const double phase = parameters.weld_phase + parameters.phase_spread * normal(engine);
-    const double lobe_distance =
-        uniform(engine, parameters.smallest_lobe_distance, parameters.largest_lobe_distance);
-    const double slenderness = uniform(engine, 1.0, 1.8);
-    const double asymmetry = parameters.largest_asymmetry * uniform(engine, -1.0, 1.0);
-    const double quadrature = parameters.largest_quadrature * uniform(engine, -1.0, 1.0);
-    features.push_back(make_weld(at, {.peak = peak,
-                                      .phase = phase,
-                                      .lobe_distance = lobe_distance,
-                                      .slenderness = slenderness,
-                                      .asymmetry = asymmetry,
-                                      .quadrature = quadrature}));
+    features.push_back(draw_weld(at, engine, parameters));
     welds.push_back(at);
     const double joint = parameters.joint_length * (1.0 + parameters.joint_spread * normal(engine));
     at += std::max(joint, 0.1 * parameters.joint_length);
   }
-  for (const double at : draw_positions(parameters.valves_per_km, parameters.length, engine)) {
-    const auto next = std::lower_bound(welds.begin(), welds.end(), at);
-    const bool clear = (next == welds.end() || *next - at >= 1.0) &&
-                       (next == welds.begin() || at - *std::prev(next) >= 1.0);
-    if (clear) {
-      features.push_back(make_valve(at, engine, parameters));
+  draw_others(features, welds, engine, parameters);
+  return features;
+}
+
+std::vector<PipeFeature> draw_features(const PipeParameters& parameters,
+                                       std::span<const double> welds, std::uint64_t seed) {
+  parameters.validate();
+  std::mt19937_64 engine(seed);
+  std::vector<PipeFeature> features;
+  for (std::size_t k = 0; k < welds.size(); ++k) {
+    if (!std::isfinite(welds[k]) || (k > 0 && welds[k] <= welds[k - 1])) {
+      throw std::invalid_argument("welds[" + std::to_string(k) + "] = " + std::to_string(welds[k]) +
+                                  " must be finite and above the one before");
     }
+    features.push_back(draw_weld(welds[k], engine, parameters));
   }
-  for (const double at : draw_positions(parameters.bends_per_km, parameters.length, engine)) {
-    features.push_back(make_bend(at, engine, parameters));
-  }
-  for (const double at : draw_positions(parameters.dents_per_km, parameters.length, engine)) {
-    features.push_back(make_dent(at, engine, parameters));
-  }
-  std::stable_sort(features.begin(), features.end(),
-                   [](const auto& a, const auto& b) { return a.position < b.position; });
+  draw_others(features, welds, engine, parameters);
   return features;
 }
 

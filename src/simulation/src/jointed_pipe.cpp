@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
+#include <string>
 
 #include "check.hpp"
 #include "draw.hpp"
@@ -55,6 +57,20 @@ std::array<double, 3> position_in(const Joint& joint, double distance) {
   return {x, y, z + up};
 }
 
+/// Normal, cut off at 3 standard deviations.
+std::vector<double> draw_lengths(const JointedPipeParameters& parameters, std::uint64_t seed) {
+  auto engine = make_engine(seed, 1);
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < parameters.joints; ++i) {
+    double deviation = normal(engine);
+    while (std::abs(deviation) > 3.0) {
+      deviation = normal(engine);
+    }
+    lengths.push_back(parameters.joint_length * (1.0 + parameters.length_spread * deviation));
+  }
+  return lengths;
+}
+
 }  // namespace
 
 void JointedPipeParameters::validate() const {
@@ -74,21 +90,34 @@ void JointedPipeParameters::validate() const {
 
 JointedPipe::JointedPipe(const JointedPipeParameters& parameters, std::uint64_t seed) {
   parameters.validate();
-  lay(parameters, seed);
+  lay(parameters, draw_lengths(parameters, seed), seed);
   write_tally(parameters, seed);
 }
 
-void JointedPipe::lay(const JointedPipeParameters& parameters, std::uint64_t seed) {
-  auto lengths = make_engine(seed, 1);
+JointedPipe::JointedPipe(const JointedPipeParameters& parameters, std::span<const double> tally,
+                         std::uint64_t seed) {
+  parameters.validate();
+  if (tally.empty()) {
+    throw std::invalid_argument("tally: there are no joints");
+  }
+  auto errors = make_engine(seed, 1);
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < tally.size(); ++i) {
+    check_above("tally[" + std::to_string(i) + "]", tally[i], 10.0 * parameters.tally_sigma,
+                kInfinity);
+    lengths.push_back(tally[i] + parameters.tally_sigma * normal(errors));
+    tally_.push_back({.length = tally[i], .joint = i});
+  }
+  lay(parameters, lengths, seed);
+}
+
+void JointedPipe::lay(const JointedPipeParameters& parameters, std::span<const double> lengths,
+                      std::uint64_t seed) {
   auto turns = make_engine(seed, 2);
   Joint joint;
-  for (std::size_t i = 0; i < parameters.joints; ++i) {
-    double deviation = normal(lengths);
-    while (std::abs(deviation) > 3.0) {
-      deviation = normal(lengths);
-    }
+  for (const double length : lengths) {
     joint.begin = length_;
-    joint.length = parameters.joint_length * (1.0 + parameters.length_spread * deviation);
+    joint.length = length;
     joint.heading_rate = joint.pitch_rate = 0.0;
     const double kind = uniform(turns);
     if (kind < parameters.bend_share) {

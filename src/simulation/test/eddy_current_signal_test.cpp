@@ -321,5 +321,19 @@ TEST(FeatureKind, HasNames) {
   EXPECT_STREQ(to_string(static_cast<FeatureKind>(9)), "unknown");
 }
 
+TEST(DrawFeatures, PutsWeldsWhereTheyAre) {
+  const std::vector<double> welds{0.0, 11.9, 24.2, 36.0};
+  const auto features = draw_features({.length = 40.0}, welds, 3);
+  std::vector<double> drawn;
+  for (const auto& feature : features) {
+    if (feature.kind == FeatureKind::kWeld) {
+      drawn.push_back(feature.position);
+    }
+  }
+  EXPECT_EQ(drawn, welds);
+  EXPECT_THROW(draw_features({}, std::vector<double>{1.0, 1.0}, 3), std::invalid_argument);
+  EXPECT_THROW(draw_features({}, std::vector<double>{NAN}, 3), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace pipescout::simulation

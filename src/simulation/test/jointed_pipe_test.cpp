@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace pipescout::simulation {
 namespace {
@@ -29,6 +30,23 @@ TEST(JointedPipe, LengthsHaveTheStatedSpread) {
   // A normal distribution cut off at 3 sigma has 0.9866 of the standard deviation.
   EXPECT_NEAR(std::sqrt(squares / 20000.0), 0.9866 * 0.12, 0.0025);
   EXPECT_NEAR(pipe.length(), sum, 1e-6);
+}
+
+TEST(JointedPipe, IsLaidAsItsTallySays) {
+  const std::vector<double> tally(2000, 11.5);
+  const JointedPipe pipe({.tally_sigma = 0.02}, tally, 5);
+  ASSERT_EQ(pipe.joints().size(), tally.size());
+  ASSERT_EQ(pipe.tally().size(), tally.size());
+  double squares = 0.0;
+  for (std::size_t i = 0; i < tally.size(); ++i) {
+    EXPECT_EQ(pipe.tally()[i].length, 11.5);
+    EXPECT_EQ(pipe.tally()[i].joint, i);
+    squares += std::pow(pipe.joints()[i].length - 11.5, 2);
+  }
+  EXPECT_NEAR(std::sqrt(squares / 2000.0), 0.02, 4.0 * 0.02 / std::sqrt(4000.0));
+  EXPECT_THROW(JointedPipe({}, std::vector<double>{}, 1), std::invalid_argument);
+  EXPECT_THROW(JointedPipe({}, std::vector<double>{12.0, -1.0}, 1), std::invalid_argument);
+  EXPECT_THROW(JointedPipe({}, std::vector<double>{NAN}, 1), std::invalid_argument);
 }
 
 TEST(JointedPipe, WeldsFollowOneAnother) {

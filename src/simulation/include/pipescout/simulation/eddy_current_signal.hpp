@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <span>
 #include <vector>
 
 /// The signal of an eddy-current probe in a pipe, with ground truth: a differential coil that
@@ -81,6 +82,11 @@ struct PipeParameters {
 
 /// Sorted by position. Throws what `PipeParameters::validate` throws.
 [[nodiscard]] std::vector<PipeFeature> draw_features(const PipeParameters& parameters,
+                                                     std::uint64_t seed);
+/// The same along a pipe whose welds are at `welds`, m: `joint_length` and `joint_spread` do not
+/// count. Throws std::invalid_argument too when they do not rise or are not finite.
+[[nodiscard]] std::vector<PipeFeature> draw_features(const PipeParameters& parameters,
+                                                     std::span<const double> welds,
                                                      std::uint64_t seed);
 
 struct EddyCurrentParameters {

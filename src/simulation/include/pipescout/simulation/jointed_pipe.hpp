@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 /// A pipe of welded joints: their true lengths, the tally that was written down when it was laid,
@@ -52,6 +53,11 @@ class JointedPipe {
  public:
   /// Throws what `JointedPipeParameters::validate` throws.
   JointedPipe(const JointedPipeParameters& parameters, std::uint64_t seed);
+  /// A pipe that this tally, lengths in m, may have been written of: each true length is off by
+  /// `tally_sigma`. Of the parameters only that one and those of bends and slopes count. Throws
+  /// std::invalid_argument too when the tally is empty or a length is not above 10 `tally_sigma`.
+  JointedPipe(const JointedPipeParameters& parameters, std::span<const double> tally,
+              std::uint64_t seed);
 
   [[nodiscard]] const std::vector<Joint>& joints() const noexcept { return joints_; }
   [[nodiscard]] const std::vector<TallyEntry>& tally() const noexcept { return tally_; }
@@ -65,7 +71,8 @@ class JointedPipe {
   [[nodiscard]] double pitch(double chainage) const noexcept;
 
  private:
-  void lay(const JointedPipeParameters& parameters, std::uint64_t seed);
+  void lay(const JointedPipeParameters& parameters, std::span<const double> lengths,
+           std::uint64_t seed);
   void write_tally(const JointedPipeParameters& parameters, std::uint64_t seed);
 
   std::vector<Joint> joints_;
