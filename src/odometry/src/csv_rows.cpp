@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "csv_rows.hpp"
+#include "pipescout/odometry/csv_rows.hpp"
 
 #include <array>
 #include <charconv>
@@ -8,7 +8,11 @@
 
 namespace pipescout::odometry {
 
-CsvRows read_csv_rows(std::string_view text) {
+CsvRows read_csv_rows(std::string_view text, char delimiter) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) {
+    text.remove_prefix(kByteOrderMark.size());
+  }
   CsvRows result;
   std::size_t line = 1;
   CsvRow row{.line = 1, .cells = {""}};
@@ -31,9 +35,9 @@ CsvRows read_csv_rows(std::string_view text) {
       } else {
         row.cells.back() += c;
       }
-    } else if (c == '"') {
+    } else if (c == '"' && row.cells.back().empty()) {
       quoted = true;
-    } else if (c == ',') {
+    } else if (c == delimiter) {
       row.cells.emplace_back();
     } else if (c == '\n') {
       end_row();

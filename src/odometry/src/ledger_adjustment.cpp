@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "banded_information.hpp"
@@ -42,7 +45,7 @@ std::vector<Distance> distances(const WeldLedger& ledger, double noise_variance)
   std::vector<Last> last(ledger.runs.size());
   std::vector<Distance> result;
   for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
-    for (const WeldSighting& sighting : ledger.welds[k].sightings) {
+    for (const LedgerSighting& sighting : ledger.welds[k].sightings) {
       Last& before = last[sighting.run];
       const double variance = sighting.standard_deviation * sighting.standard_deviation;
       if (before.seen && k - before.weld <= kWidest) {
@@ -138,17 +141,30 @@ std::size_t find_anchor(const WeldLedger& ledger) {
   return anchor == ledger.welds.end() ? 0 : static_cast<std::size_t>(anchor - ledger.welds.begin());
 }
 
-}  // namespace
-
-void measure_joints(WeldLedger& ledger) {
-  for (std::size_t k = 0; k + 1 < ledger.welds.size(); ++k) {
-    ledger.welds[k].joint_length = ledger.welds[k + 1].chainage - ledger.welds[k].chainage;
-  }
-  if (!ledger.welds.empty()) {
-    ledger.welds.back().joint_length = std::numeric_limits<double>::quiet_NaN();
-    ledger.welds.back().joint_standard_deviation = std::numeric_limits<double>::quiet_NaN();
-  }
+bool share_a_run(const LedgerWeld& one, const LedgerWeld& other) {
+  return std::any_of(
+      one.sightings.begin(), one.sightings.end(), [&other](const LedgerSighting& mine) {
+        return std::any_of(other.sightings.begin(), other.sightings.end(),
+                           [&mine](const LedgerSighting& its) { return its.run == mine.run; });
+      });
 }
+
+/// The welds by rising x, but those that one run saw in the order in which it saw them: that much
+/// is certain, however little a sighting is worth.
+std::vector<std::size_t> order_of(const WeldLedger& ledger, const std::vector<double>& x) {
+  std::vector<std::size_t> order(x.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    for (std::size_t j = k; j > 0 && x[order[j]] < x[order[j - 1]] &&
+                            !share_a_run(ledger.welds[order[j]], ledger.welds[order[j - 1]]);
+         --j) {
+      std::swap(order[j], order[j - 1]);
+    }
+  }
+  return order;
+}
+
+}  // namespace
 
 void adjust(WeldLedger& ledger, const LedgerParameters& parameters) {
   const std::vector<Distance> observed =
@@ -207,29 +223,37 @@ void adjust(WeldLedger& ledger, const LedgerParameters& parameters) {
   improve();
   const double runs = static_cast<double>(std::max<std::size_t>(1, ledger.runs.size()));
   const double scale_variance = parameters.scale_sigma * parameters.scale_sigma / runs;
+  const std::vector<std::size_t> order = order_of(ledger, x);
+  std::vector<LedgerWeld> ordered;
   for (std::size_t k = 0; k < size; ++k) {
-    LedgerWeld& weld = ledger.welds[k];
-    const double away = x[k] - x[anchor];
-    weld.chainage = x[k];
+    const std::size_t i = order[k];
+    LedgerWeld weld = std::move(ledger.welds[i]);
+    const double away = x[i] - x[anchor];
+    weld.chainage = ordered.empty() ? x[i] : std::max(x[i], ordered.back().chainage + kApart);
     weld.standard_deviation =
-        std::sqrt(information.covariance(k, k) + scale_variance * away * away);
+        std::sqrt(information.covariance(i, i) + scale_variance * away * away);
     if (k + 1 < size) {
-      const double length = x[k + 1] - x[k];
-      const double variance = information.covariance(k, k) + information.covariance(k + 1, k + 1) -
-                              2.0 * information.covariance(k, k + 1);
+      const std::size_t j = order[k + 1];
+      const double length = x[j] - x[i];
+      const auto [first, second] = std::minmax(i, j);
+      // Beyond the band two welds are as good as independent.
+      const double common =
+          second - first <= bandwidth ? information.covariance(first, second) : 0.0;
+      const double variance =
+          information.covariance(i, i) + information.covariance(j, j) - 2.0 * common;
       weld.joint_standard_deviation =
           std::sqrt(std::max(variance, 0.0) + scale_variance * length * length);
     }
+    ordered.push_back(std::move(weld));
   }
-  // Welds that only different runs saw have no distance that keeps them in order.
-  std::stable_sort(
-      ledger.welds.begin(), ledger.welds.end(),
-      [](const LedgerWeld& one, const LedgerWeld& next) { return one.chainage < next.chainage; });
-  for (std::size_t k = 1; k < size; ++k) {
-    ledger.welds[k].chainage =
-        std::max(ledger.welds[k].chainage, ledger.welds[k - 1].chainage + kApart);
+  for (std::size_t k = 0; k + 1 < size; ++k) {
+    ordered[k].joint_length = ordered[k + 1].chainage - ordered[k].chainage;
   }
-  measure_joints(ledger);
+  if (size > 0) {
+    ordered.back().joint_length = std::numeric_limits<double>::quiet_NaN();
+    ordered.back().joint_standard_deviation = std::numeric_limits<double>::quiet_NaN();
+  }
+  ledger.welds = std::move(ordered);
 }
 
 }  // namespace pipescout::odometry

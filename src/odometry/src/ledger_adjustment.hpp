@@ -9,7 +9,4 @@ namespace pipescout::odometry {
 /// welds. See `merge_run`. The chainages on entry are where the search begins.
 void adjust(WeldLedger& ledger, const LedgerParameters& parameters);
 
-/// Joint lengths from the chainages, NaN at the last weld.
-void measure_joints(WeldLedger& ledger);
-
 }  // namespace pipescout::odometry

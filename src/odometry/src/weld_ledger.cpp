@@ -38,7 +38,7 @@ std::string first_id(std::size_t k) {
 /// How exactly a weld's own place is known, leaving aside the way to it.
 double own_sigma(const LedgerWeld& weld) {
   double information = 0.0;
-  for (const WeldSighting& sighting : weld.sightings) {
+  for (const LedgerSighting& sighting : weld.sightings) {
     information += 1.0 / (sighting.standard_deviation * sighting.standard_deviation);
   }
   return information > 0.0 ? 1.0 / std::sqrt(information) : weld.standard_deviation;
@@ -171,7 +171,7 @@ std::vector<WeldEvidence> evidence(const WeldLedger& ledger) {
   };
   std::vector<Extent> extents(ledger.runs.size());
   for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
-    for (const WeldSighting& sighting : ledger.welds[k].sightings) {
+    for (const LedgerSighting& sighting : ledger.welds[k].sightings) {
       Extent& extent = extents[sighting.run];
       extent.first = std::min(extent.first, k);
       extent.last = std::max(extent.last, k);
@@ -204,7 +204,7 @@ ChainageMap run_to_ledger(const WeldLedger& ledger, std::size_t run,
   parameters.validate();
   std::vector<ChainageKnot> knots;
   for (const LedgerWeld& weld : ledger.welds) {
-    for (const WeldSighting& sighting : weld.sightings) {
+    for (const LedgerSighting& sighting : weld.sightings) {
       if (sighting.run == run) {
         knots.push_back(
             {.from = sighting.chainage,

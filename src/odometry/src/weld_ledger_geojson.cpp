@@ -2,7 +2,7 @@
 #include <cmath>
 #include <string>
 
-#include "csv_rows.hpp"
+#include "pipescout/odometry/csv_rows.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 
 namespace pipescout::odometry {

@@ -7,8 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "csv_rows.hpp"
-#include "ledger_adjustment.hpp"
+#include "pipescout/odometry/csv_rows.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 
 namespace pipescout::odometry {
@@ -123,6 +122,9 @@ std::vector<LedgerRun> read_header(const Table& table) {
       const LedgerRun run{
           .name = column.substr(kRun.size(), bar - kRun.size()),
           .date = column.substr(bar + 1, column.size() - kRunChainage.size() - bar - 1)};
+      if (column.find_first_of("|\r\n", bar + 1) != std::string::npos) {
+        fail(column, "the name or the date of a run holds '|' or a line break");
+      }
       if (!table.has(run_column(run, kRunSigma))) {
         fail(run_column(run, kRunSigma), "the column is missing");
       }
@@ -269,9 +271,9 @@ void read_sightings(const Table& table, WeldLedger& ledger) {
       if (table.cell(k, chainage).empty() && table.cell(k, sigma).empty()) {
         continue;
       }
-      const WeldSighting sighting{.run = run,
-                                  .chainage = table.required(k, chainage, false),
-                                  .standard_deviation = table.required(k, sigma, true)};
+      const LedgerSighting sighting{.run = run,
+                                    .chainage = table.required(k, chainage, false),
+                                    .standard_deviation = table.required(k, sigma, true)};
       if (!std::isnan(previous)) {
         const double step = sighting.chainage - previous;
         direction = direction == 0.0 ? step : direction;
@@ -323,12 +325,12 @@ std::string to_csv(const WeldLedger& ledger) {
       }
       text += ',' + shortest(position.standard_deviation);
     }
-    std::vector<WeldSighting> by_run(ledger.runs.size(),
-                                     {.chainage = kNaN, .standard_deviation = kNaN});
-    for (const WeldSighting& sighting : weld.sightings) {
+    std::vector<LedgerSighting> by_run(ledger.runs.size(),
+                                       {.chainage = kNaN, .standard_deviation = kNaN});
+    for (const LedgerSighting& sighting : weld.sightings) {
       by_run[sighting.run] = sighting;
     }
-    for (const WeldSighting& sighting : by_run) {
+    for (const LedgerSighting& sighting : by_run) {
       text += ',' + shortest(sighting.chainage) + ',' + shortest(sighting.standard_deviation);
     }
     text += '\n';

@@ -212,6 +212,44 @@ TEST(WeldLedger, RunOfAnotherPipeChangesNothing) {
   EXPECT_EQ(to_csv(second.ledger), to_csv(first.ledger));
 }
 
+TEST(WeldLedger, KeepsEveryRunsOrderWhereSightingsAreWorthLittle) {
+  std::size_t merged = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 engine(seed);
+    test::Pipe pipe;
+    for (const double weld : test::laid_pipe(60, engine)) {
+      pipe.push_back(weld);
+      if (pipe.size() % 9 == 4) {
+        pipe.push_back(weld + 0.35);  // as short as a sighting is uncertain
+      }
+    }
+    const RunFaults poor = {.missed = 0.06,
+                            .spurious = 0.06,
+                            .detection_sigma = 0.1,
+                            .slip_share = 0.1,
+                            .largest_slip = 3.0};
+    const auto drive_poorly = [&] {
+      return test::make_run(pipe, 0, pipe.size(), poor, engine).welds;
+    };
+    WeldLedger ledger = build_ledger({.name = "run 0"}, drive_poorly()).ledger;
+    for (std::size_t run = 1; run < 6; ++run) {
+      const LedgerUpdate update =
+          merge_run(ledger, {.name = "run " + std::to_string(run)}, drive_poorly());
+      merged += update.accepted ? 1U : 0U;
+      ledger = update.ledger;
+      for (std::size_t k = 0; k < ledger.runs.size(); ++k) {
+        EXPECT_NO_THROW((void)run_to_ledger(ledger, k)) << "seed " << seed;
+      }
+      for (std::size_t k = 0; k + 1 < ledger.welds.size(); ++k) {
+        ASSERT_GT(ledger.welds[k].joint_length, 0.0);
+        ASSERT_GT(ledger.welds[k].joint_standard_deviation, 0.0);
+      }
+      EXPECT_EQ(to_csv(from_csv(to_csv(ledger))), to_csv(ledger)) << "seed " << seed;
+    }
+  }
+  EXPECT_GE(merged, 30U);
+}
+
 TEST(WeldLedger, BadWeldsAreLeftOutAndListed) {
   const test::Pipe pipe = make_pipe(12, 40);
   WeldRun run = drive(pipe, kClean, 71);

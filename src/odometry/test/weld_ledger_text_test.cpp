@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "pipescout/odometry/csv_rows.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 #include "weld_runs.hpp"
 
@@ -71,6 +72,23 @@ TEST(LedgerText, TallyNeedsOnlyIdsAndLengths) {
   EXPECT_DOUBLE_EQ(by_chainage.welds[0].joint_length, 12.5);
 }
 
+TEST(LedgerText, SpreadsheetsMarkAndInchesAreRead) {
+  const WeldLedger ledger = from_csv("\xEF\xBB\xBFid,chainage_m\n24\" tee,0\n\"a \"\"b\"\"\",5\n");
+  ASSERT_EQ(ledger.welds.size(), 2U);
+  EXPECT_EQ(ledger.welds[0].id, "24\" tee");
+  EXPECT_EQ(ledger.welds[1].id, "a \"b\"");
+}
+
+TEST(CsvRows, DelimiterAndLinesAreTheCallers) {
+  const CsvRows rows = read_csv_rows("a;1,5\r\n\n\"b\nc\";2\nd\n", ';');
+  ASSERT_EQ(rows.rows.size(), 3U);
+  EXPECT_THAT(rows.rows[0].cells, testing::ElementsAre("a", "1,5"));
+  EXPECT_THAT(rows.rows[1].cells, testing::ElementsAre("b\nc", "2"));
+  EXPECT_EQ(rows.rows[1].line, 3U);
+  EXPECT_EQ(rows.rows[2].line, 5U);
+  EXPECT_FALSE(read_csv_rows("a,\"b").closed);
+}
+
 struct BadText {
   const char* name;
   const char* text;
@@ -131,6 +149,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "line 2, y_m: is missing"},
         BadText{"HalfARun", "id,chainage_m,run a|b chainage_m\nA,0,1\n",
                 "line 1, run a|b sd_m: the column is missing"},
+        BadText{"BarInDate", "id,chainage_m,run a|b|c chainage_m,run a|b|c sd_m\nA,0,1,1\n",
+                "line 1, run a|b|c chainage_m: the name or the date of a run holds '|' or a line "
+                "break"},
         BadText{"RunTurns",
                 "id,chainage_m,run a|b chainage_m,run a|b sd_m\nA,0,1,1\nB,5,6,1\nC,9,4,1\n",
                 "line 4, run a|b chainage_m: 4 does not go on from 6"},

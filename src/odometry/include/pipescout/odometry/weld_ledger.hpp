@@ -30,12 +30,12 @@ struct LedgerRun {
 };
 
 /// A run's own observation of a weld.
-struct WeldSighting {
+struct LedgerSighting {
   std::size_t run = 0;              ///< index into `WeldLedger::runs`
   double chainage = 0.0;            ///< m, by the run's own odometer
   double standard_deviation = 0.0;  ///< m, of the sighting itself
 
-  friend bool operator==(const WeldSighting&, const WeldSighting&) = default;
+  friend bool operator==(const LedgerSighting&, const LedgerSighting&) = default;
 };
 
 struct LedgerWeld {
@@ -45,7 +45,7 @@ struct LedgerWeld {
   double joint_length = std::numeric_limits<double>::quiet_NaN();  ///< to the next; NaN at the last
   double joint_standard_deviation = std::numeric_limits<double>::quiet_NaN();
   std::optional<MapPosition> position;
-  std::vector<WeldSighting> sightings;  ///< at most one per run, by run
+  std::vector<LedgerSighting> sightings;  ///< at most one per run, by run
 };
 
 struct WeldLedger {
@@ -105,7 +105,8 @@ struct LedgerUpdate {
 /// weld make the equations tridiagonal; each missed weld widens the band. The scale of each run is
 /// estimated; the ledger's metre is the mean of the runs' metres. The first weld of the first run
 /// keeps its chainage. Sightings are taken as independent between joints, which overstates the
-/// uncertainty of long distances a little.
+/// uncertainty of long distances a little. Welds that one run saw stay in the order in which it saw
+/// them.
 /// Map positions are dropped: lay the centre line again.
 ///
 /// Throws what `build_ledger` throws, and std::invalid_argument when the ledger has that run.
