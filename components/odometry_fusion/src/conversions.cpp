@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/odometry_fusion/conversions.hpp"
 
+#include <cmath>
+#include <limits>
 #include <vector>
 
 namespace pipescout {
@@ -8,7 +10,10 @@ namespace pipescout {
 namespace {
 
 using odometry::FusionStatus;
+using odometry::OdometerHealth;
+using odometry::OdometerUse;
 using odometry::RejectionReason;
+using odometry::StreamStatus;
 namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
 
 // The numbers of the algorithm go over the wire as they are.
@@ -18,8 +23,55 @@ static_assert(kNumber(RejectionReason::kUnsupported) == constants::REJECTED_UNSU
 static_assert(kNumber(RejectionReason::kMarkedInvalid) == constants::REJECTED_INVALID);
 static_assert(kNumber(RejectionReason::kNotANumber) == constants::REJECTED_NOT_A_NUMBER);
 static_assert(kNumber(RejectionReason::kBadSigma) == constants::REJECTED_BAD_SIGMA);
+static_assert(kNumber(OdometerHealth::kOk) == constants::HEALTH_OK);
+static_assert(kNumber(OdometerHealth::kWorn) == constants::HEALTH_WORN);
+static_assert(kNumber(OdometerHealth::kSlipping) == constants::HEALTH_SLIPPING);
+static_assert(kNumber(OdometerHealth::kStuck) == constants::HEALTH_STUCK);
+static_assert(kNumber(OdometerHealth::kBadValues) == constants::HEALTH_BAD_VALUES);
+static_assert(kNumber(OdometerHealth::kSilent) == constants::HEALTH_SILENT);
 static_assert(kNumber(FusionStatus::kOk) == constants::STATUS_OK);
 static_assert(kNumber(FusionStatus::kNoConsensus) == constants::STATUS_NO_CONSENSUS);
+
+std::uint8_t rejection(OdometerUse use) {
+  switch (use) {
+    case OdometerUse::kFused:
+      return constants::REJECTED_NONE;
+    case OdometerUse::kAbsent:
+      return constants::REJECTED_ABSENT;
+    case OdometerUse::kIncomplete:
+      return constants::REJECTED_INCOMPLETE;
+    case OdometerUse::kStuck:
+      return constants::REJECTED_STUCK;
+    case OdometerUse::kDrifted:
+      return constants::REJECTED_DRIFTED;
+    case OdometerUse::kUnsupported:
+    case OdometerUse::kFallback:
+      break;
+  }
+  return constants::REJECTED_UNSUPPORTED;
+}
+
+std::uint8_t status(StreamStatus status) {
+  switch (status) {
+    case StreamStatus::kOk:
+      return constants::STATUS_OK;
+    case StreamStatus::kNoConsensus:
+      return constants::STATUS_NO_CONSENSUS;
+    case StreamStatus::kWaiting:
+    case StreamStatus::kNoData:
+      break;
+  }
+  return constants::STATUS_NO_DATA;
+}
+
+void set_matrices(const odometry::ConsensusFusionResult& consensus,
+                  pipescout_msgs::msg::FusedOdometer& message) {
+  // Both are row-major, as the message wants them.
+  const auto& relation = consensus.relation;
+  message.support().assign(relation.data(), relation.data() + relation.size());
+  const auto& distance = consensus.confidence_distance;
+  message.confidence_distance().assign(distance.data(), distance.data() + distance.size());
+}
 
 }  // namespace
 
@@ -51,11 +103,30 @@ pipescout_msgs::msg::FusedOdometer to_message(
     message.in_fusion_set().push_back(result.fusion_set[i]);
     message.rejection_reason().push_back(kNumber(result.rejections[i]));
   }
-  // Both are row-major, as the message wants them.
-  const auto& relation = result.relation;
-  message.support().assign(relation.data(), relation.data() + relation.size());
-  const auto& distance = result.confidence_distance;
-  message.confidence_distance().assign(distance.data(), distance.data() + distance.size());
+  message.speed(std::numeric_limits<double>::quiet_NaN());
+  message.independent_variance(std::numeric_limits<double>::quiet_NaN());
+  set_matrices(result, message);
+  return message;
+}
+
+pipescout_msgs::msg::FusedOdometer to_message(const odometry::FusedStream& state,
+                                              const std::vector<std::string>& names) {
+  pipescout_msgs::msg::FusedOdometer message;
+  message.distance(state.distance);
+  message.variance(state.variance);
+  message.speed(state.speed);
+  message.independent_variance(state.random_variance);
+  message.name(names);
+  message.status(status(state.status));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const odometry::OdometerState& odometer = state.odometers[i];
+    message.in_fusion_set().push_back(odometer.use == OdometerUse::kFused);
+    message.rejection_reason().push_back(rejection(odometer.use));
+    message.health().push_back(kNumber(odometer.health));
+    message.scale().push_back(odometer.correction.scale);
+    message.scale_standard_deviation().push_back(std::sqrt(odometer.correction.covariance(0, 0)));
+  }
+  set_matrices(state.consensus, message);
   return message;
 }
 

@@ -4,9 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <pipescout/odometry/consensus_fusion.hpp>
+#include <pipescout/odometry/odometer_stream.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace pipescout {
 
@@ -31,5 +34,9 @@ class ReadingsBuffer {
 [[nodiscard]] pipescout_msgs::msg::FusedOdometer to_message(
     const odometry::ConsensusFusionResult& result,
     const pipescout_msgs::msg::OdometerReadings& readings);
+
+/// The message that says how a stream of these odometers stands; the header is left empty.
+[[nodiscard]] pipescout_msgs::msg::FusedOdometer to_message(const odometry::FusedStream& state,
+                                                            const std::vector<std::string>& names);
 
 }  // namespace pipescout
