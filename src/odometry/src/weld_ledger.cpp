@@ -44,15 +44,6 @@ double own_sigma(const LedgerWeld& weld) {
   return information > 0.0 ? 1.0 / std::sqrt(information) : weld.standard_deviation;
 }
 
-/// The ledger's welds as a run would have them.
-std::vector<WeldPosition> positions(const WeldLedger& ledger) {
-  std::vector<WeldPosition> result;
-  for (const LedgerWeld& weld : ledger.welds) {
-    result.push_back({.chainage = weld.chainage, .standard_deviation = own_sigma(weld)});
-  }
-  return result;
-}
-
 /// The welds of the run that the ledger does not have, where the alignment puts them, in order.
 void add_unmatched(LedgerUpdate& update, std::size_t run, std::span<const WeldPosition> welds,
                    double shortest_joint) {
@@ -141,7 +132,7 @@ LedgerUpdate merge_run(const WeldLedger& ledger, const LedgerRun& run,
   }
   LedgerUpdate update;
   update.ledger = ledger;
-  update.alignment = align_welds(welds, positions(ledger), parameters.alignment);
+  update.alignment = align_welds(welds, weld_positions(ledger), parameters.alignment);
   update.unusable = update.alignment.unusable_a;
   if (update.alignment.status != AlignmentStatus::kOk) {
     return update;
@@ -162,6 +153,14 @@ LedgerUpdate merge_run(const WeldLedger& ledger, const LedgerRun& run,
   update.ledger.frame = MapFrame::kNone;
   adjust(update.ledger, parameters);
   return update;
+}
+
+std::vector<WeldPosition> weld_positions(const WeldLedger& ledger) {
+  std::vector<WeldPosition> result;
+  for (const LedgerWeld& weld : ledger.welds) {
+    result.push_back({.chainage = weld.chainage, .standard_deviation = own_sigma(weld)});
+  }
+  return result;
 }
 
 std::vector<WeldEvidence> evidence(const WeldLedger& ledger) {

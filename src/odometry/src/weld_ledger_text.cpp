@@ -294,7 +294,8 @@ LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std:
     : std::invalid_argument("line " + std::to_string(line) + (field.empty() ? "" : ", " + field) +
                             ": " + what),
       line_(line),
-      field_(std::move(field)) {}
+      field_(std::move(field)),
+      problem_(what) {}
 
 std::string to_csv(const WeldLedger& ledger) {
   std::string text = "id,chainage_m,chainage_sd_m,joint_length_m,joint_length_sd_m,seen,passed";

@@ -129,6 +129,11 @@ TEST(WeldLedger, MissedWeldsAreAddedAndSpuriousOnesMarked) {
   LedgerUpdate update = build_ledger({.name = "first"}, first.welds);
   update = merge_run(update.ledger, {.name = "second"}, second.welds);
   ASSERT_TRUE(update.accepted);
+  // Two sightings of 2 cm, and one.
+  const auto positions = weld_positions(update.ledger);
+  EXPECT_NEAR(positions[40].standard_deviation, 0.02 / std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(positions[30].standard_deviation, 0.02, 1e-12);
+  EXPECT_EQ(positions[40].chainage, update.ledger.welds[40].chainage);
   EXPECT_EQ(update.added, 1U);
   ASSERT_EQ(update.ledger.welds.size(), pipe.size() + 1);
   EXPECT_EQ(update.ledger.welds[30].id, "W00300.1");

@@ -104,6 +104,7 @@ TEST_P(LedgerTextErrors, NameLineAndField) {
   } catch (const LedgerTextError& error) {
     EXPECT_STREQ(error.what(), GetParam().error);
     EXPECT_GE(error.line(), 1U);
+    EXPECT_THAT(error.what(), testing::EndsWith(": " + error.problem()));
   }
 }
 

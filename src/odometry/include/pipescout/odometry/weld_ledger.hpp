@@ -114,6 +114,10 @@ struct LedgerUpdate {
                                      std::span<const WeldPosition> welds,
                                      const LedgerParameters& parameters = {});
 
+/// The ledger's welds as a run would have them, which is what `merge_run` aligns to: the standard
+/// deviation is that of the place by its sightings, without the way to it.
+[[nodiscard]] std::vector<WeldPosition> weld_positions(const WeldLedger& ledger);
+
 /// Entry k is that of weld k.
 [[nodiscard]] std::vector<WeldEvidence> evidence(const WeldLedger& ledger);
 
@@ -142,12 +146,14 @@ struct LedgerPlace {
 class LedgerTextError : public std::invalid_argument {
  public:
   LedgerTextError(std::size_t line, std::string field, const std::string& what);
-  [[nodiscard]] std::size_t line() const noexcept { return line_; }           ///< from 1
-  [[nodiscard]] const std::string& field() const noexcept { return field_; }  ///< column's name
+  [[nodiscard]] std::size_t line() const noexcept { return line_; }               ///< from 1
+  [[nodiscard]] const std::string& field() const noexcept { return field_; }      ///< column's name
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }  ///< without both
 
  private:
   std::size_t line_;
   std::string field_;
+  std::string problem_;
 };
 
 /// CSV with a header, one row per weld; every double with as many digits as bring back its bits:
