@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "crawler_run.hpp"
+#include "pipescout/odometry_study/crawler_run.hpp"
 
-namespace pipescout::odometry::test {
+namespace pipescout::odometry_study {
 
 /// How `WeldPositioning` did on one run. Errors are of the place that joint and distance into it
 /// state, against the truth, at every event from the first lock on while locked.
@@ -19,7 +19,9 @@ struct CrawlerScore {
   std::vector<double> errors;   ///< m, absolute
   std::vector<double> scale_errors;
   std::size_t slips = 0;           ///< double slips that lost 0.15 m or more, away from the ends
-  std::size_t slips_detected = 0;  ///< within 5 joints
+  std::size_t slips_detected = 0;  ///< by the spacing of the welds, within 5 joints
+  std::size_t slips_doubted = 0;   ///< by the fusion itself
+  std::size_t slips_said = 0;      ///< one or the other
   std::size_t slips_hidden = 0;    ///< error of 0.15 m or more and outside the band, after the
                                    ///< second weld seen since the slip
   std::size_t false_slips = 0;     ///< announced where there was none
@@ -27,10 +29,12 @@ struct CrawlerScore {
   bool right_at_end = false;  ///< locked, and the error below 0.15 m
 };
 
-[[nodiscard]] CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
+/// Plays the run to a positioning that has seen nothing yet.
+[[nodiscard]] CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positioning,
                                      const CrawlerRunSettings& settings);
 
-/// The value that the given part of them does not exceed.
-[[nodiscard]] double quantile(std::vector<double> values, double part);
+/// The start of a run that knows where it is and how it faces.
+[[nodiscard]] odometry::WeldPositioningStart known_start(const CrawlerRun& run,
+                                                         const CrawlerRunSettings& settings);
 
-}  // namespace pipescout::odometry::test
+}  // namespace pipescout::odometry_study

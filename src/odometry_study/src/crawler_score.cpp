@@ -1,50 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "crawler_score.hpp"
+#include "pipescout/odometry_study/crawler_score.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace pipescout::odometry::test {
+namespace pipescout::odometry_study {
 namespace {
 
 constexpr double kTolerance = 0.15;  // m
 constexpr double kBand = 1.959963984540054;
 
 /// The slip that a flag at this path can be about, or the number of slips.
-std::size_t slip_behind(const CrawlerRun& run, double path, double reach) {
-  for (std::size_t i = 0; i < run.double_slip_end.size(); ++i) {
+std::size_t slip_behind(const CrawlerRun& run, double path, double joint, double reach) {
+  for (std::size_t i = 0; i < run.double_slips.size(); ++i) {
     // Its first weld may lie within the slip.
-    if (path > run.double_slip_end[i] - 12.0 && path < run.double_slip_end[i] + reach) {
+    if (path > run.double_slips[i].end - joint && path < run.double_slips[i].end + reach) {
       return i;
     }
   }
-  return run.double_slip_end.size();
+  return run.double_slips.size();
 }
 
 }  // namespace
 
-CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
+CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positioning,
                        const CrawlerRunSettings& settings) {
   CrawlerScore score;
   const double reach = 5.0 * settings.joint_length;
-  std::vector<bool> detected(run.double_slip_end.size(), false);
-  std::vector<std::size_t> welds_since(run.double_slip_end.size(), 0);
-  std::vector<bool> hidden(run.double_slip_end.size(), false);
-  double path = 0.0;
+  const auto& slips = run.double_slips;
+  std::vector<bool> detected(slips.size(), false);
+  std::vector<std::size_t> welds_since(slips.size(), 0);
+  std::vector<bool> hidden(slips.size(), false);
   double locked_at = 0.0;
   for (const CrawlerRunEvent& event : run.events) {
-    const WeldPositionEstimate& estimate = event.is_weld
-                                               ? positioning.add_weld(event.weld)
-                                               : positioning.add_increment(event.increment);
-    path += event.is_weld ? 0.0 : settings.step;
+    const auto& estimate = event.is_weld ? positioning.add_weld(event.weld)
+                                         : positioning.add_increment(event.increment);
     if (event.is_weld && !event.spurious) {
-      for (std::size_t i = 0; i < welds_since.size(); ++i) {
-        welds_since[i] += path > run.double_slip_end[i] + settings.detector_lag ? 1 : 0;
+      for (std::size_t i = 0; i < slips.size(); ++i) {
+        welds_since[i] += event.path > slips[i].end + settings.detector_lag ? 1 : 0;
       }
     }
     if (estimate.double_slip_detected) {
-      const std::size_t slip = slip_behind(run, path, reach);
-      if (slip < detected.size()) {
+      const std::size_t slip = slip_behind(run, event.path, settings.joint_length, reach);
+      if (slip < slips.size()) {
         detected[slip] = true;
       } else {
         ++score.false_slips;
@@ -57,7 +55,7 @@ CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
     if (!score.ever_locked) {
       score.ever_locked = true;
       score.lock_joints = event.joints_passed;
-      locked_at = path;
+      locked_at = event.path;
     }
     const int weld = run.weld_of_tally[estimate.joint];
     if (weld < 0) {
@@ -75,11 +73,11 @@ CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
     const bool in_it = event.place >= run.welds[static_cast<std::size_t>(weld)] &&
                        event.place < run.welds[static_cast<std::size_t>(weld) + 1];
     score.wrong_joint += !in_it && error > kTolerance && !inside ? 1 : 0;
-    for (std::size_t i = 0; i < hidden.size(); ++i) {
+    for (std::size_t i = 0; i < slips.size(); ++i) {
       // The next slip's own error is none of this one's.
       if (!inside && error > kTolerance && welds_since[i] >= 2 &&
-          path < run.double_slip_end[i] + reach &&
-          (i + 1 == hidden.size() || path < run.double_slip_end[i + 1] - 12.0)) {
+          event.path < slips[i].end + reach &&
+          (i + 1 == slips.size() || event.path < slips[i + 1].end - settings.joint_length)) {
         hidden[i] = true;
       }
     }
@@ -87,12 +85,13 @@ CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
   if (!score.ever_locked) {
     score.lock_joints = run.events.back().joints_passed;
   }
-  for (std::size_t i = 0; i < detected.size(); ++i) {
-    if (std::abs(run.double_slip_lost[i]) >= kTolerance &&
-        run.double_slip_end[i] > locked_at + 2.0 * settings.joint_length &&
-        run.double_slip_end[i] < path - reach) {
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    if (slips[i].lost >= kTolerance && slips[i].end > locked_at + 2.0 * settings.joint_length &&
+        slips[i].end < run.events.back().path - reach) {
       ++score.slips;
       score.slips_detected += detected[i] ? 1 : 0;
+      score.slips_said += detected[i] || slips[i].doubted ? 1 : 0;
+      score.slips_doubted += slips[i].doubted ? 1 : 0;
       score.slips_hidden += hidden[i] ? 1 : 0;
     }
   }
@@ -100,11 +99,14 @@ CrawlerScore score_run(const CrawlerRun& run, WeldPositioning& positioning,
   return score;
 }
 
-double quantile(std::vector<double> values, double part) {
-  const auto index = static_cast<std::ptrdiff_t>(
-      std::min(part * static_cast<double>(values.size()), static_cast<double>(values.size() - 1)));
-  std::nth_element(values.begin(), values.begin() + index, values.end());
-  return values[static_cast<std::size_t>(index)];
+odometry::WeldPositioningStart known_start(const CrawlerRun& run,
+                                           const CrawlerRunSettings& settings) {
+  const auto weld = std::upper_bound(run.welds.begin(), run.welds.end(), run.start) - 1;
+  return {.joint_known = true,
+          .joint = static_cast<std::size_t>(weld - run.welds.begin()),
+          .distance = run.start - *weld,
+          .orientation = settings.backward ? odometry::Orientation::kBackward
+                                           : odometry::Orientation::kForward};
 }
 
-}  // namespace pipescout::odometry::test
+}  // namespace pipescout::odometry_study

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pipescout/odometry/weld_positioning.hpp"
+
+namespace pipescout::odometry_study {
+
+/// A simulated crawler with three wheels in a pipe of joints, its wheels fused by `OdometerStream`,
+/// and a weld detector of which only the outcome is simulated. It stops about every 100 m.
+struct CrawlerRunSettings {
+  // The pipe and its tally.
+  std::size_t joints = 1000;
+  double joint_length = 12.0;  ///< m
+  double joint_spread = 0.01;  ///< standard deviation, of the length
+  double tally_sigma = 0.01;   ///< m, per length
+  double wrong_lengths = 0.0;  ///< share of the tally's lengths that are wrong by 0.5 to 1 m
+  double missing_joints = 0.0;
+  double extra_joints = 0.0;
+  // The drive.
+  double run_length = 10'000.0;    ///< m, true, below joints * joint_length
+  bool backward = false;           ///< faces towards weld 0
+  double reverse_share = 0.0;      ///< of the stops, after which it goes back a while, ...
+  double reverse_distance = 15.0;  ///< m, on average
+  // The wheels.
+  double sample_period = 0.1;         ///< s, of each wheel
+  double wheel_noise = 0.004;         ///< m per square root of a metre, each wheel
+  double stated_noise_part = 1.0;     ///< of its standard deviation, what the fusion is told
+  double radius_error = 0.002;        ///< standard deviation, each wheel
+  double common_scale_error = 0.005;  ///< standard deviation, all wheels
+  double wear = 0.02;                 ///< all wheels read more by this at the end of the run
+  double wear_difference = 0.1;       ///< of the wear, standard deviation between wheels
+  double slip_every = 50.0;           ///< m, on average, one wheel at a time; above 0
+  double slip_longest = 5.0;          ///< m, above 0.5
+  double slip_most = 0.30;            ///< part that is lost, at most
+  std::size_t double_slips = 0;       ///< two wheels alike, evenly spread over the run
+  double double_slip_least = 0.15;    ///< part that is lost
+  // Their fusion: as `OdometerStreamParameters`. Wheels this fine show within half a metre any slip
+  // that matters; looking back would keep one out for some metres after its slip, and the two that
+  // are left cannot outvote the next.
+  double window_distance = 0.5;
+  std::size_t lookback_windows = 0;
+  // The weld detector.
+  double missed = 0.02;
+  double spurious = 0.01;              ///< per joint
+  double weld_sigma = 0.01;            ///< m, of a detection
+  double detector_lag = 0.3;           ///< m, after the weld
+  bool detects_on_old_ground = false;  ///< a weld is reported each time that it is passed
+};
+
+struct CrawlerRunEvent {
+  bool is_weld = false;
+  bool spurious = false;
+  odometry::OdometerIncrement increment{};  ///< of an event that is no weld
+  odometry::WeldSighting weld{};
+  // The truth.
+  double place = 0.0;             ///< m, from weld 0
+  double path = 0.0;              ///< m
+  double scale = 1.0;             ///< true metres per metre of the wheels' mean reading
+  std::size_t joints_passed = 0;  ///< since the start
+};
+
+struct DoubleSlip {
+  double begin = 0.0;  ///< m, path
+  double end = 0.0;
+  double lost = 0.0;  ///< m
+  /// The fusion itself found no consensus on the way: it has not believed the two.
+  bool doubted = false;
+};
+
+struct CrawlerRun {
+  std::vector<odometry::TallyJoint> tally;
+  std::vector<double> welds;  ///< m, true places; welds[i] is weld i of the PIPE
+  /// Index in `welds` of weld i of the tally, or -1 where the pipe has none.
+  std::vector<int> weld_of_tally;
+  std::vector<CrawlerRunEvent> events;  ///< an increment each 0.1 m, and the welds
+  std::vector<DoubleSlip> double_slips;
+  double start = 0.0;  ///< m, true place
+};
+
+/// The same seed gives the same bits. Throws std::invalid_argument as the simulators do.
+[[nodiscard]] CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings,
+                                              std::uint64_t seed);
+
+}  // namespace pipescout::odometry_study

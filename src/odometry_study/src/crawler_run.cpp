@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/odometry_study/crawler_run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "pipescout/odometry/odometer_stream.hpp"
+#include "pipescout/simulation/crawler.hpp"
+
+namespace pipescout::odometry_study {
+namespace {
+
+using Engine = std::mt19937_64;
+
+constexpr std::size_t kWheels = 3;
+constexpr double kEventSpacing = 0.1;  // m, path
+
+double uniform(Engine& engine, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(engine);
+}
+
+bool happens(Engine& engine, double probability) {
+  return uniform(engine, 0.0, 1.0) < probability;
+}
+
+double normal(Engine& engine, double sigma) {
+  return std::normal_distribution<double>(0.0, 1.0)(engine) * sigma;
+}
+
+simulation::JointedPipe lay_pipe(const CrawlerRunSettings& settings, std::uint64_t seed) {
+  return simulation::JointedPipe({.joints = settings.joints,
+                                  .joint_length = settings.joint_length,
+                                  .length_spread = settings.joint_spread,
+                                  .tally_sigma = settings.tally_sigma,
+                                  .tally_wrong = settings.wrong_lengths,
+                                  .tally_missing = settings.missing_joints,
+                                  .tally_extra = settings.extra_joints},
+                                 seed);
+}
+
+void write_down(const simulation::JointedPipe& pipe, const CrawlerRunSettings& settings,
+                CrawlerRun& run) {
+  for (const auto& joint : pipe.joints()) {
+    run.welds.push_back(joint.begin);
+  }
+  run.welds.push_back(pipe.length());
+  for (const auto& entry : pipe.tally()) {
+    run.tally.push_back({entry.length, settings.tally_sigma});
+    run.weld_of_tally.push_back(
+        entry.error == simulation::TallyError::kExtra ? -1 : static_cast<int>(entry.joint));
+  }
+  run.weld_of_tally.push_back(static_cast<int>(pipe.joints().size()));
+}
+
+simulation::Motion drive(const CrawlerRunSettings& settings, std::uint64_t seed) {
+  return simulation::draw_inspection({.length = settings.run_length,
+                                      .reverse_share = settings.reverse_share,
+                                      .reverse_distance = settings.reverse_distance},
+                                     seed);
+}
+
+/// Bursts of one wheel at a time, apart from those of two wheels.
+std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& settings, double path,
+                                               Engine& engine, CrawlerRun& run) {
+  std::vector<simulation::WheelFault> slips;
+  for (std::size_t i = 0; i < settings.double_slips; ++i) {
+    const double spacing = path / static_cast<double>(settings.double_slips + 1);
+    simulation::WheelFault slip{
+        .wheel = 0,
+        .begin = (static_cast<double>(i) + uniform(engine, 0.6, 1.4)) * spacing,
+        .length = uniform(engine, 2.0, settings.slip_longest + 1.0),
+        .ratio = uniform(engine, settings.double_slip_least, settings.slip_most)};
+    run.double_slips.push_back(
+        {.begin = slip.begin, .end = slip.begin + slip.length, .lost = slip.length * slip.ratio});
+    slips.push_back(slip);
+    slip.wheel = 1;
+    slips.push_back(slip);
+  }
+  const std::vector<simulation::WheelFault> doubles = slips;
+  constexpr double kShortest = 0.5;  // m
+  std::exponential_distribution<double> gap(1.0 / settings.slip_every);
+  std::uniform_int_distribution<std::size_t> wheel(0, kWheels - 1);
+  for (double at = gap(engine); at < path;) {
+    const simulation::WheelFault slip{.wheel = wheel(engine),
+                                      .begin = at,
+                                      .length = uniform(engine, kShortest, settings.slip_longest),
+                                      .ratio = uniform(engine, 0.0, settings.slip_most)};
+    at += slip.length + gap(engine);
+    const bool clear = std::none_of(doubles.begin(), doubles.end(), [&slip](const auto& other) {
+      constexpr double kApart = 1.0;  // m
+      return slip.begin < other.begin + other.length + kApart &&
+             other.begin < slip.begin + slip.length + kApart;
+    });
+    if (clear) {
+      slips.push_back(slip);
+    }
+  }
+  return slips;
+}
+
+struct Wheels {
+  simulation::CrawlerParameters simulated;
+  odometry::OdometerStreamParameters fused;
+  double scale_error = 0.0;  ///< mean of the wheels
+  double wear_per_metre = 0.0;
+};
+
+Wheels make_wheels(const CrawlerRunSettings& settings, double path, Engine& engine) {
+  Wheels wheels;
+  wheels.fused.window_distance = settings.window_distance;
+  wheels.fused.lookback_windows = settings.lookback_windows;
+  const double common = normal(engine, settings.common_scale_error);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double wear = settings.wear * (1.0 + normal(engine, settings.wear_difference)) / path;
+    const double scale = common + normal(engine, settings.radius_error);
+    wheels.simulated.wheels.push_back(
+        {.period = settings.sample_period,
+         // They do not know of each other.
+         .start = settings.sample_period * static_cast<double>(i) / kWheels,
+         .scale_error = scale,
+         .wear_per_metre = wear,
+         .noise_per_sqrt_metre = settings.wheel_noise});
+    wheels.scale_error += scale / kWheels;
+    wheels.wear_per_metre += wear / kWheels;
+    odometry::OdometerParameters odometer{
+        .resolution = wheels.simulated.wheels.back().resolution,
+        .sigma_per_sqrt_metre = settings.stated_noise_part * settings.wheel_noise};
+    odometer.correction.covariance(0, 0) =
+        std::pow(settings.radius_error, 2) + std::pow(settings.wear * settings.wear_difference, 2);
+    wheels.fused.odometers.push_back(odometer);
+  }
+  return wheels;
+}
+
+/// What the fused odometer and the welds become on the way.
+class Recorder {
+ public:
+  Recorder(const CrawlerRunSettings& settings, const Wheels& wheels, Engine& engine,
+           CrawlerRun& run)
+      : settings_(settings), wheels_(wheels), engine_(engine), run_(run) {
+    for (const double weld : run.welds) {
+      const double ahead = settings.backward ? run.start - weld : weld - run.start;
+      if (ahead > 0.0) {
+        ahead_.push_back(ahead);
+      }
+    }
+    std::sort(ahead_.begin(), ahead_.end());
+  }
+
+  /// `distance`, `path`: true, m, since the start.
+  void tick(const odometry::FusedStream& fused, double distance, double path) {
+    pass_welds(fused.distance, distance, path);
+    for (DoubleSlip& slip : run_.double_slips) {
+      slip.doubted = slip.doubted || (fused.status == odometry::StreamStatus::kNoConsensus &&
+                                      path > slip.begin && path < slip.end + kEventSpacing);
+    }
+    now_ = {.place = settings_.backward ? run_.start - distance : run_.start + distance,
+            .path = path,
+            .scale = 1.0 / (1.0 + wheels_.scale_error + wheels_.wear_per_metre * path),
+            .joints_passed = passed_};
+    odometer_ = fused.distance;
+    distance_ = distance;
+    const bool due = !pending_.empty() && pending_.front().due <= path;
+    if (due || path >= told_path_ + kEventSpacing) {
+      tell_increment(fused);
+    }
+    while (!pending_.empty() && pending_.front().due <= path) {
+      CrawlerRunEvent event = now_;
+      event.is_weld = true;
+      event.spurious = pending_.front().spurious;
+      event.weld = {.odometer_distance = pending_.front().odometer,
+                    .standard_deviation = settings_.weld_sigma};
+      run_.events.push_back(event);
+      pending_.pop_front();
+    }
+  }
+
+ private:
+  struct Pending {
+    double due;  // m, path
+    double odometer;
+    bool spurious;
+  };
+
+  void tell_increment(const odometry::FusedStream& fused) {
+    // What was taken back of the variance is told of no stretch that follows.
+    const double variance = std::max(0.0, fused.random_variance - told_variance_);
+    CrawlerRunEvent event = now_;
+    event.increment = {fused.distance - told_distance_, variance};
+    run_.events.push_back(event);
+    told_distance_ = fused.distance;
+    told_variance_ += variance;
+    told_path_ = now_.path;
+  }
+
+  void pass_welds(double odometer, double distance, double path) {
+    const auto odometer_at = [&](double ahead) {
+      const double part = (ahead - distance_) / (distance - distance_);
+      return odometer_ + part * (odometer - odometer_);
+    };
+    const auto low = std::upper_bound(ahead_.begin(), ahead_.end(), std::min(distance, distance_));
+    const auto high = std::upper_bound(low, ahead_.end(), std::max(distance, distance_));
+    for (auto weld = low; weld != high; ++weld) {
+      const bool new_ground = static_cast<std::size_t>(weld - ahead_.begin()) == passed_;
+      passed_ += new_ground ? 1 : 0;
+      if ((new_ground || settings_.detects_on_old_ground) && !happens(engine_, settings_.missed)) {
+        pending_.push_back({path + settings_.detector_lag,
+                            odometer_at(*weld) + normal(engine_, settings_.weld_sigma), false});
+      }
+    }
+    if (distance > farthest_) {
+      if (happens(engine_, settings_.spurious * (distance - farthest_) / settings_.joint_length)) {
+        pending_.push_back({path + settings_.detector_lag,
+                            odometer_at(uniform(engine_, farthest_, distance)), true});
+      }
+      farthest_ = distance;
+    }
+  }
+
+  const CrawlerRunSettings& settings_;
+  const Wheels& wheels_;
+  Engine& engine_;
+  CrawlerRun& run_;
+  std::vector<double> ahead_;  // m, of the start, welds in the order in which they are passed
+  std::deque<Pending> pending_;
+  CrawlerRunEvent now_;
+  std::size_t passed_ = 0;
+  double odometer_ = 0.0;  // at the tick before
+  double distance_ = 0.0;
+  double farthest_ = 0.0;
+  double told_distance_ = 0.0;
+  double told_variance_ = 0.0;
+  double told_path_ = 0.0;
+};
+
+}  // namespace
+
+CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_t seed) {
+  Engine engine(seed);
+  CrawlerRun run;
+  const auto pipe = lay_pipe(settings, seed);
+  write_down(pipe, settings, run);
+  const auto motion = drive(settings, seed);
+  const double path = motion.path(motion.duration());
+  constexpr double kMargin = 0.5;  // m
+  const double spare = std::max(pipe.length() - settings.run_length - 10.0, 0.0);
+  const double margin = uniform(engine, kMargin, kMargin + 0.9 * spare);
+  run.start = settings.backward ? pipe.length() - margin : margin;
+
+  const auto slips = draw_slips(settings, path, engine, run);
+  const auto wheels = make_wheels(settings, path, engine);
+  // Its chainage counts from the start of the run: these wheels do not depend on the slope.
+  simulation::Crawler crawler(pipe, motion, wheels.simulated, seed, slips);
+  odometry::OdometerStream stream(wheels.fused);
+  Recorder recorder(settings, wheels, engine, run);
+  while (const auto sample = crawler.next()) {
+    const auto pushed =
+        stream.push({.odometer = sample->wheel, .time = sample->time, .value = sample->value});
+    if (pushed.ticks > 0) {
+      const auto& fused = stream.state();
+      recorder.tick(fused, motion.distance(fused.time), motion.path(fused.time));
+    }
+  }
+  return run;
+}
+
+}  // namespace pipescout::odometry_study
