@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/crawler_simulation/simulated_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace pipescout {
+
+namespace {
+
+simulation::JointedPipe make_pipe(const SimulatedRunParameters& parameters, const Tally& tally) {
+  if (parameters.start_joint >= tally.joints.size()) {
+    throw std::invalid_argument("start_joint: " + std::to_string(parameters.start_joint) +
+                                " is outside [0, " + std::to_string(tally.joints.size()) + ")");
+  }
+  std::vector<double> lengths;
+  for (std::size_t i = parameters.start_joint; i < tally.joints.size(); ++i) {
+    lengths.push_back(tally.joints[i].length);
+  }
+  return {parameters.pipe, lengths, parameters.seed};
+}
+
+simulation::Crawler make_crawler(const SimulatedRunParameters& parameters, const Tally& tally) {
+  simulation::JointedPipe pipe = make_pipe(parameters, tally);
+  simulation::InspectionParameters motion = parameters.motion;
+  motion.length = std::min(motion.length, pipe.length());
+  return {std::move(pipe), simulation::draw_inspection(motion, parameters.seed + 1),
+          parameters.crawler, parameters.seed + 2};
+}
+
+simulation::EddyCurrentSignal make_signal(const SimulatedRunParameters& parameters,
+                                          const simulation::JointedPipe& pipe) {
+  std::vector<double> welds;
+  for (const simulation::Joint& joint : pipe.joints()) {
+    welds.push_back(joint.begin);
+  }
+  welds.push_back(pipe.length());
+  simulation::PipeParameters features = parameters.features;
+  features.length = pipe.length();
+  features.joint_length = std::min(features.joint_length, features.length);
+  return {parameters.signal, simulation::draw_features(features, welds, parameters.seed + 3),
+          parameters.seed + 4};
+}
+
+}  // namespace
+
+SimulatedRun::SimulatedRun(const SimulatedRunParameters& parameters, const Tally& tally)
+    : start_joint_(parameters.start_joint),
+      start_chainage_(parameters.start_joint < tally.chainages.size()
+                          ? tally.chainages[parameters.start_joint]
+                          : 0.0),
+      sample_interval_(1.0 / parameters.signal.sample_rate),
+      crawler_(make_crawler(parameters, tally)),
+      signal_(make_signal(parameters, crawler_.pipe())),
+      pending_(crawler_.next()) {}
+
+std::vector<SimulatedRun::Readings> SimulatedRun::readings_until(double time) {
+  std::vector<Readings> result;
+  for (; pending_ && pending_->time <= time; pending_ = crawler_.next()) {
+    if (result.empty() || result.back().time != pending_->time) {
+      result.push_back({.time = pending_->time});
+    }
+    result.back().wheels.push_back(pending_->wheel);
+    result.back().values.push_back(pending_->value);
+  }
+  return result;
+}
+
+std::vector<std::complex<double>> SimulatedRun::samples_until(double time) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::complex<double>> result;
+  for (; next_sample_time() <= time; ++samples_) {
+    const auto sample = signal_.next(crawler_.motion().distance(next_sample_time()));
+    const bool missing = sample.fault == simulation::SampleFault::kMissing;
+    result.push_back(missing ? std::complex<double>(kNan, kNan) : sample.value);
+  }
+  return result;
+}
+
+SimulatedRun::Position SimulatedRun::position(double time) const noexcept {
+  const double distance = crawler_.motion().distance(time);
+  const std::size_t joint = crawler_.pipe().joint_at(distance);
+  return {.joint = start_joint_ + joint,
+          .into_joint = distance - crawler_.pipe().joints()[joint].begin,
+          .chainage = start_chainage_ + distance,
+          .distance = distance};
+}
+
+}  // namespace pipescout
