@@ -11,9 +11,13 @@ constexpr double kMemory = 2000.0;  // samples
 /// A sample less the mean of its neighbours has in white noise a median magnitude of 0.826 sigma.
 constexpr double kSigmaOfBend = 1.0 / 0.826;
 constexpr double kScreen = 3.5;  // sigma; most samples need no second look
-constexpr double kNoise = 5.0;   // sigma from the median
-/// Times the spread of the three middle samples: on a slope the samples are spread, too.
+constexpr double kNoise = 4.5;   // sigma from the median, x and y together
+/// The same for a sample that follows a spike: spikes ring.
+constexpr double kRinging = 2.5;
+constexpr int kRingingSamples = 2;
+/// Times what the three middle samples are spread more than by noise: on a slope they are.
 constexpr double kSpread = 3.0;
+constexpr double kSpreadOfNoise = 1.5;  // sigma
 
 }  // namespace
 
@@ -33,28 +37,52 @@ bool SpikeGate::repeats(std::span<const Impedance> channels) const noexcept {
   return true;
 }
 
-bool SpikeGate::is_spike(std::size_t channel, double Impedance::*part,
-                         RunningMedian& bend) const noexcept {
-  const auto value = [&](std::size_t age) { return at(age).values[channel].*part; };
-  const double middle = value(kMiddle);
-  const double bent = std::abs(middle - (value(kMiddle - 1) + value(kMiddle + 1)) / 2.0);
-  const double sigma = kSigmaOfBend * bend.value();
-  if (bend.started()) {
-    bend.update(bent, 1.0);
-  } else {
-    bend.start(bent, 1.0);
-    return false;
+double SpikeGate::bend(std::size_t channel) noexcept {
+  double sum = 0.0;
+  for (std::size_t part = 0; part < 2; ++part) {
+    const double bend =
+        std::abs(value(kMiddle, channel, part) -
+                 (value(kMiddle - 1, channel, part) + value(kMiddle + 1, channel, part)) / 2.0);
+    RunningMedian& median = bends_[2 * channel + part];
+    if (!median.started()) {
+      median.start(bend, 1.0);
+    }
+    const double ratio = bend / (kSigmaOfBend * median.value());
+    sum += ratio * ratio;
+    median.update(bend, 1.0);
   }
-  if (bent < kScreen * sigma) {
-    return false;
+  return sum;
+}
+
+double SpikeGate::distance_from_others(std::size_t channel) const noexcept {
+  double sum = 0.0;
+  for (std::size_t part = 0; part < 2; ++part) {
+    std::array<double, kWindow> sorted{};
+    for (std::size_t age = 0; age < kWindow; ++age) {
+      sorted[age] = value(age, channel, part);
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const double sigma = kSigmaOfBend * bends_[2 * channel + part].value();
+    const double spread = sorted[kMiddle + 1] - sorted[kMiddle - 1];
+    const double slope = std::max(0.0, spread - kSpreadOfNoise * sigma);
+    const double off = std::abs(value(kMiddle, channel, part) - sorted[kMiddle]);
+    const double surplus = std::max(0.0, off - kSpread * slope) / sigma;
+    sum += surplus * surplus;
   }
-  std::array<double, kWindow> sorted{};
-  for (std::size_t age = 0; age < kWindow; ++age) {
-    sorted[age] = value(age);
+  return sum;
+}
+
+bool SpikeGate::is_spike() noexcept {
+  bool spike = false;
+  for (std::size_t c = 0; c < channels_; ++c) {
+    const double limit = ringing_ > 0 ? kRinging : kNoise;
+    const double bent = bend(c);
+    if (ringing_ > 0 || bent > kScreen * kScreen) {
+      spike = spike || distance_from_others(c) > limit * limit;
+    }
   }
-  std::sort(sorted.begin(), sorted.end());
-  const double spread = sorted[kMiddle + 1] - sorted[kMiddle - 1];
-  return std::abs(middle - sorted[kMiddle]) > kNoise * sigma + kSpread * spread;
+  ringing_ = spike ? kRingingSamples : std::max(0, ringing_ - 1);
+  return spike;
 }
 
 const SpikeGate::Sample* SpikeGate::push(double distance, std::span<const Impedance> channels,
@@ -64,28 +92,35 @@ const SpikeGate::Sample* SpikeGate::push(double distance, std::span<const Impeda
   sample.distance = distance;
   std::copy(channels.begin(), channels.end(), sample.values.begin());
   held_ = std::min(held_ + 1, kWindow);
+  sample.frozen = false;
   spike = false;
   if (held_ <= kMiddle) {
     return nullptr;
   }
-  if (held_ == kWindow) {
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const bool x = is_spike(c, &Impedance::x, bends_[2 * c]);
-      const bool y = is_spike(c, &Impedance::y, bends_[2 * c + 1]);
-      spike = spike || x || y;
-    }
+  spike = held_ == kWindow && !at(kMiddle).frozen && is_spike();
+  return spike || at(kMiddle).frozen ? nullptr : &at(kMiddle);
+}
+
+std::size_t SpikeGate::freeze(std::size_t count) noexcept {
+  std::size_t frozen = 0;
+  for (std::size_t age = 0; age < std::min({count, kMiddle, held_}); ++age) {
+    Sample& sample = samples_[(next_ + 2 * kRing - 1 - age) % kRing];
+    frozen += sample.frozen ? 0 : 1;
+    sample.frozen = true;
   }
-  return spike ? nullptr : &at(kMiddle);
+  return frozen;
 }
 
 const SpikeGate::Sample* SpikeGate::drain() noexcept {
   // The youngest three are those that were not returned.
-  if (held_ == 0) {
-    return nullptr;
+  for (std::size_t left = std::min(held_, kMiddle); left > 0;) {
+    held_ = --left;
+    if (!at(left).frozen) {
+      return &at(left);
+    }
   }
-  const std::size_t left = std::min(held_, kMiddle);
-  held_ = left - 1;
-  return &at(left - 1);
+  held_ = 0;
+  return nullptr;
 }
 
 }  // namespace pipescout::odometry

@@ -67,6 +67,22 @@ double WeldBackground::median(double log_samples) const noexcept {
          at.share * (knots_[at.knot + 1].value() - knots_[at.knot].value());
 }
 
+bool WeldBackground::knows(double log_samples) const noexcept {
+  const Place at = place(log_samples);
+  return knots_[at.knot].started() && knots_[at.knot + 1].started();
+}
+
+double WeldBackground::age(double log_samples) const noexcept {
+  const Place at = place(log_samples);
+  return std::lerp(knots_[at.knot].age(), knots_[at.knot + 1].age(), at.share);
+}
+
+void WeldBackground::begin(double log_samples, double energy, double age) noexcept {
+  const Place at = place(log_samples);
+  knots_[at.knot].start(energy, age);
+  knots_[at.knot + 1].start(energy, age);
+}
+
 void WeldBackground::update(double log_samples, double energy) noexcept {
   const Place at = place(log_samples);
   for (std::size_t knot = at.knot; knot < at.knot + 2; ++knot) {

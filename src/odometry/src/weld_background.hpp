@@ -16,6 +16,7 @@ class RunningMedian {
   void start(double value, double age) noexcept;
   void update(double value, double weight) noexcept;
   [[nodiscard]] double value() const noexcept { return value_; }
+  [[nodiscard]] double age() const noexcept { return age_; }
   [[nodiscard]] bool started() const noexcept { return age_ > 0.0; }
 
  private:
@@ -32,6 +33,9 @@ class WeldBackground {
  public:
   WeldBackground(double length, double floor) noexcept;
 
+  /// What is known before the first update: the median of the first `age` values.
+  void begin(double log_samples, double energy, double age) noexcept;
+
   /// `log_samples`: log2 of samples per cell, clamped to the knots. Knots that are not known yet
   /// take over from the nearest known one what is hardly too low: twice as much for half of the
   /// samples (white noise), and twice as much for twice the samples (drift in time).
@@ -39,6 +43,11 @@ class WeldBackground {
 
   /// Where it was updated before, anywhere between the same two knots; else 0.
   [[nodiscard]] double median(double log_samples) const noexcept;
+
+  [[nodiscard]] bool knows(double log_samples) const noexcept;
+
+  /// How many values that median stands for.
+  [[nodiscard]] double age(double log_samples) const noexcept;
 
  private:
   static constexpr int kLowestPower = -4;

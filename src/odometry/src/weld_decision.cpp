@@ -45,9 +45,48 @@ double WeldDetector::State::noise_variance(std::size_t filter, std::size_t chann
   return std::max(own, least) / kLn2;
 }
 
-void WeldDetector::State::respond(std::int64_t centre) {
-  const auto around = static_cast<Eigen::Index>(2 * (widest_ / 2) + 1);
-  const double log_samples = Row(grid_.window(samples_row_, centre - widest_ / 2), around).mean();
+void WeldDetector::State::learn() {
+  if (responded_.empty()) {
+    return;
+  }
+  learnt_ = true;
+  const auto median = [&](const auto& value_at) {
+    warm_up_energies_.clear();
+    for (std::int64_t centre = responded_.low; centre <= responded_.high; ++centre) {
+      warm_up_energies_.push_back(value_at(centre));
+    }
+    const auto middle =
+        warm_up_energies_.begin() + static_cast<std::ptrdiff_t>(warm_up_energies_.size() / 2);
+    std::nth_element(warm_up_energies_.begin(), middle, warm_up_energies_.end());
+    return *middle;
+  };
+  const double log_samples =
+      median([&](std::int64_t centre) { return log_samples_around(centre); });
+  const auto age = static_cast<double>(responded_.high - responded_.low + 1);
+  for (std::size_t f = 0; f < filters_.size(); ++f) {
+    for (std::size_t c = 0; c < parameters_.channels; ++c) {
+      const double energy =
+          median([&](std::int64_t centre) { return energy_at(filters_[f], c, centre); });
+      backgrounds_[f * parameters_.channels + c].begin(log_samples, energy, age);
+    }
+  }
+  for (std::int64_t centre = responded_.low; centre <= responded_.high; ++centre) {
+    respond(centre, false);
+  }
+}
+
+double WeldDetector::State::uncertainty(std::size_t filter, double log_samples) const {
+  // Outputs closer than the pulse is wide go together, and a median is worth half as many values as
+  // a mean. With a variance that is known from n values the exponential tail of the strength
+  // becomes that of a ratio: (1 + T' / n)^-n = exp(-T).
+  constexpr double kOutputs = 4.0;  // half widths
+  const double age = backgrounds_[filter * parameters_.channels].age(log_samples);
+  const double n = std::max(1.0, age / (kOutputs * filters_[filter].half_width));
+  return n / threshold_ * std::expm1(threshold_ / n);
+}
+
+void WeldDetector::State::respond(std::int64_t centre, bool learning) {
+  const double log_samples = log_samples_around(centre);
   double best = -1.0;
   double middle = 0.0;
   std::size_t which = 0;
@@ -55,7 +94,10 @@ void WeldDetector::State::respond(std::int64_t centre) {
     double strength = 0.0;
     for (std::size_t c = 0; c < parameters_.channels; ++c) {
       const double energy = energy_at(filters_[f], c, centre);
-      backgrounds_[f * parameters_.channels + c].update(log_samples, energy);
+      auto& background = backgrounds_[f * parameters_.channels + c];
+      if (learning || !background.knows(log_samples)) {
+        background.update(log_samples, energy);
+      }
       strength += energy / noise_variance(f, c, log_samples);
     }
     if (f == filters_.size() / 2) {
@@ -146,7 +188,7 @@ void WeldDetector::State::decide(std::int64_t centre) {
     variances[c] = ratio * noise_variance(0, c, log_samples);
   }
   strength = std::min(strength, strength_now);
-  if (strength < threshold_ * ratio) {
+  if (strength < threshold_ * ratio * uncertainty(filter, log_samples)) {
     return;
   }
   const WeldShape shape = fitter_.fit(

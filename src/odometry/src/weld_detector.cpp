@@ -26,7 +26,8 @@ std::int64_t to_cells(double metres, double cell) {
 /// is drift of a smooth signal; a narrow filter that is let loose on it takes the flanks of pulses
 /// for pulses.
 constexpr double kReddest = 1.5;
-constexpr double kMostCells = 1e9;  // from the origin
+constexpr std::int64_t kFewestOutputs = 64;  // that the noise can be learnt from
+constexpr double kMostCells = 1e9;           // from the origin
 constexpr double kLargestValue = 1e100;
 
 bool usable(std::span<const Impedance> channels) {
@@ -70,7 +71,8 @@ WeldDetector::State::State(const WeldDetectorParameters& parameters)
                          std::numbers::ln2 * parameters.noise_floor * parameters.noise_floor)),
       recent_(kFastLength / parameters.cell, 1e-300) {
   margin_ = std::max({own_, crowd_, fitter_.reach() + 1 - widest_});
-  recent_.start(median_strength_, 1.0);
+  recent_.start(median_strength_, kFastLength / parameters.cell);
+  warm_up_energies_.reserve(static_cast<std::size_t>(grid_.capacity()));
   for (const auto& filter : filters_) {
     least_noise_.push_back(std::pow(filter.half_width / filters_.back().half_width, kReddest));
   }
@@ -109,7 +111,8 @@ bool WeldDetector::State::accept(double distance, std::span<const Impedance> cha
   if (parameters_.frozen_after > 0) {
     repeats_ = gate_.repeats(channels) ? repeats_ + 1 : 0;
     if (repeats_ >= parameters_.frozen_after) {
-      ++counts_.frozen;
+      // Those that it repeats too: one zero is worse than none.
+      counts_.frozen += 1 + gate_.freeze(parameters_.frozen_after);
       return false;
     }
   }
@@ -130,6 +133,9 @@ std::span<const WeldEvent> WeldDetector::State::finish() {
   }
   if (resampler_.close()) {
     take(resampler_.closed());
+  }
+  if (!learnt_) {
+    learn();
   }
   if (direction_ >= 0) {
     decide_up(1);
@@ -233,9 +239,13 @@ void WeldDetector::State::put(const WeldCell& cell, bool missing, int direction)
   if (!grid_.holds(centre - widest_, centre + widest_)) {
     return;
   }
-  respond(centre);
   responded_.add(centre);
-  if (counts_.cells < static_cast<std::uint64_t>(warm_up_)) {
+  if (learnt_) {
+    respond(centre, true);
+  } else if (counts_.cells >= static_cast<std::uint64_t>(warm_up_) &&
+             responded_.high - responded_.low >= kFewestOutputs) {
+    learn();
+  } else {
     return;
   }
   if (direction > 0) {

@@ -67,7 +67,11 @@ class WeldDetector::State {
   /// Of the output of a filter, its real part.
   [[nodiscard]] double noise_variance(std::size_t filter, std::size_t channel,
                                       double log_samples) const;
-  void respond(std::int64_t centre);
+  /// The end of the warm-up: learns the noise from all of it at once, then responds to it.
+  void learn();
+  void respond(std::int64_t centre, bool learning);
+  /// How much the threshold rises because the noise of a filter is known from few outputs only.
+  [[nodiscard]] double uncertainty(std::size_t filter, double log_samples) const;
   void decide_up(std::int64_t margin);
   void decide_down(std::int64_t margin);
   void decide(std::int64_t centre);
@@ -103,8 +107,10 @@ class WeldDetector::State {
   DistanceGrid grid_;
   std::vector<double> least_noise_;          // of a filter, as a share of that of the widest
   std::vector<WeldBackground> backgrounds_;  // filter * channels + channel
-  RunningMedian recent_;                     // of the strength
-  CellRange responded_;                      // cells that have a strength
+  std::vector<double> warm_up_energies_;     // scratch of `learn`
+  bool learnt_ = false;
+  RunningMedian recent_;  // of the strength
+  CellRange responded_;   // cells that have a strength
   CellRange decided_;
   int direction_ = 0;  // of travel, while a pass lasts
   std::int64_t farthest_ = 0;

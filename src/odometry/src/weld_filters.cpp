@@ -33,10 +33,12 @@ WeldFilter make_weld_filter(double half_width) {
     const double u = index(i) / deviation;
     filter.taps[i] = bell(u - kSlenderness) - bell(u + kSlenderness);
     filter.even_taps[i] = bell(u - kSlenderness) + bell(u + kSlenderness);
-    filter.peak = std::max(filter.peak, filter.taps[i]);
     along_line += filter.taps[i] * index(i);
     line += index(i) * index(i);
     level += filter.even_taps[i] / static_cast<double>(size);
+  }
+  for (double u = 0.0; u <= 2.0 * kSlenderness; u += 0.01) {  // it may lie between two cells
+    filter.peak = std::max(filter.peak, bell(u - kSlenderness) - bell(u + kSlenderness));
   }
   double energy = 0.0;
   double even_energy = 0.0;

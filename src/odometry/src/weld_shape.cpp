@@ -21,6 +21,11 @@ double vertex(double left, double middle, double right) {
   return curvature < 0.0 ? std::clamp((left - right) / (2.0 * curvature), -0.5, 0.5) : 0.0;
 }
 
+/// That parabola at u.
+double parabola(double left, double middle, double right, double u) {
+  return middle + u * ((right - left) / 2.0 + u * ((left + right) / 2.0 - middle));
+}
+
 /// Energy of a row of n values that a constant and a straight line leave.
 double curved_energy(const double* values, Eigen::Index n) {
   const Row row(values, n);
@@ -103,44 +108,72 @@ double WeldShapeFitter::match(const WeldFilter& filter, const DistanceGrid& grid
   return energy > explained ? explained / energy : 1.0;
 }
 
-WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t centre,
-                               std::span<const double> variances, double redness) const {
-  const auto held = [&](const WeldFilter& filter) {
-    return grid.holds(centre - filter.half - 1, centre + filter.half + 1);
-  };
-  WeldShape shape;
-  std::size_t best = 0;
-  std::size_t count = 0;
-  double best_strength = -1.0;
-  const auto whitened = [&](std::size_t i) {
-    return strength(filters_[i], grid, centre, variances) *
-           std::pow(filters_[i].half_width, -redness);
-  };
-  for (; count < filters_.size() && held(filters_[count]); ++count) {
-    const double strength = whitened(count);
-    if (strength > best_strength) {
-      best = count;
-      best_strength = strength;
+WeldShapeFitter::Best WeldShapeFitter::best_width(const DistanceGrid& grid, std::int64_t centre,
+                                                  std::span<const double> variances,
+                                                  double redness) const {
+  Best best;
+  for (std::size_t i = 0; i < filters_.size(); ++i) {
+    const WeldFilter& filter = filters_[i];
+    if (!grid.holds(centre - filter.half - 1, centre + filter.half + 1)) {
+      break;
+    }
+    ++best.count;
+    const double whitened =
+        strength(filter, grid, centre, variances) * std::pow(filter.half_width, -redness);
+    if (whitened > best.whitened) {
+      best.filter = i;
+      best.whitened = whitened;
     }
   }
-  if (count < 3) {
+  return best;
+}
+
+WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t peak,
+                               std::span<const double> variances, double redness) const {
+  WeldShape shape;
+  std::int64_t centre = peak;
+  Best best = best_width(grid, centre, variances, redness);
+  if (best.count < 3) {
     return shape;
   }
-  const WeldFilter& filter = filters_[best];
-  shape.fitted = true;
-  double step = 0.0;
-  if (best > 0 && best + 1 < count) {
-    step = vertex(whitened(best - 1), best_strength, whitened(best + 1));
+  for (int moves = 0; moves < kMostMoves; ++moves) {
+    const WeldFilter& filter = filters_[best.filter];
+    const double here = strength(filter, grid, centre, variances);
+    const double below = strength(filter, grid, centre - 1, variances);
+    const double above = strength(filter, grid, centre + 1, variances);
+    if (here >= std::max(below, above)) {
+      break;
+    }
+    centre += above > below ? 1 : -1;
+    best = best_width(grid, centre, variances, redness);
   }
-  shape.half_width =
-      filter.half_width * std::pow(filters_[1].half_width / filters_[0].half_width, step);
+  const std::size_t count = best.count;
+  const WeldFilter& filter = filters_[best.filter];
+  const double ratio = filters_[1].half_width / filters_[0].half_width;
+  shape.fitted = true;
+  const auto energy = [&](std::size_t i) {
+    const Output a = apply(filters_[i].taps, grid, 0, centre);
+    return a.re * a.re + a.im * a.im;
+  };
+  double step = 0.0;
+  double best_energy = energy(best.filter);
+  if (best.filter > 0 && best.filter + 1 < count) {
+    const auto whitened = [&](std::size_t i) {
+      return strength(filters_[i], grid, centre, variances) *
+             std::pow(filters_[i].half_width, -redness);
+    };
+    step = vertex(whitened(best.filter - 1), best.whitened, whitened(best.filter + 1));
+    best_energy = parabola(energy(best.filter - 1), best_energy, energy(best.filter + 1), step);
+  }
+  shape.half_width = filter.half_width * std::pow(ratio, step);
   shape.rho = filter.rho;
   shape.match = match(filter, grid, centre, variances);
+  // As long as a pulse is some cells wide, its peak goes with energy and width like this.
+  shape.peak = filter.peak * std::sqrt(best_energy * std::pow(ratio, -step));
 
   measure_asymmetry(filter, grid, centre, variances, redness, shape);
 
   const Output a = apply(filter.taps, grid, 0, centre);
-  shape.peak = std::hypot(a.re, a.im) * filter.peak;
   shape.phase = std::atan2(-a.im, -a.re);  // the doublet is negative on the lower side
 
   const auto n = static_cast<Eigen::Index>(filter.taps.size());

@@ -43,17 +43,26 @@ class WeldShapeFitter {
   /// for x and for y. `redness`: that variance goes with the width to this power (0 for white
   /// noise, 1 for 1/f); widths are compared with that in mind, or slow drifts would look like wide
   /// pulses.
-  [[nodiscard]] WeldShape fit(const DistanceGrid& grid, std::int64_t centre,
+  [[nodiscard]] WeldShape fit(const DistanceGrid& grid, std::int64_t peak,
                               std::span<const double> variances, double redness) const;
 
-  /// Cells on each side that the widest filter needs.
-  [[nodiscard]] int reach() const noexcept { return filters_.back().half; }
+  /// Cells on each side that the widest filter needs, wherever the middle turns out to be.
+  [[nodiscard]] int reach() const noexcept { return filters_.back().half + kMostMoves; }
 
  private:
+  static constexpr int kMostMoves = 4;  // cells, from the peak to the middle of the doublet
+
   struct Output {
     double re = 0.0;
     double im = 0.0;
   };
+  struct Best {
+    std::size_t filter = 0;
+    std::size_t count = 0;  // of filters for which the grid holds enough
+    double whitened = -1.0;
+  };
+  [[nodiscard]] Best best_width(const DistanceGrid& grid, std::int64_t centre,
+                                std::span<const double> variances, double redness) const;
   [[nodiscard]] static Output apply(std::span<const double> taps, const DistanceGrid& grid,
                                     std::size_t channel, std::int64_t centre);
   void measure_asymmetry(const WeldFilter& filter, const DistanceGrid& grid, std::int64_t centre,

@@ -149,6 +149,12 @@ TEST(WeldDetectorScore, At12DecibelsItFindsThemAll) {
   EXPECT_GE(share_below(score.normalised, 1.96), 0.95);
 }
 
+TEST(WeldDetectorScore, TheNoiseIsKnownFromTheStart) {
+  const Score score = run(18.0, 200, 12.0);  // the first joint only
+  print(18.0, score);
+  EXPECT_EQ(score.wrong, 0);
+}
+
 TEST(WeldDetectorScore, GetsBetterWithLessNoise) {
   double last = 0.0;
   for (const double snr : {6.0, 9.0, 15.0, 18.0, 24.0}) {

@@ -92,7 +92,7 @@ TEST(WeldDetector, FindsTheSameInTheOtherDirection) {
 }
 
 TEST(WeldDetector, TellsPeakWidthAndPhase) {
-  for (const double width : {0.028, 0.04, 0.055}) {
+  for (const double width : {0.028, 0.033, 0.04, 0.047, 0.055}) {
     WeldDetector detector({});
     Crawl crawl(detector, welds_at({10.0}, width, std::polar(2.0, -1.1)), 0.01, 5);
     crawl.go_to(20.0);

@@ -56,8 +56,9 @@ struct WeldDetectorParameters {
   double warm_up = 2.0;
   /// Standard deviation of one cell that even a quiet signal has (resolution of the driver); > 0.
   double noise_floor = 1e-9;
-  /// Samples that repeat the one before bit by bit in all channels are a driver that hangs: they
-  /// are left out from this repetition on. 0: never (a signal that is coarse beside its noise).
+  /// Samples that repeat the one before bit by bit in all channels are a driver that hangs: from
+  /// this repetition on they are left out, with the last three that they repeat. 0: never (a signal
+  /// that is coarse beside its noise).
   std::size_t frozen_after = 1;
   /// Samples within a tenth of a cell, from which on the crawler stands, [32, 1e9]. What the level
   /// drifts meanwhile is taken off. More than the samples between two ticks of a coarse odometer.
@@ -130,7 +131,9 @@ struct WeldDetectorCounts {
 /// times for each metre, rho being the mean square slope of the filter over its mean square, 1/m^2;
 /// C channels. This is an upper bound for noise that is white over the band of the filters: outputs
 /// of neighbouring filters go together, noise with more power in long waves (1/f) has smaller
-/// slopes, and not each peak has the shape of a weld. Both throw what
+/// slopes, and not each peak has the shape of a weld. A detector that knows the noise from few
+/// metres only asks for more: n (exp(T / n) - 1), n being the independent outputs that its variance
+/// stands for. Both throw what
 /// `WeldDetectorParameters::validate` throws.
 [[nodiscard]] double weld_threshold(const WeldDetectorParameters& parameters);
 [[nodiscard]] double weld_false_alarms_per_km(const WeldDetectorParameters& parameters,
