@@ -4,6 +4,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -127,6 +130,18 @@ void add_section(Summary& summary, const fs::path& file,
   summary.sections[name] = std::move(section);
 }
 
+/// Whole numbers in full, others with six digits: the file has them all.
+std::string figure_text(const json& value) {
+  if (value.is_null()) {
+    return "-";
+  }
+  const double number = value.get<double>();
+  std::array<char, 32> text{};
+  const bool whole = number == std::trunc(number) && std::abs(number) < 1e15;
+  std::snprintf(text.data(), text.size(), whole ? "%.0f" : "%.6g", number);
+  return text.data();
+}
+
 }  // namespace
 
 json Summary::to_json() const {
@@ -184,7 +199,7 @@ void print_summary(std::ostream& out, const Summary& summary) {
       out << '\n';
     }
     for (const auto& [figure, value] : section["figures"].items()) {
-      out << "  " << figure << " = " << (value.is_null() ? "-" : value.dump()) << '\n';
+      out << "  " << figure << " = " << figure_text(value) << '\n';
     }
     for (const auto& note : section["notes"]) {
       out << "  " << note.get<std::string>() << '\n';

@@ -59,6 +59,18 @@ TEST_F(MissionFolderTest, MergesSections) {
   EXPECT_FALSE(fs::exists(root_ / "summary.json.part"));
 }
 
+TEST_F(MissionFolderTest, PrintsFiguresWithSixDigits) {
+  const auto printed = [this](double value) {
+    write("sections/a.json", section("First", "a_m", value));
+    std::ostringstream out;
+    print_summary(out, read_summary(root_));
+    return out.str();
+  };
+  EXPECT_THAT(printed(0.018447532461), HasSubstr("a_m = 0.0184475\n"));
+  EXPECT_THAT(printed(27051.0), HasSubstr("a_m = 27051\n"));
+  EXPECT_THAT(printed(123456789.0), HasSubstr("a_m = 123456789\n"));
+}
+
 TEST_F(MissionFolderTest, PrintsTablesFiguresAndNotes) {
   write("mission.yaml", "name: survey\n");
   write("sections/a.json", section("First", "a_m", 0.25));
