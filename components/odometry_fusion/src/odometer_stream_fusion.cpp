@@ -216,6 +216,7 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   settings_ = {.names = odometers_.get(),
                .maximum_age = maximum_age_.get(),
                .maximum_lead = maximum_lead_.get(),
+               .maximum_gap = maximum_gap_.get(),
                .silent_after = silent_after_.get(),
                .least_weld_probability = least_weld_probability_.get(),
                .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
@@ -227,6 +228,8 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   stream_.emplace(stream_parameters());
   calibration_.emplace(calibration_parameters(), settings_.names.size());
   origin_.reset();
+  last_stamp_.reset();
+  leap_.reset();
   published_tick_ = 0;
   heard_ = true;
   health_.fill(OdometerHealth::kOk);
@@ -274,6 +277,11 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
   }
   const Time stamp = from_message(message.header().stamp());
   check_stamp(stamp);
+  if (!follows(stamp)) {
+    report_fault("readings.header.stamp.leap",
+                 "readings have a stamp far from those before; the next ones decide");
+    return;
+  }
   if (!origin_) {
     origin_ = stamp;
   }
@@ -334,6 +342,21 @@ void OdometerStreamFusion::check_stamp(Time stamp) {
     report_fault("readings.header.stamp.in_future",
                  "readings have a stamp " + std::to_string(-age) + " s ahead of the clock");
   }
+}
+
+/// The stream follows a leap of time that two odometers agree on, and all odometers of one message
+/// agree on its stamp. So here a leap takes two messages in a row.
+bool OdometerStreamFusion::follows(Time stamp) {
+  const auto is_near = [&](const std::optional<Time>& other) {
+    return other && std::abs(to_seconds(stamp - *other)) <= settings_.maximum_gap;
+  };
+  if (last_stamp_ && !is_near(last_stamp_) && !is_near(leap_)) {
+    leap_ = stamp;
+    return false;
+  }
+  last_stamp_ = stamp;
+  leap_.reset();
+  return true;
 }
 
 void OdometerStreamFusion::report_outcome(SampleOutcome outcome, const std::string& odometer) {

@@ -42,6 +42,7 @@ class OdometerStreamFusion final : public Component {
     std::vector<std::string> names;
     double maximum_age = 0.0;   // s
     double maximum_lead = 0.0;  // s
+    double maximum_gap = 0.0;   // s
     double silent_after = 0.0;  // s
     double least_weld_probability = 0.0;
     std::size_t wait_for_subscribers = 0;
@@ -57,6 +58,7 @@ class OdometerStreamFusion final : public Component {
   void on_readings(const Readings& message);
   [[nodiscard]] bool is_acceptable(const Readings& message);
   void check_stamp(Time stamp);
+  [[nodiscard]] bool follows(Time stamp);
   void report_outcome(odometry::SampleOutcome outcome, const std::string& odometer);
   void publish_state();
   void report_health();
@@ -93,6 +95,8 @@ class OdometerStreamFusion final : public Component {
   std::optional<odometry::OdometerStream> stream_;
   std::optional<odometry::WeldCalibration> calibration_;
   std::optional<Time> origin_;  // of the stream's time: the first stamp
+  std::optional<Time> last_stamp_;
+  std::optional<Time> leap_;  // a stamp far from those before, not confirmed yet
   std::string frame_id_;
   std::uint64_t published_tick_ = 0;
   bool heard_ = false;  // since the timer's last turn
