@@ -54,9 +54,9 @@ void AlignmentReport::find_welds() {
   for (const auto& weld : alignment.only_a) {
     const double chainage = run_.welds[weld.index].chainage;
     const auto place = alignment.a_to_b.map(chainage);
-    run_beyond_ += weld.within_overlap ? 0U : 1U;
+    run_beyond_ += place.between_welds ? 0U : 1U;
     welds_.push_back({.what = ambiguous.contains(weld.index) ? "ambiguous"
-                              : weld.within_overlap          ? "new"
+                              : place.between_welds          ? "new"
                                                              : "beyond",
                       .run_chainage = chainage,
                       .ledger_chainage = place.chainage,
@@ -66,12 +66,12 @@ void AlignmentReport::find_welds() {
   }
   const auto to_run = alignment.a_to_b.inverse();
   for (const auto& weld : alignment.only_b) {
-    if (!weld.within_overlap) {
+    const auto& missing = ledger_.welds[weld.index];
+    const auto place = to_run.map(missing.chainage);
+    if (!place.between_welds) {
       ++ledger_beyond_;
       continue;
     }
-    const auto& missing = ledger_.welds[weld.index];
-    const auto place = to_run.map(missing.chainage);
     welds_.push_back({.what = "missing",
                       .run_chainage = place.chainage,
                       .ledger_chainage = missing.chainage,
@@ -134,8 +134,8 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
       << "  new           " << count("new") << " in the run and not in the ledger\n"
       << "  ambiguous     " << count("ambiguous")
       << " in the run, too near to a weld of the ledger to be another one\n"
-      << "  beyond        " << count("beyond") << " of the run before or behind the ledger, "
-      << ledger_beyond_ << " of the ledger before or behind the run\n"
+      << "  beyond        " << count("beyond") << " of the run and " << ledger_beyond_
+      << " of the ledger, before the first or behind the last that matched\n"
       << "  scale         " << fixed(scale_, 6) << " m of the ledger per metre of the run\n"
       << "  largest slip  " << fixed(matches[largest_slip_].residual, 3)
       << " m in the joint that ends " << at(matches[largest_slip_]) << '\n'

@@ -43,7 +43,7 @@ class AlignmentReport {
 
  private:
   struct Weld {
-    const char* what;     // "new", "ambiguous", "missing"
+    const char* what;     // "new", "ambiguous", "beyond", "missing"
     double run_chainage;  // of a missing one: where the run should have it
     double ledger_chainage;
     double standard_deviation;
@@ -67,10 +67,10 @@ class AlignmentReport {
   const odometry::LedgerUpdate& update_;
   std::vector<Weld> welds_;  // by chainage
   std::vector<Place> places_;
-  std::size_t run_beyond_ = 0;     // welds of the run that the ledger does not reach
-  std::size_t ledger_beyond_ = 0;  // and the other way round
-  double scale_ = 1.0;             // ledger's length over the run's, first to last match
-  std::size_t largest_slip_ = 0;   // index of a match
+  std::size_t run_beyond_ = 0;  // welds before the first or behind the last that matched
+  std::size_t ledger_beyond_ = 0;
+  double scale_ = 1.0;            // ledger's length over the run's, first to last match
+  std::size_t largest_slip_ = 0;  // index of a match
   std::size_t least_difference_ = 0;
   std::size_t largest_difference_ = 0;
 };

@@ -170,6 +170,22 @@ TEST_F(LedgerCommand, FindsTheRunFromTheOtherEnd) {
   EXPECT_EQ(nlohmann::json::parse(content(path("f.json")))["reversed"], true);
 }
 
+TEST_F(LedgerCommand, PartOfThePipeMissesNothingElsewhere) {
+  build_first();
+  std::string part = "event,log [ft],o'clock\nAnode,-9,\n";
+  for (std::size_t k = 5; k < 28; ++k) {
+    part += k == 12 ? "" : "Girth Weld," + std::to_string((pipe_[k] - pipe_[5]) / kFoot) + ",\n";
+  }
+  write("part.csv", part);
+  EXPECT_THAT(out({"align", "part.csv", "ledger.csv", "--columns", "m.yaml", "--json", "f.json",
+                   "--features", "features.csv"}),
+              AllOf(HasSubstr("matched       22 of the run's 22"), HasSubstr("missing       1 in"),
+                    HasSubstr("beyond        0 of the run and 17 of the ledger")));
+  EXPECT_EQ(nlohmann::json::parse(content(path("f.json")))["figures"]["ledger_welds_beyond_run"],
+            17);
+  EXPECT_EQ(table(path("features.csv"))[0].at("between_welds"), "0");
+}
+
 TEST_F(LedgerCommand, TallyKeepsItsIdsAndASurveyGivesAMap) {
   std::string tally = "id,joint_length_m\n";
   for (std::size_t k = 0; k + 1 < kWelds; ++k) {
