@@ -64,7 +64,7 @@ std::optional<DistanceHistory::Point> DistanceHistory::at_distance(double distan
     const Point& before = at(k - 1);
     const Point& after = at(k);
     const auto [low, high] = std::minmax(before.distance, after.distance);
-    if (distance < low || distance > high) {
+    if (!(distance >= low && distance <= high)) {
       continue;
     }
     // Where it stands, the end of the stand is as good as any.

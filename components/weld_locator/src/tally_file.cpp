@@ -60,15 +60,14 @@ std::string format_learnt_tally(std::span<const odometry::LearntJoint> joints,
     odometry::LedgerWeld weld;
     weld.id = "W" + std::to_string(joint - joints.begin());
     weld.chainage = chainage;
-    weld.standard_deviation = std::sqrt(variance);
     if (joint != last) {
       weld.joint_length = joint->length;
       weld.joint_standard_deviation = joint->standard_deviation;
     }
     // Two welds bound a joint: each has half of its variance.
-    const double own = joint != last ? joint->standard_deviation : (joint - 1)->standard_deviation;
-    weld.sightings.push_back(
-        {.run = 0, .chainage = chainage, .standard_deviation = own / std::sqrt(2.0)});
+    const double own = (joint != last ? joint : joint - 1)->standard_deviation / std::sqrt(2.0);
+    weld.standard_deviation = std::sqrt(variance + own * own);
+    weld.sightings.push_back({.run = 0, .chainage = chainage, .standard_deviation = own});
     ledger.welds.push_back(weld);
   };
   for (auto joint = first; joint != last; ++joint) {
