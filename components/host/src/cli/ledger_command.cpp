@@ -254,7 +254,7 @@ CLI::Validator header_text() {
                        ? std::string()
                        : "'" + text + "' is empty or holds '|' or control characters";
           },
-          "TEXT"};
+          ""};
 }
 
 void add_run_options(CLI::App& command, Options& options) {
