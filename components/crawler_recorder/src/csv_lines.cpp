@@ -161,12 +161,12 @@ std::string fused_csv_line(const pipescout_msgs::msg::FusedOdometer& message) {
 }
 
 std::string weld_csv_header() {
-  return "stamp,distance,standard_deviation,confidence,amplitude,width,weld,weld_id,"
+  return "stamp,kind,distance,standard_deviation,confidence,amplitude,width,weld,weld_id,"
          "weld_probability,chainage,chainage_standard_deviation";
 }
 
 std::string weld_csv_line(const pipescout_msgs::msg::WeldDetection& message) {
-  std::string line = stamp_text(message.header().stamp());
+  std::string line = stamp_text(message.header().stamp()) + ",girth weld";
   append(line, message.distance(), message.standard_deviation(), message.confidence(),
          message.amplitude(), message.width());
   if (message.weld() < 0) {

@@ -53,7 +53,7 @@ TEST(CsvLines, Weld) {
   message.weld_probability(1.0);
   message.chainage(84.0);
   message.chainage_variance(0.25);
-  EXPECT_EQ(weld_csv_line(message), "0.000000000,1.5,0,0,0,0,7,W7,1,84,0.5");
+  EXPECT_EQ(weld_csv_line(message), "0.000000000,girth weld,1.5,0,0,0,0,7,W7,1,84,0.5");
   message.weld_id("a,\"b\"");
   EXPECT_NE(weld_csv_line(message).find("\"a,\"\"b\"\"\""), std::string::npos);
 }

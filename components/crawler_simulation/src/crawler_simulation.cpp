@@ -174,13 +174,15 @@ void CrawlerSimulation::declare_signal_parameters() {
       {.description = "dB, peak of a weld over the noise of one channel",
        .floating_point_range = FloatingPointRange{-20.0, 400.0}});
   const FloatingPointRange per_km{0.0, 100.0};
-  valves_ = parameters().declare<double>("valves_per_km", pipe.valves_per_km,
-                                         {.description = "", .floating_point_range = per_km});
+  valves_ = parameters().declare<double>(
+      "valves_per_km", pipe.valves_per_km,
+      {.description = "that look like many welds at once", .floating_point_range = per_km});
   bends_ = parameters().declare<double>(
       "bends_per_km", pipe.bends_per_km,
       {.description = "that lift the coil off", .floating_point_range = per_km});
-  dents_ = parameters().declare<double>("dents_per_km", pipe.dents_per_km,
-                                        {.description = "", .floating_point_range = per_km});
+  dents_ = parameters().declare<double>(
+      "dents_per_km", pipe.dents_per_km,
+      {.description = "that look like wide welds", .floating_point_range = per_km});
 }
 
 SimulatedRunParameters CrawlerSimulation::run_parameters() const {

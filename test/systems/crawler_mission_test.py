@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the crawler mission as a user does, and judges what it left behind against the truth of the
+simulation.
+
+    crawler_mission_test.py CASE LAUNCH_SCRIPTS SCRATCH
+"""
+
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+# What runs beside this may use the same domain, but not this namespace.
+NAMESPACE = f"/crawler_test_{os.getpid()}"
+
+
+def pipescout(*arguments):
+    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1", ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
+    result = subprocess.run(["pipescout", *map(str, arguments)], env=environment, timeout=220,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    print(result.stdout)
+    assert result.returncode == 0, f"exit code {result.returncode}"
+    return result.stdout
+
+
+def run(composition, folder, *arguments):
+    # Simulated time is everybody's in a domain, unless the topic is the mission's own.
+    text = composition.read_text()
+    own = folder.parent / composition.name
+    own.write_text(text.replace("    parameters:", "    remappings: {/clock: clock}\n"
+                                                   "    parameters:"))
+    pipescout("run", own, "--namespace", NAMESPACE, "--out", folder,
+              "--param", "crawler_simulation.length:=300.0", *arguments)
+
+
+def figures(folder):
+    all_figures = json.loads((folder / "summary.json").read_text())["figures"]
+    prefix = f"{NAMESPACE[1:]}.crawler_"
+    return {name[len(prefix):]: value for name, value in all_figures.items()
+            if name.startswith(prefix)}
+
+
+def recorded(folder, name):
+    files = list(folder.rglob(name))
+    assert len(files) == 1, files
+    with files[0].open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def check(folder):
+    found = figures(folder)
+    assert abs(found["distance_m"] - 300.0) < 1.5, found
+    assert found["wrong_joint"] == 0, found
+    assert found["welds_to_lock"] <= 15, found
+    assert found["in_joint_p95_m"] <= 0.05, found
+    assert found["in_joint_worst_m"] <= 0.15, found
+    assert 20 <= found["welds"] <= 27, found
+    assert found["positions_locked"] >= 0.4 * found["positions"], found
+    positions = recorded(folder, "positions.csv")
+    assert len(positions) == found["positions"], len(positions)
+    # The truth is published twice as often as the odometer ticks; none is lost.
+    stamps = [float(row["stamp"]) for row in recorded(folder, "truth.csv")]
+    assert all(0.04 < after - before < 0.06 for before, after in zip(stamps, stamps[1:]))
+    welds = [row for row in recorded(folder, "welds.csv") if row["weld"]]
+    assert all(row["weld_id"] == f"W{10 * (int(row['weld']) + 1):05d}" for row in welds), welds
+    fused = recorded(folder, "fused.csv")
+    # The scales that are learnt: the second wheel is 0.8 % too large.
+    assert abs(float(fused[-1]["wheel_2.scale"]) - 1 / 1.008) < 0.003, fused[-1]
+    assert any(row[f"wheel_{i}.health"] == "slipping" for row in fused for i in (1, 2, 3))
+
+
+def one_process(launch_scripts, scratch):
+    run(launch_scripts / "crawler.yaml", scratch / "mission")
+    check(scratch / "mission")
+
+
+def several_processes(launch_scripts, scratch):
+    """The same composition with each component in a process of its own, over DDS."""
+    text = (launch_scripts / "crawler.yaml").read_text()
+    composition = scratch / "crawler_isolated.yaml"
+    composition.write_text(text.replace("  - type:", "  - isolate: true\n    type:"))
+    # No faster than messages get from process to process.
+    (scratch / "run").mkdir()
+    run(composition, scratch / "run/mission", "rate:=50.0")
+    check(scratch / "run/mission")
+
+
+def without_a_tally(launch_scripts, scratch):
+    """The start is known, the joints are learnt; a second run goes by what the first one learnt."""
+    learnt = scratch / "learnt.csv"
+    text = (launch_scripts / "crawler.yaml").read_text()
+    locator = text.index("pipescout::WeldLocator")
+    composition = scratch / "learning.yaml"
+    composition.write_text(text[:locator] + text[locator:].replace(
+        "tally: $(arg tally)", f"tally: ''\n      start.joint: 0\n      learnt_tally: {learnt}"))
+    (scratch / "run").mkdir()
+    run(composition, scratch / "run/first")
+    joints = list(csv.DictReader(learnt.open(newline="")))
+    assert len(joints) >= 20, joints
+    share = pathlib.Path("share/pipescout_crawler_simulation/tally.csv")
+    tally = next(pathlib.Path(prefix) / share for prefix in os.environ["AMENT_PREFIX_PATH"].split(":")
+                 if (pathlib.Path(prefix) / share).exists())
+    lengths = [row["joint_length_m"] for row in csv.DictReader(tally.open(newline=""))]
+    # Joint 0 of the run is joint 11 of the tally.
+    for joint in joints[:-1]:
+        error = float(joint["joint_length_m"]) - float(lengths[int(joint["id"][1:]) + 11])
+        assert abs(error) < 3 * float(joint["joint_length_sd_m"]), joint
+    assert max(float(joint["joint_length_sd_m"]) for joint in joints[5:-1]) < 0.06
+
+    composition = scratch / "knowing.yaml"
+    composition.write_text(text[:locator] + text[locator:].replace("$(arg tally)", str(learnt)))
+    run(composition, scratch / "run/second", "seed:=8")
+    positions = recorded(scratch / "run/second", "positions.csv")
+    truth = recorded(scratch / "run/second", "truth.csv")
+    assert positions[-1]["locked"] == "1", positions[-1]
+    assert abs(int(positions[-1]["joint"]) + 11 - int(truth[-1]["joint"])) <= 1, positions[-1]
+
+
+def main():
+    case, launch_scripts, scratch = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    {"one_process": one_process, "several_processes": several_processes,
+     "without_a_tally": without_a_tally}[case](launch_scripts, scratch)
+
+
+if __name__ == "__main__":
+    main()
