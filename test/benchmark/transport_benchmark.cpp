@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transport_benchmark.hpp"
 
-#include <benchmark/benchmark.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "figures.hpp"
+#include "program.hpp"
 #include "samples.hpp"
 
 namespace pipescout::benchmarks {
@@ -121,42 +121,14 @@ int main(int argc, char** argv) {
   if (const int code = pb::run_as_child(argc, argv); code >= 0) {
     return code;
   }
-  std::string json;
-  // The cases take turns in random order, so that a slow spell of the machine hits all alike.
-  std::vector<char*> arguments;
-  std::string repetitions = "--benchmark_repetitions=10";
-  std::string interleave = "--benchmark_enable_random_interleaving=true";
-  std::string aggregates = "--benchmark_display_aggregates_only=true";
-  arguments.push_back(argv[0]);
-  arguments.push_back(repetitions.data());
-  arguments.push_back(interleave.data());
-  arguments.push_back(aggregates.data());
-  for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) {
-      json = argv[++i];
-    } else {
-      arguments.push_back(argv[i]);
-    }
-  }
-  try {
-    int count = static_cast<int>(arguments.size());
-    benchmark::Initialize(&count, arguments.data());
-    if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
-      return 2;
-    }
-    pb::register_in_process();
-    pb::register_cross_process();
-    benchmark::RunSpecifiedBenchmarks();
-    benchmark::Shutdown();
-    std::cerr << "measuring processor load, 30 s\n";
-    const Figures figures = evaluate(pb::measure_load());
-    figures.print(std::cout);
-    if (!json.empty()) {
-      figures.write_json(json);
-    }
-  } catch (const std::exception& error) {
-    std::cerr << "transport_benchmark: " << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return pb::run_program(
+      argc, argv,
+      [] {
+        pb::register_in_process();
+        pb::register_cross_process();
+      },
+      [] {
+        std::cerr << "measuring processor load, 30 s\n";
+        return evaluate(pb::measure_load());
+      });
 }
