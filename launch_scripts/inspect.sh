@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, and runs an inspection on recorded odometer readings: replay ->
-# consensus fusion -> table and data files. Ends with the table and the mission folder.
+# Installs what is missing, builds, and runs inspections. Ends with their tables, folders and pictures.
 #
-#   inspect.sh [OPTION...]                   the ten readings of the paper (Wang and others, 2008)
+#   inspect.sh [OPTION...]                   1. the ten odometer readings of the paper (Wang and others,
+#                                               2008): replay -> consensus fusion
+#                                            2. a simulated crawler in a pipe of 60 joints: odometers and
+#                                               eddy currents -> welds -> position; its welds aligned
+#                                               with the pipe's ledger
 #   inspect.sh READINGS.csv [OPTION...]      your own readings: docs/components/odometer_replay.md
 #
-# Options:
+# Options, of the readings:
 #   --sigma A,B,...       standard deviation of each odometer, m. Needed for your own readings unless
 #                         they have columns NAME.standard_deviation
 #   --offsets A,B,...     added to each odometer's readings before they are fused, m
@@ -15,19 +18,20 @@
 #   --period S            time between two readings that have no stamps, s
 #   --rate R              speed of the replay, as a multiple of the recording's
 #   --reference COLUMN    column of your file that the fused distance is compared with
-#   --out DIR             the mission folder; default: missions/<name>_<UTC time>
+#   --out DIR             the mission folder; default: missions/<name>_<UTC time>. That of the crawler
+#                         is DIR_crawler
 #   -h, --help            this text
 #
 # Stays on this machine: ROS_LOCALHOST_ONLY is 1 unless it is set. Two missions at once on one machine
 # need a ROS_DOMAIN_ID each.
 #
-# Exit code: 0 when every reading was fused and recorded, 1 when not (also for a value that is out of
-# range), 2 for a wrong command line.
+# Exit code: 0 when everything was recorded, 1 when not (also for a value that is out of range), 2 for
+# a wrong command line.
 set -euo pipefail
 unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '3,25s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,29s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 wrong() {
   echo "inspect.sh: $1" >&2
   echo "inspect.sh --help tells the options." >&2
@@ -98,7 +102,9 @@ fi
 
 composition=$root/launch_scripts/odometry.yaml
 arguments=()
+with_crawler=true steps=5
 if [ -n "$readings" ]; then
+  with_crawler=false steps=4
   composition=$root/launch_scripts/own_readings.yaml
   arguments=("readings:=$(text "$readings")")
   if [ -n "$reference" ]; then
@@ -107,16 +113,24 @@ if [ -n "$readings" ]; then
     parameters+=(--param "odometry_recorder.reference_column:=$(text "$reference")")
   fi
 fi
+now=$(date -u +%Y-%m-%dT%H-%M-%SZ)
+crawler_out=missions/crawler_$now
 if [ -n "$out" ]; then
-  parameters+=(--out "$out")
+  crawler_out=${out%/}_crawler
+else
+  out=missions/$(basename "$composition" .yaml)_$now
 fi
 
-step() { printf '\n== %s (%s)\n' "$1" "$(date -u +%H:%M:%S)"; }
+number_of_step=0
+step() {
+  number_of_step=$((number_of_step + 1))
+  printf '\n== %s/%s %s (%s)\n' "$number_of_step" "$steps" "$1" "$(date -u +%H:%M:%S)"
+}
 
-step "1/3 Packages"
+step "Packages"
 "$root/launch_scripts/setup.sh"
 
-step "2/3 Build"
+step "Build"
 # Made before the build, so that what changes during it is built the next time.
 stamp=$root/install/.inspect_built
 sources=(idl interfaces src components colcon.meta)
@@ -129,19 +143,55 @@ else
     rm -f "$stamp"
     touch "$stamp.new"
     colcon build \
-      --packages-up-to pipescout_host pipescout_odometer_replay pipescout_odometry_fusion \
-      pipescout_odometry_recorder \
+      --packages-up-to pipescout_host pipescout_plots pipescout_odometer_replay \
+      pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
+      pipescout_crawler_simulation pipescout_crawler_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
   )
 fi
 
-step "3/3 Mission"
 # The script that colcon writes reads variables that may not be set.
 set +u
 # shellcheck source=/dev/null
 source "$root/install/local_setup.bash"
 set -u
 export ROS_LOCALHOST_ONLY=${ROS_LOCALHOST_ONLY-1}
-exec pipescout run "$composition" "${arguments[@]}" "${parameters[@]}"
+
+# share PACKAGE: where the package's data are installed.
+share() {
+  local prefix prefixes
+  IFS=: read -r -a prefixes <<<"${AMENT_PREFIX_PATH-}:${CMAKE_PREFIX_PATH-}"
+  for prefix in "${prefixes[@]}"; do
+    if [ -d "$prefix/share/$1" ]; then
+      echo "$prefix/share/$1"
+      return
+    fi
+  done
+  echo "inspect.sh: package $1 is not installed" >&2
+  return 1
+}
+
+step "Mission: odometer readings"
+pipescout run "$composition" "${arguments[@]}" "${parameters[@]}" --out "$out"
+pictures=("$out")
+
+if $with_crawler; then
+  step "Mission: a crawler in a pipe"
+  tally=$(share pipescout_crawler_simulation)/tally.csv
+  columns=$(share pipescout_crawler_recorder)/welds.yaml
+  pipescout run "$root/launch_scripts/crawler.yaml" --out "$crawler_out"
+  echo
+  echo "The welds that the crawler saw, aligned with the ledger of the pipe:"
+  echo
+  pipescout ledger align "$crawler_out/crawler/welds.csv" "$tally" --columns "$columns" \
+    --name crawler --date "$now" --out "$crawler_out/ledger.csv" \
+    --report "$crawler_out/alignment.csv"
+  pictures+=("$crawler_out")
+fi
+
+step "Pictures"
+for folder in "${pictures[@]}"; do
+  pipescout plot odometry "$folder"
+done
