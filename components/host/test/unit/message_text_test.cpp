@@ -131,6 +131,7 @@ pipescout_msgs::msg::FusedOdometer fused() {
   message.header().stamp().nanosec(500);
   message.distance(5.51);
   message.variance(1e-7);
+  message.speed(0.5);
   message.name({"left", "1"});
   message.in_fusion_set({true, false});
   message.support({1, 0});
@@ -163,6 +164,11 @@ confidence_distance:
 - 2.0
 rejection_reason: []
 status: 0
+speed: 0.5
+independent_variance: 0.0
+health: []
+scale: []
+scale_standard_deviation: []
 )");
 }
 
@@ -235,7 +241,9 @@ TEST(ToYaml, WritesInOneLine) {
   EXPECT_EQ(to_yaml(read(fused()), {.flow = true}),
             "{header: {stamp: {sec: 12, nanosec: 500}, frame_id: ''}, distance: 5.51, "
             "variance: 1.0e-07, name: [left, '1'], in_fusion_set: [true, false], support: [1, 0], "
-            "confidence_distance: [.nan, -.inf, 1.0e+16, 2.0], rejection_reason: [], status: 0}\n");
+            "confidence_distance: [.nan, -.inf, 1.0e+16, 2.0], rejection_reason: [], status: 0, "
+            "speed: 0.5, independent_variance: 0.0, health: [], scale: [], "
+            "scale_standard_deviation: []}\n");
 }
 
 TEST(ToYaml, ShowsAnEmptyMessageAsEmpty) {
@@ -244,7 +252,7 @@ TEST(ToYaml, ShowsAnEmptyMessageAsEmpty) {
 
 TEST(ToCsv, WritesTheValuesInOrder) {
   EXPECT_EQ(to_csv(read(fused()), {.truncate = 3}),
-            "12,500,,5.51,1e-07,lef...,1,True,False,1,0,nan,-inf,1e+16,...,0");
+            "12,500,,5.51,1e-07,lef...,1,True,False,1,0,nan,-inf,1e+16,...,0,0.5,0.0");
 }
 
 TEST(ToText, WritesFieldsAsTheyAre) {
