@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The subject `odometry`: pictures of odometers, welds and places in the pipe."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import (eddy_current, ledger_alignment, position_error, readings, reproduction, style,
+               support_graph)
+from .csv_table import BadData
+from .recording import Missing, Picture, Recording, find_recordings
+
+PICTURES = (
+    Picture("support_graph", support_graph.draw),
+    Picture("position_error", position_error.draw),
+    Picture("eddy_current", eddy_current.draw),
+    Picture("readings", readings.draw),
+)
+ALIGNMENT = Picture("ledger_alignment", ledger_alignment.draw)
+REPRODUCTION = (
+    Picture("detector_curve", reproduction.draw_curve),
+    Picture("figures", reproduction.draw_figures),
+)
+
+
+class Drawing:
+    """Draws pictures one after the other, and counts."""
+
+    def __init__(self, folder: Path, suffix: str) -> None:
+        self._folder = folder
+        self._suffix = suffix
+        self._drawn = 0
+        self._failed = 0
+
+    def draw(self, picture: Picture, recording: Recording, prefix: str = "") -> None:
+        name = prefix + picture.name
+        try:
+            path = self._folder / f"{name}.{self._suffix}"
+            style.write(picture.draw(recording), path)
+            self._drawn += 1
+            print(path, flush=True)
+        except Missing as reason:
+            print(f"not drawn: {name}: {reason}", file=sys.stderr)
+        except (BadData, OSError) as problem:
+            self._failed += 1
+            print(f"error: {name}: {problem}", file=sys.stderr)
+
+    def finish(self) -> int:
+        """The exit code: 0 when something was drawn and nothing went wrong."""
+        if self._drawn == 0:
+            print("error: nothing could be drawn", file=sys.stderr)
+        return 0 if self._drawn and not self._failed else 1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("result", type=Path, metavar="RESULT",
+                        help="a mission folder, or the JSON file of `pipescout reproduce in-pipe`")
+    parser.add_argument("--out", type=Path, metavar="DIR",
+                        help="folder of the pictures; default: RESULT/pictures")
+    parser.add_argument("--format", choices=("svg", "png"), default="svg")
+    parser.add_argument("--alignment", type=Path, metavar="FILE",
+                        help="what `pipescout ledger align --report` wrote; default: "
+                        "RESULT/alignment.csv")
+
+
+def run(options: argparse.Namespace) -> int:
+    result: Path = options.result
+    style.begin()
+    if result.is_dir():
+        return _draw_mission(result, options)
+    if result.is_file():
+        drawing = Drawing(options.out or result.parent / "pictures", options.format)
+        for picture in REPRODUCTION:
+            drawing.draw(picture, Recording(result, result.parent))
+        return drawing.finish()
+    print(f"error: no mission folder or file '{result}'", file=sys.stderr)
+    return 1
+
+
+def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
+    out: Path = options.out or mission / "pictures"
+    drawing = Drawing(out, options.format)
+    folders = find_recordings(mission, out)
+    if not folders:
+        print(f"no recorded data below {mission}", file=sys.stderr)
+    notes: list[str] = []
+    for folder in folders:
+        recording = Recording(mission, folder, notes=notes)
+        prefix = ".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else ""
+        for picture in PICTURES:
+            drawing.draw(picture, recording, prefix)
+    alignment = options.alignment or mission / "alignment.csv"
+    drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return drawing.finish()

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recordings of a mission folder, and what a picture of one takes and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from collections.abc import Callable, Sequence
+
+from matplotlib.figure import Figure
+
+from .csv_table import Table, read_header, read_table
+
+DATA_FILES = ("fused.csv", "positions.csv", "truth.csv", "welds.csv", "eddy_current.csv",
+              "readings.csv")
+
+
+class Missing(Exception):
+    """There is nothing to draw a picture from; the text says what is missing and why."""
+
+
+@dataclass
+class Recording:
+    """One folder of data of a mission."""
+
+    mission: Path
+    folder: Path
+    alignment: Path | None = None
+    notes: list[str] = field(default_factory=list)
+
+    def path(self, name: str, why: str) -> Path:
+        path = self.folder / name
+        if not path.is_file():
+            raise Missing(f"no {name} in {self.folder}: {why}")
+        return path
+
+    def header(self, name: str, why: str) -> list[str]:
+        return read_header(self.path(name, why))
+
+    def table(self, name: str, why: str, numbers: Sequence[str], texts: Sequence[str] = ()) -> Table:
+        """Raises Missing when the file is not there or has no rows, with `why` it could be so."""
+        table = self.noted(read_table(self.path(name, why), numbers, texts))
+        if len(table) == 0:
+            raise Missing(f"{table.path} has no rows")
+        return table
+
+    def noted(self, table: Table) -> Table:
+        self.notes += [note for note in table.notes if note not in self.notes]
+        return table
+
+
+@dataclass(frozen=True)
+class Picture:
+    """`draw` raises Missing and csv_table.BadData."""
+
+    name: str
+    draw: Callable[[Recording], Figure]
+
+
+def find_recordings(mission: Path, skipped: Path) -> list[Path]:
+    """The folders below a mission folder that hold data files, but for the one of the pictures."""
+    folders = {path.parent for name in DATA_FILES for path in mission.rglob(name)}
+    return sorted(folder for folder in folders if skipped not in (folder, *folder.parents))

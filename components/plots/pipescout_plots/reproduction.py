@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of what `pipescout reproduce in-pipe --json` wrote."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from . import style
+from .csv_table import BadData
+from .recording import Missing, Recording
+
+DECIBELS = re.compile(r"detector at (-?\d+(?:\.\d+)?) dB")
+"""In the name of a study: the signal-to-noise ratio that its rows are of."""
+MEASURES = (
+    ("welds found, %", "welds found [%]", 1.0),
+    ("false ones per km", "false per km", 1.0),
+    ("error of the position, 95 %, m", "95 % error [mm]", 1000.0),
+)
+
+
+def draw_curve(recording: Recording) -> Figure:
+    """Welds found, false alarms and error of the weld detector over the signal-to-noise ratio."""
+    curves = detector_curves(_rows(recording.mission))
+    shown = [measure for measure in MEASURES if measure[0] in curves]
+    if not shown:
+        raise Missing(f"{recording.mission} has no rows of the weld detector at several dB")
+    figure = style.figure(1.05 * len(shown) + 0.55)
+    panels = numpy.atleast_1d(figure.subplots(len(shown), 1, sharex=True))
+    for axes, (measure, label, factor), letter in zip(panels, shown, "abc"):
+        _draw_curve(axes, curves[measure], factor)
+        axes.set_ylabel(label)
+        if len(shown) > 1:
+            style.label_panel(axes, letter)
+    panels[-1].set_xlabel("peak signal-to-noise ratio [dB]")
+    figure.align_ylabels()
+    style.legend_above(figure, *panels[0].get_legend_handles_labels(), 2)
+    return figure
+
+
+def detector_curves(rows: list[dict]) -> dict[str, list[tuple[float, float, list[float]]]]:
+    """By measure, rising: decibels, the value over all seeds, and the values of the seeds."""
+    curves: dict[str, list[tuple[float, float, list[float]]]] = {}
+    for row in rows:
+        found = DECIBELS.search(str(row.get("study", "")))
+        value = _number(row.get("value"))
+        if found and math.isfinite(value):
+            seeds = [_number(seed) for seed in row.get("per_seed") or []]
+            curves.setdefault(str(row.get("measure")), []).append((float(found[1]), value, seeds))
+    return {measure: sorted(points) for measure, points in curves.items() if len(points) > 1}
+
+
+def draw_figures(recording: Recording) -> Figure:
+    """The figures as a table: over all seeds, the mean of the seeds, their worst."""
+    rows = [row for row in _rows(recording.mission) if row.get("figure")]
+    if not rows:
+        raise Missing(f"{recording.mission} has no rows with figures")
+    figure = style.figure(0.135 * (len(rows) + 1) + 0.1)
+    axes = figure.subplots()
+    axes.set_axis_off()
+    axes.set(xlim=(0, 1), ylim=(len(rows) + 0.5, -0.5))
+    for column, (key, title) in enumerate((("value", "all seeds"), ("mean", "mean"), ("worst", "worst"))):
+        place = 0.7 + 0.15 * column
+        axes.text(place, 0, title, ha="right", va="center")
+        for line, row in enumerate(rows, 1):
+            axes.text(place, line, _cell(row.get(key)), ha="right", va="center")
+    axes.text(0, 0, "figure", va="center")
+    axes.axhline(0.5, color=style.BLACK, linewidth=0.6)
+    for line, row in enumerate(rows, 1):
+        axes.text(0, line, str(row["figure"]), va="center")
+    return figure
+
+
+def _draw_curve(axes: Axes, points: list[tuple[float, float, list[float]]], factor: float) -> None:
+    decibels = [point[0] for point in points]
+    values = [factor * point[1] for point in points]
+    spread = [[seed for seed in point[2] if math.isfinite(seed)] or [point[1]] for point in points]
+    axes.fill_between(decibels, [factor * min(seeds) for seeds in spread],
+                      [factor * max(seeds) for seeds in spread], color=style.PALE_BLUE, linewidth=0,
+                      label="least to most of the seeds")
+    axes.plot(decibels, values, color=style.BLUE, marker="o", markersize=2.5, label="all seeds")
+    axes.set_xticks(decibels)
+    axes.grid(axis="y", color=style.PALE, linewidth=0.5)
+    axes.set_axisbelow(True)
+
+
+def _rows(path: Path) -> list[dict]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as problem:
+        raise BadData(f"{path}: {problem}") from problem
+    rows = content.get("rows") if isinstance(content, dict) else None
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise BadData(f"{path}: no list 'rows' of objects, as `pipescout reproduce --json` writes it")
+    return rows
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) else math.nan
+
+
+def _cell(value: object) -> str:
+    number = _number(value)
+    return f"{number:.4g}" if math.isfinite(number) else "\N{EN DASH}"
