@@ -49,7 +49,7 @@ double SpikeGate::bend(std::size_t channel) noexcept {
     }
     const double ratio = bend / (kSigmaOfBend * median.value());
     sum += ratio * ratio;
-    median.update(bend, 1.0);
+    median.update(bend);
   }
   return sum;
 }

@@ -26,23 +26,21 @@ double WeldDetector::State::log_samples_around(std::int64_t centre) const {
 
 double WeldDetector::State::energy_at(const WeldFilter& filter, std::size_t channel,
                                       std::int64_t centre) const {
-  const auto n = static_cast<Eigen::Index>(filter.taps.size());
-  const Row taps(filter.taps.data(), n);
   const std::int64_t first = centre - filter.half;
-  const double re = (taps * Row(grid_.window(2 * channel, first), n)).sum();
-  const double im = (taps * Row(grid_.window(2 * channel + 1, first), n)).sum();
-  return (re * re + im * im) / 2.0;
+  return apply(filter.taps, grid_.window(2 * channel, first), grid_.window(2 * channel + 1, first))
+             .energy() /
+         2.0;
 }
 
 double WeldDetector::State::noise_variance(std::size_t filter, std::size_t channel,
-                                           double log_samples) const {
+                                           const WeldBackground::Place& place) const {
   const std::size_t last = filters_.size() - 1;
-  const auto median = [&](std::size_t f) {
-    return backgrounds_[f * parameters_.channels + channel].median(log_samples);
-  };
-  const double own = median(filter);
-  const double least = filter == last ? own : least_noise_[filter] * median(last);
-  return std::max(own, least) / kLn2;
+  const double own = background_.median(place, filter * parameters_.channels + channel);
+  if (filter == last) {
+    return own / kLn2;
+  }
+  const double widest = background_.median(place, last * parameters_.channels + channel);
+  return std::max(own, least_noise_[filter] * widest) / kLn2;
 }
 
 void WeldDetector::State::learn() {
@@ -60,45 +58,49 @@ void WeldDetector::State::learn() {
     std::nth_element(warm_up_energies_.begin(), middle, warm_up_energies_.end());
     return *middle;
   };
-  const double log_samples =
-      median([&](std::int64_t centre) { return log_samples_around(centre); });
+  const auto place = WeldBackground::place(
+      median([&](std::int64_t centre) { return log_samples_around(centre); }));
   const auto age = static_cast<double>(responded_.high - responded_.low + 1);
   for (std::size_t f = 0; f < filters_.size(); ++f) {
     for (std::size_t c = 0; c < parameters_.channels; ++c) {
-      const double energy =
+      energies_[f * parameters_.channels + c] =
           median([&](std::int64_t centre) { return energy_at(filters_[f], c, centre); });
-      backgrounds_[f * parameters_.channels + c].begin(log_samples, energy, age);
     }
   }
+  background_.begin(place, energies_, age);
   for (std::int64_t centre = responded_.low; centre <= responded_.high; ++centre) {
     respond(centre, false);
   }
 }
 
-double WeldDetector::State::uncertainty(std::size_t filter, double log_samples) const {
+double WeldDetector::State::uncertainty(std::size_t filter,
+                                        const WeldBackground::Place& place) const {
   // Outputs closer than the pulse is wide go together, and a median is worth half as many values as
   // a mean. With a variance that is known from n values the exponential tail of the strength
   // becomes that of a ratio: (1 + T' / n)^-n = exp(-T).
   constexpr double kOutputs = 4.0;  // half widths
-  const double age = backgrounds_[filter * parameters_.channels].age(log_samples);
-  const double n = std::max(1.0, age / (kOutputs * filters_[filter].half_width));
+  const double n = std::max(1.0, background_.age(place) / (kOutputs * filters_[filter].half_width));
   return n / threshold_ * std::expm1(threshold_ / n);
 }
 
 void WeldDetector::State::respond(std::int64_t centre, bool learning) {
-  const double log_samples = log_samples_around(centre);
+  const std::size_t channels = parameters_.channels;
+  const auto place = place_of(centre);
+  for (std::size_t f = 0; f < filters_.size(); ++f) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      energies_[f * channels + c] = energy_at(filters_[f], c, centre);
+    }
+  }
+  if (learning || !background_.knows(place)) {
+    background_.update(place, energies_);
+  }
   double best = -1.0;
   double middle = 0.0;
   std::size_t which = 0;
-  for (std::size_t f = filters_.size(); f-- > 0;) {  // the widest bounds the others
+  for (std::size_t f = filters_.size(); f-- > 0;) {  // of equals the widest
     double strength = 0.0;
-    for (std::size_t c = 0; c < parameters_.channels; ++c) {
-      const double energy = energy_at(filters_[f], c, centre);
-      auto& background = backgrounds_[f * parameters_.channels + c];
-      if (learning || !background.knows(log_samples)) {
-        background.update(log_samples, energy);
-      }
-      strength += energy / noise_variance(f, c, log_samples);
+    for (std::size_t c = 0; c < channels; ++c) {
+      strength += energies_[f * channels + c] / noise_variance(f, c, place);
     }
     if (f == filters_.size() / 2) {
       middle = strength;
@@ -108,7 +110,7 @@ void WeldDetector::State::respond(std::int64_t centre, bool learning) {
       which = f;
     }
   }
-  recent_.update(middle, 1.0);
+  recent_.update(middle);
   grid_.set(strength_row_, centre, best);
   grid_.set(filter_row_, centre, static_cast<double>(which));
   grid_.set(ratio_row_, centre, noise_ratio());
@@ -153,14 +155,13 @@ double WeldDetector::State::largest_strength(std::int64_t from, std::int64_t to)
 }
 
 /// As of `WeldShapeFitter::fit`, from the narrowest and the widest filter.
-double WeldDetector::State::redness(double log_samples) const {
+double WeldDetector::State::redness(const WeldBackground::Place& place) const {
   if (filters_.size() == 1) {
     return 0.0;
   }
   double sum = 0.0;
   for (std::size_t c = 0; c < parameters_.channels; ++c) {
-    sum += std::log(noise_variance(filters_.size() - 1, c, log_samples) /
-                    noise_variance(0, c, log_samples));
+    sum += std::log(noise_variance(filters_.size() - 1, c, place) / noise_variance(0, c, place));
   }
   const double range = std::log(filters_.back().half_width / filters_.front().half_width);
   return std::max(0.0, sum / (range * static_cast<double>(parameters_.channels)));
@@ -181,18 +182,18 @@ void WeldDetector::State::decide(std::int64_t centre) {
 
   std::array<double, kMaxEddyCurrentChannels> variances{};
   const auto filter = static_cast<std::size_t>(grid_.get(filter_row_, centre));
-  const double log_samples = log_samples_around(centre);
+  const auto place = place_of(centre);
   double strength_now = 0.0;  // the noise is known better by now
   for (std::size_t c = 0; c < parameters_.channels; ++c) {
-    strength_now += energy_at(filters_[filter], c, centre) / noise_variance(filter, c, log_samples);
-    variances[c] = ratio * noise_variance(0, c, log_samples);
+    strength_now += energy_at(filters_[filter], c, centre) / noise_variance(filter, c, place);
+    variances[c] = ratio * noise_variance(0, c, place);
   }
   strength = std::min(strength, strength_now);
-  if (strength < threshold_ * ratio * uncertainty(filter, log_samples)) {
+  if (strength < threshold_ * ratio * uncertainty(filter, place)) {
     return;
   }
-  const WeldShape shape = fitter_.fit(
-      grid_, centre, std::span(variances).first(parameters_.channels), redness(log_samples));
+  const WeldShape shape =
+      fitter_.fit(grid_, centre, std::span(variances).first(parameters_.channels), redness(place));
   if (!is_weld(shape)) {
     return;
   }

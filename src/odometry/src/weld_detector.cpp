@@ -65,10 +65,10 @@ WeldDetector::State::State(const WeldDetectorParameters& parameters)
               {.channels = parameters.channels, .offset = offset_row_, .missing = missing_row_}),
       grid_(ratio_row_ + 1, std::bit_ceil(static_cast<std::size_t>(
                                 warm_up_ + 4 * (widest_ + crowd_ + own_ + fitter_.reach() + 2)))),
-      backgrounds_(
-          filters_.size() * parameters.channels,
-          WeldBackground(parameters.background_length / parameters.cell,
-                         std::numbers::ln2 * parameters.noise_floor * parameters.noise_floor)),
+      background_(filters_.size() * parameters.channels,
+                  parameters.background_length / parameters.cell,
+                  std::numbers::ln2 * parameters.noise_floor * parameters.noise_floor),
+      energies_(filters_.size() * parameters.channels),
       recent_(kFastLength / parameters.cell, 1e-300) {
   margin_ = std::max({own_, crowd_, fitter_.reach() + 1 - widest_});
   recent_.start(median_strength_, kFastLength / parameters.cell);

@@ -62,21 +62,24 @@ class WeldDetector::State {
   void bridge(std::int64_t from, const WeldCell& to, std::int64_t gap, int direction);
   void put(const WeldCell& cell, bool missing, int direction);
   [[nodiscard]] double log_samples_around(std::int64_t centre) const;
+  [[nodiscard]] WeldBackground::Place place_of(std::int64_t centre) const {
+    return WeldBackground::place(log_samples_around(centre));
+  }
   [[nodiscard]] double energy_at(const WeldFilter& filter, std::size_t channel,
                                  std::int64_t centre) const;
   /// Of the output of a filter, its real part.
   [[nodiscard]] double noise_variance(std::size_t filter, std::size_t channel,
-                                      double log_samples) const;
+                                      const WeldBackground::Place& place) const;
   /// The end of the warm-up: learns the noise from all of it at once, then responds to it.
   void learn();
   void respond(std::int64_t centre, bool learning);
   /// How much the threshold rises because the noise of a filter is known from few outputs only.
-  [[nodiscard]] double uncertainty(std::size_t filter, double log_samples) const;
+  [[nodiscard]] double uncertainty(std::size_t filter, const WeldBackground::Place& place) const;
   void decide_up(std::int64_t margin);
   void decide_down(std::int64_t margin);
   void decide(std::int64_t centre);
   [[nodiscard]] double largest_strength(std::int64_t from, std::int64_t to) const;
-  [[nodiscard]] double redness(double log_samples) const;
+  [[nodiscard]] double redness(const WeldBackground::Place& place) const;
   [[nodiscard]] bool is_weld(const WeldShape& shape);
   [[nodiscard]] double noise_ratio() const;
 
@@ -105,9 +108,10 @@ class WeldDetector::State {
   LevelMatcher levels_;
   WeldShapeFitter fitter_;
   DistanceGrid grid_;
-  std::vector<double> least_noise_;          // of a filter, as a share of that of the widest
-  std::vector<WeldBackground> backgrounds_;  // filter * channels + channel
-  std::vector<double> warm_up_energies_;     // scratch of `learn`
+  std::vector<double> least_noise_;       // of a filter, as a share of that of the widest
+  WeldBackground background_;             // of outputs filter * channels + channel
+  std::vector<double> energies_;          // of those outputs, scratch of `respond` and `learn`
+  std::vector<double> warm_up_energies_;  // scratch of `learn`
   bool learnt_ = false;
   RunningMedian recent_;  // of the strength
   CellRange responded_;   // cells that have a strength

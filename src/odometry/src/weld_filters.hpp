@@ -22,6 +22,17 @@ struct WeldFilter {
   double even_deviation = 0.0;  ///< of its output in white noise of 1
 };
 
+/// Of a filter where x and y of a channel are its two parts.
+struct FilterOutput {
+  double re = 0.0;
+  double im = 0.0;
+  [[nodiscard]] double energy() const noexcept { return re * re + im * im; }
+};
+
+/// `x`, `y`: as many values as there are taps.
+[[nodiscard]] FilterOutput apply(std::span<const double> taps, const double* x,
+                                 const double* y) noexcept;
+
 [[nodiscard]] WeldFilter make_weld_filter(double half_width);
 
 /// `count` filters, at least 1, evenly from one half width to the other in their logarithm.

@@ -43,6 +43,13 @@ double curved_energy(const double* values, Eigen::Index n) {
   return energy - along * along / line;
 }
 
+/// `taps`, an odd number, around a cell.
+FilterOutput apply_at(std::span<const double> taps, const DistanceGrid& grid, std::size_t channel,
+                      std::int64_t centre) {
+  const std::int64_t first = centre - static_cast<std::int64_t>(taps.size() / 2);
+  return apply(taps, grid.window(2 * channel, first), grid.window(2 * channel + 1, first));
+}
+
 }  // namespace
 
 WeldShapeFitter::WeldShapeFitter(double smallest_half_width, double largest_half_width,
@@ -54,26 +61,17 @@ WeldShapeFitter::WeldShapeFitter(double smallest_half_width, double largest_half
   filters_ = make_weld_filters(narrowest, widest, static_cast<std::size_t>(steps) + 1);
 }
 
-WeldShapeFitter::Output WeldShapeFitter::apply(std::span<const double> taps,
-                                               const DistanceGrid& grid, std::size_t channel,
-                                               std::int64_t centre) {
-  const auto n = static_cast<Eigen::Index>(taps.size());
-  const std::int64_t first = centre - static_cast<std::int64_t>(taps.size() / 2);
-  return {(Row(taps.data(), n) * Row(grid.window(2 * channel, first), n)).sum(),
-          (Row(taps.data(), n) * Row(grid.window(2 * channel + 1, first), n)).sum()};
-}
-
 void WeldShapeFitter::measure_asymmetry(const WeldFilter& filter, const DistanceGrid& grid,
                                         std::int64_t centre, std::span<const double> variances,
                                         double redness, WeldShape& shape) const {
   double together = 0.0;
   double odd_energy = 0.0;
   for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
-    const Output odd = apply(filter.taps, grid, channel, centre);
-    const Output even = apply(filter.even_taps, grid, channel, centre);
+    const FilterOutput odd = apply_at(filter.taps, grid, channel, centre);
+    const FilterOutput even = apply_at(filter.even_taps, grid, channel, centre);
     const double weight = 1.0 / variances[channel];
     together += weight * filter.peak * (odd.re * even.re + odd.im * even.im);
-    odd_energy += weight * filter.peak * filter.peak * (odd.re * odd.re + odd.im * odd.im);
+    odd_energy += weight * filter.peak * filter.peak * odd.energy();
   }
   shape.asymmetry = together / odd_energy;
   shape.asymmetry_deviation = filter.even_deviation / std::sqrt(odd_energy) *
@@ -84,8 +82,7 @@ double WeldShapeFitter::strength(const WeldFilter& filter, const DistanceGrid& g
                                  std::int64_t centre, std::span<const double> variances) const {
   double sum = 0.0;
   for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
-    const Output a = apply(filter.taps, grid, channel, centre);
-    sum += (a.re * a.re + a.im * a.im) / (2.0 * variances[channel]);
+    sum += apply_at(filter.taps, grid, channel, centre).energy() / (2.0 * variances[channel]);
   }
   return sum;
 }
@@ -97,9 +94,9 @@ double WeldShapeFitter::match(const WeldFilter& filter, const DistanceGrid& grid
   double explained = 0.0;
   double energy = 0.0;
   for (std::size_t channel = 0; channel < rows_.channels; ++channel) {
-    const Output a = apply(filter.taps, grid, channel, centre);
+    const FilterOutput a = apply_at(filter.taps, grid, channel, centre);
     const double weight = 1.0 / variances[channel];
-    explained += weight * (a.re * a.re + a.im * a.im);
+    explained += weight * a.energy();
     energy += weight * (curved_energy(grid.window(2 * channel, first), n) +
                         curved_energy(grid.window(2 * channel + 1, first), n));
     energy -=
@@ -152,8 +149,7 @@ WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t peak,
   const double ratio = filters_[1].half_width / filters_[0].half_width;
   shape.fitted = true;
   const auto energy = [&](std::size_t i) {
-    const Output a = apply(filters_[i].taps, grid, 0, centre);
-    return a.re * a.re + a.im * a.im;
+    return apply_at(filters_[i].taps, grid, 0, centre).energy();
   };
   double step = 0.0;
   double best_energy = energy(best.filter);
@@ -173,7 +169,7 @@ WeldShape WeldShapeFitter::fit(const DistanceGrid& grid, std::int64_t peak,
 
   measure_asymmetry(filter, grid, centre, variances, redness, shape);
 
-  const Output a = apply(filter.taps, grid, 0, centre);
+  const FilterOutput a = apply_at(filter.taps, grid, 0, centre);
   shape.phase = std::atan2(-a.im, -a.re);  // the doublet is negative on the lower side
 
   const auto n = static_cast<Eigen::Index>(filter.taps.size());

@@ -52,10 +52,6 @@ class WeldShapeFitter {
  private:
   static constexpr int kMostMoves = 4;  // cells, from the peak to the middle of the doublet
 
-  struct Output {
-    double re = 0.0;
-    double im = 0.0;
-  };
   struct Best {
     std::size_t filter = 0;
     std::size_t count = 0;  // of filters for which the grid holds enough
@@ -63,8 +59,6 @@ class WeldShapeFitter {
   };
   [[nodiscard]] Best best_width(const DistanceGrid& grid, std::int64_t centre,
                                 std::span<const double> variances, double redness) const;
-  [[nodiscard]] static Output apply(std::span<const double> taps, const DistanceGrid& grid,
-                                    std::size_t channel, std::int64_t centre);
   void measure_asymmetry(const WeldFilter& filter, const DistanceGrid& grid, std::int64_t centre,
                          std::span<const double> variances, double redness, WeldShape& shape) const;
   [[nodiscard]] double strength(const WeldFilter& filter, const DistanceGrid& grid,
