@@ -89,6 +89,23 @@ class Odometry(unittest.TestCase):
         self.assertIn("supported", text)
         self.assertNotIn("1–2", text)
 
+    def test_one_odometer_alone(self):
+        missions.write_csv(self.mission / "crawler/fused.csv",
+                           ["stamp", "distance", "status", "support", "w.rejection"],
+                           [(1, "nan", "no data", "", "absent")])
+        (file,), _ = self.plot(self.mission)
+        self.assertEqual(file.stem, "support_graph")
+
+    def test_odometers_that_flicker_stay_a_small_file(self):
+        wheels = [f"w{k}.rejection" for k in range(1, 17)]
+        agreed = " ".join(f"{i}>{j}" for i in range(1, 17) for j in range(1, 17) if i != j)
+        rows = [(k, k, "ok", agreed if k % 2 else "", *["none" if k % 3 else "drifted"] * 16)
+                for k in range(20000)]
+        missions.write_csv(self.mission / "crawler/fused.csv",
+                           ["stamp", "distance", "status", "support", *wheels], rows)
+        (file,), _ = self.plot(self.mission)
+        self.assertLess(file.stat().st_size, 1e6)
+
     def test_several_recordings_are_told_apart_by_their_folder(self):
         missions.readings(self.mission / "robot_1")
         missions.readings(self.mission / "robot_2")
