@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
 
@@ -18,18 +20,34 @@ std::string known_tables() {
   return text;
 }
 
-int reproduce(const std::string& name, const std::string& json_file) {
+struct Arguments {
+  std::string table;
+  std::string json;
+  std::size_t seeds = ReproduceOptions::kAllSeeds;
+  std::string data;
+  bool simulation_asked_for = false;  ///< --seeds or --data is given
+};
+
+int reproduce(const Arguments& arguments) {
+  const std::string& name = arguments.table;
   std::vector<std::string> names;
   for (const auto& table : reproducible_tables()) {
     names.emplace_back(table.name);
     if (table.name != name) {
       continue;
     }
-    const auto result = table.reproduce(std::cout);
-    if (!json_file.empty()) {
+    if (arguments.simulation_asked_for && !table.simulates) {
+      throw CommandError("table '" + name + "' has no --seeds and no --data");
+    }
+    const auto result = table.reproduce({.seeds = arguments.seeds,
+                                         .data = arguments.data,
+                                         .progress = &std::cerr,
+                                         .progress_on_terminal = isatty(STDERR_FILENO) == 1},
+                                        std::cout);
+    if (!arguments.json.empty()) {
       const nlohmann::json json{
           {"figures", result.figures}, {"rows", result.rows}, {"seeds", result.seeds}};
-      replace_file(json_file, json.dump(2) + "\n");
+      replace_file(arguments.json, json.dump(2) + "\n");
     }
     return kExitOk;
   }
@@ -40,18 +58,26 @@ int reproduce(const std::string& name, const std::string& json_file) {
 }  // namespace
 
 void add_reproduce_command(CLI::App& app, Action& action) {
-  struct Options {
-    std::string table;
-    std::string json;
-  };
-  auto options = std::make_shared<Options>();
+  constexpr std::size_t kMostSeeds = 1000;
+  auto arguments = std::make_shared<Arguments>();
   auto* command =
       app.add_subcommand("reproduce", "Compute a table of a paper and print it beside the paper's");
-  command->add_option("table", options->table, "Name of the table");
-  command->add_option("--json", options->json, "Write figures, rows and seeds to this file too");
+  command->add_option("table", arguments->table, "Name of the table");
+  command->add_option("--json", arguments->json, "Write figures, rows and seeds to this file too");
+  const auto* seeds = command
+                          ->add_option("--seeds", arguments->seeds,
+                                       "How many seeds to simulate, from 1001 on; " +
+                                           std::to_string(arguments->seeds) + " unless given")
+                          ->check(CLI::Range(std::size_t{1}, kMostSeeds));
+  const auto* data = command->add_option("--data", arguments->data,
+                                         "Folder of real data, with ili_pipeline; "
+                                         "$PIPESCOUT_SHARED_DATA or ../shared/data unless "
+                                         "given");
   command->footer("Tables:" + known_tables());
-  command->callback(
-      [=, &action] { action = [=] { return reproduce(options->table, options->json); }; });
+  command->callback([=, &action] {
+    arguments->simulation_asked_for = seeds->count() > 0 || data->count() > 0;
+    action = [=] { return reproduce(*arguments); };
+  });
 }
 
 }  // namespace pipescout::host

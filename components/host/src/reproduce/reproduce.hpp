@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-/// Tables of the papers, computed anew. One file per table; tables.cpp lists them.
+/// Tables of the papers and figures of our own, computed anew. tables.cpp lists
+/// them.
 namespace pipescout::host {
 
 struct Reproduction {
@@ -15,17 +20,49 @@ struct Reproduction {
   nlohmann::json seeds = nlohmann::json::array();  ///< of the random numbers used, if any
 };
 
+struct ReproduceOptions {
+  static constexpr std::size_t kAllSeeds = 20;
+  std::size_t seeds = kAllSeeds;  ///< how many are simulated, at least 1
+  /// Folder of the real data, which must be there. Empty: see
+  /// `default_data_folder`.
+  std::string data{};
+  /// Where long work says how far it is; null: nowhere.
+  std::ostream* progress = nullptr;
+  bool progress_on_terminal = false;  ///< that line can be rewritten
+};
+
 struct ReproducibleTable {
   std::string_view name;
   std::string_view description;  ///< one line
-  /// Computes the table and prints it beside the paper's. Throws std::exception when its data is
-  /// missing.
-  Reproduction (*reproduce)(std::ostream& out);
+  bool simulates;                ///< seeds and data mean something to it
+  /// Computes the table and prints it beside the paper's. Throws std::exception
+  /// when its data is missing.
+  Reproduction (*reproduce)(const ReproduceOptions& options, std::ostream& out);
 };
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 
+/// The folder that $PIPESCOUT_SHARED_DATA names, else ../shared/data; empty
+/// when it is not there.
+[[nodiscard]] std::string default_data_folder();
+
+/// The seeds that no tuning saw (that is done on 1 to 100): 1001, 1002, ...
+[[nodiscard]] std::vector<std::uint64_t> unseen_seeds(std::size_t count);
+
+/// How much is simulated for the figures of work in a pipe, for each seed.
+struct InPipeExtent {
+  double run_length = 10'000.0;     ///< m, of a crawler that positions itself
+  std::size_t joints = 1000;        ///< of its pipe
+  std::size_t double_slips = 20;    ///< of one run, when they are scored
+  double detector_length = 2000.0;  ///< m, at 12 dB
+  double curve_length = 1000.0;     ///< m, at each other signal-to-noise ratio
+};
+
 // The tables.
-Reproduction reproduce_odometry(std::ostream& out);
+Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, const InPipeExtent& extent,
+                               std::ostream& out);
 
 }  // namespace pipescout::host

@@ -4,14 +4,25 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <set>
 #include <sstream>
+#include <string>
+
+#include "reproduce/figure_rows.hpp"
+#include "reproduce/stage_progress.hpp"
 
 namespace pipescout::host {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
 TEST(Reproduce, OdometryGivesThePapersTable) {
   std::ostringstream out;
-  const auto result = reproduce_odometry(out);
+  const auto result = reproduce_odometry({}, out);
   const std::vector<std::vector<int>> supports{{2, 3},    {1, 2, 3}, {2, 3}, {1, 3}, {2, 3},
                                                {1, 2, 3}, {1, 2, 3}, {1, 2}, {2, 3}, {1, 2, 3}};
   const std::vector<double> equation_13{5.5099, 5.4623, 5.5148, 5.5219, 5.5049,
@@ -29,12 +40,134 @@ TEST(Reproduce, OdometryGivesThePapersTable) {
   EXPECT_NEAR(result.figures["row_10_error_m"].get<double>(), 0.0184, 1e-4);
   EXPECT_TRUE(result.seeds.is_array());
   EXPECT_TRUE(result.seeds.empty());
-  EXPECT_THAT(out.str(), ::testing::HasSubstr("does not follow from the method"));
+  EXPECT_THAT(out.str(), HasSubstr("does not follow from the method"));
 }
 
 TEST(Reproduce, ListsItsTables) {
-  ASSERT_EQ(reproducible_tables().size(), 1U);
-  EXPECT_EQ(reproducible_tables().front().name, "odometry");
+  ASSERT_EQ(reproducible_tables().size(), 2U);
+  EXPECT_EQ(reproducible_tables()[0].name, "odometry");
+  EXPECT_FALSE(reproducible_tables()[0].simulates);
+  EXPECT_EQ(reproducible_tables()[1].name, "in-pipe");
+  EXPECT_TRUE(reproducible_tables()[1].simulates);
+}
+
+constexpr InPipeExtent kShort{.run_length = 1000.0,
+                              .joints = 200,
+                              .double_slips = 4,
+                              .detector_length = 200.0,
+                              .curve_length = 30.0};
+
+/// Without $PIPESCOUT_SHARED_DATA.
+class ReproduceInPipe : public ::testing::Test {
+ protected:
+  ReproduceInPipe() {
+    if (const char* folder = std::getenv(kVariable)) {
+      folder_ = folder;
+    }
+    unsetenv(kVariable);
+  }
+  ~ReproduceInPipe() override {
+    if (folder_) {
+      setenv(kVariable, folder_->c_str(), 1);
+    }
+  }
+  ReproduceInPipe(const ReproduceInPipe&) = delete;
+  ReproduceInPipe& operator=(const ReproduceInPipe&) = delete;
+
+  static constexpr const char* kVariable = "PIPESCOUT_SHARED_DATA";
+  std::optional<std::string> folder_;
+};
+
+TEST_F(ReproduceInPipe, GivesAllFiguresAndTheSameOnesEachTime) {
+  std::ostringstream out;
+  std::ostringstream progress;
+  const auto result = reproduce_in_pipe({.seeds = 2, .progress = &progress}, kShort, out);
+  const auto figure = [&](const char* name) {
+    return result.figures.contains(name) ? result.figures[name].get<double>() : std::nan("");
+  };
+  EXPECT_LT(figure("paper_worst_error_percent"), 1.0);
+  EXPECT_LE(figure("paper_p95_error_percent"), figure("paper_worst_error_percent"));
+  EXPECT_GT(figure("lock_joints_median"), 0.0);
+  EXPECT_LE(figure("lock_joints_median"), figure("lock_joints_max"));
+  EXPECT_LE(figure("lock_joints_max"), 20.0);
+  EXPECT_EQ(figure("wrong_joint_after_lock"), 0.0);
+  EXPECT_LE(figure("in_joint_p95_m"), 0.05);
+  EXPECT_LE(figure("in_joint_worst_m"), 0.15);
+  EXPECT_GT(figure("coverage95_percent"), 85.0);
+  EXPECT_GT(figure("double_slip_detected_percent"), 60.0);
+  EXPECT_GT(figure("weld_found_percent"), 95.0);
+  EXPECT_LT(figure("weld_false_per_km"), 10.0);
+  EXPECT_EQ(result.seeds, (nlohmann::json{1001, 1002}));
+
+  // Six detector studies of the curve and the main one, six others, each with a
+  // finished line.
+  std::set<std::string> studies;
+  for (const auto& row : result.rows) {
+    studies.insert(row["study"].get<std::string>());
+    EXPECT_TRUE(row["value"].is_number());
+    if (row.contains("per_seed")) {
+      EXPECT_EQ(row["per_seed"].size(), 2U);
+      EXPECT_TRUE(row["mean"].is_number());
+      EXPECT_TRUE(row["p95"].is_number());
+      EXPECT_TRUE(row["worst"].is_number());
+    }
+  }
+  EXPECT_EQ(studies.size(), 13U);
+  for (const std::string& study : studies) {
+    EXPECT_THAT(out.str(), HasSubstr(study));
+    EXPECT_THAT(progress.str(), HasSubstr(study));
+  }
+  // No real data: said aloud, and no figure is made up.
+  EXPECT_THAT(out.str(), HasSubstr("NOT MEASURED"));
+  EXPECT_FALSE(result.figures.contains("ili_welds_matched_percent"));
+
+  std::ostringstream again;
+  EXPECT_EQ(reproduce_in_pipe({.seeds = 2}, kShort, again).figures, result.figures);
+  EXPECT_EQ(again.str(), out.str());
+}
+
+TEST_F(ReproduceInPipe, RefusesAFolderWithoutTheRuns) {
+  std::ostringstream out;
+  constexpr InPipeExtent kLeast{.run_length = 200.0,
+                                .joints = 50,
+                                .double_slips = 1,
+                                .detector_length = 20.0,
+                                .curve_length = 20.0};
+  EXPECT_THROW(reproduce_in_pipe({.seeds = 1, .data = "no/such/folder"}, kLeast, out),
+               std::exception);
+}
+
+TEST(FigureRows, PrintsTheWorstInTheSenseOfTheTarget) {
+  Reproduction result;
+  std::ostringstream out;
+  FigureRows rows(result, out);
+  rows.add_study("study", {{"low is bad", 2.0, {1.0, 2.0, 3.0}, {.least = 2.0}, "a"},
+                           {"high is bad", 2.0, {1.0, 2.0, 3.0}, {.most = 1.0}, "b"},
+                           {"far is bad", 2.0, {1.0, 2.0, 2.5}, {.least = 1.0, .most = 3.0}, "c"},
+                           {"no figure", 7.0, {}, {}}});
+  EXPECT_EQ(result.figures, (nlohmann::json{{"a", 2.0}, {"b", 2.0}, {"c", 2.0}}));
+  ASSERT_EQ(result.rows.size(), 4U);
+  EXPECT_EQ(result.rows[0]["worst"], 1.0);
+  EXPECT_EQ(result.rows[1]["worst"], 3.0);
+  EXPECT_EQ(result.rows[1]["mean"], 2.0);
+  EXPECT_EQ(result.rows[2]["worst"], 1.0);
+  EXPECT_FALSE(result.rows[3].contains("worst"));
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("at least 2"), HasSubstr("NOT MET"), HasSubstr("1 to 3")));
+}
+
+TEST(StageProgress, RewritesItsLineOnATerminalOnly) {
+  for (const bool on_terminal : {false, true}) {
+    std::ostringstream out;
+    StageProgress progress({.progress = &out, .progress_on_terminal = on_terminal});
+    progress.begin("stage", 2);
+    progress.step();
+    progress.step();
+    progress.end();
+    EXPECT_THAT(out.str(), HasSubstr("stage"));
+    EXPECT_EQ(out.str().find("\rstage: 2 of 2") != std::string::npos, on_terminal);
+    EXPECT_EQ(out.str().find('\r') != std::string::npos, on_terminal);
+    EXPECT_EQ(out.str().back(), '\n');
+  }
 }
 
 }  // namespace

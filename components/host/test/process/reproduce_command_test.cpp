@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "program.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+TEST(ReproduceCommand, RefusesWhatMakesNoSense) {
+  const ::pipescout::testing::TemporaryFolder folder;
+  const auto no_seeds = run_program({"reproduce", "in-pipe", "--seeds", "0"}, folder.path());
+  EXPECT_EQ(no_seeds.code(), 2);
+  EXPECT_THAT(no_seeds.err, HasSubstr("--seeds"));
+
+  const auto paper = run_program({"reproduce", "odometry", "--seeds", "3"}, folder.path());
+  EXPECT_EQ(paper.code(), 1);
+  EXPECT_THAT(paper.err, HasSubstr("has no --seeds"));
+  EXPECT_THAT(paper.out, IsEmpty());
+
+  const auto misspelt = run_program({"reproduce", "in-pip"}, folder.path());
+  EXPECT_EQ(misspelt.code(), 1);
+  EXPECT_THAT(misspelt.err, HasSubstr("in-pipe"));
+}
+
+TEST(ReproduceCommand, RefusesAFolderWithoutDataBeforeTheLongWork) {
+  const ::pipescout::testing::TemporaryFolder folder;
+  const auto finished =
+      run_program({"reproduce", "in-pipe", "--data", folder.path().string()}, folder.path());
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.err, HasSubstr("ili_pipeline/2007.csv"));
+  EXPECT_THAT(finished.out, IsEmpty());
+}
+
+}  // namespace
+}  // namespace pipescout::host
