@@ -31,15 +31,22 @@ class Table:
     def __len__(self) -> int:
         return len(self.lines)
 
+    def require_finite(self, column: str) -> None:
+        """Raises BadData when a value is none, or no finite number."""
+        self._refuse(column, ~numpy.isfinite(self.numbers[column]), "is no finite number")
+
     def require_rising(self, column: str) -> None:
         """Raises BadData unless the column's values are finite and never fall."""
         values = self.numbers[column]
         wrong = ~numpy.isfinite(values)
         wrong[1:] |= numpy.diff(values) < 0
+        self._refuse(column, wrong, "does not come after the line before")
+
+    def _refuse(self, column: str, wrong: numpy.ndarray, why: str) -> None:
         if wrong.any():
             row = int(numpy.argmax(wrong))
             raise BadData(f"{self.path}: line {self.lines[row]}: column '{column}': "
-                          f"{values[row]:.9f} does not come after the line before")
+                          f"{float(self.numbers[column][row])!r} {why}")
 
 
 def read_header(path: Path) -> list[str]:

@@ -32,13 +32,21 @@ def draw(recording: Recording) -> Figure:
         raise Missing(f"{fused.path} has no distance that is a number")
     distance = numpy.interp(samples.numbers["stamp"], fused.numbers["stamp"][known],
                             fused.numbers["distance"][known], left=numpy.nan, right=numpy.nan)
+    if not numpy.isfinite(distance).any():
+        raise Missing(f"{samples.path} has no sample of the time of {fused.path}")
+    return _picture(samples, distance, _welds(recording))
+
+
+def _welds(recording: Recording) -> Table | None:
+    columns = ["stamp", "distance", "confidence"]
     try:
-        welds = recording.table("welds.csv", "no weld was found",
-                                ["stamp", "distance", "confidence"], ["weld_id"])
+        welds = recording.table("welds.csv", "no weld was found", columns, ["weld_id"])
     except Missing as reason:
         recording.notes.append(f"eddy_current has no welds: {reason}")
-        welds = None
-    return _picture(samples, distance, welds)
+        return None
+    for column in columns:
+        welds.require_finite(column)
+    return welds
 
 
 def _picture(samples: Table, distance: numpy.ndarray, welds: Table | None) -> Figure:
@@ -74,7 +82,7 @@ def zoomed_welds(welds: Table) -> tuple[int, int]:
     confidence = welds.numbers["confidence"]
     named = numpy.array([bool(name) for name in welds.texts["weld_id"]])
     preferred = confidence + named
-    return int(numpy.nanargmin(confidence)), int(numpy.nanargmax(preferred))
+    return int(numpy.argmin(confidence)), int(numpy.argmax(preferred))
 
 
 def _draw_signal(axes: Axes, samples: Table, distance: numpy.ndarray) -> None:

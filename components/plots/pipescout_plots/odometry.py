@@ -80,9 +80,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
-    out: Path = options.out or mission / "pictures"
-    drawing = Drawing(out, options.format)
-    folders = find_recordings(mission, out)
+    drawing = Drawing(options.out or mission / "pictures", options.format)
+    folders = find_recordings(mission)
     if not folders:
         print(f"no recorded data below {mission}", file=sys.stderr)
     notes: list[str] = []

@@ -68,8 +68,8 @@ def _draw_distances(axes: Axes, readings: Table, fused: Table, odometers: list[s
                     offsets: list[float]) -> None:
     x, distance = fused.numbers["reading"], fused.numbers["distance"]
     axes.errorbar(x, distance, 2 * fused.numbers["standard_deviation"], fmt="_", color=style.BLACK,
-                  markersize=7, markeredgewidth=1.2, elinewidth=3, ecolor=style.PALE_GREY, label="fused ±2σ",
-                  zorder=1)
+                  markersize=7, markeredgewidth=1.2, elinewidth=3, ecolor=style.PALE_GREY,
+                  label="fused ±2σ", zorder=1)
     for place, (name, offset) in enumerate(zip(odometers, offsets)):
         apart = 0.5 * ((place + 0.5) / len(odometers) - 0.5)
         axes.plot(readings.numbers["reading"] + apart, readings.numbers[name] + offset,

@@ -57,7 +57,6 @@ class Picture:
     draw: Callable[[Recording], Figure]
 
 
-def find_recordings(mission: Path, skipped: Path) -> list[Path]:
-    """The folders below a mission folder that hold data files, but for the one of the pictures."""
-    folders = {path.parent for name in DATA_FILES for path in mission.rglob(name)}
-    return sorted(folder for folder in folders if skipped not in (folder, *folder.parents))
+def find_recordings(mission: Path) -> list[Path]:
+    """The folders below a mission folder that hold data files."""
+    return sorted({path.parent for name in DATA_FILES for path in mission.rglob(name)})

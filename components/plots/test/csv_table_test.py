@@ -64,6 +64,11 @@ class CsvTable(unittest.TestCase):
     def test_a_file_of_column_names_has_no_rows(self):
         self.assertEqual(len(self.read("y,x\n")), 0)
 
+    def test_names_where_a_value_is_missing(self):
+        self.read("x\n1\n").require_finite("x")
+        with self.assertRaisesRegex(BadData, "line 3: column 'x': nan is no finite number"):
+            self.read("y,x\n1,1\n1,\n").require_finite("x")
+
     def test_names_where_a_column_falls(self):
         self.read("x\n1\n1\n2\n").require_rising("x")
         for text in ("x\n1\n2\n1.5\n", "x\n1\n2\nnan\n"):

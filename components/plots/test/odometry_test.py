@@ -158,6 +158,13 @@ class Odometry(unittest.TestCase):
         _, err = self.plot(self.mission, code=1)
         self.assertIn("fused.csv: line 1002: column 'stamp'", err)
 
+    def test_a_signal_of_another_time(self):
+        data = missions.crawler(self.mission)
+        missions.write_csv(data / "eddy_current.csv", ["stamp", "x1", "y1"], [(1, 1, 1), (2, 1, 1)])
+        files, err = self.plot(self.mission)
+        self.assertEqual({file.stem for file in files}, CRAWLER - {"eddy_current"})
+        self.assertIn("no sample of the time of", err)
+
     def test_nothing_to_draw_is_an_error(self):
         self.mission.mkdir()
         files, err = self.plot(self.mission, code=1)
