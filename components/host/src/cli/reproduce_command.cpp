@@ -69,10 +69,9 @@ void add_reproduce_command(CLI::App& app, Action& action) {
                                        "How many seeds to simulate, from 1001 on; " +
                                            std::to_string(arguments->seeds) + " unless given")
                           ->check(CLI::Range(std::size_t{1}, kMostSeeds));
-  const auto* data = command->add_option("--data", arguments->data,
-                                         "Folder of real data, with ili_pipeline; "
-                                         "$PIPESCOUT_SHARED_DATA or ../shared/data unless "
-                                         "given");
+  const auto* data = command->add_option(
+      "--data", arguments->data,
+      "Folder of real data; $PIPESCOUT_SHARED_DATA or ../shared/data unless given");
   command->footer("Tables:" + known_tables());
   command->callback([=, &action] {
     arguments->simulation_asked_for = seeds->count() > 0 || data->count() > 0;

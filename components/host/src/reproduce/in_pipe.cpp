@@ -65,8 +65,7 @@ class InPipe {
     const auto runs = read_runs();  // before the long work, so that what is
                                     // wrong is said at once
     out_ << "Seeds " << seeds_.front() << " to " << seeds_.back()
-         << ", which no tuning saw. Mean, 95 % and worst are over the "
-            "seeds.\n\n";
+         << ", which no tuning saw. Mean, 95 % and worst are over the seeds.\n\n";
     result_.seeds = seeds_;
     bench(BenchSlips::kOneAtATime, "The paper's set-up: one reading in ten wrong, 99 m",
           {"paper_p95_error_percent", "paper_worst_error_percent"});
@@ -180,9 +179,8 @@ class InPipe {
 
   void position() {
     const std::string kilometres = std::to_string(std::lround(extent_.run_length / 1000.0));
-    const std::string conditions = kilometres +
-                                   " km of 12 m joints, simulated wheels through the stream, "
-                                   "unknown start";
+    const std::string conditions =
+        kilometres + " km of 12 m joints, simulated wheels through the stream, unknown start";
     rows_.add_study(conditions, place_measures(drive(conditions, {}), true));
 
     CrawlerRunSettings settings;
@@ -276,9 +274,8 @@ class InPipe {
     if (!runs) {
       out_ << study
            << "\n\n  NOT MEASURED, their figures are left out: there is no "
-              "ili_pipeline/2007.csv and "
-              "2015.csv\n  in the folder of --data, $PIPESCOUT_SHARED_DATA or "
-              "../shared/data.\n\n";
+              "ili_pipeline/2007.csv and 2015.csv\n  in the folder of --data, "
+              "$PIPESCOUT_SHARED_DATA or ../shared/data.\n\n";
       return;
     }
     progress_.begin(study, 1);

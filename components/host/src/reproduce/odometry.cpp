@@ -150,8 +150,7 @@ Reproduction reproduce_odometry(const ReproduceOptions& /*options*/, std::ostrea
   const auto figure = [&](const char* name) {
     return std::to_string(result.figures[name].get<double>());
   };
-  out << "Wang, Cao, Luan, Zhang (2008), Table 1: sigma 0.06, 0.055, 0.056 m; "
-         "offsets 0.18, 0.155, "
+  out << "Wang, Cao, Luan, Zhang (2008), Table 1: sigma 0.06, 0.055, 0.056 m; offsets 0.18, 0.155, "
          "0.165 m; epsilon 0.75\n\n";
   table.print(out, "  ");
   out << "\n  rows 1 to 9: largest difference from the paper "
@@ -159,12 +158,10 @@ Reproduction reproduce_odometry(const ReproduceOptions& /*options*/, std::ostrea
       << " m (1/sigma^2: " << figure("rows_1_to_9_max_abs_error_ml_m")
       << " m, equation 13: " << figure("rows_1_to_9_max_abs_error_eq13_m") << " m)\n"
       << "  row 10: difference " << figure("row_10_error_m")
-      << " m. The printed 5.52 does not follow from the method: no confidence "
-         "distance in the row\n"
+      << " m. The printed 5.52 does not follow from the method: no confidence distance in the row\n"
          "  exceeds "
       << figure("row_10_largest_confidence_distance")
-      << " (epsilon is 0.75), so all three odometers support each other. "
-         "Odometers 2 and 3 alone\n"
+      << " (epsilon is 0.75), so all three odometers support each other. Odometers 2 and 3 alone\n"
          "  would give "
       << figure("row_10_without_odometer_1_m")
       << " m; why odometer 1 should be left out the paper does not say.\n";

@@ -8,12 +8,10 @@ namespace pipescout::host {
 std::span<const ReproducibleTable> reproducible_tables() {
   static constexpr std::array kTables{
       ReproducibleTable{"odometry",
-                        "Table 1 of Wang and others (2008): consensus fusion "
-                        "of three odometers",
+                        "Table 1 of Wang and others (2008): consensus fusion of three odometers",
                         false, reproduce_odometry},
       ReproducibleTable{"in-pipe",
-                        "Figures of odometry, weld detection, positioning and "
-                        "alignment in a pipe",
+                        "Figures of odometry, weld detection, positioning and alignment in a pipe",
                         true, reproduce_in_pipe},
   };
   return kTables;
