@@ -108,6 +108,11 @@ void OdometerStreamFusion::declare_stream_parameters() {
       parameters().declare<double>("window_distance", defaults.window_distance,
                                    {.description = "m, path after which the distance is anchored",
                                     .floating_point_range = kPositive});
+  lookback_windows_ = parameters().declare<int>(
+      "lookback_windows", static_cast<int>(defaults.lookback_windows),
+      {.description = "windows over which a slip that is too small for one of them is found, and "
+                      "then taken out; 0: none",
+       .integer_range = IntegerRange{0, 16}});
   maximum_delay_ = parameters().declare<double>(
       "maximum_delay", defaults.maximum_delay,
       {.description = "s, a fused distance waits so long for late odometers",
@@ -193,6 +198,7 @@ OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
       estimate_sigmas_.get() ? odometry::SigmaSource::kResiduals : odometry::SigmaSource::kGiven;
   result.tick_period = tick_period_.get();
   result.window_distance = window_distance_.get();
+  result.lookback_windows = static_cast<std::size_t>(lookback_windows_.get());
   result.maximum_delay = maximum_delay_.get();
   result.maximum_gap = maximum_gap_.get();
   result.silent_after = silent_after_.get();

@@ -75,6 +75,7 @@ class OdometerStreamFusion final : public Component {
   Parameter<bool> estimate_sigmas_;
   Parameter<double> tick_period_;
   Parameter<double> window_distance_;
+  Parameter<int> lookback_windows_;
   Parameter<double> maximum_delay_;
   Parameter<double> maximum_gap_;
   Parameter<double> silent_after_;
