@@ -107,7 +107,9 @@ def without_a_tally(launch_scripts, scratch):
     for joint in joints[:-1]:
         error = float(joint["joint_length_m"]) - float(lengths[int(joint["id"][1:]) + 11])
         assert abs(error) < 3 * float(joint["joint_length_sd_m"]), joint
-    assert max(float(joint["joint_length_sd_m"]) for joint in joints[5:-1]) < 0.06
+    # The first ones teach the scale.
+    later = sorted(float(joint["joint_length_sd_m"]) for joint in joints[len(joints) // 2:-1])
+    assert later[len(later) // 2] < 0.05, later
 
     composition = scratch / "knowing.yaml"
     composition.write_text(text[:locator] + text[locator:].replace("$(arg tally)", str(learnt)))
