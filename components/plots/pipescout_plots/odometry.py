@@ -12,12 +12,12 @@ from . import (eddy_current, ledger_alignment, position_error, readings, reprodu
 from .csv_table import BadData
 from .recording import Missing, Picture, Recording, find_recordings
 
-PICTURES = (
+OF_A_CRAWLER = (
     Picture("support_graph", support_graph.draw),
     Picture("position_error", position_error.draw),
     Picture("eddy_current", eddy_current.draw),
-    Picture("readings", readings.draw),
 )
+OF_SINGLE_READINGS = (Picture("readings", readings.draw),)
 ALIGNMENT = Picture("ledger_alignment", ledger_alignment.draw)
 REPRODUCTION = (
     Picture("detector_curve", reproduction.draw_curve),
@@ -88,10 +88,12 @@ def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
     for folder in folders:
         recording = Recording(mission, folder, notes=notes)
         prefix = ".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else ""
-        for picture in PICTURES:
+        single = (folder / "readings.csv").is_file()
+        for picture in OF_SINGLE_READINGS if single else OF_A_CRAWLER:
             drawing.draw(picture, recording, prefix)
     alignment = options.alignment or mission / "alignment.csv"
-    drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
+    if options.alignment or alignment.is_file():
+        drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     return drawing.finish()

@@ -37,7 +37,7 @@ class Odometry(unittest.TestCase):
             self.assertLess(file.stat().st_size, 1e6)
             root = ElementTree.parse(file).getroot()
             self.assertAlmostEqual(float(root.get("width")[:-2]), 3.5 * 72)
-        self.assertIn("not drawn: readings: no readings.csv in", err)
+        self.assertEqual(err, "", "what is of other missions is not missed")
         self.assertEqual({file.name for file in (self.mission / "pictures").iterdir()},
                          {file.name for file in files}, "nothing else is left there")
 
@@ -72,8 +72,7 @@ class Odometry(unittest.TestCase):
         missions.readings(self.mission)
         files, err = self.plot(self.mission)
         self.assertEqual([file.name for file in files], ["readings.svg"])
-        self.assertIn("no column 'support'", err)
-        self.assertNotIn("note:", err)
+        self.assertEqual(err, "")
         missions.readings(self.mission, offsets="[0.1]")
         _, err = self.plot(self.mission)
         self.assertIn("note: ", err)
