@@ -2,13 +2,10 @@
 #include "pipescout/crawler_recorder/crawler_recorder.hpp"
 
 #include <cmath>
-#include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include "pipescout/crawler_recorder/csv_lines.hpp"
 #include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/mission_section.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
@@ -20,8 +17,6 @@ namespace {
 /// More than any robot has; no file gets so many columns.
 constexpr std::size_t kMaximumOdometers = 64;
 constexpr std::size_t kMaximumChannels = 64;
-/// How much of the summary a mission that is killed can lose; the data files lose nothing.
-constexpr Duration kSectionPeriod = std::chrono::seconds(5);
 
 CrawlerReport::Position to_report(const pipescout_msgs::msg::PipePosition& message) {
   return {.stamp = from_message(message.header().stamp()),
@@ -34,13 +29,8 @@ CrawlerReport::Position to_report(const pipescout_msgs::msg::PipePosition& messa
 
 }  // namespace
 
-CrawlerRecorder::CrawlerRecorder(ComponentOptions options) : Component(std::move(options)) {
-  mission_folder_ = parameters().declare<std::string>(
-      "mission_folder", "", {.description = "existing folder that the recording goes into"});
-  source_ = parameters().declare<std::string>(
-      "source", "",
-      {.description = "node that says on mission/status when the run is over, relative to the "
-                      "namespace; empty: the recording has no end of its own"});
+CrawlerRecorder::CrawlerRecorder(ComponentOptions options)
+    : MissionRecorder(std::move(options), "crawler") {
   settle_time_ = parameters().declare<double>(
       "settle_time", 0.5,
       {.description = "s without any message after which a run that is over is complete",
@@ -58,60 +48,29 @@ CrawlerRecorder::~CrawlerRecorder() {
 }
 
 CallbackReturn CrawlerRecorder::on_configure() {
-  mission_path_ = mission_folder_.get();
-  if (mission_path_.empty()) {
-    throw std::invalid_argument("parameter 'mission_folder' is empty");
-  }
   settle_ = from_seconds(settle_time_.get());
   with_signal_ = record_signal_.get();
-  const std::string source = source_.get();
-  source_node_ = source.empty() ? "" : expand_topic_name(source, node_name());
   report_.emplace(static_cast<std::size_t>(table_rows_.get()));
-  data_folder_ = make_mission_data_folder(mission_path_, node_name().ns, "crawler");
   odometers_.clear();
   channels_ = 0;
-  outcome_ = Outcome::kRunning;
-  outcome_text_.clear();
   messages_ = 0;
-  cannot_write_ = false;
-  subscribe();
-  section_timer_ =
-      create_timer(kSectionPeriod, [this] { guarded([this] { write_section(Survives::kKill); }); });
+  open_recording();
+  fused_subscription_ = record(topics::kOdometerFused, &CrawlerRecorder::on_fused);
+  samples_subscription_ = record(topics::kEddyCurrent, &CrawlerRecorder::on_samples);
+  weld_subscription_ = record(topics::kWeld, &CrawlerRecorder::on_weld);
+  position_subscription_ = record(topics::kPipePosition, &CrawlerRecorder::on_position);
+  truth_subscription_ = record(topics::kTruePipePosition, &CrawlerRecorder::on_truth);
   return CallbackReturn::kSuccess;
 }
 
-void CrawlerRecorder::subscribe() {
-  fused_subscription_ = create_subscription(topics::kOdometerFused, [this](const Fused& message) {
-    guarded([&] { on_fused(message); });
+template <class T>
+Subscription<T> CrawlerRecorder::record(const Topic<T>& topic,
+                                        void (CrawlerRecorder::*write)(const T&)) {
+  return create_subscription(topic, [this, write](const T& message) {
+    ++messages_;
+    section_has_changed();
+    guarded([&] { (this->*write)(message); });
   });
-  samples_subscription_ = create_subscription(topics::kEddyCurrent, [this](const Samples& message) {
-    guarded([&] { on_samples(message); });
-  });
-  weld_subscription_ = create_subscription(
-      topics::kWeld, [this](const Weld& message) { guarded([&] { on_weld(message); }); });
-  position_subscription_ = create_subscription(
-      topics::kPipePosition,
-      [this](const Position& message) { guarded([&] { on_position(message); }); });
-  truth_subscription_ =
-      create_subscription(topics::kTruePipePosition,
-                          [this](const Position& message) { guarded([&] { on_truth(message); }); });
-  status_subscription_ = create_subscription(topics::kMissionStatus,
-                                             [this](const Status& message) { on_status(message); });
-}
-
-CallbackReturn CrawlerRecorder::on_deactivate() {
-  save();
-  return CallbackReturn::kSuccess;
-}
-
-CallbackReturn CrawlerRecorder::on_cleanup() {
-  finish();
-  return CallbackReturn::kSuccess;
-}
-
-CallbackReturn CrawlerRecorder::on_shutdown() {
-  finish();
-  return CallbackReturn::kSuccess;
 }
 
 void CrawlerRecorder::on_fused(const Fused& message) {
@@ -184,17 +143,12 @@ void CrawlerRecorder::on_truth(const Position& message) {
   report_->add_truth(to_report(message));
 }
 
-void CrawlerRecorder::on_status(const Status& message) {
+void CrawlerRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
   namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
-  if (source_node_.empty() || message.node() != source_node_ || outcome_ != Outcome::kRunning) {
-    return;
-  }
-  if (message.state() == constants::FAILED) {
-    end(Outcome::kFailed, source_node_ + " failed: " + message.message());
-  } else if (message.state() == constants::COMPLETE && !settle_timer_) {
+  if (status.state() == constants::COMPLETE && !settle_timer_) {
     wait_for_the_last();
-  } else if (message.state() == constants::RUNNING && message.total() != 0) {
-    report_progress(message.done(), message.total());
+  } else if (status.state() == constants::RUNNING && status.total() != 0) {
+    report_progress(status.done(), status.total());
   }
 }
 
@@ -202,34 +156,16 @@ void CrawlerRecorder::on_status(const Status& message) {
 void CrawlerRecorder::wait_for_the_last() {
   messages_when_asked_ = messages_;
   settle_timer_ = create_timer(settle_, [this] {
-    if (messages_ != std::exchange(messages_when_asked_, messages_)) {
-      return;
+    if (messages_ == std::exchange(messages_when_asked_, messages_)) {
+      end(report_->positions() > 0 ? Outcome::kComplete : Outcome::kFailed, counts());
     }
-    settle_timer_.reset();
-    end(report_->positions() > 0 ? Outcome::kComplete : Outcome::kFailed, counts());
   });
-}
-
-void CrawlerRecorder::guarded(const std::function<void()>& write) {
-  ++messages_;
-  if (cannot_write_) {
-    diagnostics().count("not_recorded");
-    return;
-  }
-  try {
-    write();
-  } catch (const std::system_error& error) {
-    cannot_write_ = true;
-    section_timer_.reset();
-    settle_timer_.reset();
-    end(Outcome::kFailed, error.what());
-  }
 }
 
 LineFile& CrawlerRecorder::file(std::unique_ptr<LineFile>& file, const char* name,
                                 const std::string& header) {
   if (!file) {
-    file = std::make_unique<LineFile>(data_folder_ / name);
+    file = std::make_unique<LineFile>(data_folder() / name);
     file->write(header);
   }
   return *file;
@@ -240,68 +176,35 @@ std::string CrawlerRecorder::counts() const {
          std::to_string(report_->welds()) + " welds recorded";
 }
 
-void CrawlerRecorder::end(Outcome outcome, const std::string& text) {
-  outcome_ = outcome;
-  outcome_text_ = text;
-  try {
-    write_section(Survives::kKill);
-  } catch (const std::system_error& error) {
-    outcome_ = Outcome::kFailed;
-    outcome_text_ = outcome == Outcome::kFailed ? text + "; " + error.what() : error.what();
-  }
-  if (outcome_ == Outcome::kComplete) {
-    report_complete(outcome_text_);
-  } else {
-    report_failed(outcome_text_);
-  }
-}
-
-void CrawlerRecorder::write_section(Survives survives) {
-  const std::string name = mission_section_name(node_name().fully_qualified());
-  MissionSection section = report_->section(name.substr(0, name.rfind('.') + 1));
-  const char* const state = outcome_ == Outcome::kComplete ? "Complete"
-                            : outcome_ == Outcome::kFailed ? "Failed"
-                                                           : "Not complete";
-  section.notes.insert(
-      section.notes.begin(),
-      std::string(state) + ": " + (outcome_text_.empty() ? counts() : outcome_text_) + ".");
-  section.notes.push_back("Data: " + data_folder_.lexically_relative(mission_path_).string() +
+MissionSection CrawlerRecorder::section(const std::string& figure_prefix) const {
+  MissionSection section = report_->section(figure_prefix);
+  section.notes.push_back("Data: " + data_folder_name() +
                           "/fused.csv, welds.csv, positions.csv, truth.csv, eddy_current.csv.");
-  write_mission_section(mission_path_, name, section, survives);
+  return section;
 }
 
-/// Waits for the disk, which no callback of a running mission may do: others share its executor.
-void CrawlerRecorder::save() {
+void CrawlerRecorder::stop_timers() {
+  settle_timer_.reset();
+}
+
+void CrawlerRecorder::sync_files() {
   for (const auto* lines :
        {&fused_file_, &samples_file_, &welds_file_, &positions_file_, &truth_file_}) {
     if (*lines) {
       (*lines)->sync();
     }
   }
-  write_section(Survives::kPowerLoss);
 }
 
-/// Closes what on_configure opened; may be called at any time, any number of times.
-void CrawlerRecorder::finish() {
-  settle_timer_.reset();
-  section_timer_.reset();
+void CrawlerRecorder::close_files() {
   fused_subscription_ = {};
   samples_subscription_ = {};
   weld_subscription_ = {};
   position_subscription_ = {};
   truth_subscription_ = {};
-  status_subscription_ = {};
-  if (data_folder_.empty()) {
-    return;
-  }
-  save();
   for (auto* lines : {&fused_file_, &samples_file_, &welds_file_, &positions_file_, &truth_file_}) {
     lines->reset();
   }
-  // Only a folder without files goes.
-  std::error_code ignored;
-  std::filesystem::remove(data_folder_, ignored);
-  data_folder_.clear();
 }
 
 }  // namespace pipescout

@@ -21,8 +21,6 @@ namespace {
 
 /// More than any robot has; a message with more is a fault, and no file gets so many columns.
 constexpr std::size_t kMaximumOdometers = 64;
-/// How much of the summary a mission that is killed can lose; the data files lose nothing.
-constexpr Duration kSectionPeriod = std::chrono::seconds(5);
 
 const char* rejection_text(std::uint8_t reason) {
   namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
@@ -65,14 +63,8 @@ std::string fused_line(std::optional<std::uint64_t> reading, const OdometryRepor
 
 }  // namespace
 
-OdometryRecorder::OdometryRecorder(ComponentOptions options) : Component(std::move(options)) {
-  mission_folder_ = parameters().declare<std::string>(
-      "mission_folder", "", {.description = "existing folder that the recording goes into"});
-  source_ = parameters().declare<std::string>(
-      "source", "",
-      {.description = "node that publishes the readings and says on mission/status when it is "
-                      "complete, relative to the namespace; empty: the recording has no end of its "
-                      "own"});
+OdometryRecorder::OdometryRecorder(ComponentOptions options)
+    : MissionRecorder(std::move(options), "odometry") {
   completion_timeout_ = parameters().declare<double>(
       "completion_timeout", 5.0,
       {.description = "s, how long after the source is complete messages may still arrive",
@@ -96,26 +88,15 @@ OdometryRecorder::~OdometryRecorder() {
 }
 
 CallbackReturn OdometryRecorder::on_configure() {
-  settings_ = {.mission_folder = mission_folder_.get(),
-               .completion_timeout = from_seconds(completion_timeout_.get()),
+  settings_ = {.completion_timeout = from_seconds(completion_timeout_.get()),
                .reference_name = reference_column_.get(),
                .table_rows = static_cast<std::size_t>(table_rows_.get()),
                .notes = notes_.get()};
-  if (settings_.mission_folder.empty()) {
-    throw std::invalid_argument("parameter 'mission_folder' is empty");
-  }
-  const std::string source = source_.get();
-  source_node_ = source.empty() ? "" : expand_topic_name(source, node_name());
   read_reference();
-  data_folder_ = make_mission_data_folder(settings_.mission_folder, node_name().ns, "odometry");
-  outcome_ = Outcome::kRunning;
-  outcome_text_.clear();
   source_is_complete_ = false;
   expected_ = 0;
   reported_percent_ = 0;
-  section_is_old_ = true;
-  section_is_on_disk_ = false;
-  cannot_write_ = false;
+  open_recording();
 
   readings_subscription_ = create_subscription(
       topics::kOdometerReadings,
@@ -123,25 +104,6 @@ CallbackReturn OdometryRecorder::on_configure() {
   fused_subscription_ = create_subscription(topics::kOdometerFused, [this](const Fused& message) {
     guarded([&] { on_fused(message); });
   });
-  status_subscription_ = create_subscription(topics::kMissionStatus,
-                                             [this](const Status& message) { on_status(message); });
-  section_timer_ =
-      create_timer(kSectionPeriod, [this] { guarded([this] { write_section(Survives::kKill); }); });
-  return CallbackReturn::kSuccess;
-}
-
-CallbackReturn OdometryRecorder::on_deactivate() {
-  save();
-  return CallbackReturn::kSuccess;
-}
-
-CallbackReturn OdometryRecorder::on_cleanup() {
-  finish();
-  return CallbackReturn::kSuccess;
-}
-
-CallbackReturn OdometryRecorder::on_shutdown() {
-  finish();
   return CallbackReturn::kSuccess;
 }
 
@@ -212,9 +174,9 @@ void OdometryRecorder::on_fused(const Fused& message) {
       .standard_deviation = std::sqrt(message.variance()),
       .fusion_set = format_fusion_set(message.in_fusion_set())};
   const auto reading = recording_->report.add_fused(fused);
-  section_is_old_ = true;
+  section_has_changed();
   if (!recording_->fused) {
-    recording_->fused = std::make_unique<LineFile>(data_folder_ / "fused.csv");
+    recording_->fused = std::make_unique<LineFile>(data_folder() / "fused.csv");
     recording_->fused->write(fused_header(recording_->columns));
   }
   recording_->fused->write(fused_line(reading, fused, message.rejection_reason()));
@@ -222,17 +184,12 @@ void OdometryRecorder::on_fused(const Fused& message) {
   judge(false);
 }
 
-void OdometryRecorder::on_status(const Status& message) {
-  namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
-  if (source_node_.empty() || message.node() != source_node_ || outcome_ != Outcome::kRunning) {
-    return;
+void OdometryRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
+  if (status.total() != 0) {
+    expected_ = status.total();
   }
-  if (message.total() != 0) {
-    expected_ = message.total();
-  }
-  if (message.state() == constants::FAILED) {
-    end(Outcome::kFailed, source_node_ + " failed: " + message.message());
-  } else if (message.state() == constants::COMPLETE && !source_is_complete_) {
+  if (status.state() == pipescout_msgs::msg::MissionStatus_Constants::COMPLETE &&
+      !source_is_complete_) {
     source_is_complete_ = true;
     timeout_ = create_timer(settings_.completion_timeout, [this] {
       timeout_.reset();
@@ -257,10 +214,10 @@ bool OdometryRecorder::accepts(const std::vector<std::string>& odometers) {
 }
 
 void OdometryRecorder::write_readings(std::uint64_t number, const Readings& message) {
-  section_is_old_ = true;
+  section_has_changed();
   if (!recording_->readings) {
     recording_->has_standard_deviations = !message.standard_deviation().empty();
-    recording_->readings = std::make_unique<LineFile>(data_folder_ / "readings.csv");
+    recording_->readings = std::make_unique<LineFile>(data_folder() / "readings.csv");
     recording_->readings->write(
         format_readings_header(recording_->columns, recording_->has_standard_deviations));
   }
@@ -272,24 +229,10 @@ void OdometryRecorder::write_readings(std::uint64_t number, const Readings& mess
                                    .valid = message.valid()}));
 }
 
-void OdometryRecorder::guarded(const std::function<void()>& write) {
-  if (cannot_write_) {
-    diagnostics().count("not_recorded");
-    return;
-  }
-  try {
-    write();
-  } catch (const std::system_error& error) {
-    cannot_write_ = true;
-    section_timer_.reset();
-    end(Outcome::kFailed, error.what());
-  }
-}
-
 void OdometryRecorder::progress() {
   const std::uint64_t pairs = recording_->report.pairs();
   // At most a hundred reports, however many readings.
-  if (expected_ == 0 || outcome_ != Outcome::kRunning ||
+  if (expected_ == 0 || outcome() != Outcome::kRunning ||
       pairs * 100 / expected_ == reported_percent_) {
     return;
   }
@@ -299,7 +242,7 @@ void OdometryRecorder::progress() {
 
 /// Decides whether the recording is complete, now or, when its time is over, for good.
 void OdometryRecorder::judge(bool time_is_over) {
-  if (!source_is_complete_ || outcome_ != Outcome::kRunning) {
+  if (!source_is_complete_ || outcome() != Outcome::kRunning) {
     return;
   }
   const std::uint64_t readings = recording_ ? recording_->report.readings() : 0;
@@ -326,82 +269,39 @@ std::string OdometryRecorder::counts() const {
   return text;
 }
 
-void OdometryRecorder::end(Outcome outcome, const std::string& text) {
-  timeout_.reset();
-  outcome_ = outcome;
-  outcome_text_ = text;
-  section_is_old_ = true;
-  try {
-    write_section(Survives::kKill);
-  } catch (const std::system_error& error) {
-    outcome_ = Outcome::kFailed;
-    outcome_text_ = outcome == Outcome::kFailed ? text + "; " + error.what() : error.what();
-  }
-  if (outcome_ == Outcome::kComplete) {
-    report_complete(outcome_text_);
-  } else {
-    report_failed(outcome_text_);
-  }
-}
-
-void OdometryRecorder::write_section(Survives survives) {
-  if (!section_is_old_ && (survives == Survives::kKill || section_is_on_disk_)) {
-    return;
-  }
-  const std::string name = mission_section_name(node_name().fully_qualified());
-  const std::string prefix = name.substr(0, name.rfind('.') + 1);
+MissionSection OdometryRecorder::section(const std::string& figure_prefix) const {
   MissionSection section;
   section.title = "Odometry";
   if (recording_) {
-    section = recording_->report.section(prefix);
+    section = recording_->report.section(figure_prefix);
   }
-  const char* const state = outcome_ == Outcome::kComplete ? "Complete"
-                            : outcome_ == Outcome::kFailed ? "Failed"
-                                                           : "Not complete";
-  section.notes.insert(
-      section.notes.begin(),
-      std::string(state) + ": " + (outcome_text_.empty() ? counts() : outcome_text_) + ".");
   if (!reference_note_.empty()) {
     section.notes.push_back(reference_note_);
   }
   section.notes.insert(section.notes.end(), settings_.notes.begin(), settings_.notes.end());
   if (recording_) {
-    section.notes.push_back(
-        "Data: " + data_folder_.lexically_relative(settings_.mission_folder).string() +
-        "/readings.csv, fused.csv.");
+    section.notes.push_back("Data: " + data_folder_name() + "/readings.csv, fused.csv.");
   }
-  write_mission_section(settings_.mission_folder, name, section, survives);
-  section_is_old_ = false;
-  section_is_on_disk_ = survives == Survives::kPowerLoss;
+  return section;
 }
 
-/// Waits for the disk, which no callback of a running mission may do: others share its executor.
-void OdometryRecorder::save() {
+void OdometryRecorder::stop_timers() {
+  timeout_.reset();
+}
+
+void OdometryRecorder::sync_files() {
   if (recording_ && recording_->readings) {
     recording_->readings->sync();
   }
   if (recording_ && recording_->fused) {
     recording_->fused->sync();
   }
-  write_section(Survives::kPowerLoss);
 }
 
-/// Closes what on_configure opened; may be called at any time, any number of times.
-void OdometryRecorder::finish() {
-  timeout_.reset();
-  section_timer_.reset();
+void OdometryRecorder::close_files() {
   readings_subscription_ = {};
   fused_subscription_ = {};
-  status_subscription_ = {};
-  if (data_folder_.empty()) {
-    return;
-  }
-  save();
   recording_.reset();
-  // Only a folder without files goes.
-  std::error_code ignored;
-  std::filesystem::remove(data_folder_, ignored);
-  data_folder_.clear();
 }
 
 }  // namespace pipescout

@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <pipescout_msgs/msg/eddy_current_samples.hpp>
@@ -17,7 +15,7 @@
 #include <vector>
 
 #include "pipescout/crawler_recorder/crawler_report.hpp"
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/interfaces/mission_recorder.hpp"
 #include "pipescout/interfaces/whole_file.hpp"
 
 namespace pipescout {
@@ -28,57 +26,48 @@ namespace pipescout {
 /// more arrives.
 ///
 /// Parameters: docs/components/crawler_recorder.md. They take effect when it is configured.
-class CrawlerRecorder final : public Component {
+class CrawlerRecorder final : public MissionRecorder {
  public:
   explicit CrawlerRecorder(ComponentOptions options);
   ~CrawlerRecorder() override;
 
  protected:
   CallbackReturn on_configure() override;
-  CallbackReturn on_deactivate() override;
-  CallbackReturn on_cleanup() override;
-  CallbackReturn on_shutdown() override;
+  [[nodiscard]] MissionSection section(const std::string& figure_prefix) const override;
+  [[nodiscard]] std::string counts() const override;
+  void on_source(const pipescout_msgs::msg::MissionStatus& status) override;
+  void stop_timers() override;
+  void sync_files() override;
+  void close_files() override;
 
  private:
   using Fused = pipescout_msgs::msg::FusedOdometer;
   using Samples = pipescout_msgs::msg::EddyCurrentSamples;
   using Weld = pipescout_msgs::msg::WeldDetection;
   using Position = pipescout_msgs::msg::PipePosition;
-  using Status = pipescout_msgs::msg::MissionStatus;
-  enum class Outcome { kRunning, kComplete, kFailed };
 
-  void subscribe();
   void on_fused(const Fused& message);
   void on_samples(const Samples& message);
   void on_weld(const Weld& message);
   void on_position(const Position& message);
   void on_truth(const Position& message);
-  void on_status(const Status& message);
-  /// Runs what writes; when that fails, so does the mission, and nothing is recorded any more.
-  void guarded(const std::function<void()>& write);
+  /// Subscribes: every message is written, and a part of the section.
+  template <class T>
+  [[nodiscard]] Subscription<T> record(const Topic<T>& topic,
+                                       void (CrawlerRecorder::*write)(const T&));
   /// The file, with this header when it is new.
   [[nodiscard]] LineFile& file(std::unique_ptr<LineFile>& file, const char* name,
                                const std::string& header);
   void wait_for_the_last();
-  void end(Outcome outcome, const std::string& text);
-  [[nodiscard]] std::string counts() const;
-  void write_section(Survives survives);
-  void save();
-  void finish();
 
-  Parameter<std::string> mission_folder_;
-  Parameter<std::string> source_;
   Parameter<double> settle_time_;
   Parameter<bool> record_signal_;
   Parameter<std::int64_t> table_rows_;
 
   // As configured.
-  std::filesystem::path mission_path_;
   Duration settle_{};
   bool with_signal_ = true;
-  std::string source_node_;  // fully qualified, or empty
 
-  std::filesystem::path data_folder_;
   std::optional<CrawlerReport> report_;
   std::vector<std::string> odometers_;  // of the first fused distance
   std::size_t channels_ = 0;            // of the first samples
@@ -87,20 +76,15 @@ class CrawlerRecorder final : public Component {
   std::unique_ptr<LineFile> welds_file_;
   std::unique_ptr<LineFile> positions_file_;
   std::unique_ptr<LineFile> truth_file_;
-  Outcome outcome_ = Outcome::kRunning;
-  std::string outcome_text_;
   std::uint64_t messages_ = 0;
   std::uint64_t messages_when_asked_ = 0;
-  bool cannot_write_ = false;
 
   Subscription<Fused> fused_subscription_;
   Subscription<Samples> samples_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Position> position_subscription_;
   Subscription<Position> truth_subscription_;
-  Subscription<Status> status_subscription_;
   std::shared_ptr<Timer> settle_timer_;
-  std::shared_ptr<Timer> section_timer_;
 };
 
 }  // namespace pipescout

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
@@ -11,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/interfaces/mission_recorder.hpp"
 #include "pipescout/interfaces/whole_file.hpp"
 #include "pipescout/odometry_recorder/odometry_report.hpp"
 
@@ -23,21 +22,23 @@ namespace pipescout {
 /// that it is complete; when some stay away it says that it failed, with the counts.
 ///
 /// Parameters: docs/components/odometry_recorder.md. They take effect when it is configured.
-class OdometryRecorder final : public Component {
+class OdometryRecorder final : public MissionRecorder {
  public:
   explicit OdometryRecorder(ComponentOptions options);
   ~OdometryRecorder() override;
 
  protected:
   CallbackReturn on_configure() override;
-  CallbackReturn on_deactivate() override;
-  CallbackReturn on_cleanup() override;
-  CallbackReturn on_shutdown() override;
+  [[nodiscard]] MissionSection section(const std::string& figure_prefix) const override;
+  [[nodiscard]] std::string counts() const override;
+  void on_source(const pipescout_msgs::msg::MissionStatus& status) override;
+  void stop_timers() override;
+  void sync_files() override;
+  void close_files() override;
 
  private:
   using Readings = pipescout_msgs::msg::OdometerReadings;
   using Fused = pipescout_msgs::msg::FusedOdometer;
-  using Status = pipescout_msgs::msg::MissionStatus;
 
   /// Exists from the first message on, which says what the columns are.
   struct Recording {
@@ -48,11 +49,9 @@ class OdometryRecorder final : public Component {
     std::unique_ptr<LineFile> readings{};  // made with the first of them
     std::unique_ptr<LineFile> fused{};
   };
-  enum class Outcome { kRunning, kComplete, kFailed };
 
   /// What parameters said when the component was configured.
   struct Settings {
-    std::filesystem::path mission_folder;
     Duration completion_timeout{};
     std::string reference_name;
     std::size_t table_rows = 0;
@@ -62,22 +61,12 @@ class OdometryRecorder final : public Component {
   void read_reference();
   void on_readings(const Readings& message);
   void on_fused(const Fused& message);
-  void on_status(const Status& message);
   /// Begins the recording with the first message. False when a later one is of other odometers.
   [[nodiscard]] bool accepts(const std::vector<std::string>& odometers);
   void write_readings(std::uint64_t number, const Readings& message);
-  /// Runs what writes; when that fails, so does the mission, and nothing is recorded any more.
-  void guarded(const std::function<void()>& write);
   void progress();
   void judge(bool time_is_over);
-  void end(Outcome outcome, const std::string& text);
-  void write_section(Survives survives);
-  void save();
-  void finish();
-  [[nodiscard]] std::string counts() const;
 
-  Parameter<std::string> mission_folder_;
-  Parameter<std::string> source_;
   Parameter<double> completion_timeout_;
   Parameter<std::string> reference_file_;
   Parameter<std::string> reference_column_;
@@ -85,26 +74,17 @@ class OdometryRecorder final : public Component {
   Parameter<std::vector<std::string>> notes_;
 
   Settings settings_;
-  std::filesystem::path data_folder_;
   std::vector<double> reference_;
   std::string reference_note_;
-  std::string source_node_;  // fully qualified, or empty
 
   std::optional<Recording> recording_;
-  Outcome outcome_ = Outcome::kRunning;
-  std::string outcome_text_;
   bool source_is_complete_ = false;
   std::uint64_t expected_ = 0;  // readings, as the source says; 0: unknown
   std::uint64_t reported_percent_ = 0;
-  bool section_is_old_ = false;
-  bool section_is_on_disk_ = false;
-  bool cannot_write_ = false;
 
   Subscription<Readings> readings_subscription_;
   Subscription<Fused> fused_subscription_;
-  Subscription<Status> status_subscription_;
   std::shared_ptr<Timer> timeout_;
-  std::shared_ptr<Timer> section_timer_;
 };
 
 }  // namespace pipescout
