@@ -5,13 +5,13 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometry_fusion/conversions.hpp"
+#include "pipescout/odometry_fusion/readings_checks.hpp"
 
 namespace pipescout {
 
@@ -277,12 +277,17 @@ void OdometerStreamFusion::subscribe_if_heard(std::size_t subscriptions) {
 
 void OdometerStreamFusion::on_readings(const Readings& message) {
   heard_ = true;
-  if (!is_acceptable(message)) {
+  if (const auto fault = find_fault(message, 1)) {
+    report_fault(fault->counter, fault->text);
     diagnostics().count("readings.refused");
     return;
   }
   const Time stamp = from_message(message.header().stamp());
-  check_stamp(stamp);
+  // The stream follows the stamps whatever the clock says; whoever uses the result sees them too.
+  if (const auto fault =
+          find_stamp_fault(stamp, now(), settings_.maximum_age, settings_.maximum_lead)) {
+    report_fault(fault->counter, fault->text);
+  }
   if (!follows(stamp)) {
     report_fault("readings.header.stamp.leap",
                  "readings have a stamp far from those before; the next ones decide");
@@ -309,44 +314,6 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
       calibration_->record(stream_->state());
       publish_state();
     }
-  }
-}
-
-bool OdometerStreamFusion::is_acceptable(const Readings& message) {
-  const std::size_t odometers = message.name().size();
-  if (odometers == 0 || odometers > odometry::kMaxOdometers) {
-    report_fault("readings.name.wrong_count",
-                 "readings of " + std::to_string(odometers) + " odometers; 1 to " +
-                     std::to_string(odometry::kMaxOdometers) + " can come in one message");
-    return false;
-  }
-  if (std::set<std::string_view>(message.name().begin(), message.name().end()).size() !=
-      odometers) {
-    report_fault("readings.name.not_unique", "readings of two odometers of one name");
-    return false;
-  }
-  const auto has_wrong_size = [&](const char* field, std::size_t size) {
-    if (size == odometers) {
-      return false;
-    }
-    report_fault("readings." + std::string(field) + ".wrong_size",
-                 "readings with " + std::to_string(size) + " values of '" + field + "' for " +
-                     std::to_string(odometers) + " odometers");
-    return true;
-  };
-  return !has_wrong_size("distance", message.distance().size()) &&
-         !has_wrong_size("valid", message.valid().size());
-}
-
-/// The stream follows the stamps whatever the clock says; whoever uses the result sees them too.
-void OdometerStreamFusion::check_stamp(Time stamp) {
-  const double age = to_seconds(now() - stamp);
-  if (settings_.maximum_age > 0.0 && age > settings_.maximum_age) {
-    report_fault("readings.header.stamp.stale", "readings are " + std::to_string(age) + " s old");
-  }
-  if (-age > settings_.maximum_lead) {
-    report_fault("readings.header.stamp.in_future",
-                 "readings have a stamp " + std::to_string(-age) + " s ahead of the clock");
   }
 }
 

@@ -2,7 +2,6 @@
 #include "pipescout/odometry_fusion/odometry_fusion.hpp"
 
 #include <algorithm>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -10,13 +9,13 @@
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometry_fusion/conversions.hpp"
+#include "pipescout/odometry_fusion/readings_checks.hpp"
 
 namespace pipescout {
 
 namespace {
 
 using odometry::ConsensusFusionParameters;
-using odometry::kMaxOdometers;
 using odometry::kMinOdometers;
 using odometry::RejectionReason;
 using odometry::SupportRule;
@@ -173,51 +172,35 @@ void OdometryFusion::on_readings(const Readings& message) {
 bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fusion,
                                    const std::vector<double>& standard_deviations) {
   const std::size_t odometers = message.name().size();
-  const std::string count = std::to_string(odometers);
-  if (odometers < kMinOdometers || odometers > kMaxOdometers) {
-    report_fault("readings.name.wrong_count", "readings of " + count + " odometers; " +
-                                                  std::to_string(kMinOdometers) + " to " +
-                                                  std::to_string(kMaxOdometers) + " can be fused");
+  const auto refuse = [this](const ReadingsFault& fault) {
+    report_fault(fault.counter, fault.text);
     return false;
-  }
-  if (std::set<std::string_view>(message.name().begin(), message.name().end()).size() !=
-      odometers) {
-    report_fault("readings.name.not_unique", "readings of two odometers of one name");
-    return false;
+  };
+  if (const auto fault = find_fault(message, kMinOdometers)) {
+    return refuse(*fault);
   }
   if (const auto expected = odometers_.share(); !expected->empty() && *expected != message.name()) {
     report_fault("readings.name.unexpected",
                  "readings of other odometers than parameter 'odometers' has");
     return false;
   }
-  const auto has_wrong_size = [&](const char* field, std::size_t size) {
-    if (size == odometers) {
-      return false;
-    }
-    report_fault("readings." + std::string(field) + ".wrong_size",
-                 "readings with " + std::to_string(size) + " values of '" + field + "' for " +
-                     count + " odometers");
-    return true;
-  };
-  if (has_wrong_size("distance", message.distance().size()) ||
-      has_wrong_size("valid", message.valid().size())) {
-    return false;
-  }
   // A driver that does not know its precision leaves this list empty.
   const bool stand_in = message.standard_deviation().empty() && !standard_deviations.empty();
-  if (!stand_in && has_wrong_size("standard_deviation", message.standard_deviation().size())) {
-    return false;
+  const auto size_fault =
+      find_size_fault("standard_deviation", message.standard_deviation().size(), odometers);
+  if (!stand_in && size_fault) {
+    return refuse(*size_fault);
   }
   if (stand_in && standard_deviations.size() != odometers) {
     report_fault("readings.standard_deviation.missing",
                  "readings without standard deviations; parameter 'standard_deviations' has " +
-                     std::to_string(standard_deviations.size()) + " values for " + count +
-                     " odometers");
+                     std::to_string(standard_deviations.size()) + " values for " +
+                     std::to_string(odometers) + " odometers");
     return false;
   }
   const std::size_t offsets = fusion.parameters().offsets.size();
   if (offsets != 0 && offsets != odometers) {
-    report_fault("readings.name.unlike_offsets", "readings of " + count +
+    report_fault("readings.name.unlike_offsets", "readings of " + std::to_string(odometers) +
                                                      " odometers; parameter 'offsets' has " +
                                                      std::to_string(offsets) + " values");
     return false;
@@ -229,14 +212,8 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
 /// stamp too.
 void OdometryFusion::check_stamp(const Readings& message) {
   const Time stamp = from_message(message.header().stamp());
-  const double age = to_seconds(now() - stamp);
-  const double maximum_age = maximum_age_.get();
-  if (maximum_age > 0.0 && age > maximum_age) {
-    report_fault("readings.header.stamp.stale", "readings are " + std::to_string(age) + " s old");
-  }
-  if (-age > maximum_lead_.get()) {
-    report_fault("readings.header.stamp.in_future",
-                 "readings have a stamp " + std::to_string(-age) + " s ahead of the clock");
+  if (const auto fault = find_stamp_fault(stamp, now(), maximum_age_.get(), maximum_lead_.get())) {
+    report_fault(fault->counter, fault->text);
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
     report_fault("readings.header.stamp.not_increasing",

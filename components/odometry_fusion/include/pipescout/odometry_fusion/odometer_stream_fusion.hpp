@@ -56,8 +56,6 @@ class OdometerStreamFusion final : public Component {
   [[nodiscard]] odometry::WeldCalibrationParameters calibration_parameters() const;
   void subscribe_if_heard(std::size_t subscriptions);
   void on_readings(const Readings& message);
-  [[nodiscard]] bool is_acceptable(const Readings& message);
-  void check_stamp(Time stamp);
   [[nodiscard]] bool follows(Time stamp);
   void report_outcome(odometry::SampleOutcome outcome, const std::string& odometer);
   void publish_state();
