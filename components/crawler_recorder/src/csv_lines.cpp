@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/interfaces/odometer_text.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
 
@@ -14,7 +15,6 @@ namespace pipescout {
 
 namespace {
 
-namespace fused_constants = pipescout_msgs::msg::FusedOdometer_Constants;
 namespace position_constants = pipescout_msgs::msg::PipePosition_Constants;
 
 std::string stamp_text(const builtin_interfaces::msg::Time& stamp) {
@@ -62,63 +62,6 @@ void append(std::string& line, const Values&... values) {
   ((line += "," + text(values)), ...);
 }
 
-const char* status_text(std::uint8_t status) {
-  switch (status) {
-    case fused_constants::STATUS_OK:
-      return "ok";
-    case fused_constants::STATUS_NO_CONSENSUS:
-      return "no consensus";
-    case fused_constants::STATUS_NO_DATA:
-      return "no data";
-    default:
-      return "unknown";
-  }
-}
-
-const char* rejection_text(std::uint8_t reason) {
-  switch (reason) {
-    case fused_constants::REJECTED_NONE:
-      return "none";
-    case fused_constants::REJECTED_UNSUPPORTED:
-      return "unsupported";
-    case fused_constants::REJECTED_INVALID:
-      return "marked invalid";
-    case fused_constants::REJECTED_NOT_A_NUMBER:
-      return "not a number";
-    case fused_constants::REJECTED_BAD_SIGMA:
-      return "bad sigma";
-    case fused_constants::REJECTED_ABSENT:
-      return "absent";
-    case fused_constants::REJECTED_INCOMPLETE:
-      return "incomplete";
-    case fused_constants::REJECTED_STUCK:
-      return "stuck";
-    case fused_constants::REJECTED_DRIFTED:
-      return "drifted";
-    default:
-      return "unknown";
-  }
-}
-
-const char* health_text(std::uint8_t health) {
-  switch (health) {
-    case fused_constants::HEALTH_OK:
-      return "ok";
-    case fused_constants::HEALTH_WORN:
-      return "worn";
-    case fused_constants::HEALTH_SLIPPING:
-      return "slipping";
-    case fused_constants::HEALTH_STUCK:
-      return "stuck";
-    case fused_constants::HEALTH_BAD_VALUES:
-      return "bad values";
-    case fused_constants::HEALTH_SILENT:
-      return "silent";
-    default:
-      return "unknown";
-  }
-}
-
 /// "1>2 2>1 2>3": who supports whom, odometers counted from 1.
 std::string support_text(const pipescout_msgs::msg::FusedOdometer& message) {
   const std::size_t m = message.name().size();
@@ -147,7 +90,7 @@ std::string fused_csv_header(const std::vector<std::string>& columns) {
 std::string fused_csv_line(const pipescout_msgs::msg::FusedOdometer& message) {
   std::string line = stamp_text(message.header().stamp());
   append(line, message.distance(), std::sqrt(message.variance()), message.speed(),
-         std::string(status_text(message.status())), support_text(message));
+         std::string(fusion_status_text(message.status())), support_text(message));
   for (std::size_t i = 0; i < message.name().size(); ++i) {
     append(line, std::string(rejection_text(message.rejection_reason()[i])));
     if (message.health().empty()) {

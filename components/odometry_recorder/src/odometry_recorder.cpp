@@ -9,6 +9,7 @@
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/mission_section.hpp"
+#include "pipescout/interfaces/odometer_text.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
@@ -21,24 +22,6 @@ namespace {
 
 /// More than any robot has; a message with more is a fault, and no file gets so many columns.
 constexpr std::size_t kMaximumOdometers = 64;
-
-const char* rejection_text(std::uint8_t reason) {
-  namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
-  switch (reason) {
-    case constants::REJECTED_NONE:
-      return "none";
-    case constants::REJECTED_UNSUPPORTED:
-      return "unsupported";
-    case constants::REJECTED_INVALID:
-      return "marked invalid";
-    case constants::REJECTED_NOT_A_NUMBER:
-      return "not a number";
-    case constants::REJECTED_BAD_SIGMA:
-      return "bad sigma";
-    default:
-      return "unknown";
-  }
-}
 
 std::string fused_header(const std::vector<std::string>& columns) {
   std::string header = "reading,stamp,distance,standard_deviation,status,fusion_set";
