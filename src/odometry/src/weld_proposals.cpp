@@ -66,12 +66,12 @@ void advance(Diagonals& diagonals, std::size_t d, std::size_t count, const Row& 
     float ratio = ratios[k] + move;
     ratio = ratio < row.highest_ratio ? ratio : row.highest_ratio;
     ratios[k] = ratio > row.lowest_ratio ? ratio : row.lowest_ratio;
-    const float score = scores[k] + row.log_peak - penalty - null_b[k];
-    const bool goes_on = score > 0.0F;
+    const float before = scores[k];
+    const float score = before + row.log_peak - penalty - null_b[k];
     const std::int32_t begin_before = begins[k];
-    const std::int32_t begin = goes_on ? begin_before : row.joint + 1;
-    scores[k] = goes_on ? score : 0.0F;
-    begins[k] = begin;
+    // No stretch ends at the row before: one may begin here.
+    begins[k] = before > 0.0F ? begin_before : row.joint;
+    scores[k] = score > 0.0F ? score : 0.0F;
   }
   // A loop of its own, or the compiler threads the two conditions and finds no vectors.
   for (std::size_t k = 0; k < count; ++k) {
