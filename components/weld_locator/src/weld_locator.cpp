@@ -57,6 +57,13 @@ Orientation orientation(const std::string& name) {
                               "' must be 'forward', 'backward' or 'unknown'");
 }
 
+/// When the last of the samples was taken. Not for a message without samples.
+Time last_stamp(const pipescout_msgs::msg::EddyCurrentSamples& message) {
+  const auto samples = static_cast<double>(message.x().size() / message.channels());
+  return from_message(message.header().stamp()) +
+         from_seconds((samples - 1.0) * message.sample_interval());
+}
+
 /// What the calibration makes of the distance of all odometers together. The positioning learns
 /// this scale itself, from the same welds: it gets the distance without it.
 double common_scale(const pipescout_msgs::msg::FusedOdometer& message) {
@@ -400,8 +407,6 @@ bool WeldLocator::is_acceptable(const Samples& message) {
                   "every " + std::to_string(message.sample_interval()) + " s");
   }
   const Time stamp = from_message(message.header().stamp());
-  const auto samples = static_cast<double>(message.x().size() / channels);
-  const Time end = stamp + from_seconds((samples - 1.0) * message.sample_interval());
   if (samples_until_ && stamp <= *samples_until_) {
     if (*samples_until_ - stamp < kLeap) {
       return refuse("header.stamp.not_increasing", "from before the end of those before");
@@ -409,7 +414,7 @@ bool WeldLocator::is_acceptable(const Samples& message) {
     report_fault("eddy_current.header.stamp.leap", "eddy-current samples from long before");
     waiting_.clear();
   }
-  samples_until_ = end;
+  samples_until_ = last_stamp(message);
   return true;
 }
 
@@ -429,10 +434,7 @@ void WeldLocator::check_stamp(const char* input, Time stamp) {
 void WeldLocator::process_waiting() {
   while (!waiting_.empty() && !history_->empty()) {
     const Samples& message = *waiting_.front();
-    const Time stamp = from_message(message.header().stamp());
-    const auto samples = static_cast<double>(message.x().size() / message.channels());
-    if (stamp + from_seconds((samples - 1.0) * message.sample_interval()) >
-        history_->latest().time) {
+    if (last_stamp(message) > history_->latest().time) {
       return;
     }
     process(message);
