@@ -11,20 +11,13 @@ import json
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
+
+from mission import pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/crawler_test_{os.getpid()}"
-
-
-def pipescout(*arguments):
-    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1", ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
-    result = subprocess.run(["pipescout", *map(str, arguments)], env=environment, timeout=220,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    print(result.stdout)
-    assert result.returncode == 0, f"exit code {result.returncode}"
-    return result.stdout
+TIMEOUT = 220  # s, of a run
 
 
 def run(composition, folder, *arguments):
@@ -34,7 +27,7 @@ def run(composition, folder, *arguments):
     own.write_text(text.replace("    parameters:", "    remappings: {/clock: clock}\n"
                                                    "    parameters:"))
     pipescout("run", own, "--namespace", NAMESPACE, "--out", folder,
-              "--param", "crawler_simulation.length:=300.0", *arguments)
+              "--param", "crawler_simulation.length:=300.0", *arguments, timeout=TIMEOUT)
 
 
 def figures(folder):
@@ -42,13 +35,6 @@ def figures(folder):
     prefix = f"{NAMESPACE[1:]}.crawler_"
     return {name[len(prefix):]: value for name, value in all_figures.items()
             if name.startswith(prefix)}
-
-
-def recorded(folder, name):
-    files = list(folder.rglob(name))
-    assert len(files) == 1, files
-    with files[0].open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def check(folder):

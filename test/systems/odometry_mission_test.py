@@ -5,14 +5,14 @@
     odometry_mission_test.py CASE LAUNCH_SCRIPTS SCRATCH
 """
 
-import csv
 import json
 import math
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
+
+from mission import pipescout, recorded
 
 # Of the ten readings of the paper: docs/papers/odometry.md.
 SUPPORT = ["2 3", "1 2 3", "2 3", "1 3", "2 3", "1 2 3", "1 2 3", "1 2", "2 3", "1 2 3"]
@@ -23,19 +23,11 @@ PAPER = [5.51, 5.46, 5.51, 5.52, 5.51, 5.51, 5.53, 5.51, 5.48, 5.52]
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/mission_test_{os.getpid()}"
+TIMEOUT = 100  # s, of a run
 
 
 def run(composition, *arguments):
-    return pipescout("run", composition, "--namespace", NAMESPACE, *arguments)
-
-
-def pipescout(*arguments):
-    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1", ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
-    result = subprocess.run(["pipescout", *map(str, arguments)], env=environment, timeout=100,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    print(result.stdout)
-    assert result.returncode == 0, f"exit code {result.returncode}"
-    return result.stdout
+    return pipescout("run", composition, "--namespace", NAMESPACE, *arguments, timeout=TIMEOUT)
 
 
 def odometry_section(folder):
@@ -59,13 +51,6 @@ def expect_near(values, expected, tolerance):
             assert value is None, f"{number}: {value}"
         else:
             assert value is not None and abs(value - wanted) <= tolerance, f"{number}: {value}"
-
-
-def recorded(folder, name):
-    files = list(folder.rglob(name))
-    assert len(files) == 1, files
-    with files[0].open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def check_paper_mission(folder):
@@ -118,7 +103,7 @@ def own_readings(launch_scripts, scratch):
 
 
 def reproduce(_, scratch):
-    pipescout("reproduce", "odometry", "--json", scratch / "odometry.json")
+    pipescout("reproduce", "odometry", "--json", scratch / "odometry.json", timeout=TIMEOUT)
     result = json.loads((scratch / "odometry.json").read_text())
     assert set(result) == {"figures", "rows", "seeds"}, result.keys()
     assert result["figures"]["rows_1_to_9_max_abs_error_m"] <= 0.006
