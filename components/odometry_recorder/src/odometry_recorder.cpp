@@ -3,8 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <stdexcept>
-#include <system_error>
 #include <utility>
 
 #include "pipescout/interfaces/conversions.hpp"
