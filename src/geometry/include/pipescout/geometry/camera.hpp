@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+namespace pipescout::geometry {
+
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+/// Pinhole camera with skew and aspect ratio (Lippiello and Cacace, equation 1) and Brown's
+/// distortion (the `plumb_bob` model of ROS and OpenCV). Pixel (0, 0) is the middle of the upper
+/// left one; u to the right, v down. Camera frames are optical: x right, y down, z forward.
+struct CameraParameters {
+  int width = 720;                ///< pixels
+  int height = 480;               ///< pixels
+  double focal_length = 630;      ///< f_c, pixels, > 0
+  double aspect_ratio = 1;        ///< r_c, > 0: the focal length along v is r_c f_c
+  double skew = 0;                ///< s_c, pixels
+  double centre_u = 360;          ///< u_0, pixels
+  double centre_v = 240;          ///< v_0, pixels
+  double k1 = 0, k2 = 0, k3 = 0;  ///< radial distortion
+  double p1 = 0, p2 = 0;          ///< tangential distortion
+
+  /// Throws std::invalid_argument naming the field, the value and the range. The distortion must
+  /// be invertible over the whole image.
+  void validate() const;
+};
+
+class Camera {
+ public:
+  Camera() : Camera(CameraParameters{}) {}
+  /// Throws as CameraParameters::validate.
+  explicit Camera(const CameraParameters& parameters);
+
+  [[nodiscard]] const CameraParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] bool has_distortion() const noexcept { return has_distortion_; }
+  /// K of equation (1).
+  [[nodiscard]] const Eigen::Matrix3d& matrix() const noexcept { return matrix_; }
+  [[nodiscard]] const Eigen::Matrix3d& inverse_matrix() const noexcept { return inverse_matrix_; }
+
+  /// Pixel at which the point (camera frame, m) is seen, distorted. It may lie outside the image:
+  /// see `contains`. Nothing when the point is not in front of the camera, or so far outside the
+  /// image that the distortion model no longer holds there.
+  [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const noexcept;
+  /// The same, with the derivative of the pixel with respect to the point, pixels per metre.
+  [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point,
+                                                       Matrix23d& derivative) const noexcept;
+  /// The ray (x, y, 1) in the camera frame on which a distorted pixel lies. Nothing outside the
+  /// range in which the distortion can be inverted.
+  [[nodiscard]] std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel) const noexcept;
+
+  /// From a pixel of the image to the one that an ideal camera of the same K would show, and back.
+  [[nodiscard]] std::optional<Eigen::Vector2d> undistort(
+      const Eigen::Vector2d& pixel) const noexcept;
+  [[nodiscard]] std::optional<Eigen::Vector2d> distort(
+      const Eigen::Vector2d& ideal_pixel) const noexcept;
+
+  /// Whether the pixel lies in the image, at least `margin` pixels from its border.
+  [[nodiscard]] bool contains(const Eigen::Vector2d& pixel, double margin = 0) const noexcept;
+
+ private:
+  friend struct CameraParameters;  // its validation tries the camera
+  struct Unchecked {};
+  Camera(const CameraParameters& parameters, Unchecked unchecked);
+
+  CameraParameters parameters_;
+  Eigen::Matrix3d matrix_;
+  Eigen::Matrix3d inverse_matrix_;
+  bool has_distortion_ = false;
+  /// Squared radius on the plane z = 1 up to which the radial distortion is monotonic and trusted.
+  double largest_squared_radius_ = 0;
+};
+
+}  // namespace pipescout::geometry

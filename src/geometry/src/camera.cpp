@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/geometry/camera.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace pipescout::geometry {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+/// Nearer points than this (m) are not in front of the camera.
+constexpr double kNearestDepth = 1e-6;
+
+void require(bool holds, const char* field, double value, const char* range) {
+  if (!holds) {
+    std::ostringstream text;
+    text << "CameraParameters." << field << " is " << value << "; it must be " << range;
+    throw std::invalid_argument(text.str());
+  }
+}
+
+/// Derivative of r (1 + k1 r^2 + k2 r^4 + k3 r^6) with respect to r.
+double radial_slope(const CameraParameters& c, double squared_radius) {
+  const double q = squared_radius;
+  return 1 + q * (3 * c.k1 + q * (5 * c.k2 + q * 7 * c.k3));
+}
+
+/// Squared radius, on the plane z = 1, up to which the radial distortion is monotonic.
+double monotonic_squared_radius(const CameraParameters& c) {
+  constexpr double kWidest = 9;  // 71 degrees off the axis: beyond any lens of this model
+  constexpr int kSteps = 3600;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double q = kWidest * i / kSteps;
+    if (radial_slope(c, q) <= 0.05) {
+      return kWidest * (i - 1) / kSteps;
+    }
+  }
+  return kWidest;
+}
+
+Vector2d distort_plane(const CameraParameters& c, const Vector2d& p, Matrix2d* derivative) {
+  const double x = p.x();
+  const double y = p.y();
+  const double q = x * x + y * y;
+  const double radial = 1 + q * (c.k1 + q * (c.k2 + q * c.k3));
+  if (derivative != nullptr) {
+    const double slope = c.k1 + q * (2 * c.k2 + q * 3 * c.k3);  // of `radial` to q
+    const double across = 2 * x * y * slope + 2 * c.p1 * x + 2 * c.p2 * y;
+    *derivative << radial + 2 * x * x * slope + 2 * c.p1 * y + 6 * c.p2 * x, across, across,
+        radial + 2 * y * y * slope + 6 * c.p1 * y + 2 * c.p2 * x;
+  }
+  return {x * radial + 2 * c.p1 * x * y + c.p2 * (q + 2 * x * x),
+          y * radial + c.p1 * (q + 2 * y * y) + 2 * c.p2 * x * y};
+}
+
+/// Newton's method; nothing when it does not converge within the trusted radius.
+std::optional<Vector2d> undistort_plane(const CameraParameters& c, const Vector2d& distorted,
+                                        double largest_squared_radius) {
+  Vector2d p = distorted;
+  for (int i = 0; i < 20; ++i) {
+    Matrix2d derivative;
+    const Vector2d error = distort_plane(c, p, &derivative) - distorted;
+    if (error.squaredNorm() < 1e-28) {
+      break;
+    }
+    p -= derivative.inverse() * error;
+    if (!(p.squaredNorm() <= largest_squared_radius)) {
+      return std::nullopt;
+    }
+  }
+  if ((distort_plane(c, p, nullptr) - distorted).squaredNorm() > 1e-18) {
+    return std::nullopt;
+  }
+  return p;
+}
+
+}  // namespace
+
+void CameraParameters::validate() const {
+  require(width >= 1, "width", width, "at least 1");
+  require(height >= 1, "height", height, "at least 1");
+  require(std::isfinite(focal_length) && focal_length > 0, "focal_length", focal_length,
+          "finite and above 0");
+  require(std::isfinite(aspect_ratio) && aspect_ratio > 0, "aspect_ratio", aspect_ratio,
+          "finite and above 0");
+  require(std::isfinite(skew), "skew", skew, "finite");
+  require(std::isfinite(centre_u), "centre_u", centre_u, "finite");
+  require(std::isfinite(centre_v), "centre_v", centre_v, "finite");
+  require(std::isfinite(k1), "k1", k1, "finite");
+  require(std::isfinite(k2), "k2", k2, "finite");
+  require(std::isfinite(k3), "k3", k3, "finite");
+  require(std::isfinite(p1), "p1", p1, "finite");
+  require(std::isfinite(p2), "p2", p2, "finite");
+  const Camera camera(*this, Camera::Unchecked{});
+  for (const double u : {0.0, width - 1.0}) {
+    for (const double v : {0.0, height - 1.0}) {
+      if (!camera.ray({u, v})) {
+        throw std::invalid_argument(
+            "CameraParameters.k1, k2, k3, p1, p2: the distortion cannot be inverted in the corner "
+            "of the image");
+      }
+    }
+  }
+}
+
+Camera::Camera(const CameraParameters& parameters) : Camera(parameters, Unchecked{}) {
+  parameters.validate();
+}
+
+Camera::Camera(const CameraParameters& parameters, Unchecked /*unchecked*/)
+    : parameters_(parameters) {
+  const CameraParameters& c = parameters_;
+  matrix_ << c.focal_length, c.skew, c.centre_u, 0, c.aspect_ratio * c.focal_length, c.centre_v, 0,
+      0, 1;
+  inverse_matrix_ = matrix_.inverse();
+  has_distortion_ = c.k1 != 0 || c.k2 != 0 || c.k3 != 0 || c.p1 != 0 || c.p2 != 0;
+  largest_squared_radius_ =
+      has_distortion_ ? monotonic_squared_radius(c) : std::numeric_limits<double>::infinity();
+}
+
+std::optional<Vector2d> Camera::project(const Eigen::Vector3d& point) const noexcept {
+  if (!(point.z() > kNearestDepth)) {
+    return std::nullopt;
+  }
+  const Vector2d plane = point.head<2>() / point.z();
+  if (has_distortion_ && plane.squaredNorm() > largest_squared_radius_) {
+    return std::nullopt;
+  }
+  const Vector2d seen = has_distortion_ ? distort_plane(parameters_, plane, nullptr) : plane;
+  return Vector2d(matrix_.topLeftCorner<2, 2>() * seen + matrix_.topRightCorner<2, 1>());
+}
+
+std::optional<Vector2d> Camera::project(const Eigen::Vector3d& point,
+                                        Matrix23d& derivative) const noexcept {
+  if (!(point.z() > kNearestDepth)) {
+    return std::nullopt;
+  }
+  const double inverse_depth = 1 / point.z();
+  const Vector2d plane = point.head<2>() * inverse_depth;
+  if (has_distortion_ && plane.squaredNorm() > largest_squared_radius_) {
+    return std::nullopt;
+  }
+  Matrix23d to_plane;
+  to_plane << inverse_depth, 0, -plane.x() * inverse_depth, 0, inverse_depth,
+      -plane.y() * inverse_depth;
+  Vector2d seen = plane;
+  if (has_distortion_) {
+    Matrix2d distortion;
+    seen = distort_plane(parameters_, plane, &distortion);
+    derivative = matrix_.topLeftCorner<2, 2>() * distortion * to_plane;
+  } else {
+    derivative = matrix_.topLeftCorner<2, 2>() * to_plane;
+  }
+  return Vector2d(matrix_.topLeftCorner<2, 2>() * seen + matrix_.topRightCorner<2, 1>());
+}
+
+std::optional<Eigen::Vector3d> Camera::ray(const Vector2d& pixel) const noexcept {
+  const Vector2d seen =
+      inverse_matrix_.topLeftCorner<2, 2>() * pixel + inverse_matrix_.topRightCorner<2, 1>();
+  if (!has_distortion_) {
+    return Eigen::Vector3d(seen.x(), seen.y(), 1);
+  }
+  const std::optional<Vector2d> plane = undistort_plane(parameters_, seen, largest_squared_radius_);
+  if (!plane) {
+    return std::nullopt;
+  }
+  return Eigen::Vector3d(plane->x(), plane->y(), 1);
+}
+
+std::optional<Vector2d> Camera::undistort(const Vector2d& pixel) const noexcept {
+  if (!has_distortion_) {
+    return pixel;
+  }
+  const std::optional<Eigen::Vector3d> r = ray(pixel);
+  if (!r) {
+    return std::nullopt;
+  }
+  return Vector2d((matrix_ * *r).head<2>());
+}
+
+std::optional<Vector2d> Camera::distort(const Vector2d& ideal_pixel) const noexcept {
+  if (!has_distortion_) {
+    return ideal_pixel;
+  }
+  return project(inverse_matrix_ * ideal_pixel.homogeneous());
+}
+
+bool Camera::contains(const Vector2d& pixel, double margin) const noexcept {
+  return pixel.x() >= margin && pixel.y() >= margin &&
+         pixel.x() <= parameters_.width - 1 - margin &&
+         pixel.y() <= parameters_.height - 1 - margin;
+}
+
+}  // namespace pipescout::geometry

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Where a camera is over a rack of pipes: Lippiello and Cacace, "Robust visual localization of a
+/// UAV over a pipe-rack based on the Lie group SE(3)". Equation numbers below are those of that
+/// paper.
+///
+/// The `rack` frame: x across the pipes, y along the flow, z up; z = 0 is the plane on which the
+/// pipes rest, and the origin is below the left-most line of the first pipe, at its start. All
+/// lengths are in metres.
+namespace pipescout::rack_vision {
+
+/// Radius of a pipe at a place along it.
+struct RadiusAt {
+  double along = 0;   ///< m from the start of the pipe
+  double radius = 0;  ///< m, > 0
+};
+
+/// A straight pipe. Its radius is linear between two entries of `radii` (a cylinder where they are
+/// equal, a reducer where they differ); two entries at one place are a step.
+struct Pipe {
+  std::string name;
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< on its axis, rack frame
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  ///< unit vector, of the flow
+  std::vector<RadiusAt> radii;  ///< at least two; the first at 0, the last at the pipe's end
+  /// Its offset along rack x may be estimated (equations 23 to 26). The first pipe of a rack
+  /// defines the frame and has none; nor has one that runs along x.
+  bool movable = true;
+
+  [[nodiscard]] double length() const { return radii.back().along; }
+  [[nodiscard]] double largest_radius() const;
+};
+
+/// A straight piece of a pipe between two entries of `radii`: a cylinder or a truncated cone.
+struct PipeSection {
+  Eigen::Vector3d start;      ///< on the axis
+  Eigen::Vector3d direction;  ///< unit vector
+  double length = 0;          ///< > 0
+  double radius_start = 0;
+  double radius_end = 0;
+};
+
+/// A beam on which pipes rest: a box with its edges along the axes of the rack frame.
+struct Support {
+  std::string name;
+  Eigen::Vector3d lowest_corner = Eigen::Vector3d::Zero();
+  Eigen::Vector3d highest_corner = Eigen::Vector3d::Zero();
+};
+
+struct RackModel {
+  std::vector<Pipe> pipes;  ///< from left to right, looking in the direction of the flow
+  std::vector<Support> supports;
+
+  /// Throws std::invalid_argument naming the pipe or support, the field, the value and the range:
+  /// fewer than two pipes, empty or repeated names, values that are not finite, directions that are
+  /// not unit vectors, radii that are not positive or go back along the pipe, pipes that run into
+  /// each other, supports without extent, more than kMaxPipes pipes.
+  void validate() const;
+};
+
+inline constexpr std::size_t kMaxPipes = 16;
+inline constexpr std::size_t kMaxSections = 64;
+
+/// One pipe of a row as the paper describes it: radius and gap to the one before.
+struct RowPipe {
+  std::string name;
+  std::vector<RadiusAt> radii;  ///< as in Pipe
+  double gap = 0.1;             ///< d_i: between its surface and that of the pipe before it, m
+};
+
+/// The paper's rack: parallel pipes along y whose lowest lines touch z = 0 where they are widest;
+/// the left-most line of the first one is x = 0, and gaps are measured between largest radii.
+/// Throws std::invalid_argument as RackModel::validate.
+[[nodiscard]] std::vector<Pipe> row_of_pipes(std::span<const RowPipe> row);
+
+/// Offsets of all pipes along rack x from where the model has them (equation 24: d_bar, minus that
+/// of the model). Entry i belongs to pipe i; that of the first pipe is 0. Empty: all 0.
+using PipeOffsets = std::span<const double>;
+
+/// The sections of one pipe, moved by its offset. Steps have no section of their own.
+void append_sections(const Pipe& pipe, double offset, std::vector<PipeSection>& sections);
+
+}  // namespace pipescout::rack_vision
