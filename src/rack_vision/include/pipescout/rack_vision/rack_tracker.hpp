@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_vision/image_view.hpp"
+#include "pipescout/rack_vision/rack_model.hpp"
+
+/// The tracker of Lippiello and Cacace (section III and Figure 4) on real images: predict, render
+/// the visible edges, search each normal, match the texture, solve, update.
+namespace pipescout::rack_vision {
+
+struct RackTrackerParameters {
+  int samples_per_edge = 20;  ///< 2..100, the paper's set-up
+  int points_per_frame = 60;  ///< texture points matched in one image, 0..200
+  int map_capacity = 2000;    ///< texture points kept, 0..20000
+
+  /// How far the camera may leave constant velocity: white accelerations, one sigma.
+  double acceleration_sigma = 1.5;          ///< m/s^2, > 0: a quadrotor tilted by 9 degrees
+  double angular_acceleration_sigma = 3.0;  ///< rad/s^2, > 0
+
+  double edge_sigma = 0.25;       ///< px, > 0: noise of one edge sample
+  double edge_bias_sigma = 0.08;  ///< px, >= 0: error that all samples of one edge share
+  double point_sigma = 0.15;      ///< px, > 0: noise of one matched texture point
+
+  bool estimate_offsets = true;  ///< equations (23) to (26)
+  double offset_sigma = 0.02;    ///< m, > 0: how well the model's pipe offsets are known at start
+
+  double longest_gap = 0.5;      ///< s, > 0: a leap of the stamps beyond it ends the track
+  double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1
+  double start_range_m = 0.10;   ///< m, > 0: largest error of a pose given to `set_pose` ...
+  double start_range_rad = 0.1;  ///< rad, > 0: ... that the start searches around it
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+enum class TrackStatus : std::uint8_t {
+  kNotStarted,  ///< no pose was given yet
+  kTracking,    ///< the pose is that of this image
+  kCoasting,    ///< this image was of no use (see `reason`): the pose is predicted, once or twice
+  kLost,        ///< no pose: `set_pose` starts again
+  kBadImage,    ///< image refused, nothing changed: size, no pixels, black, white, frozen
+  kBadStamp,    ///< stamp refused, nothing changed: not finite, not after the last one
+};
+
+[[nodiscard]] std::string_view to_string(TrackStatus status) noexcept;
+
+/// How the camera moved since the last image that was tracked, from odometry or an estimator.
+struct MotionPrediction {
+  geometry::SE3 T_previous_current;  ///< camera frame now -> camera frame of the last image
+  /// Of `T_previous_current`, right perturbation: [translation; rotation] in the camera frame now.
+  geometry::Matrix6d covariance = geometry::Matrix6d::Identity();
+};
+
+struct RackTrackerResult {
+  TrackStatus status = TrackStatus::kNotStarted;
+  std::string_view reason;  ///< in words, of static storage; empty when all is well
+  /// 0 (lost) to 1: see track_quality.hpp.
+  double quality = 0;
+
+  geometry::SE3 T_rack_camera;  ///< meaningful for kTracking and kCoasting
+  /// As geometry_msgs/PoseWithCovariance: position of the camera along the rack's axes, then
+  /// rotation about the rack's fixed axes, R' = exp(theta) R; m and rad.
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+
+  /// One entry per pipe, valid until the next call of the tracker; see PipeOffsets.
+  std::span<const double> offsets;
+  std::span<const double> offset_variances;       ///< m^2
+  std::span<const std::uint8_t> offset_observed;  ///< 1: seen well enough in this image
+
+  double inlier_share = 0;  ///< of edge samples and points used
+  int edges = 0;            ///< contour pieces in view
+  int edge_samples = 0;     ///< searched
+  int edge_samples_found = 0;
+  int points = 0;  ///< texture points searched
+  int points_matched = 0;
+  int map_points = 0;  ///< in the map
+  int iterations = 0;  ///< of the solver
+};
+
+/// What was refused since the tracker was made.
+struct RackTrackerCounts {
+  std::uint64_t images = 0;
+  std::uint64_t wrong_size = 0;
+  std::uint64_t frozen = 0;
+  std::uint64_t without_contrast = 0;
+  std::uint64_t bad_stamps = 0;
+  std::uint64_t bad_predictions = 0;  ///< NaN, or a covariance that is none: not used
+  std::uint64_t losses = 0;
+};
+
+class RackTracker {
+ public:
+  /// Throws std::invalid_argument as RackModel::validate, CameraParameters::validate and
+  /// RackTrackerParameters::validate.
+  RackTracker(const RackModel& model, const geometry::Camera& camera,
+              const RackTrackerParameters& parameters = {});
+  ~RackTracker();
+  RackTracker(RackTracker&&) noexcept;
+  RackTracker& operator=(RackTracker&&) noexcept;
+
+  /// Starts, or starts again, near this pose; the next image must confirm it. The map of texture
+  /// is kept. `covariance` as RackTrackerResult::covariance. Returns false, and changes nothing,
+  /// when the pose or the covariance is not finite or the covariance not positive definite.
+  bool set_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
+
+  /// One image, taken at `stamp` (s, any epoch). Never throws for what the image or the stamp are.
+  [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
+                                        const std::optional<MotionPrediction>& motion = {});
+
+  /// Forgets pose, offsets and map.
+  void reset();
+
+  [[nodiscard]] const RackTrackerCounts& counts() const noexcept;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace pipescout::rack_vision
