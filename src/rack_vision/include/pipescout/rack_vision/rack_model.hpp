@@ -15,6 +15,10 @@
 /// lengths are in metres.
 namespace pipescout::rack_vision {
 
+inline constexpr std::size_t kMaxPipes = 16;
+inline constexpr std::size_t kMaxSections = 64;  ///< of all pipes together
+inline constexpr std::size_t kMaxSupports = 64;
+
 /// Radius of a pipe at a place along it.
 struct RadiusAt {
   double along = 0;   ///< m from the start of the pipe
@@ -59,12 +63,11 @@ struct RackModel {
   /// Throws std::invalid_argument naming the pipe or support, the field, the value and the range:
   /// fewer than two pipes, empty or repeated names, values that are not finite, directions that are
   /// not unit vectors, radii that are not positive or go back along the pipe, pipes that run into
-  /// each other, supports without extent, more than kMaxPipes pipes.
+  /// each other, supports without extent, more than kMaxPipes pipes, kMaxSections sections in all
+  /// or kMaxSupports supports, a first pipe that is movable, or a movable one that runs along x.
+  /// Pipes may touch each other, and supports may touch or contain pieces of pipes: a saddle does.
   void validate() const;
 };
-
-inline constexpr std::size_t kMaxPipes = 16;
-inline constexpr std::size_t kMaxSections = 64;
 
 /// One pipe of a row as the paper describes it: radius and gap to the one before.
 struct RowPipe {
