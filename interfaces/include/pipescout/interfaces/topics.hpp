@@ -6,12 +6,21 @@
 namespace diagnostic_msgs::msg {
 class DiagnosticArray;
 }
+namespace geometry_msgs::msg {
+class PoseStamped;
+class PoseWithCovarianceStamped;
+class TwistStamped;
+}  // namespace geometry_msgs::msg
+namespace nav_msgs::msg {
+class Odometry;
+}
 namespace pipescout_msgs::msg {
 class EddyCurrentSamples;
 class FusedOdometer;
 class MissionStatus;
 class OdometerReadings;
 class PipePosition;
+class RackState;
 class WeldDetection;
 }  // namespace pipescout_msgs::msg
 namespace rcl_interfaces::msg {
@@ -21,6 +30,10 @@ class ParameterEvent;
 namespace rosgraph_msgs::msg {
 class Clock;
 }
+namespace sensor_msgs::msg {
+class CameraInfo;
+class Image;
+}  // namespace sensor_msgs::msg
 
 /// The catalogue: the one place where a topic's name, type and QoS are written down. The types are
 /// only declared here; include the message's own header to use them.
@@ -43,6 +56,28 @@ inline const Topic<pipescout_msgs::msg::PipePosition> kPipePosition{"pipe/positi
 /// Where it really is, from a simulator. Never published by a robot.
 inline const Topic<pipescout_msgs::msg::PipePosition> kTruePipePosition{
     "ground_truth/pipe_position", QoS::reliable(100)};
+/// Images of the camera that looks at the rack, 8-bit grey or colour, and its calibration.
+inline const Topic<sensor_msgs::msg::Image> kCameraImage{"camera/image_raw", QoS::reliable(5)};
+inline const Topic<sensor_msgs::msg::CameraInfo> kCameraInfo{"camera/camera_info",
+                                                             QoS::reliable(5)};
+/// Pose of the camera in the rack frame. Not published while it is not known.
+inline const Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kRackPose{"rack/pose",
+                                                                            QoS::reliable(100)};
+/// How far to trust it, and where the pipes are. Published for each image.
+inline const Topic<pipescout_msgs::msg::RackState> kRackState{"rack/state", QoS::reliable(100)};
+/// Where the camera really is, from a simulator. Never published by a robot.
+inline const Topic<geometry_msgs::msg::PoseStamped> kTrueRackPose{"ground_truth/rack_pose",
+                                                                  QoS::reliable(100)};
+/// A pose of the camera in the rack frame to start from or to go on from, with its covariance: from
+/// an operator, GPS or the estimator.
+inline const Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kRackPoseHint{"rack/pose_hint",
+                                                                                QoS::reliable(10)};
+/// Velocity that a flying robot shall take, in its levelled body frame.
+inline const Topic<geometry_msgs::msg::TwistStamped> kVelocityCommand{"cmd_vel_stamped",
+                                                                      QoS::reliable(10)};
+/// The one state of the robot, from the estimator.
+inline const Topic<nav_msgs::msg::Odometry> kOdometryFiltered{"odometry/filtered",
+                                                              QoS::reliable(100)};
 /// Progress and completion of components, for the host and the operator. Kept for late joiners: the
 /// last word of a component must not be lost because it was said before they were discovered.
 inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
