@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "pipescout/rack_vision/way_points.hpp"
+
+/// The flight along a path of way-points, as it goes: the path is a function of its own time, and
+/// this decides how that time runs while the vehicle flies, is blown off, or does not know where it
+/// is.
+namespace pipescout::rack_vision {
+
+struct WayPointMissionParameters {
+  ReachedTolerance tolerance;
+  double reached_for = 0.5;  ///< s, [0, 60]: within the tolerance without a break
+  /// s, [0, 3600]: how long it waits at a way-point, after its hold, to reach it; then it is missed
+  /// and the flight goes on.
+  double patience = 30;
+  /// m, (0, 100]: the path waits while the vehicle is farther from it, so that it never runs away:
+  /// at the start, and after a loss.
+  double largest_lag = 0.3;
+  double largest_yaw_lag = 0.5;  ///< rad, (0, pi]: as above
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+enum class WayPointOutcome : unsigned char { kPending, kReached, kMissed };
+
+/// Where a vehicle was; only what the mission looks at.
+struct LevelPose {
+  double time = 0;                                     ///< s
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< rack frame, m
+  double yaw = 0;                                      ///< rad
+};
+
+/// Allocates nothing after construction. Not for use by several threads at once.
+class WayPointMission {
+ public:
+  /// Throws as WayPointMissionParameters::validate.
+  WayPointMission(WayPointPath path, const WayPointMissionParameters& parameters);
+
+  /// Brings the mission to the time `now`, s of any clock. `pose`: the last one that is known, or
+  /// nothing while it is not: then the path waits. A time before that of the last call counts as
+  /// that one; NaN is ignored, as is a pose that holds NaN.
+  void advance(double now, const std::optional<LevelPose>& pose);
+
+  /// What the path asked for at `time`, s of the clock of `advance`, at most a second before the
+  /// last `advance`: for the error of a pose that was measured then. While the path waits, the
+  /// velocity and acceleration of the point are 0.
+  [[nodiscard]] PathPoint target(double time) const noexcept;
+
+  [[nodiscard]] bool waiting() const noexcept { return waiting_; }  ///< the path's time stands
+  [[nodiscard]] bool complete() const noexcept { return complete_; }
+  [[nodiscard]] double path_time() const noexcept { return path_time_; }  ///< s
+  /// Index of the way-point that it stays at, or flies to.
+  [[nodiscard]] std::size_t current() const noexcept { return current_; }
+  [[nodiscard]] const std::vector<WayPointOutcome>& outcomes() const noexcept { return outcomes_; }
+  [[nodiscard]] std::size_t count(WayPointOutcome outcome) const noexcept;
+  [[nodiscard]] const WayPointPath& path() const noexcept { return path_; }
+
+ private:
+  [[nodiscard]] bool keeps_up(const LevelPose& pose) const noexcept;
+  void judge(double interval, const LevelPose& pose);
+
+  WayPointPath path_;
+  WayPointMissionParameters parameters_;
+  std::vector<WayPointOutcome> outcomes_;
+  std::optional<double> now_;
+  std::optional<double> within_since_;  ///< of the clock: within the tolerance without a break
+  double running_since_ = 0;            ///< of the clock: before this, the path stood
+  double path_time_ = 0;
+  double waited_ = 0;  ///< s at this way-point beyond its hold
+  std::size_t current_ = 0;
+  bool waiting_ = true;
+  bool complete_ = false;
+};
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_vision/way_point_mission.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "parameter_range.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+// s: so far does the path run in one call, however long ago the one before was.
+constexpr double kLongestStep = 0.2;
+
+}  // namespace
+
+void WayPointMissionParameters::validate() const {
+  tolerance.validate();
+  internal::check_within("reached_for", reached_for, 0, 60);
+  internal::check_within("patience", patience, 0, 3600);
+  internal::check_above("largest_lag", largest_lag, 0, 100);
+  internal::check_above("largest_yaw_lag", largest_yaw_lag, 0, std::numbers::pi);
+}
+
+WayPointMission::WayPointMission(WayPointPath path, const WayPointMissionParameters& parameters)
+    : path_(std::move(path)),
+      parameters_(parameters),
+      outcomes_(path_.way_points().size(), WayPointOutcome::kPending) {
+  parameters_.validate();
+}
+
+void WayPointMission::advance(double now, const std::optional<LevelPose>& pose) {
+  if (!std::isfinite(now) || complete_) {
+    return;
+  }
+  const double before = now_.value_or(now);
+  const double interval = std::clamp(now - before, 0.0, kLongestStep);
+  now_ = std::max(now, before);
+  if (!pose || !keeps_up(*pose)) {
+    waiting_ = true;
+    within_since_.reset();
+    return;
+  }
+  const double last_of_this = path_.departure(current_);
+  const bool at_its_end = path_time_ >= last_of_this;
+  if (waiting_ && !at_its_end) {
+    waiting_ = false;
+    running_since_ = before;
+  }
+  path_time_ = std::min(path_time_ + interval, last_of_this);
+  judge(interval, *pose);
+}
+
+bool WayPointMission::keeps_up(const LevelPose& pose) const noexcept {
+  const PathPoint wanted = target(pose.time);
+  // Written so that a pose that holds NaN does not.
+  return std::isfinite(pose.time) &&
+         (pose.position - wanted.position).norm() <= parameters_.largest_lag &&
+         std::abs(wrap_angle(pose.yaw - wanted.yaw)) <= parameters_.largest_yaw_lag;
+}
+
+void WayPointMission::judge(double interval, const LevelPose& pose) {
+  const bool stays = path_time_ >= path_.arrival(current_);
+  if (stays &&
+      is_reached(path_.way_points()[current_], pose.position, pose.yaw, parameters_.tolerance)) {
+    within_since_ = within_since_.value_or(*now_);
+    if (*now_ - *within_since_ >= parameters_.reached_for) {
+      outcomes_[current_] = WayPointOutcome::kReached;
+    }
+  } else {
+    within_since_.reset();
+  }
+  if (path_time_ < path_.departure(current_)) {
+    return;
+  }
+  waited_ += interval;
+  if (outcomes_[current_] == WayPointOutcome::kPending) {
+    waiting_ = true;
+    if (waited_ < parameters_.patience) {
+      return;
+    }
+    outcomes_[current_] = WayPointOutcome::kMissed;
+  }
+  complete_ = current_ + 1 == outcomes_.size();
+  waiting_ = true;  // until the next call: this one has used up its time
+  if (!complete_) {
+    ++current_;
+    waited_ = 0;
+    within_since_.reset();
+  }
+}
+
+PathPoint WayPointMission::target(double time) const noexcept {
+  if (waiting_ || !now_) {
+    PathPoint point = path_.at(path_time_);
+    point.velocity.setZero();
+    point.acceleration.setZero();
+    point.yaw_rate = 0;
+    point.yaw_acceleration = 0;
+    return point;
+  }
+  const double age = std::clamp(*now_ - time, 0.0, std::max(0.0, *now_ - running_since_));
+  return path_.at(path_time_ - age);
+}
+
+std::size_t WayPointMission::count(WayPointOutcome outcome) const noexcept {
+  return static_cast<std::size_t>(std::ranges::count(outcomes_, outcome));
+}
+
+}  // namespace pipescout::rack_vision
