@@ -219,14 +219,14 @@ WeldCalibrationParameters OdometerStreamFusion::calibration_parameters() const {
 }
 
 CallbackReturn OdometerStreamFusion::on_configure() {
-  settings_ = {.names = odometers_.get(),
-               .maximum_age = maximum_age_.get(),
-               .maximum_lead = maximum_lead_.get(),
-               .maximum_gap = maximum_gap_.get(),
-               .silent_after = silent_after_.get(),
-               .least_weld_probability = least_weld_probability_.get(),
-               .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
-               .calibrate = calibrate_.get()};
+  settings_ = {
+      .names = odometers_.get(),
+      .stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()},
+      .maximum_gap = maximum_gap_.get(),
+      .silent_after = silent_after_.get(),
+      .least_weld_probability = least_weld_probability_.get(),
+      .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
+      .calibrate = calibrate_.get()};
   if (std::set<std::string>(settings_.names.begin(), settings_.names.end()).size() !=
       settings_.names.size()) {
     throw std::invalid_argument("parameter 'odometers' has a name twice");
@@ -284,8 +284,7 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
   }
   const Time stamp = from_message(message.header().stamp());
   // The stream follows the stamps whatever the clock says; whoever uses the result sees them too.
-  if (const auto fault =
-          find_stamp_fault(stamp, now(), settings_.maximum_age, settings_.maximum_lead)) {
+  if (const auto fault = settings_.stamp_limits.find_fault("readings", stamp, now())) {
     report_fault(fault->counter, fault->text);
   }
   if (!follows(stamp)) {

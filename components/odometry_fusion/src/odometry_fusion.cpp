@@ -7,6 +7,7 @@
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
+#include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometry_fusion/conversions.hpp"
 #include "pipescout/odometry_fusion/readings_checks.hpp"
@@ -212,7 +213,8 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
 /// stamp too.
 void OdometryFusion::check_stamp(const Readings& message) {
   const Time stamp = from_message(message.header().stamp());
-  if (const auto fault = find_stamp_fault(stamp, now(), maximum_age_.get(), maximum_lead_.get())) {
+  const StampLimits limits{.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
+  if (const auto fault = limits.find_fault("readings", stamp, now())) {
     report_fault(fault->counter, fault->text);
   }
   if (last_stamp_ && stamp <= *last_stamp_) {

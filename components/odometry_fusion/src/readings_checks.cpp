@@ -36,18 +36,4 @@ std::optional<ReadingsFault> find_size_fault(const std::string& field, std::size
                            std::to_string(odometers) + " odometers"};
 }
 
-std::optional<ReadingsFault> find_stamp_fault(Time stamp, Time now, double maximum_age,
-                                              double maximum_lead) {
-  const double age = to_seconds(now - stamp);
-  if (maximum_age > 0.0 && age > maximum_age) {
-    return ReadingsFault{"readings.header.stamp.stale",
-                         "readings are " + std::to_string(age) + " s old"};
-  }
-  if (-age > maximum_lead) {
-    return ReadingsFault{"readings.header.stamp.in_future",
-                         "readings have a stamp " + std::to_string(-age) + " s ahead of the clock"};
-  }
-  return std::nullopt;
-}
-
 }  // namespace pipescout

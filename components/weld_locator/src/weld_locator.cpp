@@ -231,8 +231,7 @@ odometry::WeldPositioningStart WeldLocator::start() const {
 }
 
 CallbackReturn WeldLocator::on_configure() {
-  age_limit_ = maximum_age_.get();
-  lead_limit_ = maximum_lead_.get();
+  stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   confidence_limit_ = least_confidence_.get();
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   learnt_path_ = learnt_tally_file_.get();
@@ -419,14 +418,8 @@ bool WeldLocator::is_acceptable(const Samples& message) {
 }
 
 void WeldLocator::check_stamp(const char* input, Time stamp) {
-  const double age = to_seconds(now() - stamp);
-  if (age_limit_ > 0.0 && age > age_limit_) {
-    report_fault(std::string(input) + ".header.stamp.stale",
-                 "a message is " + std::to_string(age) + " s old");
-  }
-  if (-age > lead_limit_) {
-    report_fault(std::string(input) + ".header.stamp.in_future",
-                 "a message has a stamp " + std::to_string(-age) + " s ahead of the clock");
+  if (const auto fault = stamp_limits_.find_fault(input, stamp, now())) {
+    report_fault(fault->counter, fault->text);
   }
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "pipescout/interfaces/component.hpp"
+#include "pipescout/interfaces/stamp_limits.hpp"
 
 namespace pipescout {
 
@@ -40,8 +41,7 @@ class OdometerStreamFusion final : public Component {
   /// What parameters said when the component was configured.
   struct Settings {
     std::vector<std::string> names;
-    double maximum_age = 0.0;   // s
-    double maximum_lead = 0.0;  // s
+    StampLimits stamp_limits;
     double maximum_gap = 0.0;   // s
     double silent_after = 0.0;  // s
     double least_weld_probability = 0.0;

@@ -6,8 +6,6 @@
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <string>
 
-#include "pipescout/interfaces/time.hpp"
-
 namespace pipescout {
 
 /// What is wrong with a message, as `Component::report_fault` takes it.
@@ -24,11 +22,5 @@ struct ReadingsFault {
 /// That a list of `size` values of `field` does not fit `odometers`.
 [[nodiscard]] std::optional<ReadingsFault> find_size_fault(const std::string& field,
                                                            std::size_t size, std::size_t odometers);
-
-/// Why a stamp is strange: older than `maximum_age` s (0: any age is right), or further ahead of
-/// the clock than `maximum_lead` s.
-[[nodiscard]] std::optional<ReadingsFault> find_stamp_fault(Time stamp, Time now,
-                                                            double maximum_age,
-                                                            double maximum_lead);
 
 }  // namespace pipescout

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "pipescout/interfaces/component.hpp"
+#include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/weld_locator/distance_history.hpp"
 #include "pipescout/weld_locator/tally_file.hpp"
 
@@ -98,8 +99,7 @@ class WeldLocator final : public Component {
   Parameter<int> wait_for_subscribers_;
 
   // As configured.
-  double age_limit_ = 0.0;   // s
-  double lead_limit_ = 0.0;  // s
+  StampLimits stamp_limits_;
   double confidence_limit_ = 0.0;
   std::size_t wanted_subscribers_ = 0;
   std::string learnt_path_;
