@@ -59,22 +59,28 @@ Vector2d distort_plane(const CameraParameters& c, const Vector2d& p, Matrix2d* d
           y * radial + c.p1 * (q + 2 * y * y) + 2 * c.p2 * x * y};
 }
 
-/// Newton's method; nothing when it does not converge within the trusted radius.
+/// Newton's method, kept within the trusted radius; nothing when it does not converge there.
 std::optional<Vector2d> undistort_plane(const CameraParameters& c, const Vector2d& distorted,
                                         double largest_squared_radius) {
+  constexpr double kConverged = 1e-14;  // on the plane z = 1: 1e-11 pixels
+  constexpr double kAccepted = 1e-10;   // rounding may keep wide angles from the former
   Vector2d p = distorted;
+  double error = 0;
   for (int i = 0; i < 20; ++i) {
     Matrix2d derivative;
-    const Vector2d error = distort_plane(c, p, &derivative) - distorted;
-    if (error.squaredNorm() < 1e-28) {
+    const Vector2d difference = distort_plane(c, p, &derivative) - distorted;
+    error = difference.norm();
+    if (error < kConverged) {
       break;
     }
-    p -= derivative.inverse() * error;
-    if (!(p.squaredNorm() <= largest_squared_radius)) {
-      return std::nullopt;
+    p -= derivative.inverse() * difference;
+    const double squared_radius = p.squaredNorm();
+    if (squared_radius > largest_squared_radius) {
+      p *= std::sqrt(largest_squared_radius / squared_radius);
     }
   }
-  if ((distort_plane(c, p, nullptr) - distorted).squaredNorm() > 1e-18) {
+  // Written so that NaN fails too.
+  if (!(error <= kAccepted)) {
     return std::nullopt;
   }
   return p;
@@ -118,49 +124,62 @@ Camera::Camera(const CameraParameters& parameters, Unchecked /*unchecked*/)
   const CameraParameters& c = parameters_;
   matrix_ << c.focal_length, c.skew, c.centre_u, 0, c.aspect_ratio * c.focal_length, c.centre_v, 0,
       0, 1;
-  inverse_matrix_ = matrix_.inverse();
+  const double f_u = c.focal_length;
+  const double f_v = c.aspect_ratio * c.focal_length;
+  inverse_matrix_ << 1 / f_u, -c.skew / (f_u * f_v), (c.skew * c.centre_v / f_v - c.centre_u) / f_u,
+      0, 1 / f_v, -c.centre_v / f_v, 0, 0, 1;
   has_distortion_ = c.k1 != 0 || c.k2 != 0 || c.k3 != 0 || c.p1 != 0 || c.p2 != 0;
   largest_squared_radius_ =
-      has_distortion_ ? monotonic_squared_radius(c) : std::numeric_limits<double>::infinity();
+      has_distortion_ ? monotonic_squared_radius(c) : std::numeric_limits<double>::max();
+}
+
+std::optional<Vector2d> Camera::plane_point(const Eigen::Vector3d& point) const noexcept {
+  const Vector2d plane = point.head<2>() / point.z();
+  // Written so that NaN fails too.
+  if (!(point.z() > kNearestDepth && plane.squaredNorm() <= largest_squared_radius_)) {
+    return std::nullopt;
+  }
+  return plane;
 }
 
 std::optional<Vector2d> Camera::project(const Eigen::Vector3d& point) const noexcept {
-  if (!(point.z() > kNearestDepth)) {
+  const std::optional<Vector2d> plane = plane_point(point);
+  if (!plane) {
     return std::nullopt;
   }
-  const Vector2d plane = point.head<2>() / point.z();
-  if (has_distortion_ && plane.squaredNorm() > largest_squared_radius_) {
-    return std::nullopt;
-  }
-  const Vector2d seen = has_distortion_ ? distort_plane(parameters_, plane, nullptr) : plane;
-  return Vector2d(matrix_.topLeftCorner<2, 2>() * seen + matrix_.topRightCorner<2, 1>());
+  return to_pixel(has_distortion_ ? distort_plane(parameters_, *plane, nullptr) : *plane);
 }
 
 std::optional<Vector2d> Camera::project(const Eigen::Vector3d& point,
                                         Matrix23d& derivative) const noexcept {
-  if (!(point.z() > kNearestDepth)) {
+  const std::optional<Vector2d> plane = plane_point(point);
+  if (!plane) {
     return std::nullopt;
   }
   const double inverse_depth = 1 / point.z();
-  const Vector2d plane = point.head<2>() * inverse_depth;
-  if (has_distortion_ && plane.squaredNorm() > largest_squared_radius_) {
-    return std::nullopt;
-  }
   Matrix23d to_plane;
-  to_plane << inverse_depth, 0, -plane.x() * inverse_depth, 0, inverse_depth,
-      -plane.y() * inverse_depth;
-  Vector2d seen = plane;
-  if (has_distortion_) {
-    Matrix2d distortion;
-    seen = distort_plane(parameters_, plane, &distortion);
-    derivative = matrix_.topLeftCorner<2, 2>() * distortion * to_plane;
-  } else {
+  to_plane << inverse_depth, 0, -plane->x() * inverse_depth, 0, inverse_depth,
+      -plane->y() * inverse_depth;
+  if (!has_distortion_) {
     derivative = matrix_.topLeftCorner<2, 2>() * to_plane;
+    return to_pixel(*plane);
   }
-  return Vector2d(matrix_.topLeftCorner<2, 2>() * seen + matrix_.topRightCorner<2, 1>());
+  Matrix2d distortion;
+  const Vector2d seen = distort_plane(parameters_, *plane, &distortion);
+  derivative = matrix_.topLeftCorner<2, 2>() * distortion * to_plane;
+  return to_pixel(seen);
+}
+
+Matrix23d Camera::derivative_to_intrinsics(const Vector2d& pixel) const noexcept {
+  const double y = (pixel.y() - parameters_.centre_v) / matrix_(1, 1);
+  const double x = (pixel.x() - parameters_.centre_u - parameters_.skew * y) / matrix_(0, 0);
+  return (Matrix23d() << x, 1, 0, parameters_.aspect_ratio * y, 0, 1).finished();
 }
 
 std::optional<Eigen::Vector3d> Camera::ray(const Vector2d& pixel) const noexcept {
+  if (!pixel.allFinite()) {
+    return std::nullopt;
+  }
   const Vector2d seen =
       inverse_matrix_.topLeftCorner<2, 2>() * pixel + inverse_matrix_.topRightCorner<2, 1>();
   if (!has_distortion_) {
@@ -173,19 +192,23 @@ std::optional<Eigen::Vector3d> Camera::ray(const Vector2d& pixel) const noexcept
   return Eigen::Vector3d(plane->x(), plane->y(), 1);
 }
 
+Vector2d Camera::to_pixel(const Vector2d& plane) const noexcept {
+  return matrix_.topLeftCorner<2, 2>() * plane + matrix_.topRightCorner<2, 1>();
+}
+
 std::optional<Vector2d> Camera::undistort(const Vector2d& pixel) const noexcept {
-  if (!has_distortion_) {
-    return pixel;
-  }
   const std::optional<Eigen::Vector3d> r = ray(pixel);
   if (!r) {
     return std::nullopt;
+  }
+  if (!has_distortion_) {
+    return pixel;
   }
   return Vector2d((matrix_ * *r).head<2>());
 }
 
 std::optional<Vector2d> Camera::distort(const Vector2d& ideal_pixel) const noexcept {
-  if (!has_distortion_) {
+  if (!has_distortion_ && ideal_pixel.allFinite()) {
     return ideal_pixel;
   }
   return project(inverse_matrix_ * ideal_pixel.homogeneous());

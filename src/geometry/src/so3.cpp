@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/geometry/so3.hpp"
 
-#include <Eigen/SVD>
-#include <algorithm>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -13,6 +12,11 @@ namespace pipescout::geometry {
 namespace {
 
 constexpr double kNotARotation = 1e-6;
+
+/// To [-pi, pi].
+double wrapped(double angle) {
+  return std::remainder(angle, 2 * std::numbers::pi);
+}
 
 /// Products of unit quaternions drift from unit norm by rounding; w >= 0 makes log() short.
 Eigen::Quaterniond normalised(const Eigen::Quaterniond& q) {
@@ -36,7 +40,13 @@ SO3 SO3::from_matrix(const Eigen::Matrix3d& m) {
   if (!(m.allFinite() && error <= kNotARotation && m.determinant() > 0)) {
     throw std::invalid_argument("SO3::from_matrix: the matrix is not a rotation");
   }
-  return SO3(normalised(Eigen::Quaterniond(m)));
+  // Newton's iteration for the nearest rotation; the quaternion of a matrix that is not quite one
+  // would depend on which of its entries is off. The error is squared each time: 1e-12, 1e-24.
+  Eigen::Matrix3d nearest = m;
+  for (int i = 0; i < 2; ++i) {
+    nearest = (1.5 * nearest - 0.5 * nearest * nearest.transpose() * nearest).eval();
+  }
+  return SO3(normalised(Eigen::Quaterniond(nearest)));
 }
 
 SO3 SO3::from_quaternion(const Eigen::Quaterniond& q) {
@@ -61,10 +71,10 @@ SO3 SO3::from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw) {
 }
 
 SO3 SO3::exp(const Tangent& phi) {
-  if (!phi.allFinite()) {
-    throw std::invalid_argument("SO3::exp: the rotation vector is not finite");
-  }
   const double angle = phi.norm();
+  if (!std::isfinite(angle)) {
+    throw std::invalid_argument("SO3::exp: the rotation vector or its norm is not finite");
+  }
   const double half_sinc = half_sine_over_angle(angle);
   return SO3(normalised(Eigen::Quaterniond(std::cos(0.5 * angle), half_sinc * phi.x(),
                                            half_sinc * phi.y(), half_sinc * phi.z())));
@@ -112,14 +122,22 @@ SO3::TangentMatrix SO3::right_jacobian_inverse(const Tangent& phi) noexcept {
 }
 
 Eigen::Vector3d SO3::roll_pitch_yaw() const noexcept {
-  const Eigen::Matrix3d m = matrix();
-  const double cosine = std::hypot(m(0, 0), m(1, 0));
-  const double pitch = std::atan2(-m(2, 0), cosine);
-  // Gimbal lock: only the sum or the difference of roll and yaw is defined.
-  if (cosine < 1e-9) {
-    return {0, pitch, std::atan2(-m(0, 1), m(1, 1))};
+  // From the half angles' sum and difference, w - y = (c - s) cos((roll + yaw) / 2) and so on with
+  // c, s of half the pitch: unlike the entries of the matrix, exact next to gimbal lock.
+  constexpr double kLock = 1e-14;
+  const Eigen::Quaterniond& q = quaternion_;
+  const double minus = std::hypot(q.x() + q.z(), q.w() - q.y());
+  const double plus = std::hypot(q.x() - q.z(), q.w() + q.y());
+  const double half_sum = std::atan2(q.x() + q.z(), q.w() - q.y());
+  const double half_difference = std::atan2(q.x() - q.z(), q.w() + q.y());
+  const double pitch = 2 * std::atan2(plus - minus, plus + minus);
+  if (minus < kLock) {
+    return {0, pitch, wrapped(-2 * half_difference)};
   }
-  return {std::atan2(m(2, 1), m(2, 2)), pitch, std::atan2(m(1, 0), m(0, 0))};
+  if (plus < kLock) {
+    return {0, pitch, wrapped(2 * half_sum)};
+  }
+  return {wrapped(half_sum + half_difference), pitch, wrapped(half_sum - half_difference)};
 }
 
 }  // namespace pipescout::geometry

@@ -40,29 +40,39 @@ class Camera {
   [[nodiscard]] const Eigen::Matrix3d& inverse_matrix() const noexcept { return inverse_matrix_; }
 
   /// Pixel at which the point (camera frame, m) is seen, distorted. It may lie outside the image:
-  /// see `contains`. Nothing when the point is not in front of the camera, or so far outside the
-  /// image that the distortion model no longer holds there.
+  /// see `contains`. Nothing when the point is not in front of the camera (z below 1e-6 m), or so
+  /// far outside the image that the distortion model no longer holds there, and for NaN.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const noexcept;
   /// The same, with the derivative of the pixel with respect to the point, pixels per metre.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point,
                                                        Matrix23d& derivative) const noexcept;
+  /// Derivative of the pixel at which a fixed point is seen with respect to (focal_length,
+  /// centre_u, centre_v), pixels per pixel; the aspect ratio stays. For ideal pixels as well as for
+  /// distorted ones.
+  [[nodiscard]] Matrix23d derivative_to_intrinsics(const Eigen::Vector2d& pixel) const noexcept;
   /// The ray (x, y, 1) in the camera frame on which a distorted pixel lies. Nothing outside the
-  /// range in which the distortion can be inverted.
+  /// range in which the distortion can be inverted, and for NaN.
   [[nodiscard]] std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel) const noexcept;
 
   /// From a pixel of the image to the one that an ideal camera of the same K would show, and back.
+  /// Nothing as `ray` and `project`.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(
       const Eigen::Vector2d& pixel) const noexcept;
   [[nodiscard]] std::optional<Eigen::Vector2d> distort(
       const Eigen::Vector2d& ideal_pixel) const noexcept;
 
-  /// Whether the pixel lies in the image, at least `margin` pixels from its border.
+  /// Whether the pixel lies between the middles of the outermost pixels, at least `margin` pixels
+  /// from them. False for NaN.
   [[nodiscard]] bool contains(const Eigen::Vector2d& pixel, double margin = 0) const noexcept;
 
  private:
   friend struct CameraParameters;  // its validation tries the camera
   struct Unchecked {};
   Camera(const CameraParameters& parameters, Unchecked unchecked);
+  /// On the plane z = 1, before distortion; nothing where `project` says nothing.
+  [[nodiscard]] std::optional<Eigen::Vector2d> plane_point(
+      const Eigen::Vector3d& point) const noexcept;
+  [[nodiscard]] Eigen::Vector2d to_pixel(const Eigen::Vector2d& plane) const noexcept;
 
   CameraParameters parameters_;
   Eigen::Matrix3d matrix_;

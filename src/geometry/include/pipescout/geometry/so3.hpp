@@ -26,7 +26,7 @@ class SO3 {
 
   SO3() = default;  ///< identity
   /// Throws std::invalid_argument when `m` holds NaN or differs from a rotation by more than 1e-6
-  /// in any entry of M^T M - I, or is a reflection. What is left of that error is removed.
+  /// in any entry of M^T M - I, or is a reflection. Otherwise the rotation nearest to it.
   [[nodiscard]] static SO3 from_matrix(const Eigen::Matrix3d& m);
   /// Throws std::invalid_argument when the norm of `q` differs from 1 by more than 1e-6 or is NaN.
   [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& q);
@@ -37,7 +37,8 @@ class SO3 {
   /// Rz(yaw) Ry(pitch) Rx(roll), rad, as REP 103.
   [[nodiscard]] static SO3 from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw);
 
-  /// Exponential map. Any finite vector; throws std::invalid_argument for NaN or infinity.
+  /// Exponential map. Throws std::invalid_argument when the norm of `phi` is NaN or infinite (from
+  /// 1e154 on it overflows).
   [[nodiscard]] static SO3 exp(const Tangent& phi);
   /// Rotation vector of norm 0 to pi; at pi one of the two that are right.
   [[nodiscard]] Tangent log() const noexcept;
@@ -60,7 +61,9 @@ class SO3 {
   [[nodiscard]] Eigen::Matrix3d matrix() const noexcept { return quaternion_.toRotationMatrix(); }
   /// Unit quaternion with w >= 0.
   [[nodiscard]] const Eigen::Quaterniond& quaternion() const noexcept { return quaternion_; }
-  /// Angles of `from_roll_pitch_yaw`, pitch in [-pi/2, pi/2]; at pitch +-pi/2 roll is 0.
+  /// Angles of `from_roll_pitch_yaw`, rad: pitch in [-pi/2, pi/2], the others in [-pi, pi]. At
+  /// pitch
+  /// +-pi/2 only their difference or sum is defined, and roll is 0.
   [[nodiscard]] Eigen::Vector3d roll_pitch_yaw() const noexcept;
 
  private:
