@@ -2,7 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -56,16 +59,33 @@ struct Support {
   Eigen::Vector3d highest_corner = Eigen::Vector3d::Zero();
 };
 
+/// What is wrong with a rack, and with which part of it.
+class InvalidRack : public std::invalid_argument {
+ public:
+  enum class Part : std::uint8_t { kRack, kPipe, kSupport };
+  InvalidRack(Part part, std::size_t index, const std::string& message)
+      : std::invalid_argument(message), part_(part), index_(index) {}
+
+  [[nodiscard]] Part part() const noexcept { return part_; }
+  /// Of the pipe or support, the later one when it is about two; 0 for the rack as a whole.
+  [[nodiscard]] std::size_t index() const noexcept { return index_; }
+
+ private:
+  Part part_;
+  std::size_t index_;
+};
+
 struct RackModel {
   std::vector<Pipe> pipes;  ///< from left to right, looking in the direction of the flow
   std::vector<Support> supports;
 
-  /// Throws std::invalid_argument naming the pipe or support, the field, the value and the range:
+  /// Throws InvalidRack naming the pipe or support, the field, the value and the range:
   /// fewer than two pipes, empty or repeated names, values that are not finite, directions that are
-  /// not unit vectors, radii that are not positive or go back along the pipe, pipes that run into
-  /// each other, supports without extent, more than kMaxPipes pipes, kMaxSections sections in all
-  /// or kMaxSupports supports, a first pipe that is movable, or a movable one that runs along x.
-  /// Pipes may touch each other, and supports may touch or contain pieces of pipes: a saddle does.
+  /// not unit vectors (to 1e-6), radii that are not positive or go back along the pipe, pipes that
+  /// run into each other, supports without extent, more than kMaxPipes pipes, kMaxSections sections
+  /// in all or kMaxSupports supports, a first pipe that is movable, or a movable one that runs
+  /// along x. Pipes may touch each other, and supports may touch or contain pieces of pipes: a
+  /// saddle does.
   void validate() const;
 };
 
@@ -78,7 +98,8 @@ struct RowPipe {
 
 /// The paper's rack: parallel pipes along y whose lowest lines touch z = 0 where they are widest;
 /// the left-most line of the first one is x = 0, and gaps are measured between largest radii.
-/// Throws std::invalid_argument as RackModel::validate.
+/// Throws InvalidRack as RackModel::validate does for one pipe, and for gaps that are negative or
+/// not finite; the gap of the first pipe is not used.
 [[nodiscard]] std::vector<Pipe> row_of_pipes(std::span<const RowPipe> row);
 
 /// Offsets of all pipes along rack x from where the model has them (equation 24: d_bar, minus that

@@ -71,7 +71,10 @@ class RackSurface {
     std::uint16_t part;
   };
   std::vector<Body> sections_;
-  std::vector<Support> supports_;
+  struct Box {
+    Eigen::Vector3d lowest_corner, highest_corner;
+  };
+  std::vector<Box> boxes_;
   std::vector<PipeSection> of_one_pipe_;  ///< working memory of `update`
 };
 
