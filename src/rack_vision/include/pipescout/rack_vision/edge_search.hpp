@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/rack_vision/image_view.hpp"
+#include "pipescout/rack_vision/rack_model.hpp"
+#include "pipescout/rack_vision/visible_edges.hpp"
+
+/// Finding the rendered edges in an image (Lippiello and Cacace, section III and Figure 3, left):
+/// from each sample of an edge, along the normal. Beyond the paper: to a fraction of a pixel,
+/// several candidates a sample, and knowledge of what each edge looked like before.
+namespace pipescout::rack_vision {
+
+struct EdgeSearchParameters {
+  int samples_per_edge = 20;  ///< 2..100, at j / (N + 1) along the piece, as the paper's
+  /// px, 0.6..4: of the Gaussian whose derivative finds the edge; about the blur of the image.
+  double filter_sigma = 1.2;
+  /// Grey levels across an edge, > 0: less is noise.
+  double least_contrast = 7.0;
+  /// Candidates weaker than this share of the strongest along the same normal are left out, 0..1.
+  double least_share = 0.25;
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+inline constexpr int kMaxEdgeCandidates = 3;
+inline constexpr double kLongestSearch = 60.0;  ///< px to either side
+
+/// A step in grey level on the normal of a sample.
+struct EdgeCandidate {
+  Eigen::Vector2d pixel;  ///< ideal: as a camera without distortion would show it
+  double distance = 0;    ///< px along the normal, of the ideal image
+  double contrast = 0;    ///< grey levels: outside minus inside
+};
+
+struct SearchedSample {
+  std::uint32_t edge = 0;  ///< index into the edges that were searched
+  Eigen::Vector2d place;   ///< on the rendered edge, ideal pixel
+  Eigen::Vector2d normal;  ///< unit vector, away from the pipe; supports: see `edge_normal`
+  int count = 0;           ///< of candidates, by plausibility, the best first
+  std::array<EdgeCandidate, kMaxEdgeCandidates> candidates;
+};
+
+/// Unit normal of an edge in the ideal image: for a pipe it points away from the pipe, for a
+/// support to the left of the way from its start to its end.
+[[nodiscard]] Eigen::Vector2d edge_normal(const VisibleEdge& edge, const Pipe* pipe,
+                                          const geometry::SE3& T_camera_rack,
+                                          const geometry::Camera& camera) noexcept;
+
+/// What each edge of a rack looked like while it was tracked: sign and size of its step. Learnt
+/// from samples with which the solver agreed, forgotten slowly, as the light changes.
+class EdgeMemory {
+ public:
+  explicit EdgeMemory(const RackModel& model);
+
+  struct Look {
+    double contrast = 0;   ///< mean of outside minus inside, grey levels
+    double spread = 0;     ///< standard deviation of it
+    double samples = 0;    ///< that it rests on, with forgetting
+    double agreement = 0;  ///< share of the samples that have the sign of `contrast`, 0.5..1
+    /// Whether the sign of a candidate says that it is another edge.
+    [[nodiscard]] bool decides_sign() const noexcept { return samples >= 10 && agreement > 0.85; }
+  };
+
+  [[nodiscard]] const Look& look(const EdgeId& id) const noexcept;
+  void learn(const EdgeId& id, double contrast) noexcept;
+  /// Forgets all.
+  void clear() noexcept;
+
+ private:
+  [[nodiscard]] std::size_t index(const EdgeId& id) const noexcept;
+
+  std::vector<std::size_t> first_of_pipe_;
+  std::size_t first_of_supports_ = 0;
+  std::vector<Look> looks_;
+};
+
+/// Searches edges in images of one camera. Allocates nothing once it has seen the longest list.
+class EdgeSearch {
+ public:
+  /// Throws std::invalid_argument as EdgeSearchParameters::validate.
+  EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameters& parameters);
+
+  /// Appends the samples of one visible edge. `range`: px to either side of it, cut to
+  /// kLongestSearch. Samples whose normal leaves the image are searched as far as they go.
+  void search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
+              const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
+              std::vector<SearchedSample>& samples);
+
+ private:
+  void candidates_along(const ImageView& image, const Eigen::Vector2d& middle,
+                        const Eigen::Vector2d& direction, double scale, double range,
+                        const EdgeMemory::Look& look, SearchedSample& sample);
+
+  geometry::Camera camera_;
+  EdgeSearchParameters parameters_;
+  std::vector<float> filter_;  ///< odd half: weights of profile(t + i) - profile(t - i), i = 1...
+  double contrast_per_response_ = 1;
+};
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_vision/edge_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "parameter_range.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+constexpr int kMostTaps = 12;
+constexpr int kLongestProfile = 2 * static_cast<int>(kLongestSearch) + 2 * kMostTaps + 8;
+// Mean over this far to both sides along the edge: halves what noise and texture do to a sample.
+constexpr double kSideStep = 1.25;
+constexpr double kUsualBlur = 0.7;  // px, of lens and sampling
+
+/// Grey level at (u, v), which must have a pixel to its right and one below.
+float bilinear(const ImageView& image, float u, float v) noexcept {
+  const int iu = static_cast<int>(u);
+  const int iv = static_cast<int>(v);
+  const float fu = u - static_cast<float>(iu);
+  const float fv = v - static_cast<float>(iv);
+  const std::uint8_t* upper = image.row(iv) + iu;
+  const std::uint8_t* lower = upper + image.stride;
+  const auto a = static_cast<float>(upper[0]);
+  const auto b = static_cast<float>(lower[0]);
+  const float top = a + fu * (static_cast<float>(upper[1]) - a);
+  const float bottom = b + fu * (static_cast<float>(lower[1]) - b);
+  return top + fv * (bottom - top);
+}
+
+struct Span {
+  int first = 0;
+  int last = -1;
+};
+
+/// Whole steps t of first..last for which `start + t direction` keeps within [low, high].
+void clip(double start, double direction, double low, double high, Span& span) noexcept {
+  if (std::abs(direction) < 1e-9) {
+    if (start < low || start > high) {
+      span.last = span.first - 1;
+    }
+    return;
+  }
+  const double a = (low - start) / direction;
+  const double b = (high - start) / direction;
+  span.first = std::max(span.first, static_cast<int>(std::ceil(std::min(a, b))));
+  span.last = std::min(span.last, static_cast<int>(std::floor(std::max(a, b))));
+}
+
+/// Place of the peak of |r| between the neighbours, -0.5..0.5: a parabola through the logarithms,
+/// which is exact for the Gaussian that a blurred step leaves.
+double peak_offset(float before, float at, float after) noexcept {
+  const double a = std::abs(static_cast<double>(before));
+  const double b = std::abs(static_cast<double>(at));
+  const double c = std::abs(static_cast<double>(after));
+  const bool one_sign = before * at > 0 && after * at > 0;
+  const double x = one_sign && a > 0.05 * b && c > 0.05 * b ? std::log(a) : a;
+  const double y = x == a ? b : std::log(b);
+  const double z = x == a ? c : std::log(c);
+  const double bend = x - 2 * y + z;
+  return bend < 0 ? std::clamp(0.5 * (x - z) / bend, -0.5, 0.5) : 0.0;
+}
+
+}  // namespace
+
+void EdgeSearchParameters::validate() const {
+  internal::check_within("samples_per_edge", samples_per_edge, 2, 100);
+  internal::check_within("filter_sigma", filter_sigma, 0.6, 4.0);
+  internal::check_within("least_contrast", least_contrast, 0.1, 255.0);
+  internal::check_within("least_share", least_share, 0.0, 1.0);
+}
+
+Eigen::Vector2d edge_normal(const VisibleEdge& edge, const Pipe* pipe,
+                            const geometry::SE3& T_camera_rack,
+                            const geometry::Camera& camera) noexcept {
+  const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
+  const Eigen::Vector2d left(along.y(), -along.x());  // v points down
+  if (pipe == nullptr) {
+    return left;
+  }
+  const Eigen::Vector3d middle = 0.5 * (edge.start + edge.end);
+  const Eigen::Vector3d axis =
+      pipe->start + pipe->direction * pipe->direction.dot(middle - pipe->start);
+  const Eigen::Vector3d inside = camera.matrix() * (T_camera_rack * axis);
+  const Eigen::Vector2d towards =
+      inside.head<2>() / inside.z() - 0.5 * (edge.image_start + edge.image_end);
+  return left.dot(towards) > 0 ? Eigen::Vector2d(-left) : left;
+}
+
+EdgeMemory::EdgeMemory(const RackModel& model) {
+  std::size_t next = 0;
+  for (const Pipe& pipe : model.pipes) {
+    first_of_pipe_.push_back(next);
+    next += 2 * pipe.radii.size();
+  }
+  first_of_supports_ = next;
+  looks_.resize(next + 12 * model.supports.size());
+}
+
+std::size_t EdgeMemory::index(const EdgeId& id) const noexcept {
+  return id.kind == EdgeKind::kPipe ? first_of_pipe_[id.body] + 2U * id.part + id.side
+                                    : first_of_supports_ + 12U * id.body + id.part;
+}
+
+const EdgeMemory::Look& EdgeMemory::look(const EdgeId& id) const noexcept {
+  return looks_[index(id)];
+}
+
+void EdgeMemory::learn(const EdgeId& id, double contrast) noexcept {
+  constexpr double kRemembered = 200;  // samples: about ten images of one edge
+  Look& look = looks_[index(id)];
+  look.samples = std::min(look.samples + 1, kRemembered);
+  const double weight = 1 / look.samples;
+  const double before = contrast - look.contrast;
+  look.contrast += weight * before;
+  const double variance =
+      (1 - weight) * look.spread * look.spread + weight * before * (contrast - look.contrast);
+  look.spread = std::sqrt(std::max(0.0, variance));
+  const bool same_sign = contrast * look.contrast > 0;
+  look.agreement += weight * ((same_sign ? 1.0 : 0.0) - look.agreement);
+}
+
+void EdgeMemory::clear() noexcept {
+  std::ranges::fill(looks_, Look{});
+}
+
+EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameters& parameters)
+    : camera_(camera), parameters_(parameters) {
+  parameters.validate();
+  const double sigma = parameters.filter_sigma;
+  const int taps = std::min(kMostTaps, static_cast<int>(std::ceil(3 * sigma)));
+  double slope = 0;
+  for (int i = 1; i <= taps; ++i) {
+    const double weight = i * std::exp(-0.5 * i * i / (sigma * sigma));
+    filter_.push_back(static_cast<float>(weight));
+    slope += 2 * i * weight;
+  }
+  for (float& weight : filter_) {
+    weight = static_cast<float>(weight / slope);  // a ramp of slope 1 gives 1
+  }
+  contrast_per_response_ =
+      std::sqrt(2 * std::numbers::pi * (sigma * sigma + kUsualBlur * kUsualBlur));
+}
+
+void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d& middle,
+                                  const Eigen::Vector2d& direction, double scale, double range,
+                                  const EdgeMemory::Look& look, SearchedSample& sample) {
+  const int taps = static_cast<int>(filter_.size());
+  const int reach = static_cast<int>(std::ceil(range * scale)) + 1;
+  Span span{-(reach + taps), reach + taps};
+  const Eigen::Vector2d side = kSideStep * Eigen::Vector2d(-direction.y(), direction.x());
+  const Eigen::Vector2d low(std::abs(side.x()), std::abs(side.y()));
+  clip(middle.x(), direction.x(), low.x(), image.width - 1.001 - low.x(), span);
+  clip(middle.y(), direction.y(), low.y(), image.height - 1.001 - low.y(), span);
+  const int length = span.last - span.first + 1;
+  if (length < 2 * taps + 3 || length > kLongestProfile) {
+    return;
+  }
+  std::array<float, kLongestProfile> profile;
+  for (int i = 0; i < length; ++i) {
+    const Eigen::Vector2d at = middle + (span.first + i) * direction;
+    const auto u = static_cast<float>(at.x());
+    const auto v = static_cast<float>(at.y());
+    const auto du = static_cast<float>(side.x());
+    const auto dv = static_cast<float>(side.y());
+    profile[static_cast<std::size_t>(i)] =
+        (bilinear(image, u - du, v - dv) + bilinear(image, u, v) +
+         bilinear(image, u + du, v + dv)) *
+        (1.0F / 3.0F);
+  }
+  std::array<float, kLongestProfile> response;
+  float strongest = 0;
+  for (int i = taps; i < length - taps; ++i) {
+    float sum = 0;
+    for (int j = 0; j < taps; ++j) {
+      sum += filter_[static_cast<std::size_t>(j)] * (profile[static_cast<std::size_t>(i + j + 1)] -
+                                                     profile[static_cast<std::size_t>(i - j - 1)]);
+    }
+    response[static_cast<std::size_t>(i)] = sum;
+    strongest = std::max(strongest, std::abs(sum));
+  }
+  const double least = std::max(parameters_.least_contrast / contrast_per_response_,
+                                parameters_.least_share * static_cast<double>(strongest));
+  std::array<double, kMaxEdgeCandidates> scores{};
+  for (int i = taps + 1; i < length - taps - 1; ++i) {
+    const float at = response[static_cast<std::size_t>(i)];
+    const float before = response[static_cast<std::size_t>(i - 1)];
+    const float after = response[static_cast<std::size_t>(i + 1)];
+    const double size = std::abs(static_cast<double>(at));
+    // Peaks of either sign; a neighbour of the other sign is no rival.
+    if (size < least || (before * at > 0 && std::abs(before) > std::abs(at)) ||
+        (after * at > 0 && std::abs(after) >= std::abs(at))) {
+      continue;
+    }
+    const double contrast = static_cast<double>(at) * contrast_per_response_;
+    if (look.decides_sign() && contrast * look.contrast < 0) {
+      continue;
+    }
+    const double distance = (span.first + i + peak_offset(before, at, after)) / scale;
+    if (std::abs(distance) > range) {
+      continue;
+    }
+    double score = size;
+    if (look.samples >= 10) {
+      // How unlike it is to what the edge looked like, in sigmas, tempered: light changes.
+      const double spread = look.spread + 0.15 * std::abs(look.contrast) + 2;
+      score = std::exp(-0.5 * std::pow((contrast - look.contrast) / spread, 2)) + 1e-6 * size;
+    }
+    int place = sample.count;
+    while (place > 0 && score > scores[static_cast<std::size_t>(place - 1)]) {
+      --place;
+    }
+    if (place == kMaxEdgeCandidates) {
+      continue;
+    }
+    sample.count = std::min(sample.count + 1, kMaxEdgeCandidates);
+    for (int j = sample.count - 1; j > place; --j) {
+      scores[static_cast<std::size_t>(j)] = scores[static_cast<std::size_t>(j - 1)];
+      sample.candidates[static_cast<std::size_t>(j)] =
+          sample.candidates[static_cast<std::size_t>(j - 1)];
+    }
+    scores[static_cast<std::size_t>(place)] = score;
+    EdgeCandidate& candidate = sample.candidates[static_cast<std::size_t>(place)];
+    candidate.distance = distance;
+    candidate.contrast = contrast;
+    const Eigen::Vector2d pixel = middle + distance * scale * direction;
+    candidate.pixel =
+        camera_.has_distortion()
+            ? camera_.undistort(pixel).value_or(sample.place + distance * sample.normal)
+            : pixel;
+  }
+}
+
+void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
+                        const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
+                        std::vector<SearchedSample>& samples) {
+  const double reach = std::clamp(range, 1.0, kLongestSearch * 0.8);
+  for (int j = 1; j <= parameters_.samples_per_edge; ++j) {
+    const double share = static_cast<double>(j) / (parameters_.samples_per_edge + 1);
+    SearchedSample& sample = samples.emplace_back();
+    sample.edge = index;
+    sample.normal = normal;
+    sample.place = edge.image_start + share * (edge.image_end - edge.image_start);
+    if (!camera_.has_distortion()) {
+      candidates_along(image, sample.place, normal, 1.0, reach, look, sample);
+      continue;
+    }
+    // Over the few pixels of the search the distortion is as good as linear.
+    const std::optional<Eigen::Vector2d> middle = camera_.distort(sample.place);
+    const std::optional<Eigen::Vector2d> beside = camera_.distort(sample.place + normal);
+    if (middle && beside) {
+      const Eigen::Vector2d direction = *beside - *middle;
+      const double scale = direction.norm();
+      candidates_along(image, *middle, direction / scale, scale, reach, look, sample);
+    }
+  }
+}
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// What changes the texture map: learning from matches, new points, and forgetting.
+#include <algorithm>
+#include <cmath>
+
+#include "pipescout/rack_vision/texture_map.hpp"
+#include "texture_corner.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+constexpr std::uint32_t kTrials = 6;  // before a point is judged by its share of failures
+constexpr double kMostFailures = 0.6;
+constexpr std::uint32_t kMostCounted = 200;  // then both counts are halved: places change
+// Errors of successive poses are alike for about this many images: what they say about a point
+// counts once in so many.
+constexpr double kAlikePoses = 10;
+constexpr double kLeastPixelError =
+    0.03;                        // px: a patch keeps an error that no number of looks ends
+constexpr int kPatchReach = 7;   // px: a patch must lie on one section of a pipe
+constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
+
+}  // namespace
+
+Eigen::Vector2d TextureMap::pose_variance(const Point& point, const Eigen::Vector3d& from_camera,
+                                          const geometry::Matrix6d& covariance) const noexcept {
+  // Motion [dc; dphi] moves the ray's end by dc + dphi x from_camera, and the place where it meets
+  // the tangent plane by what is left of that after sliding along the ray.
+  Eigen::Matrix<double, 3, 6> end;
+  end.leftCols<3>().setIdentity();
+  end.rightCols<3>() = -geometry::skew(from_camera);
+  const Eigen::Matrix3d slide = Eigen::Matrix3d::Identity() - from_camera *
+                                                                  point.normal.transpose() /
+                                                                  point.normal.dot(from_camera);
+  const Eigen::Matrix<double, 3, 6> hit = slide * end;
+  Eigen::Matrix<double, 2, 6> on_surface;
+  on_surface.row(0) = pipes_[point.pipe].direction.transpose() * hit;
+  on_surface.row(1) = around(point).transpose() * hit;
+  return (on_surface * covariance * on_surface.transpose()).diagonal().cwiseMax(0.0);
+}
+
+void TextureMap::refine(Point& point, const UncertainView& view, const Projection& projection,
+                        const MatchedPoint& match, const Eigen::Vector2d& error) const {
+  const Eigen::Matrix2d surface_from_pixel = projection.scale.inverse();
+  const Eigen::Vector2d seen = surface_from_pixel * error;
+  const Eigen::Vector2d noise =
+      (surface_from_pixel * surface_from_pixel.transpose()).diagonal() * match.sigma * match.sigma;
+  const Eigen::Vector2d pose = pose_variance(point, projection.from_camera, view.covariance);
+  const Eigen::Vector2d own_gain =
+      point.own_variance * (noise + pose).array().operator+(point.own_variance).inverse().matrix();
+  Eigen::Vector2d move = own_gain.cwiseProduct(seen);
+  const double least_own = (surface_from_pixel * surface_from_pixel.transpose()).trace() * 0.5 *
+                           kLeastPixelError * kLeastPixelError;
+  point.own_variance = std::max(point.own_variance * (1 - own_gain.mean()), least_own);
+
+  const double around_gain =
+      point.around_variance / (point.around_variance + kAlikePoses * pose(1) + 1e-12);
+  move(1) += around_gain * (seen(1) - move(1));
+  point.around_variance *= 1 - around_gain;
+  const double reached = anchored_by_y(point) ? view.anchor_variance + pose(0) : 0.0;
+  if (anchored_by_y(point) && point.along_variance > reached) {
+    move(0) += (1 - reached / point.along_variance) * (seen(0) - move(0));
+    point.along_variance = reached;
+  } else if (!anchored_by_y(point)) {
+    const double gain =
+        point.along_variance / (point.along_variance + kAlikePoses * pose(0) + 1e-12);
+    move(0) += gain * (seen(0) - move(0));
+    point.along_variance *= 1 - gain;
+  }
+
+  const Pipe& pipe = pipes_[point.pipe];
+  const Eigen::Vector3d foot =
+      pipe.start + pipe.direction * pipe.direction.dot(point.place - pipe.start);
+  const double radius = (point.place - foot).norm();
+  const Eigen::Vector3d moved = point.place - foot + move(1) * around(point);
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(point.place - foot, moved);
+  point.place = foot + move(0) * pipe.direction + radius * moved.normalized();
+  point.normal = turn * point.normal;
+}
+
+int TextureMap::learn(const UncertainView& view, const std::vector<MatchedPoint>& matches,
+                      double gate) {
+  int agreed = 0;
+  for (const MatchedPoint& match : matches) {
+    Point& point = points_[match.point];
+    const std::optional<Projection> projection = project(point, view);
+    if (!projection) {
+      continue;
+    }
+    bool agrees = false;
+    if (match.found) {
+      const std::optional<Eigen::Vector2d> seen = camera_.distort(match.pixel);
+      const Eigen::Vector2d error =
+          seen ? Eigen::Vector2d(*seen - projection->pixel) : Eigen::Vector2d::Constant(gate);
+      agrees = error.norm() < gate;
+      if (agrees) {
+        refine(point, view, *projection, match, error);
+        point.seen = image_;
+        ++agreed;
+      }
+    }
+    (agrees ? point.found : point.failed) += 1;
+    if (point.found + point.failed > kMostCounted) {
+      point.found /= 2;
+      point.failed /= 2;
+    }
+  }
+  std::erase_if(points_, [](const Point& point) {
+    const std::uint32_t trials = point.found + point.failed;
+    return trials >= kTrials && point.failed > kMostFailures * trials;
+  });
+  return agreed;
+}
+
+void TextureMap::grow(const ImageView& image, const UncertainView& view,
+                      const RackSurface& surface) {
+  const int cells = columns_ * rows_;
+  const int side = parameters_.cell_side;
+  const auto least =
+      static_cast<float>(0.05 * parameters_.least_contrast * parameters_.least_contrast);
+  int looked_through = 0;
+  for (int i = 0; i < cells && looked_through < parameters_.cells_per_frame; ++i) {
+    const int cell = next_cell_;
+    next_cell_ = (next_cell_ + 1) % cells;
+    if (occupied_[static_cast<std::size_t>(cell)] > 0) {
+      continue;
+    }
+    const Eigen::Vector2i low((cell % columns_) * side, (cell / columns_) * side);
+    const Eigen::Vector2d middle = low.cast<double>().array() + 0.5 * side;
+    const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, middle);
+    if (!hit || hit->kind != EdgeKind::kPipe) {
+      continue;
+    }
+    ++looked_through;
+    const Eigen::Vector2i inner = low.cwiseMax(kCellMargin);
+    const Eigen::Vector2i high =
+        (low.array() + side)
+            .min(Eigen::Array2i(image.width - kCellMargin, image.height - kCellMargin));
+    const int inner_side = (high - inner).minCoeff();
+    if (inner_side < 8) {
+      continue;
+    }
+    const std::optional<Eigen::Vector2i> corner = strongest_corner(image, inner, inner_side, least);
+    if (corner) {
+      add(image, view, surface, *corner);
+    }
+  }
+}
+
+void TextureMap::add(const ImageView& image, const UncertainView& view, const RackSurface& surface,
+                     const Eigen::Vector2i& corner) {
+  const Eigen::Vector2d pixel = corner.cast<double>();
+  const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, pixel);
+  if (!hit || hit->kind != EdgeKind::kPipe || !hit->on_side_of_pipe) {
+    return;
+  }
+  for (const int u : {-kPatchReach, kPatchReach}) {
+    for (const int v : {-kPatchReach, kPatchReach}) {
+      const std::optional<SurfaceHit> beside =
+          surface.seen_at(camera_, view.T_camera_rack, pixel + Eigen::Vector2d(u, v));
+      if (!beside || beside->kind != hit->kind || beside->body != hit->body ||
+          beside->part != hit->part) {
+        return;
+      }
+    }
+  }
+  Point point;
+  point.pipe = hit->body;
+  const double offset = view.offsets.empty() ? 0.0 : view.offsets[hit->body];
+  point.place = hit->point - offset * Eigen::Vector3d::UnitX();
+  point.normal = hit->normal;
+  const std::optional<Projection> projection = project(point, view);
+  const double distance = projection ? projection->from_camera.norm() : 0;
+  if (!projection ||
+      -point.normal.dot(projection->from_camera) < parameters_.least_facing * distance ||
+      !store_patch(image, corner, point.patch)) {
+    return;
+  }
+  point.stored_scale = projection->scale;
+  const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
+  point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
+                       parameters_.point_sigma * parameters_.point_sigma;
+  const Eigen::Vector2d pose = pose_variance(point, projection->from_camera, view.covariance);
+  point.along_variance = pose(0) + (anchored_by_y(point) ? view.anchor_variance : 0.0);
+  point.around_variance = pose(1);
+  point.found = 1;
+  point.seen = image_;
+  make_room(view);
+  if (points_.size() < static_cast<std::size_t>(parameters_.capacity)) {
+    points_.push_back(point);
+  }
+}
+
+void TextureMap::make_room(const UncertainView& view) {
+  if (points_.empty() || points_.size() < static_cast<std::size_t>(parameters_.capacity)) {
+    return;
+  }
+  const Eigen::Vector3d eye = view.T_camera_rack.inverse().translation();
+  const auto farthest = std::ranges::max_element(
+      points_, {}, [&eye](const Point& point) { return (point.place - eye).squaredNorm(); });
+  points_.erase(farthest);
+}
+
+void TextureMap::shift_seen(double along, double anchor_variance) {
+  for (Point& point : points_) {
+    if (point.seen == image_ && anchored_by_y(point)) {
+      point.place.y() += along;
+      point.along_variance = std::min(point.along_variance, anchor_variance);
+    }
+  }
+}
+
+void TextureMap::clear() noexcept {
+  points_.clear();
+  image_ = 0;
+  next_cell_ = 0;
+}
+
+}  // namespace pipescout::rack_vision
