@@ -167,7 +167,8 @@ struct PoseSolution {
   std::size_t refused = 0;         ///< features with NaN, no sigma, or of no edge that there is
   double inlier_share = 0;         ///< of samples and points together; inlier: within 3 sigma
   double chi_square = 0;           ///< of the inliers
-  double residual_scale = 0;       ///< of all, median based, in stated standard deviations
+  double residual_scale = 0;  ///< median based, in stated standard deviations: the larger one of
+                              ///< edges and points; 1 of fewer than 10
   int iterations = 0;
 };
 

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "feature_system.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pipescout::rack_vision {
+namespace {
+
+/// Points nearer to the focal plane than this are not used, m.
+constexpr double kSmallestDepth = 1e-6;
+constexpr int kEdgesOfSupport = 12;
+
+bool usable(double sigma) {
+  return std::isfinite(sigma) && sigma > 0;
+}
+
+bool usable(const EdgeSample& sample) {
+  if (!usable(sample.sigma) || sample.candidate_count < 1 ||
+      sample.candidate_count > EdgeSample::kMaxCandidates) {
+    return false;
+  }
+  return std::all_of(sample.candidates.begin(), sample.candidates.begin() + sample.candidate_count,
+                     [](const Eigen::Vector2d& pixel) { return pixel.allFinite(); });
+}
+
+bool usable(const PointObservation& point, std::size_t pipes) {
+  return usable(point.sigma) && point.place.allFinite() && point.pixel.allFinite() &&
+         point.place_covariance.allFinite() && point.place_covariance.diagonal().minCoeff() >= 0 &&
+         (point.pipe < pipes || point.pipe == PointObservation::kOnNoPipe);
+}
+
+/// Adds the contribution of rows whose unknowns are pose, one offset and intrinsics to the system.
+/// `information` and `gradient` are over [pose; offset; intrinsics].
+void scatter(const Eigen::Matrix<double, 10, 10>& information,
+             const Eigen::Matrix<double, 10, 1>& gradient, int offset, const UnknownLayout& layout,
+             SystemMatrix& system, SystemVector& system_gradient) {
+  system.topLeftCorner<6, 6>() += information.topLeftCorner<6, 6>();
+  system_gradient.head<6>() += gradient.head<6>();
+  if (offset >= 0) {
+    system.block<6, 1>(0, offset) += information.block<6, 1>(0, 6);
+    system.block<1, 6>(offset, 0) += information.block<1, 6>(6, 0);
+    system(offset, offset) += information(6, 6);
+    system_gradient(offset) += gradient(6);
+  }
+  if (layout.intrinsics >= 0) {
+    const int k = layout.intrinsics;
+    system.block<6, 3>(0, k) += information.block<6, 3>(0, 7);
+    system.block<3, 6>(k, 0) += information.block<3, 6>(7, 0);
+    system.block<3, 3>(k, k) += information.block<3, 3>(7, 7);
+    system_gradient.segment<3>(k) += gradient.tail<3>();
+    if (offset >= 0) {
+      system.block<3, 1>(k, offset) += information.block<3, 1>(7, 6);
+      system.block<1, 3>(offset, k) += information.block<1, 3>(6, 7);
+    }
+  }
+}
+
+void add_sums(ResidualSums& sums, const KernelValue& value, double e, bool inlier) {
+  sums.count += 1;
+  sums.weight += value.weight;
+  sums.slope += value.slope;
+  sums.square += value.weight * value.weight * e * e;
+  if (inlier) {
+    sums.inliers += 1;
+    sums.inlier_square += e * e;
+  }
+}
+
+}  // namespace
+
+/// Sums over the samples of one line, from which every row of its part of the system follows.
+struct FeatureSystem::LineSums {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< sum(s m m^T)
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();     ///< sum(s e m)
+  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();     ///< sum(s m); last entry: sum(s)
+  double residual = 0;                                    ///< sum(s e)
+};
+
+void NormalEquations::reset(int size) {
+  edge_information.setZero(size, size);
+  point_information.setZero(size, size);
+  gradient.setZero(size);
+  cost = 0;
+  edges = {};
+  points = {};
+}
+
+FeatureSystem::FeatureSystem(const RackModel& model) : supports_(model.supports) {
+  for (const Pipe& pipe : model.pipes) {
+    append_sections(pipe, 0, sections_.emplace_back());
+  }
+}
+
+bool FeatureSystem::exists(const EdgeId& edge) const noexcept {
+  if (edge.kind == EdgeKind::kSupport) {
+    return edge.body < supports_.size() && edge.part < kEdgesOfSupport;
+  }
+  return edge.kind == EdgeKind::kPipe && edge.body < sections_.size() &&
+         edge.part < sections_[edge.body].size() && edge.side < 2;
+}
+
+void FeatureSystem::prepare(const geometry::Camera& camera, const PoseProblem& problem,
+                            const PoseSolverParameters& parameters) {
+  camera_ = camera.parameters();
+  gate_ = parameters.gate;
+  edge_bias_sigma_ = parameters.edge_bias_sigma;
+  refused_ = 0;
+  samples_.clear();
+  runs_.clear();
+  points_.clear();
+  for (const EdgeSample& sample : problem.edges) {
+    if (!usable(sample) || !exists(sample.edge)) {
+      ++refused_;
+      continue;
+    }
+    if (runs_.empty() || !(runs_.back().edge == sample.edge)) {
+      runs_.push_back({.edge = sample.edge, .first = samples_.size()});
+    }
+    ++runs_.back().count;
+    samples_.push_back(sample);
+  }
+  for (const PointObservation& point : problem.points) {
+    if (usable(point, sections_.size())) {
+      points_.push_back(point);
+    } else {
+      ++refused_;
+    }
+  }
+  sample_count_ = samples_.size();
+  edge_residuals_.reserve(samples_.size());
+  point_residuals_.reserve(points_.size());
+  support_.reserve(runs_.size());
+}
+
+bool FeatureSystem::contour(const EdgeId& edge, const SolverState& state,
+                            const Eigen::Vector3d& eye, ContourLine& line) const noexcept {
+  if (edge.kind == EdgeKind::kSupport) {
+    return support_line(support_edge(supports_[edge.body], edge.part), eye, line);
+  }
+  PipeSection section = sections_[edge.body][edge.part];
+  section.start.x() += state.offsets[edge.body];
+  ContourLine both[2];
+  if (!contour_lines(section, eye, both)) {
+    return false;
+  }
+  line = both[edge.side];
+  return true;
+}
+
+Eigen::Matrix3d FeatureSystem::camera_matrix(const SolverState& state,
+                                             const UnknownLayout& layout) const noexcept {
+  const bool estimated = layout.intrinsics >= 0;
+  const double focal_length = estimated ? state.intrinsics[0] : camera_.focal_length;
+  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
+  k(0, 0) = focal_length;
+  k(0, 1) = camera_.skew;
+  k(1, 1) = camera_.aspect_ratio * focal_length;
+  k(0, 2) = estimated ? state.intrinsics[1] : camera_.centre_u;
+  k(1, 2) = estimated ? state.intrinsics[2] : camera_.centre_v;
+  return k;
+}
+
+void FeatureSystem::add_samples(const Run& run, const ImageLine& line, const Weighting& weighting,
+                                NormalEquations& equations, LineSums& sums, std::size_t& inliers) {
+  const Eigen::Vector2d normal = line.line.head<2>();
+  for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+    const EdgeSample& sample = samples_[i];
+    const Eigen::Vector2d* nearest = sample.candidates.data();
+    double residual = normal.dot(*nearest) + line.line[2];
+    for (std::size_t k = 1; k < sample.candidate_count; ++k) {
+      const double other = normal.dot(sample.candidates[k]) + line.line[2];
+      if (std::abs(other) < std::abs(residual)) {
+        residual = other;
+        nearest = &sample.candidates[k];
+      }
+    }
+    const double e = std::min(std::abs(residual), gate_) / sample.sigma;
+    const KernelValue value = evaluate(weighting.kernel, e, weighting.edge_width);
+    equations.cost += value.cost;
+    if (std::abs(residual) > gate_) {
+      continue;
+    }
+    const bool inlier = e <= weighting.inlier_bound;
+    inliers += inlier ? 1 : 0;
+    add_sums(equations.edges, value, e, inlier);
+    edge_residuals_.push_back(e);
+    const double s = value.weight / (sample.sigma * sample.sigma);
+    const Eigen::Vector3d m = nearest->homogeneous();
+    sums.information += s * m * m.transpose();
+    sums.gradient += s * residual * m;
+    sums.weighted += s * m;
+    sums.residual += s * residual;
+  }
+}
+
+void FeatureSystem::add_line(const Run& run, const ImageLine& line, const CameraView& view,
+                             const UnknownLayout& layout, LineSums sums,
+                             NormalEquations& equations) const {
+  if (edge_bias_sigma_ > 0) {
+    // A shared error b of the samples, eliminated: it is an unknown that this line alone has.
+    const double total = sums.weighted[2] + 1 / (edge_bias_sigma_ * edge_bias_sigma_);
+    sums.information -= sums.weighted * sums.weighted.transpose() / total;
+    sums.gradient -= sums.weighted * (sums.residual / total);
+  }
+  Eigen::Matrix<double, 3, 10> derivative = Eigen::Matrix<double, 3, 10>::Zero();
+  derivative.leftCols<6>() = line.derivative;
+  int offset = -1;
+  if (run.edge.kind == EdgeKind::kPipe) {
+    offset = layout.offset[run.edge.body];
+    derivative.col(6) = -line.derivative.col(0);
+  }
+  if (layout.intrinsics >= 0) {
+    // d(K^-T) = -K^-T dK^T K^-T, and the line keeps its norm.
+    const Eigen::Vector3d by_focal_length =
+        view.matrix.transpose().triangularView<Eigen::Lower>().solve(
+            Eigen::Vector3d(-line.line[0], -camera_.aspect_ratio * line.line[1], 0));
+    derivative.col(7) =
+        by_focal_length - line.line * line.line.head<2>().dot(by_focal_length.head<2>());
+    derivative(2, 8) = -line.line[0];
+    derivative(2, 9) = -line.line[1];
+  }
+  scatter(derivative.transpose() * sums.information * derivative,
+          derivative.transpose() * sums.gradient, offset, layout, equations.edge_information,
+          equations.gradient);
+}
+
+void FeatureSystem::add_point(const PointObservation& point, const SolverState& state,
+                              const CameraView& view, const UnknownLayout& layout,
+                              const Weighting& weighting, NormalEquations& equations) {
+  const bool on_pipe = point.pipe != PointObservation::kOnNoPipe;
+  Eigen::Vector3d from_eye = point.place - view.centre;
+  from_eye.x() += on_pipe ? state.offsets[point.pipe] : 0;
+  const Eigen::Vector3d in_camera = view.R_camera_rack * from_eye;
+  if (!(in_camera.z() > kSmallestDepth)) {
+    return;
+  }
+  const Eigen::Vector2d ray = in_camera.head<2>() / in_camera.z();
+  const Eigen::Matrix2d focal = view.matrix.topLeftCorner<2, 2>();
+  const Eigen::Vector2d residual = focal * ray + view.matrix.topRightCorner<2, 1>() - point.pixel;
+  Eigen::Matrix<double, 2, 3> by_ray;
+  by_ray << 1, 0, -ray.x(), 0, 1, -ray.y();
+  const Eigen::Matrix<double, 2, 3> by_place = focal * by_ray * view.R_camera_rack / in_camera.z();
+
+  Eigen::Matrix<double, 2, 10> derivative = Eigen::Matrix<double, 2, 10>::Zero();
+  derivative.leftCols<3>() = -by_place;
+  derivative.middleCols<3>(3) = by_place * geometry::skew(from_eye);
+  derivative.col(6) = by_place.col(0);
+  if (layout.intrinsics >= 0) {
+    derivative.col(7) << ray.x(), camera_.aspect_ratio * ray.y();
+    derivative.rightCols<2>().setIdentity();
+  }
+
+  Eigen::Matrix2d covariance = by_place * point.place_covariance * by_place.transpose();
+  covariance.diagonal().array() += point.sigma * point.sigma;
+  Eigen::Matrix2d information = covariance.inverse();
+  const double e = std::sqrt(residual.dot(information * residual));
+  if (!std::isfinite(e)) {
+    return;  // its covariance is none
+  }
+  const double pixels = residual.norm();
+  const bool beyond = !(pixels <= gate_);
+  const KernelValue value =
+      evaluate(weighting.kernel, beyond ? gate_ / point.sigma : e, weighting.point_width);
+  equations.cost += value.cost;
+  if (beyond) {
+    return;
+  }
+  KernelValue per_row = value;
+  per_row.slope = 0.5 * (value.slope + value.weight);
+  add_sums(equations.points, per_row, e * std::sqrt(0.5), e <= weighting.inlier_bound);
+  point_residuals_.push_back(e);
+  if (weighting.points_along_displacement && pixels > 0) {
+    const Eigen::Vector2d along = residual / pixels;
+    information = along * along.transpose() / along.dot(covariance * along);
+  }
+  information *= value.weight;
+  scatter(derivative.transpose() * information * derivative,
+          derivative.transpose() * (information * residual),
+          on_pipe ? layout.offset[point.pipe] : -1, layout, equations.point_information,
+          equations.gradient);
+}
+
+void FeatureSystem::accumulate(const SolverState& state, const UnknownLayout& layout,
+                               const Weighting& weighting, NormalEquations& equations) {
+  equations.reset(layout.size);
+  edge_residuals_.clear();
+  point_residuals_.clear();
+  support_.clear();
+  const CameraView view(camera_matrix(state, layout), state.T_camera_rack);
+  for (const Run& run : runs_) {
+    ContourLine edge;
+    ImageLine line;
+    LineSums sums;
+    std::size_t inliers = 0;
+    if (contour(run.edge, state, view.centre, edge) && image_line(view, edge, line)) {
+      add_samples(run, line, weighting, equations, sums, inliers);
+      add_line(run, line, view, layout, sums, equations);
+    }
+    support_.push_back(
+        {run.edge, static_cast<std::uint16_t>(run.count), static_cast<std::uint16_t>(inliers)});
+  }
+  for (const PointObservation& point : points_) {
+    add_point(point, state, view, layout, weighting, equations);
+  }
+}
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "pipescout/rack_vision/contour.hpp"
+#include "pipescout/rack_vision/pose_solver.hpp"
+
+/// The normal equations of a pose problem. Internal to PoseSolver.
+namespace pipescout::rack_vision {
+
+inline constexpr int kPoseUnknowns = 6;
+inline constexpr int kIntrinsicUnknowns = 3;
+inline constexpr int kMaxUnknowns =
+    kPoseUnknowns + static_cast<int>(kMaxPipes) + kIntrinsicUnknowns;
+
+using SystemMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+using SystemVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
+
+/// What is solved for.
+struct SolverState {
+  geometry::SE3 T_camera_rack;
+  std::array<double, kMaxPipes> offsets{};
+  Eigen::Vector3d intrinsics = Eigen::Vector3d::Zero();  ///< f_c, u_0, v_0
+};
+
+/// Where the unknowns stand: pose [dc; dphi], then offsets, then intrinsics.
+struct UnknownLayout {
+  std::array<int, kMaxPipes> offset{};  ///< index of a pipe's offset; -1: it is fixed
+  int offset_count = 0;
+  int intrinsics = -1;  ///< index of the first; -1: they are fixed
+  int size = kPoseUnknowns;
+};
+
+/// Sums over the residuals e (in sigmas) of one kind of feature.
+struct ResidualSums {
+  double count = 0;          ///< within the gate
+  double weight = 0;         ///< w
+  double slope = 0;          ///< psi'
+  double square = 0;         ///< psi^2
+  double inliers = 0;        ///< features within the inlier bound
+  double inlier_square = 0;  ///< e^2 of those
+};
+
+struct NormalEquations {
+  SystemMatrix edge_information, point_information;
+  SystemVector gradient;
+  double cost = 0;
+  ResidualSums edges, points;
+
+  void reset(int size);
+};
+
+struct Weighting {
+  RobustKernel kernel = RobustKernel::kNone;
+  double edge_width = 1;
+  double point_width = 1;
+  double inlier_bound = 3;
+  /// As the paper has it: a point gives one row along its displacement (Figure 3), not two.
+  bool points_along_displacement = false;
+};
+
+/// The features of one image, checked and grouped. Allocates only to grow.
+class FeatureSystem {
+ public:
+  explicit FeatureSystem(const RackModel& model);
+
+  /// Takes over what can be used of the problem's features; the spans must stay valid.
+  void prepare(const geometry::Camera& camera, const PoseProblem& problem,
+               const PoseSolverParameters& parameters);
+  [[nodiscard]] std::size_t refused() const noexcept { return refused_; }
+  [[nodiscard]] std::size_t sample_count() const noexcept { return sample_count_; }
+  [[nodiscard]] std::size_t point_count() const noexcept { return points_.size(); }
+
+  /// Equations (27), (28) at the state, data only.
+  void accumulate(const SolverState& state, const UnknownLayout& layout, const Weighting& weighting,
+                  NormalEquations& equations);
+
+  /// Sizes of the residuals of the last `accumulate`, in sigmas: all within the gate.
+  [[nodiscard]] std::vector<double>& edge_residuals() noexcept { return edge_residuals_; }
+  [[nodiscard]] std::vector<double>& point_residuals() noexcept { return point_residuals_; }
+  /// Of the last `accumulate`.
+  [[nodiscard]] std::span<const EdgeSupport> support() const noexcept { return support_; }
+
+ private:
+  struct Run {
+    EdgeId edge;
+    std::size_t first = 0;
+    std::size_t count = 0;
+  };
+  struct LineSums;
+
+  [[nodiscard]] bool exists(const EdgeId& edge) const noexcept;
+  [[nodiscard]] bool contour(const EdgeId& edge, const SolverState& state,
+                             const Eigen::Vector3d& eye, ContourLine& line) const noexcept;
+  [[nodiscard]] Eigen::Matrix3d camera_matrix(const SolverState& state,
+                                              const UnknownLayout& layout) const noexcept;
+  void add_samples(const Run& run, const ImageLine& line, const Weighting& weighting,
+                   NormalEquations& equations, LineSums& sums, std::size_t& inliers);
+  void add_line(const Run& run, const ImageLine& line, const CameraView& view,
+                const UnknownLayout& layout, LineSums sums, NormalEquations& equations) const;
+  void add_point(const PointObservation& point, const SolverState& state, const CameraView& view,
+                 const UnknownLayout& layout, const Weighting& weighting,
+                 NormalEquations& equations);
+
+  std::vector<std::vector<PipeSection>> sections_;  ///< per pipe, where the model has it
+  std::vector<Support> supports_;
+  geometry::CameraParameters camera_;
+  double gate_ = 0;
+  double edge_bias_sigma_ = 0;
+  std::vector<EdgeSample> samples_;
+  std::vector<Run> runs_;
+  std::vector<PointObservation> points_;
+  std::vector<double> edge_residuals_, point_residuals_;
+  std::vector<EdgeSupport> support_;
+  std::size_t refused_ = 0;
+  std::size_t sample_count_ = 0;
+};
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_vision/pose_solver.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "feature_system.hpp"
+#include "offset_prior.hpp"
+#include "solution_covariance.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+/// A step is shortened to these: beyond them the linear model says nothing.
+constexpr double kLargestTurn = 0.3;  // rad
+constexpr double kLargestMove = 1.0;  // m
+/// The saliency hands over when its steps move the features by less than this many sigmas.
+constexpr double kNearEnough = 0.5;
+/// Median of |e| for normal residuals, of one and of two dimensions.
+constexpr double kHalfNormalMedian = 0.674490;
+constexpr double kRayleighMedian = 1.177410;
+/// A third of gross outliers raises the scale by the median to about this. Up to it the stated
+/// sigmas are believed.
+constexpr double kScaleOfOutliers = 1.5;
+/// A scale of fewer residuals than these is chance.
+constexpr std::size_t kEnoughForScale = 10;
+constexpr double kInlierSigmas = 3;
+constexpr double kSmallestInlierShare = 0.35;
+
+double scale_of(std::vector<double>& residuals, double median_of_unit) {
+  if (residuals.size() < kEnoughForScale) {
+    return 1;
+  }
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+  return *middle / median_of_unit;
+}
+
+bool is_covariance(const auto& matrix) {
+  return matrix.allFinite() && matrix.diagonal().minCoeff() >= 0;
+}
+
+bool is_finite(const geometry::SE3& pose) {
+  return pose.translation().allFinite() && pose.rotation().quaternion().coeffs().allFinite();
+}
+
+bool is_sound(const PoseProblem& problem) {
+  if (!is_finite(problem.T_camera_rack) || !is_covariance(problem.offsets.covariance) ||
+      !std::ranges::all_of(problem.offsets.mean, [](double x) { return std::isfinite(x); })) {
+    return false;
+  }
+  if (problem.pose_prior && !(is_finite(problem.pose_prior->T_camera_rack) &&
+                              is_covariance(problem.pose_prior->information))) {
+    return false;
+  }
+  return !problem.intrinsics ||
+         (problem.intrinsics->mean.allFinite() && problem.intrinsics->mean[0] > 0 &&
+          is_covariance(problem.intrinsics->covariance) &&
+          problem.intrinsics->covariance.diagonal().minCoeff() > 0);
+}
+
+}  // namespace
+
+class PoseSolver::Implementation {
+ public:
+  Implementation(const RackModel& model, const PoseSolverParameters& parameters)
+      : parameters_(parameters), features_(model) {
+    parameters_.validate();
+    for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+      movable_[i] = model.pipes[i].movable;
+    }
+    factors_ = {covariance_factor(final_kernel(), final_width(), 1),
+                covariance_factor(final_kernel(), final_width(), 2)};
+  }
+
+  void solve(const geometry::Camera& camera, const PoseProblem& problem, PoseSolution& solution);
+
+  [[nodiscard]] const PoseSolverParameters& parameters() const noexcept { return parameters_; }
+
+ private:
+  [[nodiscard]] bool iterated() const { return parameters_.method == SolverMethod::kIterated; }
+  [[nodiscard]] RobustKernel final_kernel() const {
+    switch (parameters_.method) {
+      case SolverMethod::kLippielloLeastSquares:
+        return RobustKernel::kNone;
+      case SolverMethod::kLippielloSaliency:
+        return RobustKernel::kSaliency;
+      case SolverMethod::kIterated:
+        break;
+    }
+    return parameters_.kernel;
+  }
+  [[nodiscard]] double final_width() const {
+    return iterated() ? parameters_.kernel_width : parameters_.saliency_nu;
+  }
+  [[nodiscard]] Weighting first_weighting() const;
+  [[nodiscard]] Weighting final_weighting();
+
+  void start(const PoseProblem& problem);
+  /// The sums at `state_`, with damping and all priors.
+  void evaluate_state(const PoseProblem& problem, const Weighting& weighting);
+  void add_priors(const PoseProblem& problem);
+  /// Solves for a step from `state_`; its size in sigmas of the features.
+  double step_from_here(double damping);
+  void take_step();
+  bool iterate(const PoseProblem& problem, int& iterations);
+  void finish(const PoseProblem& problem, bool converged, PoseSolution& solution);
+
+  PoseSolverParameters parameters_;
+  FeatureSystem features_;
+  std::bitset<kMaxPipes> movable_;
+  CovarianceFactors factors_;
+
+  UnknownLayout layout_;
+  OffsetPrior offset_prior_;
+  Eigen::Matrix3d intrinsics_information_ = Eigen::Matrix3d::Zero();
+  SolverState state_, better_state_;
+  NormalEquations equations_;
+  SystemMatrix prior_;     // information of all priors
+  SystemVector gradient_;  // of data and priors
+  double cost_ = 0;        // of data and priors
+  SystemVector step_;
+};
+
+Weighting PoseSolver::Implementation::first_weighting() const {
+  const bool unweighted = parameters_.method == SolverMethod::kLippielloLeastSquares;
+  return {.kernel = unweighted ? RobustKernel::kNone : RobustKernel::kSaliency,
+          .edge_width = parameters_.saliency_nu,
+          .point_width = parameters_.saliency_nu,
+          .inlier_bound = kInlierSigmas,
+          .points_along_displacement = !iterated()};
+}
+
+Weighting PoseSolver::Implementation::final_weighting() {
+  const auto widened = [](double scale) { return std::max(1.0, scale / kScaleOfOutliers); };
+  const double edges = widened(scale_of(features_.edge_residuals(), kHalfNormalMedian));
+  const double points = widened(scale_of(features_.point_residuals(), kRayleighMedian));
+  return {.kernel = final_kernel(),
+          .edge_width = final_width() * edges,
+          .point_width = final_width() * points,
+          .inlier_bound = kInlierSigmas * std::max(edges, points)};
+}
+
+void PoseSolver::Implementation::start(const PoseProblem& problem) {
+  state_.T_camera_rack = problem.T_camera_rack;
+  state_.offsets = problem.offsets.mean;
+  layout_ = {};
+  for (std::size_t i = 0; i < kMaxPipes; ++i) {
+    const bool free =
+        movable_[i] && problem.offsets.covariance(static_cast<int>(i), static_cast<int>(i)) > 0;
+    layout_.offset[i] = free ? kPoseUnknowns + layout_.offset_count++ : -1;
+  }
+  layout_.size += layout_.offset_count;
+  if (problem.intrinsics) {
+    layout_.intrinsics = layout_.size;
+    layout_.size += kIntrinsicUnknowns;
+    state_.intrinsics = problem.intrinsics->mean;
+    intrinsics_information_ =
+        problem.intrinsics->covariance.llt().solve(Eigen::Matrix3d::Identity());
+  }
+}
+
+void PoseSolver::Implementation::add_priors(const PoseProblem& problem) {
+  prior_.setZero(layout_.size, layout_.size);
+  gradient_ = equations_.gradient;
+  cost_ = equations_.cost;
+  if (problem.pose_prior) {
+    const auto& prior = *problem.pose_prior;
+    const geometry::SE3 T_rack_camera = state_.T_camera_rack.inverse();
+    const geometry::SE3 T_rack_prior = prior.T_camera_rack.inverse();
+    geometry::Vector6d difference;
+    difference << T_rack_camera.translation() - T_rack_prior.translation(),
+        (T_rack_camera.rotation() * T_rack_prior.rotation().inverse()).log();
+    geometry::Matrix6d derivative = geometry::Matrix6d::Identity();
+    derivative.bottomRightCorner<3, 3>() =
+        geometry::SO3::left_jacobian_inverse(difference.tail<3>());
+    const geometry::Matrix6d weighted = derivative.transpose() * prior.information;
+    prior_.topLeftCorner<6, 6>() += weighted * derivative;
+    gradient_.head<6>() += weighted * difference;
+    cost_ += 0.5 * difference.dot(prior.information * difference);
+  }
+  offset_prior_.add(state_, prior_, gradient_, cost_);
+  if (layout_.intrinsics >= 0) {
+    const Eigen::Vector3d difference = state_.intrinsics - problem.intrinsics->mean;
+    const Eigen::Vector3d weighted = intrinsics_information_ * difference;
+    prior_.block<3, 3>(layout_.intrinsics, layout_.intrinsics) += intrinsics_information_;
+    gradient_.segment<3>(layout_.intrinsics) += weighted;
+    cost_ += 0.5 * difference.dot(weighted);
+  }
+}
+
+void PoseSolver::Implementation::evaluate_state(const PoseProblem& problem,
+                                                const Weighting& weighting) {
+  features_.accumulate(state_, layout_, weighting, equations_);
+  add_priors(problem);
+}
+
+double PoseSolver::Implementation::step_from_here(double damping) {
+  SystemMatrix system = equations_.edge_information + equations_.point_information + prior_;
+  // A trace of information about the pose, so that what nothing observes stays where it is.
+  system.diagonal() *= 1 + damping;
+  system.diagonal().head<3>().array() +=
+      1 / (parameters_.largest_position_deviation * parameters_.largest_position_deviation);
+  system.diagonal().segment<3>(3).array() +=
+      1 / (parameters_.largest_rotation_deviation * parameters_.largest_rotation_deviation);
+  step_ = system.ldlt().solve(-gradient_);
+  if (!step_.allFinite()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const double turn = step_.segment<3>(3).norm();
+  const double move = step_.head<3>().norm();
+  step_ *= std::min({1.0, kLargestTurn / std::max(turn, kLargestTurn),
+                     kLargestMove / std::max(move, kLargestMove)});
+  const double features = equations_.edges.count + 2 * equations_.points.count;
+  return std::sqrt(std::max(0.0, step_.dot(system * step_)) / std::max(1.0, features));
+}
+
+void PoseSolver::Implementation::take_step() {
+  state_.T_camera_rack = moved(state_.T_camera_rack, step_.head<6>());
+  for (std::size_t i = 0; i < kMaxPipes; ++i) {
+    if (layout_.offset[i] >= 0) {
+      state_.offsets[i] += step_[layout_.offset[i]];
+    }
+  }
+  if (layout_.intrinsics >= 0) {
+    state_.intrinsics += step_.segment<3>(layout_.intrinsics);
+    // A focal length that a wild step turns round would mirror the image.
+    state_.intrinsics[0] = std::max(state_.intrinsics[0], 1.0);
+  }
+}
+
+/// Saliency until near, then the kernel until the steps are small. Levenberg's damping steps in
+/// where a step makes things worse. Returns whether it converged.
+bool PoseSolver::Implementation::iterate(const PoseProblem& problem, int& iterations) {
+  Weighting weighting = first_weighting();
+  bool near = !iterated();
+  double damping = 0;
+  double best_cost = std::numeric_limits<double>::infinity();
+  NormalEquations& equations = equations_;
+  const int most = iterated() ? parameters_.iterations : 1;
+  for (iterations = 0; iterations < most; ++iterations) {
+    evaluate_state(problem, weighting);
+    constexpr double kWorse = 1 + 1e-9;
+    if (cost_ > best_cost * kWorse) {
+      constexpr double kFirstDamping = 1e-3, kMoreDamping = 10, kMostDamping = 1e6;
+      damping = std::max(kFirstDamping, damping * kMoreDamping);
+      if (damping > kMostDamping) {
+        return false;
+      }
+      state_ = better_state_;
+      evaluate_state(problem, weighting);
+    } else {
+      damping *= 0.1;
+    }
+    best_cost = cost_;
+    better_state_ = state_;
+    const double step = step_from_here(damping);
+    if (!std::isfinite(step)) {
+      return false;
+    }
+    if (equations.edges.count + equations.points.count == 0) {
+      return false;
+    }
+    take_step();
+    if (!near && (step < kNearEnough || 2 * (iterations + 1) >= most)) {
+      near = true;
+      damping = 0;
+      best_cost = std::numeric_limits<double>::infinity();
+      weighting = final_weighting();
+      offset_prior_.judge(state_, equations.edge_information + equations.point_information + prior_,
+                          parameters_.innovation_gate);
+    } else if (near && step < parameters_.smallest_step) {
+      ++iterations;
+      return true;
+    }
+  }
+  return !iterated();
+}
+
+void PoseSolver::Implementation::finish(const PoseProblem& problem, bool converged,
+                                        PoseSolution& solution) {
+  solution.residual_scale = std::max(scale_of(features_.edge_residuals(), kHalfNormalMedian),
+                                     scale_of(features_.point_residuals(), kRayleighMedian));
+  const Weighting weighting = iterated() ? final_weighting() : first_weighting();
+  evaluate_state(problem, weighting);
+  solution.T_camera_rack = state_.T_camera_rack;
+  solution.offset_moved = offset_prior_.moved();
+  describe_solution(equations_, prior_, layout_, state_, factors_, parameters_, solution);
+  solution.edges.assign(features_.support().begin(), features_.support().end());
+  const double inliers = equations_.edges.inliers + equations_.points.inliers;
+  const double features = static_cast<double>(features_.sample_count() + features_.point_count());
+  solution.inlier_share = inliers / features;
+  solution.chi_square = equations_.edges.inlier_square + 2 * equations_.points.inlier_square;
+  if (!converged) {
+    solution.status = PoseStatus::kNotConverged;
+  } else if (solution.inlier_share < kSmallestInlierShare) {
+    solution.status = PoseStatus::kTooFewInliers;
+  }
+}
+
+void PoseSolver::Implementation::solve(const geometry::Camera& camera, const PoseProblem& problem,
+                                       PoseSolution& solution) {
+  solution.T_camera_rack = problem.T_camera_rack;
+  solution.offsets = problem.offsets;
+  solution.intrinsics = problem.intrinsics;
+  solution.covariance.setZero();
+  solution.covariance.diagonal().head<3>().setConstant(parameters_.largest_position_deviation *
+                                                       parameters_.largest_position_deviation);
+  solution.covariance.diagonal().tail<3>().setConstant(parameters_.largest_rotation_deviation *
+                                                       parameters_.largest_rotation_deviation);
+  solution.weakest_direction = Eigen::Vector3d::UnitY();
+  solution.weakest_deviation = parameters_.largest_position_deviation;
+  solution.unobserved_directions = kPoseUnknowns;
+  solution.offset_observed.reset();
+  solution.offset_moved.reset();
+  solution.edges.clear();
+  solution.samples = solution.points = solution.refused = 0;
+  solution.inlier_share = solution.chi_square = solution.residual_scale = 0;
+  solution.iterations = 0;
+  solution.status = PoseStatus::kBadInput;
+  if (!is_sound(problem)) {
+    return;
+  }
+  start(problem);
+  if (!offset_prior_.start(problem.offsets, layout_, iterated() ? parameters_.offset_freedom : 0)) {
+    return;
+  }
+  features_.prepare(camera, problem, parameters_);
+  solution.samples = features_.sample_count();
+  solution.points = features_.point_count();
+  solution.refused = features_.refused();
+  if (solution.samples + solution.points == 0) {
+    solution.status = PoseStatus::kNoFeatures;
+    return;
+  }
+  const bool converged = iterate(problem, solution.iterations);
+  if (!is_finite(state_.T_camera_rack)) {
+    solution.status = PoseStatus::kNotConverged;
+    return;
+  }
+  finish(problem, converged, solution);
+}
+
+PoseSolver::PoseSolver(const RackModel& model, const PoseSolverParameters& parameters)
+    : implementation_(std::make_unique<Implementation>(model, parameters)) {}
+PoseSolver::~PoseSolver() = default;
+PoseSolver::PoseSolver(PoseSolver&&) noexcept = default;
+PoseSolver& PoseSolver::operator=(PoseSolver&&) noexcept = default;
+
+void PoseSolver::solve(const geometry::Camera& camera, const PoseProblem& problem,
+                       PoseSolution& solution) {
+  implementation_->solve(camera, problem, solution);
+}
+
+const PoseSolverParameters& PoseSolver::parameters() const noexcept {
+  return implementation_->parameters();
+}
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solution_covariance.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace pipescout::rack_vision {
+namespace {
+
+/// Residuals' worth of belief that the stated sigmas are true.
+constexpr double kBeliefInSigmas = 8;
+/// No more than this is said of residuals that fit nothing.
+constexpr double kLargestFactor = 1e4;
+
+/// The factor for these residuals: as they are, no smaller than with true sigmas. `lost`: share of
+/// the residuals' degrees of freedom that the unknowns took.
+double measured_factor(const ResidualSums& sums, double stated, double lost) {
+  if (!(sums.count > 0)) {
+    return stated;
+  }
+  const double slope = std::max(sums.slope, 0.0);
+  const double measured =
+      std::min(kLargestFactor, sums.square * sums.weight / std::max(slope * slope, 1e-12));
+  const double count = sums.count * (1 - lost);
+  const double mixed =
+      (kBeliefInSigmas * stated + sums.count * measured) / (kBeliefInSigmas + count);
+  return std::max(stated, mixed);
+}
+
+SystemMatrix inverse(const SystemMatrix& matrix) {
+  return matrix.ldlt().solve(SystemMatrix::Identity(matrix.rows(), matrix.cols()));
+}
+
+/// How many directions of the pose the data leave to more than half of the caps, and whether the
+/// only one is along y.
+struct Unobserved {
+  int directions = 0;
+  bool only_along = true;
+};
+
+Unobserved unobserved(const SystemMatrix& information, const UnknownLayout& layout,
+                      const geometry::Vector6d& caps) {
+  geometry::Matrix6d pose = information.topLeftCorner<6, 6>();
+  const int others = layout.size - kPoseUnknowns;
+  if (others > 0) {
+    const SystemMatrix coupling = information.topRightCorner(kPoseUnknowns, others);
+    const SystemMatrix rest = information.bottomRightCorner(others, others);
+    pose -= coupling * rest.ldlt().solve(SystemMatrix(coupling.transpose()));
+  }
+  const Eigen::SelfAdjointEigenSolver<geometry::Matrix6d> solver(caps.asDiagonal() * pose *
+                                                                 caps.asDiagonal());
+  constexpr double kHalfOfCap = 4;
+  constexpr double kMostlyAlong = 0.95;
+  Unobserved result;
+  for (int i = 0; i < kPoseUnknowns; ++i) {
+    if (!(solver.eigenvalues()[i] > kHalfOfCap)) {
+      ++result.directions;
+      const geometry::Vector6d direction = caps.asDiagonal() * solver.eigenvectors().col(i);
+      result.only_along =
+          result.directions == 1 && std::abs(direction[1]) > kMostlyAlong * direction.norm();
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void describe_solution(const NormalEquations& equations, const SystemMatrix& prior,
+                       const UnknownLayout& layout, const SolverState& state,
+                       const CovarianceFactors& factors, const PoseSolverParameters& parameters,
+                       PoseSolution& solution) {
+  const double rows = equations.edges.count + 2 * equations.points.count;
+  const double lost = std::clamp(layout.size / std::max(rows, 1.0), 0.0, 0.9);
+  const double edges = measured_factor(equations.edges, factors.edges, lost);
+  const double points = measured_factor(equations.points, factors.points, lost);
+
+  geometry::Vector6d caps;
+  caps.head<3>().setConstant(parameters.largest_position_deviation);
+  caps.tail<3>().setConstant(parameters.largest_rotation_deviation);
+  SystemMatrix known = prior;
+  known.diagonal().head<6>() += caps.cwiseAbs2().cwiseInverse();
+
+  // Sandwich of the weighted information between what the rows' true spread makes of it.
+  const SystemMatrix inverse_information =
+      inverse(equations.edge_information + equations.point_information + known);
+  const SystemMatrix spread =
+      edges * equations.edge_information + points * equations.point_information + known;
+  const SystemMatrix covariance = inverse_information * spread * inverse_information;
+  solution.covariance = covariance.topLeftCorner<6, 6>();
+  solution.covariance = (0.5 * (solution.covariance + solution.covariance.transpose())).eval();
+
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> place;
+  place.computeDirect(solution.covariance.topLeftCorner<3, 3>());
+  solution.weakest_direction = place.eigenvectors().col(2);
+  solution.weakest_deviation = std::sqrt(std::max(0.0, place.eigenvalues()[2]));
+
+  SystemMatrix data = equations.edge_information + equations.point_information;
+  const int others = layout.size - kPoseUnknowns;
+  SystemMatrix with_priors = data;
+  with_priors.bottomRightCorner(others, others) += prior.bottomRightCorner(others, others);
+  const Unobserved weak = unobserved(with_priors, layout, caps);
+  solution.unobserved_directions = weak.directions;
+  solution.status =
+      weak.directions == 0 || weak.only_along ? PoseStatus::kOk : PoseStatus::kUnobserved;
+
+  data.diagonal().head<6>() += caps.cwiseAbs2().cwiseInverse();
+  // An unseen offset has no information: a deviation far above what counts as observed instead.
+  constexpr double kUnseen = 1e3;
+  const double trace =
+      1 / (kUnseen * kUnseen * parameters.observed_deviation * parameters.observed_deviation);
+  data.diagonal().tail(others).array() += trace;
+  const SystemMatrix from_data = inverse(data);
+  for (std::size_t i = 0; i < kMaxPipes; ++i) {
+    const int row = layout.offset[i];
+    if (row < 0) {
+      continue;
+    }
+    solution.offsets.mean[i] = state.offsets[i];
+    solution.offset_observed[i] =
+        std::sqrt(edges * from_data(row, row)) < parameters.observed_deviation;
+    for (std::size_t j = 0; j < kMaxPipes; ++j) {
+      const int column = layout.offset[j];
+      if (column >= 0) {
+        solution.offsets.covariance(static_cast<int>(i), static_cast<int>(j)) =
+            0.5 * (covariance(row, column) + covariance(column, row));
+      }
+    }
+  }
+  if (layout.intrinsics >= 0) {
+    const Eigen::Matrix3d block = covariance.block<3, 3>(layout.intrinsics, layout.intrinsics);
+    solution.intrinsics = {state.intrinsics, 0.5 * (block + block.transpose())};
+  }
+}
+
+}  // namespace pipescout::rack_vision
