@@ -159,6 +159,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   if (length < 2 * taps + 3 || length > kLongestProfile) {
     return;
   }
+  sample.searched = true;
   std::array<float, kLongestProfile> profile;
   for (int i = 0; i < length; ++i) {
     const Eigen::Vector2d at = middle + (span.first + i) * direction;

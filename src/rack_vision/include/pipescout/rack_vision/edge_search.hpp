@@ -43,6 +43,7 @@ struct SearchedSample {
   std::uint32_t edge = 0;  ///< index into the edges that were searched
   Eigen::Vector2d place;   ///< on the rendered edge, ideal pixel
   Eigen::Vector2d normal;  ///< unit vector, away from the pipe; supports: see `edge_normal`
+  bool searched = false;   ///< false: too near to the border of the image
   int count = 0;           ///< of candidates, by plausibility, the best first
   std::array<EdgeCandidate, kMaxEdgeCandidates> candidates;
 };

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_vision/rack_tracker.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "image_check.hpp"
+#include "parameter_range.hpp"
+#include "pose_belief.hpp"
+#include "track_step.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+using geometry::Matrix6d;
+
+constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
+constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
+constexpr double kStartQuality = 0.5;
+constexpr double kOffsetDrift = 0.002;  // m/sqrt(s): pipes move by heat and flow
+
+bool is_covariance(const Matrix6d& matrix) {
+  return matrix.allFinite() &&
+         (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <=
+             1e-6 * matrix.cwiseAbs().maxCoeff() &&
+         matrix.llt().info() == Eigen::Success;
+}
+
+OffsetBelief offsets_of_model(const RackModel& model, const RackTrackerParameters& parameters) {
+  OffsetBelief offsets;
+  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+    if (model.pipes[i].movable && parameters.estimate_offsets) {
+      const auto pipe = static_cast<Eigen::Index>(i);
+      offsets.covariance(pipe, pipe) = parameters.offset_sigma * parameters.offset_sigma;
+    }
+  }
+  return offsets;
+}
+
+}  // namespace
+
+void RackTrackerParameters::validate() const {
+  internal::check_within("samples_per_edge", samples_per_edge, 2, 100);
+  internal::check_within("points_per_frame", points_per_frame, 0, 200);
+  internal::check_within("map_capacity", map_capacity, 0, 20000);
+  internal::check_above("acceleration_sigma", acceleration_sigma, 0, 100);
+  internal::check_above("angular_acceleration_sigma", angular_acceleration_sigma, 0, 1000);
+  internal::check_above("edge_sigma", edge_sigma, 0, 20);
+  internal::check_within("edge_bias_sigma", edge_bias_sigma, 0, 20);
+  internal::check_above("point_sigma", point_sigma, 0, 10);
+  internal::check_above("offset_sigma", offset_sigma, 0, 1);
+  internal::check_above("longest_gap", longest_gap, 0, 60);
+  internal::check_within("lost_below", lost_below, 0, 1);
+  internal::check_above("start_range_m", start_range_m, 0, 1);
+  internal::check_above("start_range_rad", start_range_rad, 0, 0.5);
+}
+
+std::string_view to_string(TrackStatus status) noexcept {
+  switch (status) {
+    case TrackStatus::kNotStarted:
+      return "not started";
+    case TrackStatus::kTracking:
+      return "tracking";
+    case TrackStatus::kCoasting:
+      return "coasting";
+    case TrackStatus::kLost:
+      return "lost";
+    case TrackStatus::kBadImage:
+      return "bad image";
+    case TrackStatus::kBadStamp:
+      return "bad stamp";
+  }
+  return "unknown";
+}
+
+class RackTracker::Implementation {
+ public:
+  Implementation(const RackModel& model, const geometry::Camera& camera,
+                 const RackTrackerParameters& parameters)
+      : model_(model),
+        camera_(camera),
+        parameters_(parameters),
+        step_(model, camera, parameters),
+        offsets_(offsets_of_model(model, parameters)) {}
+
+  bool set_pose(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
+    if (!T_rack_camera.matrix().allFinite() || !is_covariance(covariance)) {
+      return false;
+    }
+    start_at(T_rack_camera, covariance);
+    state_ = TrackStatus::kCoasting;
+    starting_ = true;
+    last_stamp_.reset();
+    leapt_stamp_.reset();
+    return true;
+  }
+
+  RackTrackerResult track(const ImageView& image, double stamp,
+                          const std::optional<MotionPrediction>& motion) {
+    ++counts_.images;
+    RackTrackerResult result = blank();
+    if (!check_stamp(stamp, result) || !check_image(image, result)) {
+      return result;
+    }
+    if (state_ == TrackStatus::kNotStarted || state_ == TrackStatus::kLost) {
+      last_stamp_ = stamp;
+      result.reason = state_ == TrackStatus::kLost ? lost_reason_ : "no pose was given";
+      return result;
+    }
+    const double dt = last_stamp_ ? stamp - *last_stamp_ : 0.0;
+    last_stamp_ = stamp;
+    if (dt > parameters_.longest_gap) {
+      lose("no images for too long", result);
+      return result;
+    }
+    predict(dt, motion);
+    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_};
+    if (starting_) {
+      step_.find_from_far(image, before, kStartRange, outcome_);
+    } else {
+      step_.find(image, before, outcome_);
+    }
+    judge(image, result);
+    return result;
+  }
+
+  void reset() {
+    step_.forget();
+    offsets_ = offsets_of_model(model_, parameters_);
+    state_ = TrackStatus::kNotStarted;
+    starting_ = false;
+    last_stamp_.reset();
+    leapt_stamp_.reset();
+    fingerprint_.reset();
+  }
+
+  [[nodiscard]] const RackTrackerCounts& counts() const noexcept { return counts_; }
+
+ private:
+  static constexpr double kStartRange = 40;  // px
+
+  void start_at(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
+    // What is known along y is the anchor; the pose itself is exact relative to what it will see.
+    anchor_variance_ = covariance(1, 1);
+    Matrix6d relative = covariance;
+    relative.row(1).setZero();
+    relative.col(1).setZero();
+    relative(1, 1) = 1e-6;
+    pose_ = PoseBelief(T_rack_camera, relative);
+    coasted_ = 0;
+  }
+
+  bool check_stamp(double stamp, RackTrackerResult& result) {
+    const bool leaps = last_stamp_ && stamp > *last_stamp_ + parameters_.longest_gap;
+    // One leap may be a broken stamp; a second image that follows it says that time went on.
+    const bool confirmed =
+        leapt_stamp_ && stamp > *leapt_stamp_ && stamp <= *leapt_stamp_ + parameters_.longest_gap;
+    if (std::isfinite(stamp) && (!last_stamp_ || stamp > *last_stamp_) && (!leaps || confirmed)) {
+      leapt_stamp_.reset();
+      return true;
+    }
+    ++counts_.bad_stamps;
+    result.status = TrackStatus::kBadStamp;
+    result.reason = !std::isfinite(stamp) ? "the stamp is not finite"
+                    : leaps               ? "the stamp leaps ahead"
+                                          : "the stamp is not after the last one";
+    leapt_stamp_ = leaps ? std::optional(stamp) : std::nullopt;
+    return false;
+  }
+
+  bool check_image(const ImageView& image, RackTrackerResult& result) {
+    const geometry::CameraParameters& expected = camera_.parameters();
+    result.status = TrackStatus::kBadImage;
+    if (!image.valid() || image.width != expected.width || image.height != expected.height) {
+      ++counts_.wrong_size;
+      result.reason = "the image has not the size of the camera";
+      return false;
+    }
+    const std::uint64_t bits = fingerprint(image);
+    if (fingerprint_ == bits) {
+      ++counts_.frozen;
+      result.reason = "the image is the same as the one before";
+      return false;
+    }
+    fingerprint_ = bits;
+    if (grey_range(image) < kLeastGreyRange) {
+      ++counts_.without_contrast;
+      result.reason = "the image has no contrast";
+      return false;
+    }
+    result.status = state_;
+    return true;
+  }
+
+  void predict(double dt, const std::optional<MotionPrediction>& motion) {
+    if (dt <= 0) {
+      return;
+    }
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      const auto pipe = static_cast<Eigen::Index>(i);
+      if (offsets_.covariance(pipe, pipe) > 0) {
+        offsets_.covariance(pipe, pipe) += kOffsetDrift * kOffsetDrift * dt;
+      }
+    }
+    if (motion && motion->T_previous_current.matrix().allFinite() &&
+        is_covariance(motion->covariance)) {
+      pose_.predict(motion->T_previous_current, motion->covariance, dt);
+      return;
+    }
+    counts_.bad_predictions += motion ? 1 : 0;
+    pose_.predict(dt, parameters_.acceleration_sigma, parameters_.angular_acceleration_sigma);
+  }
+
+  void judge(const ImageView& image, RackTrackerResult& result) {
+    const double quality = outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
+    const double needed = starting_ ? kStartQuality : parameters_.lost_below;
+    if (quality < needed) {
+      if (starting_ || ++coasted_ > kMostCoasting) {
+        lose(starting_ ? "the image does not bear out the pose that was given"
+                       : "the image no longer bears out the pose",
+             result);
+      } else {
+        state_ = TrackStatus::kCoasting;
+        fill(result);
+        result.reason = "the image does not bear out the pose: predicted";
+      }
+      result.quality = quality;
+      return;
+    }
+    pose_.shift_along(outcome_.shift_along);
+    pose_.update(outcome_.belief.T_rack_camera, outcome_.belief.covariance);
+    anchor_variance_ = outcome_.belief.anchor_variance;
+    offsets_ = outcome_.belief.offsets;
+    state_ = TrackStatus::kTracking;
+    starting_ = false;
+    coasted_ = 0;
+    step_.learn(image, outcome_);
+    fill(result);
+    result.quality = quality;
+  }
+
+  void lose(std::string_view reason, RackTrackerResult& result) {
+    ++counts_.losses;
+    state_ = TrackStatus::kLost;
+    starting_ = false;
+    lost_reason_ = reason;
+    result = blank();
+    result.reason = reason;
+  }
+
+  RackTrackerResult blank() {
+    RackTrackerResult result;
+    result.status = state_;
+    result.offsets = std::span(offsets_.mean).first(model_.pipes.size());
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      const auto pipe = static_cast<Eigen::Index>(i);
+      offset_variances_[i] = offsets_.covariance(pipe, pipe);
+      offset_observed_[i] = outcome_.offset_observed[i] ? 1 : 0;
+    }
+    result.offset_variances = std::span(offset_variances_).first(model_.pipes.size());
+    result.offset_observed = std::span(offset_observed_).first(model_.pipes.size());
+    result.map_points = static_cast<int>(step_.map_points());
+    return result;
+  }
+
+  void fill(RackTrackerResult& result) {
+    result = blank();
+    result.T_rack_camera = pose_.pose();
+    result.covariance = pose_.covariance();
+    result.covariance(1, 1) += anchor_variance_;
+    result.inlier_share = outcome_.inlier_share;
+    result.edges = outcome_.evidence.edges;
+    result.edge_samples = outcome_.evidence.edge_samples;
+    result.edge_samples_found = outcome_.evidence.edge_samples_found;
+    result.points = outcome_.evidence.points;
+    result.points_matched = outcome_.evidence.points_matched;
+    result.iterations = outcome_.iterations;
+  }
+
+  RackModel model_;
+  geometry::Camera camera_;
+  RackTrackerParameters parameters_;
+  TrackStep step_;
+  StepOutcome outcome_;
+  RackTrackerCounts counts_;
+
+  TrackStatus state_ = TrackStatus::kNotStarted;
+  bool starting_ = false;
+  int coasted_ = 0;
+  std::string_view lost_reason_;
+  PoseBelief pose_;
+  double anchor_variance_ = 0;
+  OffsetBelief offsets_;
+  std::optional<double> last_stamp_;
+  std::optional<double> leapt_stamp_;
+  std::optional<std::uint64_t> fingerprint_;
+  std::array<double, kMaxPipes> offset_variances_{};
+  std::array<std::uint8_t, kMaxPipes> offset_observed_{};
+};
+
+RackTracker::RackTracker(const RackModel& model, const geometry::Camera& camera,
+                         const RackTrackerParameters& parameters) {
+  model.validate();
+  parameters.validate();
+  implementation_ = std::make_unique<Implementation>(model, camera, parameters);
+}
+
+RackTracker::~RackTracker() = default;
+RackTracker::RackTracker(RackTracker&&) noexcept = default;
+RackTracker& RackTracker::operator=(RackTracker&&) noexcept = default;
+
+bool RackTracker::set_pose(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
+  return implementation_->set_pose(T_rack_camera, covariance);
+}
+
+RackTrackerResult RackTracker::track(const ImageView& image, double stamp,
+                                     const std::optional<MotionPrediction>& motion) {
+  return implementation_->track(image, stamp, motion);
+}
+
+void RackTracker::reset() {
+  implementation_->reset();
+}
+
+const RackTrackerCounts& RackTracker::counts() const noexcept {
+  return implementation_->counts();
+}
+
+}  // namespace pipescout::rack_vision

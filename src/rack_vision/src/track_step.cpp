@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "track_step.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "pipescout/rack_vision/contour.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+using geometry::Matrix6d;
+
+constexpr double kLeastRange = 3.0;      // px to either side of a rendered edge
+constexpr double kLargestRange = 40.0;   // px
+constexpr double kSupportSigma = 2.0;    // times that of a pipe's edge: beams are less true
+constexpr double kInlierGate = 1.25;     // px: an edge or point this near is where the pose has it
+constexpr double kLongStep = 4.0;        // px: a solution this far from the search is searched anew
+constexpr double kFreeAlong = 0.5;       // m: "not known" along y
+constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
+constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
+constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
+constexpr int kJudgedSamples = 5;
+constexpr int kY = 1;
+
+PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) {
+  PoseSolverParameters solver;
+  solver.edge_bias_sigma = parameters.edge_bias_sigma;
+  return solver;
+}
+
+EdgeSearchParameters search_parameters(const RackTrackerParameters& parameters) {
+  EdgeSearchParameters search;
+  search.samples_per_edge = parameters.samples_per_edge;
+  return search;
+}
+
+TextureMapParameters map_parameters(const RackTrackerParameters& parameters) {
+  TextureMapParameters map;
+  map.capacity = parameters.map_capacity;
+  map.points_per_frame = parameters.points_per_frame;
+  map.point_sigma = parameters.point_sigma;
+  return map;
+}
+
+/// Distance of an ideal pixel from the line on which an edge is seen.
+double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
+  const Eigen::Vector2d from = pixel - edge.image_start;
+  return along.x() * from.y() - along.y() * from.x();
+}
+
+/// The candidate of a sample that lies on the line on which the edge is seen, if one does.
+const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& edge) {
+  const auto candidates =
+      std::span(sample.candidates).first(static_cast<std::size_t>(sample.count));
+  const auto found = std::ranges::find_if(candidates, [&edge](const EdgeCandidate& candidate) {
+    return std::abs(distance_from(edge, candidate.pixel)) < kInlierGate;
+  });
+  return found == candidates.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
+                     const RackTrackerParameters& parameters)
+    : model_(model),
+      camera_(camera),
+      parameters_(parameters),
+      edge_search_(camera, search_parameters(parameters)),
+      edge_memory_(model),
+      map_(model, camera, map_parameters(parameters)),
+      solver_(model, solver_parameters(parameters)) {}
+
+UncertainView TrackStep::view(const TrackBelief& belief) const {
+  return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
+          std::span(belief.offsets.mean).first(model_.pipes.size())};
+}
+
+void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets) {
+  const geometry::SE3 T_camera_rack = T_rack_camera.inverse();
+  renderer_.render(model_, std::span(offsets.mean).first(model_.pipes.size()), camera_,
+                   T_camera_rack, edges_);
+  normals_.clear();
+  for (const VisibleEdge& edge : edges_) {
+    Pipe const* pipe = edge.id.kind == EdgeKind::kPipe ? &model_.pipes[edge.id.body] : nullptr;
+    normals_.push_back(edge_normal(edge, pipe, T_camera_rack, camera_));
+  }
+}
+
+double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
+                           const TrackBelief& belief) const {
+  // A contour slides over its pipe, but across itself it moves as the points of it do.
+  const Eigen::Matrix3d R_camera_rack = belief.T_rack_camera.rotation().inverse().matrix();
+  double largest = 0;
+  for (const Eigen::Vector3d& point : {edge.start, edge.end}) {
+    const Eigen::Vector3d from_camera = point - belief.T_rack_camera.translation();
+    const Eigen::Vector3d seen = camera_.matrix() * (R_camera_rack * from_camera);
+    Eigen::RowVector3d by_point;
+    by_point << normal.x(), normal.y(), -(normal.x() * seen.x() + normal.y() * seen.y()) / seen.z();
+    by_point = by_point * camera_.matrix() * R_camera_rack / seen.z();
+    Eigen::Matrix<double, 1, 6> by_motion;
+    by_motion << -by_point, by_point * geometry::skew(from_camera);
+    double variance = (by_motion * belief.covariance * by_motion.transpose()).value();
+    if (edge.id.kind == EdgeKind::kPipe) {
+      const auto pipe = static_cast<Eigen::Index>(edge.id.body);
+      variance += by_point.x() * by_point.x() * belief.offsets.covariance(pipe, pipe);
+    }
+    largest = std::max(largest, variance);
+  }
+  return 3.0 * std::sqrt(largest);
+}
+
+void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range) {
+  samples_.clear();
+  searched_.clear();
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    searched_.push_back(edges_[i].id);
+    const double range =
+        std::min(range_of(edges_[i], normals_[i], belief) + least_range, kLargestRange);
+    edge_search_.search(image, edges_[i], static_cast<std::uint32_t>(i), normals_[i], range,
+                        edge_memory_.look(edges_[i].id), samples_);
+  }
+  features_.clear();
+  for (const SearchedSample& sample : samples_) {
+    if (sample.count == 0) {
+      continue;
+    }
+    EdgeSample& feature = features_.emplace_back();
+    feature.edge = searched_[sample.edge];
+    feature.candidate_count = static_cast<std::uint8_t>(sample.count);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(sample.count); ++i) {
+      feature.candidates[i] = sample.candidates[i].pixel;
+    }
+    feature.sigma =
+        parameters_.edge_sigma * (feature.edge.kind == EdgeKind::kSupport ? kSupportSigma : 1.0);
+  }
+}
+
+bool TrackStep::solve(const TrackBelief& guess, const Matrix6d& prior_covariance,
+                      const geometry::SE3& prior_pose, const OffsetBelief& offsets,
+                      bool with_points) {
+  PoseProblem problem;
+  problem.T_camera_rack = guess.T_rack_camera.inverse();
+  problem.edges = features_;
+  if (with_points) {
+    problem.points = points_;
+  }
+  problem.pose_prior = PosePrior{prior_pose.inverse(), prior_covariance.inverse()};
+  problem.offsets = offsets;
+  solver_.solve(camera_, problem, solution_);
+  return solution_.status == PoseStatus::kOk || solution_.status == PoseStatus::kUnobserved ||
+         solution_.status == PoseStatus::kNotConverged;
+}
+
+void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
+  const double said = solution_.covariance(kY, kY);
+  const double believed = belief.anchor_variance + belief.covariance(kY, kY);
+  const double reached = said + kAnchorFloor * kAnchorFloor;
+  if (said > kSupportsSay * kSupportsSay || believed < 4 * reached) {
+    return;
+  }
+  outcome.shift_along =
+      solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
+  belief.T_rack_camera = geometry::SE3(
+      belief.T_rack_camera.rotation(),
+      belief.T_rack_camera.translation() + outcome.shift_along * Eigen::Vector3d::UnitY());
+  belief.anchor_variance = reached;
+  map_.shift_seen(outcome.shift_along, reached);
+}
+
+void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
+                             TrackBelief& guess) {
+  surface_.update(model_, std::span(guess.offsets.mean).first(model_.pipes.size()));
+  map_.choose(view(guess), surface_, matches_);
+  map_.match(image, view(guess), 0, kFirstPoints, matches_);
+  std::optional<double> anchor = map_.observations(matches_, points_);
+  if (anchor && matches_.size() > kFirstPoints &&
+      solve(guess, before.covariance, before.T_rack_camera, before.offsets, true)) {
+    guess.T_rack_camera = solution_.T_camera_rack.inverse();
+    guess.covariance = solution_.covariance;
+  }
+  map_.match(image, view(guess), kFirstPoints, matches_.size(), matches_);
+}
+
+const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
+  const auto found = std::ranges::find(edges_, id, &VisibleEdge::id);
+  return found == edges_.end() ? nullptr : &*found;
+}
+
+void TrackStep::collect_evidence(StepOutcome& outcome) const {
+  TrackEvidence& evidence = outcome.evidence;
+  evidence = {};
+  evidence.residual_scale = solution_.residual_scale;
+  for (std::size_t first = 0; first < samples_.size();) {
+    const std::uint32_t index = samples_[first].edge;
+    const VisibleEdge* edge = rendered(searched_[index]);
+    int searched = 0;
+    int found = 0;
+    std::size_t i = first;
+    for (; i < samples_.size() && samples_[i].edge == index; ++i) {
+      const SearchedSample& sample = samples_[i];
+      if (edge != nullptr && sample.searched) {
+        ++searched;
+        found += agreeing(sample, *edge) != nullptr ? 1 : 0;
+      }
+    }
+    first = i;
+    evidence.edge_samples += searched;
+    evidence.edge_samples_found += found;
+    if (searched >= kJudgedSamples) {
+      ++evidence.edges;
+      evidence.edges_supported += 2 * found >= searched ? 1 : 0;
+    }
+  }
+  const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
+  for (const PointObservation& point : points_) {
+    const double offset =
+        point.pipe == PointObservation::kOnNoPipe ? 0.0 : outcome.belief.offsets.mean[point.pipe];
+    const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
+    evidence.points_matched += (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate ? 1 : 0;
+  }
+  evidence.points = static_cast<int>(matches_.size());
+}
+
+void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
+  outcome = {};
+  outcome.belief = before;
+  TrackBelief start = before;
+  render(start.T_rack_camera, start.offsets);
+  search(image, start, kLeastRange);
+
+  // Edges alone, with y set free: what supports and orthogonal pipes say of it.
+  Matrix6d free = start.covariance;
+  free(kY, kY) += kFreeAlong * kFreeAlong;
+  TrackBelief guess = start;
+  points_.clear();
+  if (solve(start, free, start.T_rack_camera, start.offsets, false)) {
+    anchor_by_supports(start, outcome);
+    const geometry::SE3 found = solution_.T_camera_rack.inverse();
+    Eigen::Vector3d place = found.translation();
+    place.y() = start.T_rack_camera.translation().y();
+    guess.T_rack_camera = geometry::SE3(found.rotation(), place);
+    guess.covariance = solution_.covariance;
+    guess.covariance.row(kY).setZero();
+    guess.covariance.col(kY).setZero();
+    guess.covariance(kY, kY) = start.covariance(kY, kY);
+    guess.anchor_variance = start.anchor_variance;
+    guess.offsets = solution_.offsets;
+  }
+  match_points(image, start, guess);
+
+  const std::optional<double> anchor = map_.observations(matches_, points_);
+  Matrix6d prior = start.covariance;
+  if (anchor) {
+    // The prediction was relative to the anchor of the image before.
+    prior(kY, kY) += std::max(0.0, start.anchor_variance - *anchor);
+  }
+  if (!solve(guess, prior, start.T_rack_camera, start.offsets, true)) {
+    outcome.status = solution_.status;
+    return;
+  }
+  accept(anchor.value_or(start.anchor_variance), outcome);
+}
+
+void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before, double range,
+                              StepOutcome& outcome) {
+  outcome = {};
+  outcome.belief = before;
+  TrackBelief guess = before;
+  points_.clear();
+  matches_.clear();
+  for (const double reach : {range, 0.5 * range, 6.0}) {
+    render(guess.T_rack_camera, guess.offsets);
+    TrackBelief sharp = guess;
+    sharp.covariance.setZero();
+    sharp.offsets.covariance.setZero();
+    search(image, sharp, reach);
+    if (!solve(guess, before.covariance, before.T_rack_camera, before.offsets, false)) {
+      outcome.status = solution_.status;
+      return;
+    }
+    guess.T_rack_camera = solution_.T_camera_rack.inverse();
+    guess.offsets = solution_.offsets;
+  }
+  accept(before.anchor_variance, outcome);
+}
+
+void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
+  outcome.solved = true;
+  outcome.status = solution_.status;
+  outcome.belief.T_rack_camera = solution_.T_camera_rack.inverse();
+  outcome.belief.covariance = solution_.covariance;
+  outcome.belief.offsets = solution_.offsets;
+  outcome.belief.anchor_variance = anchor_variance;
+  outcome.offset_observed = solution_.offset_observed;
+  outcome.inlier_share = solution_.inlier_share;
+  outcome.iterations = solution_.iterations;
+  outcome.edge_samples = static_cast<int>(samples_.size());
+  render(outcome.belief.T_rack_camera, outcome.belief.offsets);
+  collect_evidence(outcome);
+}
+
+void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
+  for (const SearchedSample& sample : samples_) {
+    const EdgeId& id = searched_[sample.edge];
+    const VisibleEdge* edge = rendered(id);
+    const EdgeCandidate* candidate = edge == nullptr ? nullptr : agreeing(sample, *edge);
+    if (candidate != nullptr) {
+      edge_memory_.learn(id, candidate->contrast);
+    }
+  }
+  const UncertainView now = view(outcome.belief);
+  map_.learn(now, matches_, 2 * kInlierGate);
+  matches_.clear();
+  surface_.update(model_, now.offsets);
+  map_.grow(image, now, surface_);
+}
+
+void TrackStep::forget() {
+  edge_memory_.clear();
+  map_.clear();
+}
+
+}  // namespace pipescout::rack_vision

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_vision/edge_search.hpp"
+#include "pipescout/rack_vision/pose_solver.hpp"
+#include "pipescout/rack_vision/rack_tracker.hpp"
+#include "pipescout/rack_vision/surface_points.hpp"
+#include "pipescout/rack_vision/texture_map.hpp"
+#include "pipescout/rack_vision/track_quality.hpp"
+#include "pipescout/rack_vision/visible_edges.hpp"
+
+namespace pipescout::rack_vision {
+
+/// What is believed before or after an image.
+struct TrackBelief {
+  geometry::SE3 T_rack_camera;
+  geometry::Matrix6d covariance = geometry::Matrix6d::Identity();  ///< relative to the anchor
+  double anchor_variance = 0;                                      ///< m^2, along y
+  OffsetBelief offsets;
+};
+
+struct StepOutcome {
+  bool solved = false;
+  TrackBelief belief;  ///< after the image; as before it when it was not solved
+  /// Solved against the map alone, the place along y was moved by this to where supports have it,
+  /// m. Contained in `belief`.
+  double shift_along = 0;
+  TrackEvidence evidence;
+  PoseStatus status = PoseStatus::kNoFeatures;
+  std::bitset<kMaxPipes> offset_observed;
+  double inlier_share = 0;
+  int iterations = 0;
+  int edge_samples = 0;
+};
+
+/// One image: render, search, match, solve (Lippiello and Cacace, Figure 4). It holds the texture
+/// map and what the edges look like, and the working memory of all parts.
+class TrackStep {
+ public:
+  TrackStep(const RackModel& model, const geometry::Camera& camera,
+            const RackTrackerParameters& parameters);
+
+  /// Finds the pose. Changes nothing that is learnt.
+  void find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
+  /// Finds the pose from edges alone, again and again from narrower ranges: for the start.
+  void find_from_far(const ImageView& image, const TrackBelief& before, double range,
+                     StepOutcome& outcome);
+  /// Takes over what the last image taught: call it when its outcome is trusted.
+  void learn(const ImageView& image, const StepOutcome& outcome);
+  void forget();
+
+  [[nodiscard]] std::size_t map_points() const noexcept { return map_.size(); }
+
+ private:
+  void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
+  void search(const ImageView& image, const TrackBelief& belief, double least_range);
+  [[nodiscard]] double range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
+                                const TrackBelief& belief) const;
+  bool solve(const TrackBelief& guess, const geometry::Matrix6d& prior_covariance,
+             const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
+  void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
+  void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
+  void accept(double anchor_variance, StepOutcome& outcome);
+  void collect_evidence(StepOutcome& outcome) const;
+  [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
+  [[nodiscard]] UncertainView view(const TrackBelief& belief) const;
+
+  RackModel model_;
+  geometry::Camera camera_;
+  RackTrackerParameters parameters_;
+  EdgeRenderer renderer_;
+  EdgeSearch edge_search_;
+  EdgeMemory edge_memory_;
+  RackSurface surface_;
+  TextureMap map_;
+  PoseSolver solver_;
+
+  std::vector<VisibleEdge> edges_;
+  std::vector<Eigen::Vector2d> normals_;
+  std::vector<SearchedSample> samples_;
+  std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
+  std::vector<EdgeSample> features_;
+  std::vector<MatchedPoint> matches_;
+  std::vector<PointObservation> points_;
+  PoseSolution solution_;
+};
+
+}  // namespace pipescout::rack_vision
