@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "first_pose_pencil.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace pipescout::rack_vision::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kPairedSegments = 36;     // the longest; each two of them propose a pencil
+constexpr double kSmallestSine = 0.015;         // between planes that propose: 10 pixels or so
+constexpr double kSameDirectionCosine = 0.966;  // 15 degrees
+
+/// Total length of the segments that point along `direction`.
+double support(std::span<const SegmentPlane> planes, const Matrix3d& camera_matrix,
+               const Vector3d& direction, double tolerance) {
+  double sum = 0;
+  for (const SegmentPlane& plane : planes) {
+    if (points_along(plane, camera_matrix, direction, tolerance)) {
+      sum += plane.length;
+    }
+  }
+  return sum;
+}
+
+/// Least squares over the segments that point along `direction`; a plane's normal is as good as
+/// its segment is long, and there are as many pixels that say so.
+Vector3d refined(std::span<const SegmentPlane> planes, const Matrix3d& camera_matrix,
+                 const Vector3d& direction, double tolerance) {
+  Matrix3d moments = Matrix3d::Zero();
+  for (const SegmentPlane& plane : planes) {
+    if (points_along(plane, camera_matrix, direction, tolerance)) {
+      moments += std::pow(plane.length, 3) * plane.normal * plane.normal.transpose();
+    }
+  }
+  const Vector3d axis = Eigen::SelfAdjointEigenSolver<Matrix3d>(moments).eigenvectors().col(0);
+  return axis.dot(direction) < 0 ? Vector3d(-axis) : axis;
+}
+
+/// Joins the segments of one polarity that lie on one line, within `tolerance` pixels.
+std::vector<PencilLine> joined_lines(std::span<const SegmentPlane> planes,
+                                     const geometry::Camera& camera, const Vector3d& direction,
+                                     double tolerance) {
+  struct Member {
+    Vector3d normal;
+    double bearing;
+    double length;
+  };
+  // The line through a segment's middle; bearings are those of planes about `direction`.
+  std::vector<Member> members;
+  const Vector3d first = direction.unitOrthogonal();
+  const Vector3d second = direction.cross(first);
+  for (const SegmentPlane& plane : planes) {
+    if (!points_along(plane, camera.matrix(), direction, tolerance)) {
+      continue;
+    }
+    const Vector2d middle = 0.5 * (plane.segment.start + plane.segment.end);
+    const Vector3d ray = camera.inverse_matrix() * middle.homogeneous();
+    // Signed by the polarity, so that a dark and a bright side never join.
+    Vector3d normal = direction.cross(ray).normalized();
+    if (normal.dot(plane.normal) < 0) {
+      normal = -normal;
+    }
+    members.push_back({normal, std::atan2(normal.dot(second), normal.dot(first)), plane.length});
+  }
+  std::ranges::sort(members, {}, &Member::bearing);
+  const double step = tolerance / camera.parameters().focal_length;
+  std::vector<PencilLine> lines;
+  double last = -10;
+  Vector3d sum = Vector3d::Zero();
+  double length = 0;
+  const auto finish = [&] {
+    if (length > 0) {
+      lines.push_back({sum.normalized(), length});
+    }
+  };
+  for (const Member& member : members) {
+    if (member.bearing - last > step) {
+      finish();
+      sum.setZero();
+      length = 0;
+    }
+    sum += member.length * member.normal;
+    length += member.length;
+    last = member.bearing;
+  }
+  finish();
+  std::ranges::stable_sort(lines, std::greater<>{}, &PencilLine::length);
+  return lines;
+}
+
+}  // namespace
+
+std::vector<SegmentPlane> segment_planes(std::span<const ImageSegment> segments,
+                                         const geometry::Camera& camera, double shortest) {
+  std::vector<SegmentPlane> planes;
+  planes.reserve(segments.size());
+  for (const ImageSegment& segment : segments) {
+    const Vector2d along = segment.end - segment.start;
+    const double length = along.norm();
+    if (!std::isfinite(length) || !(length >= shortest) || !segment.start.allFinite()) {
+      continue;
+    }
+    const Vector3d start = camera.inverse_matrix() * segment.start.homogeneous();
+    const Vector3d end = camera.inverse_matrix() * segment.end.homogeneous();
+    planes.push_back({segment, start.cross(end).normalized(), along / length, length});
+  }
+  return planes;
+}
+
+Vector3d image_line_of_plane(const geometry::Camera& camera, const Vector3d& normal) {
+  const Vector3d line = camera.inverse_matrix().transpose() * normal;
+  return line / line.head<2>().norm();
+}
+
+bool points_along(const SegmentPlane& plane, const Matrix3d& camera_matrix,
+                  const Vector3d& direction, double tolerance) {
+  const Vector3d vanishing = camera_matrix * direction;
+  const Vector2d middle = 0.5 * (plane.segment.start + plane.segment.end);
+  const Vector2d towards = vanishing.head<2>() - vanishing.z() * middle;
+  const Vector2d half = plane.segment.end - middle;
+  const double beside = half.x() * towards.y() - half.y() * towards.x();
+  return beside * beside <= tolerance * tolerance * towards.squaredNorm();
+}
+
+std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
+                                 const geometry::Camera& camera, double largest_tilt,
+                                 double tolerance, std::size_t most) {
+  std::vector<std::size_t> longest(planes.size());
+  std::iota(longest.begin(), longest.end(), std::size_t{0});
+  std::ranges::stable_sort(longest, std::greater<>{},
+                           [&](std::size_t i) { return planes[i].length; });
+  longest.resize(std::min(longest.size(), kPairedSegments));
+  struct Proposal {
+    Vector3d direction;
+    double length;
+  };
+  std::vector<Proposal> proposals;
+  for (std::size_t i = 0; i < longest.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vector3d cross = planes[longest[i]].normal.cross(planes[longest[j]].normal);
+      const double sine = cross.norm();
+      if (sine < kSmallestSine || std::abs(cross.z()) > sine * std::sin(largest_tilt)) {
+        continue;
+      }
+      const Vector3d direction = cross / sine;
+      proposals.push_back({direction, support(planes, camera.matrix(), direction, tolerance)});
+    }
+  }
+  std::ranges::stable_sort(proposals, std::greater<>{}, &Proposal::length);
+  std::vector<Pencil> pencils;
+  for (const Proposal& proposal : proposals) {
+    if (pencils.size() == most) {
+      break;
+    }
+    const bool known = std::ranges::any_of(pencils, [&](const Pencil& pencil) {
+      return std::abs(pencil.direction.dot(proposal.direction)) > kSameDirectionCosine;
+    });
+    if (known) {
+      continue;
+    }
+    Vector3d direction = proposal.direction;
+    for (int i = 0; i < 2; ++i) {
+      direction = refined(planes, camera.matrix(), direction, tolerance);
+    }
+    pencils.push_back({direction, joined_lines(planes, camera, direction, tolerance)});
+  }
+  return pencils;
+}
+
+}  // namespace pipescout::rack_vision::internal

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "first_pose_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "first_pose_along.hpp"
+#include "first_pose_evidence.hpp"
+#include "first_pose_resection.hpp"
+#include "pipescout/rack_vision/contour.hpp"
+
+namespace pipescout::rack_vision::internal {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SE3;
+using geometry::SO3;
+
+constexpr std::size_t kPencils = 2;         // one may be that of the supports
+constexpr std::size_t kResections = 16;     // of each pencil and direction, that are rendered
+constexpr std::size_t kRefined = 12;        // of all, that are refined
+constexpr std::size_t kPlaces = 5;          // along the flow, of one pose
+constexpr double kGate = 4;                 // standard deviations of a hint
+constexpr double kProposalTolerance = 4;    // of FirstPoseParameters::pixel_tolerance
+constexpr double kSmallestTransverse = 80;  // pixels of edges that show the place along the flow
+constexpr double kSamePlace = 0.03;         // m
+constexpr double kSameRotation = 0.02;      // rad
+
+/// A pose on its way to being a candidate.
+struct Hypothesis {
+  SE3 T_camera_rack;
+  double y = 0;
+  double y_deviation = 0;
+  bool along_from_image = false;
+  Evidence evidence;
+};
+
+double wrapped(double angle) {
+  return std::remainder(angle, 2 * std::numbers::pi);
+}
+
+/// Circles of the pipes along the flow; a reducer as what it is halfway.
+std::vector<PipeCircle> circles_of(const RackOutline& rack) {
+  std::vector<PipeCircle> circles;
+  std::vector<std::size_t> pipes;
+  for (std::size_t i = 0; i < rack.sections.size(); ++i) {
+    if (rack.along_flow[i]) {
+      pipes.push_back(i);
+    }
+  }
+  std::ranges::stable_sort(pipes, {}, [&](std::size_t i) { return rack.sections[i][0].start.x(); });
+  for (std::size_t rank = 0; rank < pipes.size(); ++rank) {
+    const std::size_t first = circles.size();
+    for (const PipeSection& section : rack.sections[pipes[rank]]) {
+      const Vector3d middle = section.start + 0.5 * section.length * section.direction;
+      const PipeCircle circle{.centre = {middle.x(), middle.z()},
+                              .radius = 0.5 * (section.radius_start + section.radius_end),
+                              .rank = rank};
+      const bool known = std::any_of(
+          circles.begin() + static_cast<std::ptrdiff_t>(first), circles.end(),
+          [&](const PipeCircle& other) { return std::abs(other.radius - circle.radius) < 2e-3; });
+      if (!known) {
+        circles.push_back(circle);
+      }
+    }
+  }
+  if (pipes.size() < 2) {
+    throw std::invalid_argument(
+        "FirstPoseFinder: the rack has fewer than two pipes along y: nothing to start from");
+  }
+  return circles;
+}
+
+/// The search in one image.
+class Search {
+ public:
+  Search(const FirstPoseParameters& parameters, const RackOutline& rack,
+         const geometry::Camera& camera, const FirstPoseHint& hint,
+         std::span<const SegmentPlane> planes)
+      : parameters_(parameters),
+        rack_(rack),
+        camera_(camera),
+        hint_(hint),
+        planes_(planes),
+        circles_(circles_of(rack)),
+        evidence_(rack, camera, planes) {}
+
+  FirstPose run() {
+    FirstPose result;
+    std::vector<Hypothesis> hypotheses;
+    for (const Pencil& pencil : find_pencils(planes_, camera_, parameters_.largest_tilt,
+                                             0.75 * parameters_.pixel_tolerance, kPencils)) {
+      result.pencil_lines = std::max(result.pencil_lines, pencil.lines.size());
+      for (const double sign : {1.0, -1.0}) {
+        propose(pencil, sign, hypotheses);
+      }
+    }
+    keep_best(hypotheses, kRefined);
+    std::vector<Hypothesis> refined;
+    for (Hypothesis& hypothesis : hypotheses) {
+      if (refine(hypothesis)) {
+        find_along(hypothesis);
+        refined.push_back(std::move(hypothesis));
+      }
+    }
+    std::ranges::stable_sort(refined, std::greater<>{},
+                             [](const Hypothesis& h) { return h.evidence.total_value(); });
+    conclude(refined, result);
+    return result;
+  }
+
+ private:
+  [[nodiscard]] ResectionLimits limits() const {
+    ResectionLimits limits;
+    double highest = std::numeric_limits<double>::lowest();
+    limits.x_low = std::numeric_limits<double>::max();
+    limits.x_high = std::numeric_limits<double>::lowest();
+    for (const PipeCircle& circle : circles_) {
+      highest = std::max(highest, circle.centre.y());
+      limits.x_low = std::min(limits.x_low, circle.centre.x() - parameters_.largest_height);
+      limits.x_high = std::max(limits.x_high, circle.centre.x() + parameters_.largest_height);
+    }
+    limits.z_low = highest + parameters_.smallest_height;
+    limits.z_high = highest + parameters_.largest_height;
+    limits.largest_roll = parameters_.largest_tilt;
+    const auto gate = [](const std::optional<FirstPoseHint::Value>& known, double& low,
+                         double& high) {
+      if (known) {
+        low = std::max(low, known->value - kGate * known->standard_deviation);
+        high = std::min(high, known->value + kGate * known->standard_deviation);
+      }
+    };
+    gate(hint_.x, limits.x_low, limits.x_high);
+    gate(hint_.z, limits.z_low, limits.z_high);
+    return limits;
+  }
+
+  /// Along the flow, where pipes are.
+  [[nodiscard]] std::pair<double, double> range_along() const {
+    double low = rack_.start;
+    double high = rack_.end;
+    if (hint_.y) {
+      low = std::max(low, hint_.y->value - kGate * hint_.y->standard_deviation);
+      high = std::min(high, hint_.y->value + kGate * hint_.y->standard_deviation);
+    }
+    return {low, high};
+  }
+
+  /// Where pipes look different enough to be tried apart: the hint, or the middles between the
+  /// places at which a pipe begins, ends or changes.
+  [[nodiscard]] std::vector<double> typical_places() const {
+    const auto [low, high] = range_along();
+    if (high < low) {
+      return {hint_.y->value};
+    }
+    std::vector<double> borders{low, high};
+    for (std::size_t i = 0; i < rack_.sections.size(); ++i) {
+      for (const PipeSection& section : rack_.sections[i]) {
+        for (const double along : {0.0, section.length}) {
+          const double y = section.start.y() + along * section.direction.y();
+          if (rack_.along_flow[i] && y > low && y < high) {
+            borders.push_back(y);
+          }
+        }
+      }
+    }
+    std::ranges::sort(borders);
+    std::vector<double> places;
+    if (hint_.y) {
+      places.push_back(std::clamp(hint_.y->value, low, high));
+    }
+    for (std::size_t i = 1; i < borders.size() && places.size() < kPlaces; ++i) {
+      if (borders[i] - borders[i - 1] > 0.2 || places.empty()) {
+        places.push_back(0.5 * (borders[i] + borders[i - 1]));
+      }
+    }
+    return places;
+  }
+
+  [[nodiscard]] bool heading_fits(const SO3& R_camera_rack) const {
+    if (!hint_.heading) {
+      return true;
+    }
+    const Vector3d right = R_camera_rack.inverse() * Vector3d::UnitX();
+    const double off = wrapped(std::atan2(right.y(), right.x()) - hint_.heading->value);
+    return std::abs(off) <= kGate * hint_.heading->standard_deviation;
+  }
+
+  void propose(const Pencil& pencil, double sign, std::vector<Hypothesis>& hypotheses) {
+    const SO3 R_nominal = nominal_rotation(sign * pencil.direction);
+    const double tolerance = kProposalTolerance * parameters_.pixel_tolerance;
+    const double deviation = hint_.y ? hint_.y->standard_deviation : parameters_.unknown_along;
+    for (const Resection& r : resections(pencil.lines, R_nominal, circles_, camera_, limits(),
+                                         tolerance, parameters_.largest_lines, kResections)) {
+      const SO3 R = R_nominal * SO3::about_y(r.roll);
+      if (!heading_fits(R)) {
+        continue;
+      }
+      Hypothesis best;
+      double best_value = 0;
+      for (const double y : typical_places()) {
+        const SE3 T(R, -(R * Vector3d(r.x, y, r.z)));
+        Evidence evidence = evidence_.find(T, tolerance);
+        if (evidence.value() > best_value) {
+          best_value = evidence.value();
+          best = {T, y, deviation, false, std::move(evidence)};
+        }
+      }
+      if (best_value > 0) {
+        hypotheses.push_back(std::move(best));
+      }
+    }
+  }
+
+  static void keep_best(std::vector<Hypothesis>& hypotheses, std::size_t most) {
+    std::ranges::stable_sort(hypotheses, std::greater<>{},
+                             [](const Hypothesis& h) { return h.evidence.value(); });
+    hypotheses.resize(std::min(hypotheses.size(), most));
+  }
+
+  /// Least squares and new matches in turn, with a tolerance that narrows.
+  bool refine(Hypothesis& hypothesis) {
+    for (const double widening : {2.0, 1.0, 1.0}) {
+      const auto fit = evidence_.fit(
+          hypothesis.T_camera_rack, hypothesis.evidence.matches, hypothesis.along_from_image,
+          {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
+      if (!fit) {
+        return false;
+      }
+      hypothesis.T_camera_rack = fit->T_camera_rack;
+      hypothesis.evidence =
+          evidence_.find(hypothesis.T_camera_rack, widening * parameters_.pixel_tolerance);
+    }
+    return true;
+  }
+
+  /// Looks for the place along the flow in the edges across it. It is taken when no other place
+  /// explains nearly as many.
+  void find_along(Hypothesis& hypothesis) {
+    const auto [low, high] = range_along();
+    Hypothesis best = hypothesis;
+    double best_covered = 0;
+    double second_covered = 0;
+    for (const double y : places_along(hypothesis.T_camera_rack, planes_, rack_, camera_,
+                                       parameters_.pixel_tolerance, low, high, kPlaces)) {
+      Hypothesis there = hypothesis;
+      there.T_camera_rack = at_place(hypothesis.T_camera_rack, y);
+      there.y = y;
+      there.along_from_image = true;
+      there.evidence =
+          evidence_.find(there.T_camera_rack, kProposalTolerance * parameters_.pixel_tolerance);
+      if (!refine(there)) {
+        continue;
+      }
+      const double covered = there.evidence.transverse_covered;
+      const double apart = there.T_camera_rack.inverse().translation().y() -
+                           best.T_camera_rack.inverse().translation().y();
+      if (covered > best_covered) {
+        second_covered =
+            best_covered > 0 && std::abs(apart) > kSamePlace ? best_covered : second_covered;
+        best_covered = covered;
+        best = std::move(there);
+      } else if (std::abs(apart) > kSamePlace) {
+        second_covered = std::max(second_covered, covered);
+      }
+    }
+    if (best_covered >= kSmallestTransverse &&
+        second_covered < parameters_.rival_share * best_covered &&
+        best.evidence.value() >= parameters_.rival_share * hypothesis.evidence.value()) {
+      hypothesis = std::move(best);
+    }
+  }
+
+  /// Takes the distinct ones, best first, while they are rivals of the best.
+  void conclude(std::span<const Hypothesis> hypotheses, FirstPose& result) const {
+    double best_value = 0;
+    for (const Hypothesis& hypothesis : hypotheses) {
+      const double value = hypothesis.evidence.total_value();
+      if (result.candidates.size() == kMaxFirstPoseCandidates ||
+          value < parameters_.rival_share * best_value) {
+        break;
+      }
+      const auto candidate = explained(hypothesis);
+      const bool known =
+          candidate && std::ranges::any_of(result.candidates, [&](const FirstPoseCandidate& other) {
+            return same_across(other.T_camera_rack, candidate->T_camera_rack);
+          });
+      if (candidate && !known) {
+        best_value = std::max(best_value, value);
+        result.candidates.push_back(*candidate);
+      }
+    }
+    if (!result.candidates.empty()) {
+      result.status =
+          result.candidates.size() == 1 ? FirstPoseStatus::kFound : FirstPoseStatus::kAmbiguous;
+    }
+  }
+
+  /// Nothing when the pose explains too little.
+  [[nodiscard]] std::optional<FirstPoseCandidate> explained(const Hypothesis& hypothesis) const {
+    const Evidence& evidence = hypothesis.evidence;
+    if (evidence.contours < parameters_.smallest_matches || evidence.pipes < 2 ||
+        evidence.share() < parameters_.smallest_score) {
+      return std::nullopt;
+    }
+    const auto fit =
+        evidence_.fit(hypothesis.T_camera_rack, evidence.matches, hypothesis.along_from_image,
+                      {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
+    if (!fit || !heading_fits(fit->T_camera_rack.rotation())) {
+      return std::nullopt;
+    }
+    const Vector3d centre = fit->T_camera_rack.inverse().translation();
+    geometry::Matrix6d to_tangent;
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      to_tangent.col(i) = rack_motion(centre, geometry::Vector6d::Unit(i));
+    }
+    const geometry::Matrix6d covariance =
+        fit->inflation * fit->information.ldlt().solve(geometry::Matrix6d::Identity());
+    return FirstPoseCandidate{.T_camera_rack = fit->T_camera_rack,
+                              .covariance = to_tangent * covariance * to_tangent.transpose(),
+                              .score = evidence.share(),
+                              .matches = evidence.contours,
+                              .along_from_image = hypothesis.along_from_image};
+  }
+
+  [[nodiscard]] static bool same_across(const SE3& a, const SE3& b) {
+    const Vector3d apart = a.inverse().translation() - b.inverse().translation();
+    return std::abs(apart.x()) < kSamePlace && std::abs(apart.z()) < kSamePlace &&
+           (a.rotation() * b.rotation().inverse()).log().norm() < kSameRotation;
+  }
+
+  const FirstPoseParameters& parameters_;
+  const RackOutline& rack_;
+  const geometry::Camera& camera_;
+  const FirstPoseHint& hint_;
+  std::span<const SegmentPlane> planes_;
+  std::vector<PipeCircle> circles_;
+  EvidenceFinder evidence_;
+};
+
+}  // namespace
+
+FirstPose search_first_pose(const FirstPoseParameters& parameters, const RackOutline& rack,
+                            const geometry::Camera& camera, const FirstPoseHint& hint,
+                            std::span<const SegmentPlane> planes) {
+  return Search(parameters, rack, camera, hint, planes).run();
+}
+
+}  // namespace pipescout::rack_vision::internal
