@@ -202,15 +202,28 @@ class RackImageRenderer::Implementation {
     shade_waiting();
   }
 
+  /// Whether any of the eight neighbours shows another surface.
+  [[nodiscard]] bool is_mixed(int u, int v) const {
+    const int left = u > 0 ? -1 : 0;
+    const int right = u + 1 < width() ? 1 : 0;
+    const internal::HitCode* row = codes_.data() + static_cast<std::ptrdiff_t>(v) * width() + u;
+    const internal::HitCode* upper = v > 0 ? row - width() : row;
+    const internal::HitCode* lower = v + 1 < height() ? row + width() : row;
+    const internal::HitCode own = *row;
+    return ((row[left] ^ own) | (row[right] ^ own) | (upper[left] ^ own) | (upper[0] ^ own) |
+            (upper[right] ^ own) | (lower[left] ^ own) | (lower[0] ^ own) | (lower[right] ^ own)) !=
+           0;
+  }
+
   void refine_pixel(int u, int v) {
-    const internal::HitCode own = code(u, v);
+    if (!is_mixed(u, v)) {
+      return;
+    }
     std::array<internal::HitCode, 9> bodies{};
     std::size_t count = 0;
-    bool mixed = false;
     for (int j = std::max(v - 1, 0); j <= std::min(v + 1, height() - 1); ++j) {
       for (int i = std::max(u - 1, 0); i <= std::min(u + 1, width() - 1); ++i) {
         const internal::HitCode other = code(i, j);
-        mixed = mixed || other != own;
         const internal::HitCode body = other & internal::kBodyMask;
         const auto end = bodies.begin() + static_cast<std::ptrdiff_t>(count);
         if (other != internal::kSky && body != internal::kGround &&
@@ -218,9 +231,6 @@ class RackImageRenderer::Implementation {
           bodies[count++] = body;
         }
       }
-    }
-    if (!mixed) {
-      return;
     }
     const Eigen::Vector2f centre = rays_.at(u, v);
     const Eigen::Vector2f along_u = 0.5F * (rays_.at(u + 1, v) - rays_.at(u - 1, v));

@@ -193,16 +193,16 @@ void Shader::cast(const Caster& c, std::size_t count) noexcept {
     const float width = kSunWidth * std::abs(behind) + s.footprint[i];
     const float sharpness = 1 / width;
     const float radius = c.radius + c.slope * along;
-    float covered = (radius - std::abs(beside)) * sharpness + 0.5F;
+    const float beneath = (radius - std::abs(beside)) * sharpness + 0.5F;
     const float from_start = along * sharpness + 0.5F;
     const float from_end = (c.length - along) * sharpness + 0.5F;
-    covered = covered < from_start ? covered : from_start;
-    covered = covered < from_end ? covered : from_end;
+    const float between = from_start < from_end ? from_start : from_end;
+    const float covered = beneath < between ? beneath : between;
+    const float above = covered > 0 ? covered : 0.0F;
     // A pipe's own lit half lies before its axis; its dark half faces away from the sun anyway.
-    covered = behind > 0 ? covered : 0.0F;
-    covered = covered > 0 ? covered : 0.0F;
-    covered = covered < 1 ? covered : 1.0F;
-    s.sun[i] *= 1 - covered;
+    // A product, not a choice: the loop stays without branches.
+    const float within = (above < 1 ? above : 1.0F) * (behind > 0 ? 1.0F : 0.0F);
+    s.sun[i] *= 1 - within;
   }
 }
 
