@@ -14,48 +14,94 @@ using Eigen::Vector3d;
 /// m; the nearest that is shown. Nearer to the eye pixels mean nothing.
 constexpr double kNearest = 1e-3;
 
-/// Share of the image that the bounds of a distorted one are wider than the points tried on its
-/// border. What they let through too much is taken away point by point.
-constexpr double kMargin = 0.05;
+/// Share of the image that the bounds of a distorted one are wider, or narrower, than the points
+/// tried on its border. The border itself is found point by point.
+constexpr double kMargin = 0.03;
 
 struct Rectangle {
   Vector2d low, high;
 };
 
-/// Bounds, in ideal pixels, of what the image shows. The border of a distorted one reaches farthest
-/// in its corners, or where it is nearest to the centre.
-Rectangle ideal_bounds(const geometry::Camera& camera) {
+/// Rectangles in ideal pixels: all that the image shows is in the first, all of the second is
+/// shown.
+struct Bounds {
+  Rectangle outer, inner;
+};
+
+/// The border of a distorted image reaches farthest, and least far, in its corners and where it is
+/// nearest to the centre.
+Bounds ideal_bounds(const geometry::Camera& camera) {
   const geometry::CameraParameters& c = camera.parameters();
-  const Vector2d high(c.width - 1, c.height - 1);
-  Rectangle bounds{Vector2d::Zero(), high};
+  const Vector2d last(c.width - 1, c.height - 1);
+  const Rectangle image{Vector2d::Zero(), last};
   if (!camera.has_distortion()) {
-    return bounds;
+    return {image, image};
   }
-  const double u = std::clamp(c.centre_u, 0.0, high.x());
-  const double v = std::clamp(c.centre_v, 0.0, high.y());
-  for (const Vector2d& at :
-       {Vector2d(0, 0), Vector2d(u, 0), Vector2d(high.x(), 0), Vector2d(0, v),
-        Vector2d(high.x(), v), Vector2d(0, high.y()), Vector2d(u, high.y()), high}) {
-    if (const std::optional<Vector2d> ideal = camera.undistort(at)) {
-      bounds.low = bounds.low.cwiseMin(*ideal);
-      bounds.high = bounds.high.cwiseMax(*ideal);
+  const Vector2d centre(std::clamp(c.centre_u, 0.0, last.x()),
+                        std::clamp(c.centre_v, 0.0, last.y()));
+  Bounds bounds{{centre, centre}, {Vector2d::Constant(-1e9), Vector2d::Constant(1e9)}};
+  for (const int axis : {0, 1}) {
+    const int other = 1 - axis;
+    for (const double along : {0.0, centre[other], last[other]}) {
+      Vector2d at;
+      at[other] = along;
+      at[axis] = 0;
+      if (const std::optional<Vector2d> ideal = camera.undistort(at)) {
+        bounds.outer.low[axis] = std::min(bounds.outer.low[axis], (*ideal)[axis]);
+        bounds.inner.low[axis] = std::max(bounds.inner.low[axis], (*ideal)[axis]);
+      }
+      at[axis] = last[axis];
+      if (const std::optional<Vector2d> ideal = camera.undistort(at)) {
+        bounds.outer.high[axis] = std::max(bounds.outer.high[axis], (*ideal)[axis]);
+        bounds.inner.high[axis] = std::min(bounds.inner.high[axis], (*ideal)[axis]);
+      }
     }
   }
-  const Vector2d margin = kMargin * (bounds.high - bounds.low);
-  return {bounds.low - margin, bounds.high + margin};
+  const Vector2d margin = kMargin * (bounds.outer.high - bounds.outer.low);
+  bounds.outer = {bounds.outer.low - margin, bounds.outer.high + margin};
+  bounds.inner = {bounds.inner.low + margin, bounds.inner.high - margin};
+  return bounds;
+}
+
+/// Planes through the eye and the sides of a rectangle; `projection` is K R_camera_rack.
+ViewPlanes planes_through(const Rectangle& rectangle, const Eigen::Matrix3d& projection) {
+  const Vector3d u = projection.row(0);
+  const Vector3d v = projection.row(1);
+  const Vector3d w = projection.row(2);
+  return {u - rectangle.low.x() * w, rectangle.high.x() * w - u, v - rectangle.low.y() * w,
+          rectangle.high.y() * w - v};
+}
+
+/// Takes what is not inside a plane, given where start and end of the segment are, from `inside`;
+/// false: nothing is left.
+bool keep(double at_start, double at_end, Interval& inside) {
+  if (at_start < 0 && at_end < 0) {
+    return false;
+  }
+  if (at_start < 0) {
+    inside.from = std::max(inside.from, at_start / (at_start - at_end));
+  } else if (at_end < 0) {
+    inside.to = std::min(inside.to, at_start / (at_start - at_end));
+  }
+  return inside.from < inside.to;
+}
+
+bool keep(const ViewPlanes& planes, const Vector3d& start, const Vector3d& end, Interval& inside) {
+  return std::ranges::all_of(planes, [&](const Vector3d& plane) {
+    return keep(plane.dot(start), plane.dot(end), inside);
+  });
 }
 
 }  // namespace
 
 ImageWindow::ImageWindow(const geometry::Camera& camera, const geometry::SE3& T_camera_rack)
-    : camera_(camera), projection_(camera.matrix() * T_camera_rack.rotation().matrix()) {
-  eye_ = T_camera_rack.rotation().inverse() * Vector3d(-T_camera_rack.translation());
-  const Rectangle bounds = ideal_bounds(camera);
-  const Vector3d u = projection_.row(0);
-  const Vector3d v = projection_.row(1);
-  const Vector3d w = projection_.row(2);
-  planes_ = {u - bounds.low.x() * w, bounds.high.x() * w - u, v - bounds.low.y() * w,
-             bounds.high.y() * w - v};
+    : camera_(camera),
+      rotation_(T_camera_rack.rotation().matrix()),
+      projection_(camera.matrix() * rotation_),
+      eye_(rotation_.transpose() * Vector3d(-T_camera_rack.translation())) {
+  const Bounds bounds = ideal_bounds(camera);
+  planes_ = planes_through(bounds.outer, projection_);
+  shown_planes_ = planes_through(bounds.inner, projection_);
 }
 
 Vector2d ImageWindow::pixel(const Vector3d& point) const noexcept {
@@ -64,25 +110,10 @@ Vector2d ImageWindow::pixel(const Vector3d& point) const noexcept {
 
 bool ImageWindow::clip(Vector3d& start, Vector3d& end) const noexcept {
   Interval inside;
-  const auto keep = [&](double at_start, double at_end) {
-    if (at_start < 0 && at_end < 0) {
-      return false;
-    }
-    if (at_start < 0) {
-      inside.from = std::max(inside.from, at_start / (at_start - at_end));
-    } else if (at_end < 0) {
-      inside.to = std::min(inside.to, at_start / (at_start - at_end));
-    }
-    return inside.from < inside.to;
-  };
   const auto depth = projection_.row(2);
-  if (!keep(depth.dot(start) - kNearest, depth.dot(end) - kNearest)) {
+  if (!keep(depth.dot(start) - kNearest, depth.dot(end) - kNearest, inside) ||
+      !keep(planes_, start, end, inside)) {
     return false;
-  }
-  for (const Vector3d& plane : planes_) {
-    if (!keep(plane.dot(start), plane.dot(end))) {
-      return false;
-    }
   }
   const Vector3d along = end - start;
   end = start + inside.to * along;
@@ -90,9 +121,47 @@ bool ImageWindow::clip(Vector3d& start, Vector3d& end) const noexcept {
   return true;
 }
 
-bool ImageWindow::shows(const Vector3d& point) const noexcept {
-  const std::optional<Vector2d> seen = camera_.distort(pixel(point));
-  return seen && camera_.contains(*seen);
+double ImageWindow::inside_border(const Vector3d& point) const noexcept {
+  const std::optional<Vector2d> seen = camera_.project(rotation_ * point);
+  if (!seen) {
+    return kFarOutside;
+  }
+  const geometry::CameraParameters& c = camera_.parameters();
+  return std::min({seen->x(), c.width - 1 - seen->x(), seen->y(), c.height - 1 - seen->y()});
+}
+
+/// The regula falsi in its Illinois form; with bisection where there is no value to go by.
+double ImageWindow::border_between(const Vector3d& start, const Vector3d& along, Place shown,
+                                   Place not_shown) const noexcept {
+  constexpr double kAim = 1e-3;  // pixels inside the border, so that what is returned is shown
+  constexpr int kMostSteps = 60;
+  double high = shown.inside - kAim;
+  double low = not_shown.inside - kAim;
+  if (high <= kAim) {
+    return shown.at;
+  }
+  int side = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double at = not_shown.inside <= kFarOutside
+                          ? (shown.at + not_shown.at) / 2
+                          : (shown.at * low - not_shown.at * high) / (low - high);
+    const double inside = inside_border(start + at * along);
+    if (std::abs(inside - kAim) <= kAim) {
+      return at;
+    }
+    if (inside > kAim) {
+      shown = {at, inside};
+      high = inside - kAim;
+      low = side > 0 ? low / 2 : low;
+      side = 1;
+    } else {
+      not_shown = {at, inside};
+      low = inside - kAim;
+      high = side < 0 ? high / 2 : high;
+      side = -1;
+    }
+  }
+  return shown.at;
 }
 
 void ImageWindow::append_outside(const Vector3d& start, const Vector3d& end,
@@ -100,43 +169,39 @@ void ImageWindow::append_outside(const Vector3d& start, const Vector3d& end,
   if (!camera_.has_distortion()) {
     return;
   }
-  // A straight line is bent, but not twice within one of these pieces.
-  constexpr int kPieces = 16;
-  constexpr double kAccuracy = 1e-3;  // pixels
+  const Vector3d along = end - start;
+  // In the image a straight line is bent: it may cross a border twice. But not within one of these
+  // pieces, of equal length in the image; in the middle of the image there is no border.
+  constexpr int kPieces = 12;
   const double depth_start = projection_.row(2).dot(start);
   const double depth_end = projection_.row(2).dot(end);
-  const Vector3d along = end - start;
-  const double length = (pixel(end) - pixel(start)).norm();
-  // Part of the segment at a part of its image.
-  const auto part = [&](double in_image) {
-    return in_image * depth_start / (depth_end + in_image * (depth_start - depth_end));
-  };
-  const auto shown = [&](double in_image) { return shows(start + part(in_image) * along); };
-  const auto border = [&](double from, double to) {
-    const bool at_from = shown(from);
-    while ((to - from) * length > kAccuracy) {
-      const double middle = (from + to) / 2;
-      (shown(middle) == at_from ? from : to) = middle;
-    }
-    return at_from ? from : to;  // the side that is shown
-  };
-  bool was_shown = shown(0);
-  double begin = 0;
-  for (int i = 1; i <= kPieces; ++i) {
-    const double at = static_cast<double>(i) / kPieces;
-    const bool is_shown = shown(at);
-    if (is_shown != was_shown) {
-      const double change = border(at - 1.0 / kPieces, at);
-      if (is_shown) {
-        outside.push_back({part(begin), part(change)});
-      } else {
-        begin = change;
-      }
-    }
-    was_shown = is_shown;
+  Interval middle;
+  if (!keep(shown_planes_, start, end, middle)) {
+    middle = {2, 2};
   }
-  if (!was_shown) {
-    outside.push_back({part(begin), 1});
+  Place last{0, inside_border(start)};
+  double begin = 0;  // of the outside part that is open
+  for (int i = 1; i <= kPieces; ++i) {
+    const double in_image = static_cast<double>(i) / kPieces;
+    double at = in_image * depth_start / (depth_end + in_image * (depth_start - depth_end));
+    if (at > middle.from && at < middle.to) {
+      if (last.at >= middle.from) {
+        continue;  // it stays inside
+      }
+      at = middle.from;
+    } else if (at >= middle.to && last.at < middle.to && last.at >= middle.from) {
+      last = {middle.to, 1};  // what was passed over ended here
+    }
+    const Place place{at, inside_border(start + at * along)};
+    if (place.is_shown() && !last.is_shown()) {
+      outside.push_back({begin, border_between(start, along, place, last)});
+    } else if (!place.is_shown() && last.is_shown()) {
+      begin = border_between(start, along, last, place);
+    }
+    last = place;
+  }
+  if (!last.is_shown()) {
+    outside.push_back({begin, 1});
   }
 }
 

@@ -32,12 +32,25 @@ class ImageWindow {
                       std::vector<Interval>& outside) const;
 
  private:
-  [[nodiscard]] bool shows(const Eigen::Vector3d& point) const noexcept;
+  /// A part of a segment, and how far (pixels) it is seen inside the border of the image.
+  struct Place {
+    double at = 0;
+    double inside = 0;
+    [[nodiscard]] bool is_shown() const noexcept { return inside >= 0; }
+  };
+  static constexpr double kFarOutside = -1e9;  ///< where there is no pixel
+
+  [[nodiscard]] double inside_border(const Eigen::Vector3d& point) const noexcept;
+  /// The last place that is shown, to 0.002 pixels, between one that is and one that is not.
+  [[nodiscard]] double border_between(const Eigen::Vector3d& start, const Eigen::Vector3d& along,
+                                      Place shown, Place not_shown) const noexcept;
 
   const geometry::Camera& camera_;
+  Eigen::Matrix3d rotation_;    ///< R_camera_rack
   Eigen::Matrix3d projection_;  ///< K R_camera_rack
   Eigen::Vector3d eye_;
   ViewPlanes planes_;
+  ViewPlanes shown_planes_;  ///< what is inside all of them is shown, distortion or not
 };
 
 }  // namespace pipescout::rack_vision

@@ -179,18 +179,22 @@ struct EdgeRenderer::Work {
       return;
     }
     hidden.clear();
-    Interval part;
-    for (const SectionBody& body : section_bodies) {
-      if ((id.kind != EdgeKind::kPipe || body.section != own) &&
-          body.shadow.hides(start, end, part)) {
+    const auto hides = [&](const auto& body, bool is_own) {
+      Interval part;
+      if (!is_own && body.shadow.hides(start, end, part)) {
         hidden.push_back(part);
+        return part.from <= 0 && part.to >= 1;
       }
-    }
-    for (const SupportBody& body : support_bodies) {
-      if ((id.kind != EdgeKind::kSupport || body.support != own) &&
-          body.shadow.hides(start, end, part)) {
-        hidden.push_back(part);
-      }
+      return false;
+    };
+    const bool is_pipe = id.kind == EdgeKind::kPipe;
+    if (std::ranges::any_of(
+            section_bodies,
+            [&](const SectionBody& body) { return hides(body, is_pipe && body.section == own); }) ||
+        std::ranges::any_of(support_bodies, [&](const SupportBody& body) {
+          return hides(body, !is_pipe && body.support == own);
+        })) {
+      return;  // as a whole
     }
     window.append_outside(start, end, hidden);
     std::ranges::sort(hidden, {}, &Interval::from);
