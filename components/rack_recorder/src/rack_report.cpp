@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_recorder/rack_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+namespace pipescout {
+
+namespace {
+
+/// Half of the width of a 95 % band, in standard deviations.
+constexpr double k95 = 1.96;
+constexpr double kDegree = std::numbers::pi / 180.0;
+/// Truths that are remembered: poses come some frames later.
+constexpr std::size_t kMaximumTruths = 4096;
+constexpr std::size_t kMaximumWaiting = 1024;
+/// Truths farther apart say nothing of what is between them.
+constexpr Duration kLongestBetweenTruths = std::chrono::milliseconds(200);
+
+MissionCell rounded(double value, double parts) {
+  if (!std::isfinite(value)) {
+    return std::monostate{};
+  }
+  return std::round(value * parts) / parts;
+}
+
+}  // namespace
+
+void RackReport::add_pose(const Pose& pose) {
+  ++poses_;
+  if (const auto truth = truth_at(pose.stamp)) {
+    compare(pose, *truth);
+    return;
+  }
+  if (waiting_.size() == kMaximumWaiting) {
+    waiting_.pop_front();
+  }
+  waiting_.push_back(pose);
+}
+
+void RackReport::add_truth(Time stamp, const geometry::SE3& T_rack_camera) {
+  if (!truths_.empty() && stamp <= truths_.back().stamp) {
+    truths_.clear();  // the clock began again
+    waiting_.clear();
+  }
+  if (truths_.size() == kMaximumTruths) {
+    truths_.pop_front();
+  }
+  truths_.push_back({stamp, T_rack_camera});
+  std::erase_if(waiting_, [&](const Pose& pose) {
+    if (pose.stamp > stamp) {
+      return false;
+    }
+    if (const auto truth = truth_at(pose.stamp)) {
+      compare(pose, *truth);
+    }
+    return true;  // no truth of its time will come any more
+  });
+}
+
+std::optional<geometry::SE3> RackReport::truth_at(Time stamp) const {
+  const auto after =
+      std::lower_bound(truths_.begin(), truths_.end(), stamp,
+                       [](const Truth& truth, Time time) { return truth.stamp < time; });
+  if (after == truths_.end()) {
+    return std::nullopt;
+  }
+  if (after->stamp == stamp) {
+    return after->T_rack_camera;
+  }
+  if (after == truths_.begin()) {
+    return std::nullopt;
+  }
+  const Truth& before = *std::prev(after);
+  if (after->stamp - before.stamp > kLongestBetweenTruths) {
+    return std::nullopt;
+  }
+  const double share = to_seconds(stamp - before.stamp) / to_seconds(after->stamp - before.stamp);
+  const geometry::SO3& from = before.T_rack_camera.rotation();
+  const geometry::SO3& to = after->T_rack_camera.rotation();
+  const Eigen::Vector3d turn = share * (from.inverse() * to).log();
+  return geometry::SE3(from * geometry::SO3::exp(turn),
+                       (1.0 - share) * before.T_rack_camera.translation() +
+                           share * after->T_rack_camera.translation());
+}
+
+void RackReport::compare(const Pose& pose, const geometry::SE3& truth) {
+  geometry::Vector6d error;
+  error.head<3>() = pose.T_rack_camera.translation() - truth.translation();
+  error.tail<3>() = (pose.T_rack_camera.rotation() * truth.rotation().inverse()).log();
+  const geometry::Vector6d& deviation = pose.standard_deviation;
+  for (int k = 0; k < 6; ++k) {
+    Measure& axis = axes_.at(static_cast<std::size_t>(k));
+    axis.errors.add(error[k]);
+    axis.covered += std::abs(error[k]) <= k95 * deviation[k] ? 1 : 0;
+    axis.sum_of_variances += deviation[k] * deviation[k];
+  }
+  position_.errors.add(error.head<3>().norm());
+  position_.sum_of_variances += deviation.head<3>().squaredNorm();
+  orientation_.errors.add(error.tail<3>().norm());
+  orientation_.sum_of_variances += deviation.tail<3>().squaredNorm();
+}
+
+void RackReport::add_state(Time stamp, bool tracking, std::uint64_t losses) {
+  ++states_;
+  // A localizer that was started again counts from 0.
+  losses_ += losses >= losses_said_ ? losses - losses_said_ : losses;
+  losses_said_ = losses;
+  if (!tracking) {
+    ++states_since_tracked_;
+    return;
+  }
+  ++tracked_;
+  if (last_tracked_ && states_since_tracked_ > 0 && stamp > *last_tracked_) {
+    longest_without_ = std::max(longest_without_, stamp - *last_tracked_);
+  }
+  last_tracked_ = stamp;
+  states_since_tracked_ = 0;
+}
+
+void RackReport::set_way_points(std::uint64_t reached, std::uint64_t of) noexcept {
+  way_points_reached_ = reached;
+  way_points_ = of;
+}
+
+MissionSection RackReport::section(const std::string& figure_prefix) const {
+  MissionSection section;
+  section.title = "Flight over the rack";
+  section.columns = {
+      "error", "unit", "median", "95 %", "largest", "stated standard deviation", "within 1.96 [%]",
+  };
+  const auto set = [&](const char* name, double value) {
+    section.figures[figure_prefix + "rack_" + name] = value;
+  };
+  set("poses", static_cast<double>(poses_));
+  set("images", static_cast<double>(states_));
+  set("losses", static_cast<double>(losses_));
+  if (states_ > 0) {
+    set("tracked_percent",
+        std::round(1e4 * static_cast<double>(tracked_) / static_cast<double>(states_)) / 1e2);
+  }
+  set("longest_loss_s", std::round(to_seconds(longest_without_) * 1e3) / 1e3);
+  if (way_points_ > 0) {
+    set("way_points", static_cast<double>(way_points_));
+    set("way_points_reached", static_cast<double>(way_points_reached_));
+  }
+  if (position_.errors.count() > 0) {
+    add_table(section);
+    const auto set_error = [&](const std::string& name, const ErrorHistogram& errors, double unit,
+                               const char* suffix) {
+      set((name + "_median_" + suffix).c_str(), errors.quantile(0.5) / unit);
+      set((name + "_p95_" + suffix).c_str(), errors.quantile(0.95) / unit);
+    };
+    set_error("position", position_.errors, 1.0, "m");
+    set_error("across", axes_[0].errors, 1.0, "m");
+    set_error("along", axes_[1].errors, 1.0, "m");
+    set_error("up", axes_[2].errors, 1.0, "m");
+    set_error("orientation", orientation_.errors, kDegree, "deg");
+  }
+  add_notes(section);
+  return section;
+}
+
+void RackReport::add_table(MissionSection& section) const {
+  const auto row = [&](const char* name, const char* unit_name, const Measure& measure, double unit,
+                       bool of_one_axis) {
+    const auto count = static_cast<double>(measure.errors.count());
+    constexpr double kParts = 1e5;
+    section.rows.push_back(
+        {std::string(name), std::string(unit_name),
+         rounded(measure.errors.quantile(0.5) / unit, kParts),
+         rounded(measure.errors.quantile(0.95) / unit, kParts),
+         rounded(measure.errors.largest() / unit, kParts),
+         rounded(std::sqrt(measure.sum_of_variances / count) / unit, kParts),
+         of_one_axis ? rounded(100.0 * static_cast<double>(measure.covered) / count, 10.0)
+                     : MissionCell()});
+  };
+  row("position", "m", position_, 1.0, false);
+  row("across the pipes", "m", axes_[0], 1.0, true);
+  row("along the pipes", "m", axes_[1], 1.0, true);
+  row("up", "m", axes_[2], 1.0, true);
+  row("orientation", "deg", orientation_, kDegree, false);
+  row("about the axis across", "deg", axes_[3], kDegree, true);
+  row("about the axis along", "deg", axes_[4], kDegree, true);
+  row("about the vertical", "deg", axes_[5], kDegree, true);
+}
+
+void RackReport::add_notes(MissionSection& section) const {
+  if (poses_ > 0) {
+    section.notes.push_back(
+        position_.errors.count() > 0
+            ? "Errors of " + std::to_string(position_.errors.count()) +
+                  " poses against the truth of the simulation; the standard deviation is the root "
+                  "of the mean variance."
+            : "There is no truth at the times of the poses to compare them with.");
+  }
+  if (losses_ > 0) {
+    section.notes.push_back("The pose was lost " + std::to_string(losses_) + " times.");
+  }
+}
+
+}  // namespace pipescout
