@@ -31,6 +31,7 @@ void FirstPoseHint::validate() const {
 void FirstPoseParameters::validate() const {
   check_above("FirstPoseParameters.smallest_height", smallest_height, 0, 1000);
   check_above("FirstPoseParameters.largest_height", largest_height, smallest_height, 1000);
+  check_within("FirstPoseParameters.largest_beside", largest_beside, 0, 1000);
   check_above("FirstPoseParameters.largest_tilt", largest_tilt, 0, 1.2);
   check_above("FirstPoseParameters.pixel_tolerance", pixel_tolerance, 0, 20);
   check_above("FirstPoseParameters.segment_sigma", segment_sigma, 0, 20);

@@ -13,9 +13,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kAlongFlow = 0.9998;    // cosine of 1.1 degrees
-constexpr double kShortestOverlap = 6;   // pixels
-constexpr double kCell = 6;              // pixels of edge that are covered or not
+constexpr double kAlongFlow = 0.9998;   // cosine of 1.1 degrees
+constexpr double kShortestOverlap = 6;  // pixels
+constexpr double kCell = 6;             // pixels of edge that are covered or not
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 constexpr std::size_t kMostCells = 160;  // the diagonal of most images
 
 /// The part of a segment beside an edge, if it is near enough.
@@ -75,37 +76,59 @@ RackOutline::RackOutline(const RackModel& rack, PipeOffsets pipe_offsets)
 
 Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double tolerance) {
   renderer_.render(rack_.model, rack_.offsets, camera_, T_camera_rack, edges_);
-  Evidence evidence;
-  std::array<double, kMostCells> cells{};
-  std::vector<EdgeId> found;
-  for (const VisibleEdge& edge : edges_) {
-    const Vector2d vector = edge.image_end - edge.image_start;
+  struct Beside {
+    std::size_t edge, plane;
+    Overlap part;
+  };
+  std::vector<Beside> all;
+  std::vector<std::size_t> nearest(planes_.size(), kNone);  // of each segment, in `all`
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const Vector2d vector = edges_[i].image_end - edges_[i].image_start;
     const double length = vector.norm();
     if (!(length >= kShortestOverlap)) {
       continue;
     }
+    for (std::size_t k = 0; k < planes_.size(); ++k) {
+      const auto part = overlap(edges_[i], vector / length, length, planes_[k], tolerance);
+      if (part) {
+        if (nearest[k] == kNone || part->squared_off < all[nearest[k]].part.squared_off) {
+          nearest[k] = all.size();
+        }
+        all.push_back({i, k, *part});
+      }
+    }
+  }
+  Evidence evidence;
+  std::array<double, kMostCells> cells{};
+  std::vector<EdgeId> found;
+  auto next = all.begin();
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const VisibleEdge& edge = edges_[i];
+    const double length = (edge.image_end - edge.image_start).norm();
     const bool along_flow = edge.id.kind == EdgeKind::kPipe && rack_.along_flow[edge.id.body];
     const std::size_t count =
         std::clamp<std::size_t>(static_cast<std::size_t>(length / kCell), 1, kMostCells);
     const double cell = length / static_cast<double>(count);
     std::fill_n(cells.begin(), count, 0.0);
     bool any = false;
-    for (const SegmentPlane& plane : planes_) {
-      const auto part = overlap(edge, vector / length, length, plane, tolerance);
-      if (!part) {
+    for (; next != all.end() && next->edge == i; ++next) {
+      // A segment counts for one contour, the nearest, but for all the pieces of that.
+      const EdgeId& owner = edges_[all[nearest[next->plane]].edge].id;
+      if (owner.kind != edge.id.kind || owner.body != edge.id.body || owner.side != edge.id.side) {
         continue;
       }
       any = true;
-      evidence.matches.push_back({edge.id, along_flow, part->start, part->end});
-      const auto first = static_cast<std::size_t>(std::lround(part->from / cell));
-      const auto last = std::min(count, static_cast<std::size_t>(std::lround(part->to / cell)));
-      for (std::size_t i = first; i < last; ++i) {
-        cells[i] = std::max(cells[i], 1 - part->squared_off);
+      const Overlap& part = next->part;
+      evidence.matches.push_back({edge.id, along_flow, part.start, part.end});
+      const auto first = static_cast<std::size_t>(std::lround(part.from / cell));
+      const auto last = std::min(count, static_cast<std::size_t>(std::lround(part.to / cell)));
+      for (std::size_t k = first; k < last; ++k) {
+        cells[k] = std::max(cells[k], 1 - part.squared_off);
       }
     }
     double covered = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      covered += cell * cells[i];
+    for (std::size_t k = 0; k < count; ++k) {
+      covered += cell * cells[k];
     }
     (along_flow ? evidence.predicted : evidence.transverse_predicted) += length;
     (along_flow ? evidence.covered : evidence.transverse_covered) += covered;
@@ -114,7 +137,7 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
     }
   }
   // Several sections, and pieces of one, are one contour.
-  std::size_t last_pipe = std::numeric_limits<std::size_t>::max();
+  std::size_t last_pipe = kNone;
   std::array<bool, 2> sides{};
   for (const EdgeId& id : found) {
     if (id.body != last_pipe) {

@@ -18,14 +18,25 @@ constexpr std::size_t kPairedSegments = 36;     // the longest; each two of them
 constexpr double kSmallestSine = 0.015;         // between planes that propose: 10 pixels or so
 constexpr double kSameDirectionCosine = 0.966;  // 15 degrees
 
-/// Total length of the segments that point along `direction`.
+/// Square of the distance, in pixels, from a segment's end to the line that joins its middle and
+/// the vanishing point.
+double squared_miss(const SegmentPlane& plane, const Matrix3d& camera_matrix,
+                    const Vector3d& direction) {
+  const Vector3d vanishing = camera_matrix * direction;
+  const Vector2d middle = 0.5 * (plane.segment.start + plane.segment.end);
+  const Vector2d towards = vanishing.head<2>() - vanishing.z() * middle;
+  const Vector2d half = plane.segment.end - middle;
+  const double beside = half.x() * towards.y() - half.y() * towards.x();
+  return beside * beside / towards.squaredNorm();
+}
+
+/// Total length of the segments that point along `direction`; those that miss it count less.
 double support(std::span<const SegmentPlane> planes, const Matrix3d& camera_matrix,
                const Vector3d& direction, double tolerance) {
   double sum = 0;
   for (const SegmentPlane& plane : planes) {
-    if (points_along(plane, camera_matrix, direction, tolerance)) {
-      sum += plane.length;
-    }
+    const double miss = squared_miss(plane, camera_matrix, direction) / (tolerance * tolerance);
+    sum += plane.length * std::max(0.0, 1 - miss);
   }
   return sum;
 }
@@ -122,12 +133,7 @@ Vector3d image_line_of_plane(const geometry::Camera& camera, const Vector3d& nor
 
 bool points_along(const SegmentPlane& plane, const Matrix3d& camera_matrix,
                   const Vector3d& direction, double tolerance) {
-  const Vector3d vanishing = camera_matrix * direction;
-  const Vector2d middle = 0.5 * (plane.segment.start + plane.segment.end);
-  const Vector2d towards = vanishing.head<2>() - vanishing.z() * middle;
-  const Vector2d half = plane.segment.end - middle;
-  const double beside = half.x() * towards.y() - half.y() * towards.x();
-  return beside * beside <= tolerance * tolerance * towards.squaredNorm();
+  return squared_miss(plane, camera_matrix, direction) <= tolerance * tolerance;
 }
 
 std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
@@ -167,8 +173,8 @@ std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
       continue;
     }
     Vector3d direction = proposal.direction;
-    for (int i = 0; i < 2; ++i) {
-      direction = refined(planes, camera.matrix(), direction, tolerance);
+    for (const double narrowing : {1.0, 0.7, 0.5}) {
+      direction = refined(planes, camera.matrix(), direction, narrowing * tolerance);
     }
     pencils.push_back({direction, joined_lines(planes, camera, direction, tolerance)});
   }

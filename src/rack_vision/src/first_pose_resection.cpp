@@ -4,7 +4,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace pipescout::rack_vision::internal {
@@ -65,49 +67,60 @@ double chord(const geometry::Camera& camera, const Vector3d& normal) {
   return std::max(0.0, high - low);
 }
 
-/// What a contour at some slope is worth, looked up instead of computed a million times.
+/// What a contour at some slope would find, looked up instead of computed a million times.
 class SlopeTable {
  public:
+  struct Entry {
+    double hit = 0;          ///< pixels of line
+    double missing = 0;      ///< pixels of the image that the contour would cross without a line
+    std::uint64_t line = 0;  ///< the line's bit, 0: none
+  };
+
   SlopeTable(std::span<const PencilLine> lines, const geometry::SO3& R_nominal,
              const geometry::Camera& camera, double tolerance)
       : bins_per_slope_(camera.parameters().focal_length) {
-    values_.resize(2 * static_cast<std::size_t>(kWidest * bins_per_slope_) + 1);
-    std::vector<double> hits(values_.size(), 0.0);
-    for (const Bearing& bearing : bearings_of(lines, R_nominal, lines.size())) {
+    entries_.resize(2 * static_cast<std::size_t>(kWidest * bins_per_slope_) + 1);
+    std::uint64_t bit = 1;
+    for (const Bearing& bearing : bearings_of(lines, R_nominal, kMostLines)) {
       const double middle = position(bearing.slope);
       const auto low = static_cast<std::ptrdiff_t>(std::ceil(middle - tolerance));
       const auto high = static_cast<std::ptrdiff_t>(std::floor(middle + tolerance));
-      for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(low, 0); i <= high && i < std::ssize(hits);
-           ++i) {
+      for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(low, 0);
+           i <= high && i < std::ssize(entries_); ++i) {
         const double off = (static_cast<double>(i) - middle) / tolerance;
-        double& hit = hits[static_cast<std::size_t>(i)];
-        hit = std::max(hit, bearing.length * (1 - off * off));
+        const double hit = bearing.length * (1 - off * off);
+        Entry& entry = entries_[static_cast<std::size_t>(i)];
+        if (hit > entry.hit) {
+          entry.hit = hit;
+          entry.line = bit;
+        }
       }
+      bit <<= 1;
     }
-    for (std::size_t i = 0; i < values_.size(); ++i) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
       const double slope = static_cast<double>(i) / bins_per_slope_ - kWidest;
       const double seen = chord(camera, R_nominal * Vector3d(-1, 0, -slope));
-      const double hit = std::min(hits[i], seen);
-      values_[i] = hit - kMissing * (seen - hit);
+      entries_[i].hit = std::min(entries_[i].hit, seen);
+      entries_[i].missing = seen - entries_[i].hit;
     }
   }
 
-  [[nodiscard]] double operator()(double slope) const {
+  [[nodiscard]] Entry operator()(double slope) const {
     const double at = position(slope) + 0.5;
     // Written so that NaN is out of range too.
-    return at >= 0 && at < static_cast<double>(values_.size())
-               ? values_[static_cast<std::size_t>(at)]
-               : 0.0;
+    return at >= 0 && at < static_cast<double>(entries_.size())
+               ? entries_[static_cast<std::size_t>(at)]
+               : Entry{};
   }
 
  private:
-  static constexpr double kWidest = 2.5;   // 68 degrees off straight down
-  static constexpr double kMissing = 0.5;  // a hidden contour looks like a missing one
+  static constexpr double kWidest = 2.5;         // 68 degrees off straight down
+  static constexpr std::size_t kMostLines = 64;  // bits
 
   [[nodiscard]] double position(double slope) const { return (slope + kWidest) * bins_per_slope_; }
 
   double bins_per_slope_;
-  std::vector<double> values_;
+  std::vector<Entry> entries_;
 };
 
 struct Tangent {
@@ -116,21 +129,47 @@ struct Tangent {
   std::size_t rank;  ///< order from left to right
 };
 
+/// Pixels of lines on contours, less half of those that are missing: a hidden contour looks like a
+/// missing one. Of the circles of one pipe the best counts. No line counts twice.
 double score(const SlopeTable& table, std::span<const PipeCircle> circles, const Resection& r) {
+  constexpr double kMissing = 0.5;
   const double cosine = std::cos(r.roll);
   const double sine = std::sin(r.roll);
+  std::uint64_t used = 0;
   double sum = 0;
-  for (const PipeCircle& circle : circles) {
-    const Vector2d d = circle.centre - Vector2d(r.x, r.z);
-    const double squared = d.squaredNorm() - circle.radius * circle.radius;
-    if (squared <= 0) {
-      return 0;
+  for (std::size_t i = 0; i < circles.size();) {
+    std::array<SlopeTable::Entry, 2> best;
+    std::array<double, 2> best_value{};
+    bool first = true;
+    const std::size_t rank = circles[i].rank;
+    for (; i < circles.size() && circles[i].rank == rank; ++i) {
+      const PipeCircle& circle = circles[i];
+      const Vector2d d = circle.centre - Vector2d(r.x, r.z);
+      const double squared = d.squaredNorm() - circle.radius * circle.radius;
+      if (squared <= 0) {
+        return 0;
+      }
+      const Vector2d across = std::sqrt(squared) * Vector2d(d.y(), -d.x());
+      for (std::size_t side = 0; side < 2; ++side) {
+        const Vector2d n = across - (side == 0 ? 1.0 : -1.0) * circle.radius * d;
+        SlopeTable::Entry entry =
+            table((cosine * n.y() - sine * n.x()) / (cosine * n.x() + sine * n.y()));
+        if ((entry.line & used) != 0) {
+          entry = {.hit = 0, .missing = entry.hit + entry.missing, .line = 0};
+        }
+        const double value = entry.hit - kMissing * entry.missing;
+        if (first || value > best_value[side]) {
+          best[side] = entry;
+          best_value[side] = value;
+        }
+      }
+      first = false;
     }
-    const Vector2d across = std::sqrt(squared) * Vector2d(d.y(), -d.x());
-    for (const double side : {1.0, -1.0}) {
-      const Vector2d n = across - side * circle.radius * d;
-      sum += table((cosine * n.y() - sine * n.x()) / (cosine * n.x() + sine * n.y()));
+    if (best[0].line == best[1].line && best[0].line != 0) {
+      best_value[1] = -kMissing * (best[1].hit + best[1].missing);
     }
+    used |= best[0].line | best[1].line;
+    sum += best_value[0] + best_value[1];
   }
   return sum;
 }
@@ -189,8 +228,8 @@ std::vector<Resection> distinct(std::vector<Resection> all, std::size_t most) {
       break;
     }
     const bool known = std::ranges::any_of(kept, [&](const Resection& other) {
-      return std::abs(other.x - r.x) < 0.06 && std::abs(other.z - r.z) < 0.06 &&
-             std::abs(other.roll - r.roll) < 0.03;
+      return std::abs(other.x - r.x) < 0.12 && std::abs(other.z - r.z) < 0.12 &&
+             std::abs(other.roll - r.roll) < 0.05;
     });
     if (!known) {
       kept.push_back(r);

@@ -120,8 +120,8 @@ class Search {
     limits.x_high = std::numeric_limits<double>::lowest();
     for (const PipeCircle& circle : circles_) {
       highest = std::max(highest, circle.centre.y());
-      limits.x_low = std::min(limits.x_low, circle.centre.x() - parameters_.largest_height);
-      limits.x_high = std::max(limits.x_high, circle.centre.x() + parameters_.largest_height);
+      limits.x_low = std::min(limits.x_low, circle.centre.x() - parameters_.largest_beside);
+      limits.x_high = std::max(limits.x_high, circle.centre.x() + parameters_.largest_beside);
     }
     limits.z_low = highest + parameters_.smallest_height;
     limits.z_high = highest + parameters_.largest_height;

@@ -47,7 +47,8 @@ struct FirstPoseHint {
 struct FirstPoseParameters {
   double smallest_height = 0.5;      ///< of the camera above the highest pipe's axis, m, > 0
   double largest_height = 12;        ///< m, > smallest_height
-  double largest_tilt = 0.6;         ///< of the optical axis against straight down, rad, (0, 1.2]
+  double largest_beside = 2;         ///< of the camera, beyond the outermost pipes' axes, m, >= 0
+  double largest_tilt = 0.45;        ///< of the optical axis against straight down, rad, (0, 1.2]
   double pixel_tolerance = 2.0;      ///< of an edge from where the model has it, pixels, > 0
   double segment_sigma = 0.3;        ///< of a segment's ends across it, pixels, > 0
   double shortest_segment = 20;      ///< pixels, > 0
