@@ -42,6 +42,7 @@ void VisualServoParameters::validate() const {
   using internal::check_within;
   check_above("position_gain", position_gain, 0, 20);
   check_above("rotation_gain", rotation_gain, 0, 20);
+  check_within("response_time", response_time, 0, 5);
   check_above("largest_speed", largest_speed, 0, 20);
   check_above("largest_rotation_rate", largest_rotation_rate, 0, 6);
   check_above("largest_acceleration", largest_acceleration, 0, 50);
@@ -144,9 +145,12 @@ ServoCommand VisualServo::follow(const Known& known, const PathPoint& target) co
   const SE3 T_rack_target(SO3::about_z(target.yaw), target.position);
   const geometry::Vector6d error = pose_error(*levelled, T_rack_target);
   const SO3 R_control_rack = levelled->rotation().inverse();
-  return {.linear = parameters_.position_gain * error.head<3>() + R_control_rack * target.velocity,
+  const Eigen::Vector3d velocity =
+      target.velocity + parameters_.response_time * target.acceleration;
+  const double yaw_rate = target.yaw_rate + parameters_.response_time * target.yaw_acceleration;
+  return {.linear = parameters_.position_gain * error.head<3>() + R_control_rack * velocity,
           .angular = parameters_.rotation_gain * error.tail<3>() +
-                     R_control_rack * Eigen::Vector3d(0, 0, target.yaw_rate),
+                     R_control_rack * Eigen::Vector3d(0, 0, yaw_rate),
           .state = ServoState::kServoing,
           .position_error = (target.position - known.T_rack_base.translation()).norm(),
           .rotation_error = error.tail<3>().norm()};

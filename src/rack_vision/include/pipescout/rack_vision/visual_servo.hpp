@@ -35,8 +35,11 @@ enum class RotationControl : std::uint8_t {
 struct VisualServoParameters {
   geometry::SE3 T_base_camera = downward_camera();
   RotationControl rotation = RotationControl::kYawOnly;
-  double position_gain = 1.2;          ///< 1/s, (0, 20]
-  double rotation_gain = 1.2;          ///< 1/s, (0, 20]
+  double position_gain = 1.5;  ///< 1/s, (0, 20]
+  double rotation_gain = 1.5;  ///< 1/s, (0, 20]
+  /// s, [0, 5]: in which the vehicle takes up a commanded velocity (to 63 %); the target's velocity
+  /// is commanded so much ahead, by its acceleration.
+  double response_time = 0.2;
   double largest_speed = 0.5;          ///< m/s, (0, 20]: the paper's cruise velocity; of the norm
   double largest_rotation_rate = 0.2;  ///< rad/s, (0, 6]: the paper's; of the norm
   double largest_acceleration = 1.0;   ///< m/s^2, (0, 50]: of the commanded velocity
@@ -109,7 +112,8 @@ class VisualServo {
   PoseVerdict observe(const CameraPose& pose, double now);
 
   /// The command for now. `target`: what the path asked for at `pose_time`, or nothing: stand.
-  /// Feedback of the gains times log(H_e), plus the velocity of the target, saturated in norm (its
+  /// Feedback of the gains times log(H_e), plus the velocity that the target
+  /// will have after `response_time`, saturated in norm (its
   /// direction kept), its change limited by the largest accelerations since the last step. Steps
   /// longer than 0.2 s count as that. When `now` goes back by more than a second (a simulation that
   /// begins again) everything is forgotten but the counts; a smaller step back or NaN gives the
