@@ -33,28 +33,42 @@ bool usable(const PointObservation& point, std::size_t pipes) {
          (point.pipe < pipes || point.pipe == PointObservation::kOnNoPipe);
 }
 
-/// Adds the contribution of rows whose unknowns are pose, one offset and intrinsics to the system.
-/// `information` and `gradient` are over [pose; offset; intrinsics].
-void scatter(const Eigen::Matrix<double, 10, 10>& information,
-             const Eigen::Matrix<double, 10, 1>& gradient, int offset, const UnknownLayout& layout,
-             SystemMatrix& system, SystemVector& system_gradient) {
-  system.topLeftCorner<6, 6>() += information.topLeftCorner<6, 6>();
-  system_gradient.head<6>() += gradient.head<6>();
+/// Derivative of image coordinates with respect to pose, one offset and, with 10 columns,
+/// intrinsics.
+template <int kRows, int kColumns>
+using Rows = Eigen::Matrix<double, kRows, kColumns>;
+constexpr int kOffsetColumn = kPoseUnknowns;
+constexpr int kWithoutIntrinsics = kPoseUnknowns + 1;
+constexpr int kWithIntrinsics = kWithoutIntrinsics + kIntrinsicUnknowns;
+
+/// Adds derivative^T information derivative to the system, derivative^T gradient to its gradient.
+template <int kRows, int kColumns>
+void scatter(const Rows<kRows, kColumns>& derivative,
+             const Eigen::Matrix<double, kRows, kRows>& information,
+             const Eigen::Matrix<double, kRows, 1>& gradient, int offset,
+             const UnknownLayout& layout, SystemMatrix& system, SystemVector& system_gradient) {
+  // Products of this size are faster without Eigen's blocking.
+  const Rows<kRows, kColumns> weighted = information.lazyProduct(derivative);
+  const Eigen::Matrix<double, kColumns, kColumns> square =
+      derivative.transpose().lazyProduct(weighted);
+  const Eigen::Matrix<double, kColumns, 1> slope = derivative.transpose().lazyProduct(gradient);
+  system.topLeftCorner<6, 6>() += square.template topLeftCorner<6, 6>();
+  system_gradient.head<6>() += slope.template head<6>();
   if (offset >= 0) {
-    system.block<6, 1>(0, offset) += information.block<6, 1>(0, 6);
-    system.block<1, 6>(offset, 0) += information.block<1, 6>(6, 0);
-    system(offset, offset) += information(6, 6);
-    system_gradient(offset) += gradient(6);
+    system.block<6, 1>(0, offset) += square.template block<6, 1>(0, kOffsetColumn);
+    system.block<1, 6>(offset, 0) += square.template block<1, 6>(kOffsetColumn, 0);
+    system(offset, offset) += square(kOffsetColumn, kOffsetColumn);
+    system_gradient(offset) += slope(kOffsetColumn);
   }
-  if (layout.intrinsics >= 0) {
+  if constexpr (kColumns == kWithIntrinsics) {
     const int k = layout.intrinsics;
-    system.block<6, 3>(0, k) += information.block<6, 3>(0, 7);
-    system.block<3, 6>(k, 0) += information.block<3, 6>(7, 0);
-    system.block<3, 3>(k, k) += information.block<3, 3>(7, 7);
-    system_gradient.segment<3>(k) += gradient.tail<3>();
+    system.block<6, 3>(0, k) += square.template block<6, 3>(0, 7);
+    system.block<3, 6>(k, 0) += square.template block<3, 6>(7, 0);
+    system.block<3, 3>(k, k) += square.template block<3, 3>(7, 7);
+    system_gradient.segment<3>(k) += slope.template tail<3>();
     if (offset >= 0) {
-      system.block<3, 1>(k, offset) += information.block<3, 1>(7, 6);
-      system.block<1, 3>(offset, k) += information.block<1, 3>(6, 7);
+      system.block<3, 1>(k, offset) += square.template block<3, 1>(7, kOffsetColumn);
+      system.block<1, 3>(offset, k) += square.template block<1, 3>(kOffsetColumn, 7);
     }
   }
 }
@@ -76,9 +90,17 @@ void add_sums(ResidualSums& sums, const KernelValue& value, double e, bool inlie
 struct FeatureSystem::LineSums {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< sum(s m m^T)
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();     ///< sum(s e m)
-  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();     ///< sum(s m); last entry: sum(s)
-  double residual = 0;                                    ///< sum(s e)
 };
+
+ResidualSums& ResidualSums::operator+=(const ResidualSums& other) noexcept {
+  count += other.count;
+  weight += other.weight;
+  slope += other.slope;
+  square += other.square;
+  inliers += other.inliers;
+  inlier_square += other.inlier_square;
+  return *this;
+}
 
 void NormalEquations::reset(int size) {
   edge_information.setZero(size, size);
@@ -166,35 +188,49 @@ Eigen::Matrix3d FeatureSystem::camera_matrix(const SolverState& state,
 
 void FeatureSystem::add_samples(const Run& run, const ImageLine& line, const Weighting& weighting,
                                 NormalEquations& equations, LineSums& sums, std::size_t& inliers) {
-  const Eigen::Vector2d normal = line.line.head<2>();
+  const double a = line.line[0], b = line.line[1], c = line.line[2];
+  // Kept in registers; in matrices the compiler has to store them with each sample.
+  double uu = 0, uv = 0, vv = 0, u = 0, v = 0, one = 0, eu = 0, ev = 0, e1 = 0;
+  double cost = 0;
+  ResidualSums counted;
   for (std::size_t i = run.first; i < run.first + run.count; ++i) {
     const EdgeSample& sample = samples_[i];
     const Eigen::Vector2d* nearest = sample.candidates.data();
-    double residual = normal.dot(*nearest) + line.line[2];
+    double residual = a * nearest->x() + b * nearest->y() + c;
     for (std::size_t k = 1; k < sample.candidate_count; ++k) {
-      const double other = normal.dot(sample.candidates[k]) + line.line[2];
+      const Eigen::Vector2d& candidate = sample.candidates[k];
+      const double other = a * candidate.x() + b * candidate.y() + c;
       if (std::abs(other) < std::abs(residual)) {
         residual = other;
-        nearest = &sample.candidates[k];
+        nearest = &candidate;
       }
     }
-    const double e = std::min(std::abs(residual), gate_) / sample.sigma;
+    const double inverse_sigma = 1 / sample.sigma;
+    const double e = std::min(std::abs(residual), gate_) * inverse_sigma;
     const KernelValue value = evaluate(weighting.kernel, e, weighting.edge_width);
-    equations.cost += value.cost;
+    cost += value.cost;
     if (std::abs(residual) > gate_) {
       continue;
     }
-    const bool inlier = e <= weighting.inlier_bound;
-    inliers += inlier ? 1 : 0;
-    add_sums(equations.edges, value, e, inlier);
+    add_sums(counted, value, e, e <= weighting.inlier_bound);
     edge_residuals_.push_back(e);
-    const double s = value.weight / (sample.sigma * sample.sigma);
-    const Eigen::Vector3d m = nearest->homogeneous();
-    sums.information += s * m * m.transpose();
-    sums.gradient += s * residual * m;
-    sums.weighted += s * m;
-    sums.residual += s * residual;
+    const double s = value.weight * inverse_sigma * inverse_sigma;
+    const double su = s * nearest->x(), sv = s * nearest->y();
+    uu += su * nearest->x();
+    uv += su * nearest->y();
+    vv += sv * nearest->y();
+    u += su;
+    v += sv;
+    one += s;
+    eu += su * residual;
+    ev += sv * residual;
+    e1 += s * residual;
   }
+  sums.information << uu, uv, u, uv, vv, v, u, v, one;
+  sums.gradient << eu, ev, e1;
+  inliers = static_cast<std::size_t>(counted.inliers);
+  equations.cost += cost;
+  equations.edges += counted;
 }
 
 void FeatureSystem::add_line(const Run& run, const ImageLine& line, const CameraView& view,
@@ -202,30 +238,33 @@ void FeatureSystem::add_line(const Run& run, const ImageLine& line, const Camera
                              NormalEquations& equations) const {
   if (edge_bias_sigma_ > 0) {
     // A shared error b of the samples, eliminated: it is an unknown that this line alone has.
-    const double total = sums.weighted[2] + 1 / (edge_bias_sigma_ * edge_bias_sigma_);
-    sums.information -= sums.weighted * sums.weighted.transpose() / total;
-    sums.gradient -= sums.weighted * (sums.residual / total);
+    const Eigen::Vector3d weighted = sums.information.col(2);  // sum(s m), as m ends with 1
+    const double total = weighted[2] + 1 / (edge_bias_sigma_ * edge_bias_sigma_);
+    sums.information -= weighted * weighted.transpose() / total;
+    sums.gradient -= weighted * (sums.gradient[2] / total);
   }
-  Eigen::Matrix<double, 3, 10> derivative = Eigen::Matrix<double, 3, 10>::Zero();
-  derivative.leftCols<6>() = line.derivative;
-  int offset = -1;
-  if (run.edge.kind == EdgeKind::kPipe) {
-    offset = layout.offset[run.edge.body];
-    derivative.col(6) = -line.derivative.col(0);
-  }
+  const auto add = [&](auto derivative) {
+    derivative.template leftCols<6>() = line.derivative;
+    derivative.col(kOffsetColumn) = -line.derivative.col(0);
+    if constexpr (decltype(derivative)::ColsAtCompileTime == kWithIntrinsics) {
+      // d(K^-T) = -K^-T dK^T K^-T, and the line keeps its norm.
+      const Eigen::Vector3d by_focal_length =
+          view.matrix.transpose().template triangularView<Eigen::Lower>().solve(
+              Eigen::Vector3d(-line.line[0], -camera_.aspect_ratio * line.line[1], 0));
+      derivative.col(7) =
+          by_focal_length - line.line * line.line.head<2>().dot(by_focal_length.head<2>());
+      derivative.col(8) << 0, 0, -line.line[0];
+      derivative.col(9) << 0, 0, -line.line[1];
+    }
+    const int offset = run.edge.kind == EdgeKind::kPipe ? layout.offset[run.edge.body] : -1;
+    scatter<3>(derivative, sums.information, sums.gradient, offset, layout,
+               equations.edge_information, equations.gradient);
+  };
   if (layout.intrinsics >= 0) {
-    // d(K^-T) = -K^-T dK^T K^-T, and the line keeps its norm.
-    const Eigen::Vector3d by_focal_length =
-        view.matrix.transpose().triangularView<Eigen::Lower>().solve(
-            Eigen::Vector3d(-line.line[0], -camera_.aspect_ratio * line.line[1], 0));
-    derivative.col(7) =
-        by_focal_length - line.line * line.line.head<2>().dot(by_focal_length.head<2>());
-    derivative(2, 8) = -line.line[0];
-    derivative(2, 9) = -line.line[1];
+    add(Rows<3, kWithIntrinsics>());
+  } else {
+    add(Rows<3, kWithoutIntrinsics>());
   }
-  scatter(derivative.transpose() * sums.information * derivative,
-          derivative.transpose() * sums.gradient, offset, layout, equations.edge_information,
-          equations.gradient);
 }
 
 void FeatureSystem::add_point(const PointObservation& point, const SolverState& state,
@@ -244,15 +283,6 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
   Eigen::Matrix<double, 2, 3> by_ray;
   by_ray << 1, 0, -ray.x(), 0, 1, -ray.y();
   const Eigen::Matrix<double, 2, 3> by_place = focal * by_ray * view.R_camera_rack / in_camera.z();
-
-  Eigen::Matrix<double, 2, 10> derivative = Eigen::Matrix<double, 2, 10>::Zero();
-  derivative.leftCols<3>() = -by_place;
-  derivative.middleCols<3>(3) = by_place * geometry::skew(from_eye);
-  derivative.col(6) = by_place.col(0);
-  if (layout.intrinsics >= 0) {
-    derivative.col(7) << ray.x(), camera_.aspect_ratio * ray.y();
-    derivative.rightCols<2>().setIdentity();
-  }
 
   Eigen::Matrix2d covariance = by_place * point.place_covariance * by_place.transpose();
   covariance.diagonal().array() += point.sigma * point.sigma;
@@ -278,10 +308,23 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
     information = along * along.transpose() / along.dot(covariance * along);
   }
   information *= value.weight;
-  scatter(derivative.transpose() * information * derivative,
-          derivative.transpose() * (information * residual),
-          on_pipe ? layout.offset[point.pipe] : -1, layout, equations.point_information,
-          equations.gradient);
+  const auto add = [&](auto derivative) {
+    derivative.template leftCols<3>() = -by_place;
+    derivative.template middleCols<3>(3) = by_place * geometry::skew(from_eye);
+    derivative.col(kOffsetColumn) = by_place.col(0);
+    if constexpr (decltype(derivative)::ColsAtCompileTime == kWithIntrinsics) {
+      derivative.col(7) << ray.x(), camera_.aspect_ratio * ray.y();
+      derivative.template rightCols<2>().setIdentity();
+    }
+    scatter<2>(derivative, information, Eigen::Vector2d(information * residual),
+               on_pipe ? layout.offset[point.pipe] : -1, layout, equations.point_information,
+               equations.gradient);
+  };
+  if (layout.intrinsics >= 0) {
+    add(Rows<2, kWithIntrinsics>());
+  } else {
+    add(Rows<2, kWithoutIntrinsics>());
+  }
 }
 
 void FeatureSystem::accumulate(const SolverState& state, const UnknownLayout& layout,

@@ -44,6 +44,8 @@ struct ResidualSums {
   double square = 0;         ///< psi^2
   double inliers = 0;        ///< features within the inlier bound
   double inlier_square = 0;  ///< e^2 of those
+
+  ResidualSums& operator+=(const ResidualSums& other) noexcept;
 };
 
 struct NormalEquations {

@@ -5,37 +5,6 @@
 
 namespace pipescout::rack_vision {
 
-KernelValue evaluate(RobustKernel kernel, double e, double width) noexcept {
-  const double ratio = e / width;
-  switch (kernel) {
-    case RobustKernel::kSaliency: {
-      const double weight = 1 / (1 + ratio);
-      return {weight, weight * weight, width * (e - width * std::log1p(ratio))};
-    }
-    case RobustKernel::kHuber:
-      if (e > width) {
-        return {width / e, 0, width * (e - 0.5 * width)};
-      }
-      break;
-    case RobustKernel::kCauchy: {
-      const double square = ratio * ratio;
-      const double weight = 1 / (1 + square);
-      return {weight, (1 - square) * weight * weight, 0.5 * width * width * std::log1p(square)};
-    }
-    case RobustKernel::kTukey: {
-      const double rest = 1 - ratio * ratio;
-      if (rest <= 0) {
-        return {0, 0, width * width / 6};
-      }
-      return {rest * rest, rest * (1 - 5 * ratio * ratio),
-              width * width / 6 * (1 - rest * rest * rest)};
-    }
-    case RobustKernel::kNone:
-      break;
-  }
-  return {1, 1, 0.5 * e * e};
-}
-
 double default_width(RobustKernel kernel) noexcept {
   switch (kernel) {
     case RobustKernel::kHuber:

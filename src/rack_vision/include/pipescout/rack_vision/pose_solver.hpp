@@ -89,7 +89,7 @@ enum class SolverMethod : std::uint8_t {
 struct PoseSolverParameters {
   SolverMethod method = SolverMethod::kIterated;
   RobustKernel kernel = RobustKernel::kTukey;  ///< of the last iterations; of no other method
-  double kernel_width = 5.5;                   ///< standard deviations, > 0
+  double kernel_width = 5.0;                   ///< standard deviations, > 0
   double saliency_nu = 1.0;                    ///< nu of equation (29), standard deviations, > 0
   int iterations = 12;                         ///< at most, 1..100
   /// Converged when a step moves the features by less than this, root of their mean square, in

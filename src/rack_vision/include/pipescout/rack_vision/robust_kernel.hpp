@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 
@@ -24,7 +25,36 @@ struct KernelValue {
 };
 
 /// `e` >= 0 or infinite, `width` > 0. Not checked; NaN in, NaN out.
-[[nodiscard]] KernelValue evaluate(RobustKernel kernel, double e, double width) noexcept;
+[[nodiscard]] inline KernelValue evaluate(RobustKernel kernel, double e, double width) noexcept {
+  const double ratio = e / width;
+  switch (kernel) {
+    case RobustKernel::kSaliency: {
+      const double weight = 1 / (1 + ratio);
+      return {weight, weight * weight, width * (e - width * std::log1p(ratio))};
+    }
+    case RobustKernel::kHuber:
+      if (e > width) {
+        return {width / e, 0, width * (e - 0.5 * width)};
+      }
+      break;
+    case RobustKernel::kCauchy: {
+      const double square = ratio * ratio;
+      const double weight = 1 / (1 + square);
+      return {weight, (1 - square) * weight * weight, 0.5 * width * width * std::log1p(square)};
+    }
+    case RobustKernel::kTukey: {
+      const double rest = 1 - ratio * ratio;
+      if (rest <= 0) {
+        return {0, 0, width * width / 6};
+      }
+      return {rest * rest, rest * (1 - 5 * ratio * ratio),
+              width * width / 6 * (1 - rest * rest * rest)};
+    }
+    case RobustKernel::kNone:
+      break;
+  }
+  return {1, 1, 0.5 * e * e};
+}
 
 /// Widths with the usual efficiency: saliency 1 (the paper: "approximately one standard deviation
 /// of the inliers"), Huber 1.345, Cauchy 2.385, Tukey 4.685; 1 for kNone, which has none.
