@@ -21,9 +21,9 @@ namespace {
 using internal::check_within;
 
 /// Samples of a pixel that more than one surface shares: a Fibonacci lattice, so that a straight
-/// edge at any angle is placed to 1/68 pixel, and the mean of all samples is the pixel's middle.
-constexpr std::size_t kSamples = 34;
-constexpr int kLatticeStep = 21;
+/// edge at any angle is placed to 1/110 pixel, and the mean of all samples is the pixel's middle.
+constexpr std::size_t kSamples = 55;
+constexpr int kLatticeStep = 34;
 
 }  // namespace
 

@@ -135,6 +135,7 @@ void Sensor::blur_tile(const Plane& radiance, int x0, int y0, Eigen::Vector2f pa
   }
   const int points = length < kShortestPath ? 1 : 2 * static_cast<int>(std::ceil(length)) + 1;
   int reach = 0;
+  float spread = 0;  // variance along u and along v of the kernel, together
   for (int n = 0; n < points; ++n) {
     const float place = (static_cast<float>(n) + 0.5F) / static_cast<float>(points) - 0.5F;
     const float x = place * path.x();
@@ -151,8 +152,16 @@ void Sensor::blur_tile(const Plane& radiance, int x0, int y0, Eigen::Vector2f pa
     at(i + 1, j) += weight * fx * (1 - fy);
     at(i, j + 1) += weight * (1 - fx) * fy;
     at(i + 1, j + 1) += weight * fx * fy;
+    spread += weight * (x * x + fx * (1 - fx) + y * y + fy * (1 - fy));
     reach = std::max({reach, std::abs(i), std::abs(i + 1), std::abs(j), std::abs(j + 1)});
   }
+  // Sharing a point among its neighbours spreads it; leaving part of the image where it was makes
+  // up for that, so that the blur has the variance of the path.
+  const float moved = spread > 0 ? std::min(1.0F, path.squaredNorm() / 12 / spread) : 0.0F;
+  for (float& weight : kernel) {
+    weight *= moved;
+  }
+  kernel[static_cast<std::size_t>(kReach * kSize + kReach)] += 1 - moved;
   for (int y = 0; y < height; ++y) {
     float* out = scratch_.row(y0 + y) + x0;
     std::fill(out, out + width, 0.0F);
@@ -191,7 +200,8 @@ void Sensor::expose(Plane& radiance, const RackLight& light, std::uint64_t frame
     radiance.extend();
     blurred = &blur_by_motion(radiance);
   }
-  std::mt19937_64 engine = make_engine(seed_, 0x10000 + frame);
+  // One word of seed, unlike make_engine: that one allocates.
+  std::mt19937_64 engine(seed_ * 0x9e3779b97f4a7c15U + frame);
   const auto gain = static_cast<float>(255 * light.gain);
   const auto offset = static_cast<float>(light.offset);
   const auto read_variance = static_cast<float>(parameters_.read_noise * parameters_.read_noise);
