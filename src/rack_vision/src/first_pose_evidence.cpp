@@ -162,9 +162,17 @@ bool EvidenceFinder::line_of(const EdgeId& id, const CameraView& view, ImageLine
          image_line(view, lines[id.side], line);
 }
 
+bool EvidenceFinder::tells_place(const EdgeMatch& match) const {
+  if (!match.along_flow) {
+    return true;
+  }
+  const PipeSection& section = rack_.sections[match.id.body][match.id.part];
+  return section.radius_start != section.radius_end;
+}
+
 std::optional<EvidenceFinder::Fit> EvidenceFinder::fit(const geometry::SE3& T_camera_rack,
                                                        std::span<const EdgeMatch> matches,
-                                                       bool with_transverse, const Along& along,
+                                                       bool place_is_seen, const Along& along,
                                                        double sigma) const {
   constexpr int kSteps = 5;
   Fit fit{.T_camera_rack = T_camera_rack, .information = geometry::Matrix6d::Zero()};
@@ -178,7 +186,7 @@ std::optional<EvidenceFinder::Fit> EvidenceFinder::fit(const geometry::SE3& T_ca
     double weights = 0;
     for (const EdgeMatch& match : matches) {
       ImageLine line;
-      if ((!match.along_flow && !with_transverse) || !line_of(match.id, view, line)) {
+      if ((!place_is_seen && tells_place(match)) || !line_of(match.id, view, line)) {
         continue;
       }
       for (const Vector2d& pixel : {match.start, match.end}) {

@@ -64,8 +64,9 @@ class EvidenceFinder {
   [[nodiscard]] Evidence find(const geometry::SE3& T_camera_rack, double tolerance);
 
   /// Least squares over the matches, a few steps: the pose moved, and the information on the
-  /// motion [dc; dphi] of contour.hpp. Matches across the flow take part when `with_transverse`.
-  /// `along` is what is known of the camera's y. Nothing when the steps do not converge.
+  /// motion [dc; dphi] of contour.hpp. Edges whose image depends on the place along the flow, those
+  /// of reducers among them, take part when `place_is_seen`: at a wrong place they would pull the
+  /// rest. `along` is what is known of the camera's y beforehand. Nothing when the steps lead away.
   struct Fit {
     geometry::SE3 T_camera_rack;
     geometry::Matrix6d information;
@@ -76,10 +77,11 @@ class EvidenceFinder {
     double standard_deviation;
   };
   [[nodiscard]] std::optional<Fit> fit(const geometry::SE3& T_camera_rack,
-                                       std::span<const EdgeMatch> matches, bool with_transverse,
+                                       std::span<const EdgeMatch> matches, bool place_is_seen,
                                        const Along& along, double sigma) const;
 
  private:
+  [[nodiscard]] bool tells_place(const EdgeMatch& match) const;
   [[nodiscard]] bool line_of(const EdgeId& id, const CameraView& view, ImageLine& line) const;
 
   const RackOutline& rack_;

@@ -22,6 +22,8 @@ using geometry::SO3;
 constexpr std::size_t kPencils = 2;         // one may be that of the supports
 constexpr std::size_t kResections = 16;     // of each pencil and direction, that are rendered
 constexpr std::size_t kRefined = 12;        // of all, that are refined
+constexpr std::size_t kTypicalPlaces = 8;   // along the flow, at which all are rendered
+constexpr std::size_t kVotedPlaces = 3;     // by edges across the flow, at the same time
 constexpr std::size_t kPlaces = 5;          // along the flow, of one pose
 constexpr double kGate = 4;                 // standard deviations of a hint
 constexpr double kProposalTolerance = 4;    // of FirstPoseParameters::pixel_tolerance
@@ -149,9 +151,10 @@ class Search {
     return {low, high};
   }
 
-  /// Where pipes look different enough to be tried apart: the hint, or the middles between the
-  /// places at which a pipe begins, ends or changes.
+  /// Where the pipes look different enough to be tried apart: at the hint, between the places at
+  /// which one begins, ends or changes, and next to the ends, which leave half of the image empty.
   [[nodiscard]] std::vector<double> typical_places() const {
+    constexpr double kNextToEnd = 0.7;  // m
     const auto [low, high] = range_along();
     if (high < low) {
       return {hint_.y->value};
@@ -168,13 +171,20 @@ class Search {
       }
     }
     std::ranges::sort(borders);
-    std::vector<double> places;
+    std::vector<double> wanted;
     if (hint_.y) {
-      places.push_back(std::clamp(hint_.y->value, low, high));
+      wanted.push_back(std::clamp(hint_.y->value, low, high));
     }
-    for (std::size_t i = 1; i < borders.size() && places.size() < kPlaces; ++i) {
-      if (borders[i] - borders[i - 1] > 0.2 || places.empty()) {
-        places.push_back(0.5 * (borders[i] + borders[i - 1]));
+    for (std::size_t i = 1; i < borders.size(); ++i) {
+      wanted.push_back(0.5 * (borders[i] + borders[i - 1]));
+    }
+    wanted.insert(wanted.end(), {low, high, low + kNextToEnd, high - kNextToEnd});
+    std::vector<double> places;
+    for (const double y : wanted) {
+      const bool known = std::ranges::any_of(
+          places, [&](double other) { return std::abs(other - y) < 0.5 * kNextToEnd; });
+      if (!known && y >= low && y <= high && places.size() < kTypicalPlaces) {
+        places.push_back(y);
       }
     }
     return places;
@@ -193,6 +203,8 @@ class Search {
     const SO3 R_nominal = nominal_rotation(sign * pencil.direction);
     const double tolerance = kProposalTolerance * parameters_.pixel_tolerance;
     const double deviation = hint_.y ? hint_.y->standard_deviation : parameters_.unknown_along;
+    const std::vector<double> typical = typical_places();
+    const auto [low, high] = range_along();
     for (const Resection& r : resections(pencil.lines, R_nominal, circles_, camera_, limits(),
                                          tolerance, parameters_.largest_lines, kResections)) {
       const SO3 R = R_nominal * SO3::about_y(r.roll);
@@ -201,8 +213,14 @@ class Search {
       }
       Hypothesis best;
       double best_value = 0;
-      for (const double y : typical_places()) {
-        const SE3 T(R, -(R * Vector3d(r.x, y, r.z)));
+      std::vector<double> places = typical;
+      const SE3 anywhere(R, -(R * Vector3d(r.x, 0, r.z)));
+      for (const double y :
+           places_along(anywhere, planes_, rack_, camera_, tolerance, low, high, kVotedPlaces)) {
+        places.push_back(y);
+      }
+      for (const double y : places) {
+        const SE3 T = at_place(anywhere, y);
         Evidence evidence = evidence_.find(T, tolerance);
         if (evidence.value() > best_value) {
           best_value = evidence.value();
