@@ -255,6 +255,22 @@ TEST(VisibleEdges, RefuseOffsetsThatDoNotFitThePipes) {
   EXPECT_THROW(renderer.render(model, not_finite, Camera(), SE3(), edges), std::invalid_argument);
 }
 
+TEST(VisibleEdges, RefuseAPoseThatIsNotFinite) {
+  // SE3 takes no such value, but a product may overflow.
+  const SE3 huge(SO3(), Vector3d(1.5e308, 0, 0));
+  EdgeRenderer renderer;
+  std::vector<VisibleEdge> edges;
+  EXPECT_THROW(renderer.render(test::small_rack(), {}, Camera(), huge * huge, edges),
+               std::invalid_argument);
+}
+
+TEST(VisibleEdges, OfARackThatIsTooFarAwayAreNone) {
+  for (const double distance : {1e7, 1e30, 1e154, 1e200, 1e308}) {
+    EXPECT_TRUE(edges_of(test::small_rack(), SE3(SO3(), Vector3d(0, 0, distance))).empty());
+    EXPECT_TRUE(edges_of(test::small_rack(), SE3(SO3(), Vector3d(distance, 0, -1))).empty());
+  }
+}
+
 TEST(VisibleEdges, RefuseRacksBeyondTheirSizes) {
   EdgeRenderer renderer;
   std::vector<VisibleEdge> edges;
