@@ -4,12 +4,12 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
-#include <string>
+#include <string_view>
 
 namespace pipescout::simulation::internal {
 
 /// Throws std::invalid_argument unless low <= value <= high.
-inline void check_within(const std::string& field, double value, double low, double high) {
+inline void check_within(std::string_view field, double value, double low, double high) {
   if (!(value >= low && value <= high && std::isfinite(value))) {
     std::ostringstream message;
     message << field << ": " << value << " is outside [" << low << ", " << high << "]";
@@ -18,7 +18,7 @@ inline void check_within(const std::string& field, double value, double low, dou
 }
 
 /// Throws std::invalid_argument unless low < value <= high.
-inline void check_above(const std::string& field, double value, double low, double high) {
+inline void check_above(std::string_view field, double value, double low, double high) {
   if (!(value > low && value <= high && std::isfinite(value))) {
     std::ostringstream message;
     message << field << ": " << value << " is outside (" << low << ", " << high << "]";

@@ -22,7 +22,7 @@ Sheet draw_sheet(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction
   sheet.centre.z() += radius * uniform(engine, 0.55, 1.05);
   sheet.cosine = std::cos(angle);
   sheet.sine = std::sin(angle);
-  sheet.half_across = radius * uniform(engine, 0.7, 1.1);
+  sheet.half_across = radius * uniform(engine, 0.5, 0.8);
   sheet.half_along = 0.5 * length;
   sheet.scallop = static_cast<float>(uniform(engine, 0.0, 0.03));
   sheet.albedo = uniform(engine) < 0.5 ? static_cast<float>(uniform(engine, 0.05, 0.15))

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <pipescout/rack_vision/visible_edges.hpp>
+#include <stdexcept>
+
+#include "rack_image_scenes.hpp"
+
+namespace {
+
+std::size_t allocations = 0;
+
+}  // namespace
+
+// Not inlined, or the compiler takes malloc and delete for a pair that does not match.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+
+namespace pipescout::simulation {
+namespace {
+
+using test::GreyImage;
+
+double bilinear(const GreyImage& image, const Eigen::Vector2d& pixel) {
+  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width - 1 &&
+        pixel.y() < image.height - 1)) {
+    throw std::out_of_range("pixel outside the image");
+  }
+  const int u = static_cast<int>(std::floor(pixel.x()));
+  const int v = static_cast<int>(std::floor(pixel.y()));
+  const double fu = pixel.x() - u;
+  const double fv = pixel.y() - v;
+  return (1 - fv) * ((1 - fu) * image.at(u, v) + fu * image.at(u + 1, v)) +
+         fv * ((1 - fu) * image.at(u, v + 1) + fu * image.at(u + 1, v + 1));
+}
+
+/// Points on the upper flank of a cylinder along y with its start at `start`.
+std::vector<Eigen::Vector3d> flank(const Eigen::Vector3d& start, double radius, double from,
+                                   double to) {
+  std::vector<Eigen::Vector3d> points;
+  for (double angle = -0.6; angle <= 0.6; angle += 0.02) {
+    for (double along = from; along <= to; along += 0.004) {
+      points.emplace_back(
+          start + Eigen::Vector3d(radius * std::sin(angle), along, radius * std::cos(angle)));
+    }
+  }
+  return points;
+}
+
+std::vector<double> sample(const GreyImage& image, const geometry::SE3& pose,
+                           const std::vector<Eigen::Vector3d>& points,
+                           const Eigen::Vector2d& shift = Eigen::Vector2d::Zero()) {
+  std::vector<double> levels;
+  for (const Eigen::Vector3d& point : points) {
+    levels.push_back(bilinear(image, *geometry::Camera().project(pose * point) + shift));
+  }
+  return levels;
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const Eigen::Map<const Eigen::ArrayXd> x(a.data(), static_cast<Eigen::Index>(a.size()));
+  const Eigen::Map<const Eigen::ArrayXd> y(b.data(), static_cast<Eigen::Index>(b.size()));
+  const Eigen::ArrayXd dx = x - x.mean();
+  const Eigen::ArrayXd dy = y - y.mean();
+  return (dx * dy).sum() / std::sqrt(dx.square().sum() * dy.square().sum());
+}
+
+RackScene textured_scene() {
+  RackScene scene{.model = test::paper_rack()};
+  scene.finishes.assign(4, {.albedo = 0.4, .rust = 0.3, .contrast = 1, .gloss = 0});
+  return scene;
+}
+
+/// Light that no direction of view changes.
+constexpr double kSky = 0.9;
+RackLight even_light() {
+  return {.sun = 0, .sky = kSky, .gain = 1, .offset = 5};
+}
+
+TEST(RackImageTexture, IsFixedToTheSurface) {
+  RackScene scene = textured_scene();
+  ImageSensor sensor = perfect_image_sensor();
+  sensor.lens_blur = 0.7;
+  RackImageRenderer renderer(scene, geometry::Camera(), sensor);
+  const geometry::SE3 one = test::looking(true, {0.7, 3.9, 2.8});
+  const geometry::SE3 other = test::looking(true, {1.1, 4.3, 2.5}, {0.1, -0.12, 0.4});
+  const GreyImage first = test::render(renderer, {.T_camera_rack = one, .light = even_light()});
+  const GreyImage second = test::render(renderer, {.T_camera_rack = other, .light = even_light()});
+  for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
+    const rack_vision::Pipe& pipe = scene.model.pipes[i];
+    const auto points = flank(pipe.start, pipe.radii[0].radius, 3.9, 4.5);
+    const std::vector<double> here = sample(first, one, points);
+    const double there = correlation(here, sample(second, other, points));
+    EXPECT_GT(there, 0.93) << pipe.name;
+    // The best match is at the right place, to less than a tenth of a pixel.
+    for (const double shift : {-0.5, 0.5}) {
+      EXPECT_LT(correlation(here, sample(second, other, points, {shift, 0})), there);
+      EXPECT_LT(correlation(here, sample(second, other, points, {0, shift})), there);
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d step = Eigen::Vector2d::Unit(axis);
+      const double before = correlation(here, sample(second, other, points, -step));
+      const double after = correlation(here, sample(second, other, points, step));
+      const double peak = 0.5 * (after - before) / (2 * there - before - after);
+      EXPECT_LT(std::abs(peak), 0.1) << pipe.name << " axis " << axis;
+    }
+  }
+}
+
+TEST(RackImageTexture, DoesNotRepeatAlongThePipe) {
+  RackScene scene = textured_scene();
+  RackImageRenderer renderer(scene, geometry::Camera(), perfect_image_sensor());
+  const rack_vision::Pipe& pipe = scene.model.pipes[1];
+  std::vector<std::vector<double>> stretches;
+  for (double y = 1; y < 9.5; y += 0.5) {
+    const geometry::SE3 pose = test::looking(true, {pipe.start.x(), y, 2.5});
+    const GreyImage image = test::render(renderer, {.T_camera_rack = pose, .light = even_light()});
+    stretches.push_back(sample(image, pose, flank(pipe.start, 0.2, y - 0.25, y + 0.25)));
+  }
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_LT(correlation(stretches[i], stretches[j]), 0.75) << i << " " << j;
+    }
+  }
+}
+
+TEST(RackImageTexture, IsNotThereOnPlainStretches) {
+  RackScene scene = textured_scene();
+  scene.plain = {{3.0, 5.0}};
+  scene.shadows = false;
+  RackImageRenderer renderer(scene, geometry::Camera(), perfect_image_sensor());
+  const auto spread_along = [&](double y) {
+    const rack_vision::Pipe& pipe = scene.model.pipes[2];
+    const geometry::SE3 pose = test::looking(true, {pipe.start.x(), y, 2.5});
+    const GreyImage image = test::render(renderer, {.T_camera_rack = pose, .light = even_light()});
+    double low = 255;
+    double high = 0;
+    for (int v = 0; v < image.height; ++v) {
+      low = std::min(low, image.at(360, v));
+      high = std::max(high, image.at(360, v));
+    }
+    return high - low;
+  };
+  EXPECT_LE(spread_along(4.0), 1);
+  EXPECT_GT(spread_along(7.0), 20);
+}
+
+TEST(RackImageTexture, DrawsDarkAndBrightPipes) {
+  // Over some seeds, finishes differ so much that edges of both signs appear.
+  int brighter = 0;
+  int darker = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    RackScene scene{.model = test::paper_rack()};
+    scene.seed = seed;
+    RackImageRenderer renderer(scene, geometry::Camera(), perfect_image_sensor());
+    const geometry::SE3 pose = test::looking(true, {0.8, 4.5, 3});
+    const GreyImage image = test::render(renderer, {.T_camera_rack = pose});
+    for (const rack_vision::Pipe& pipe : scene.model.pipes) {
+      const double radius = pipe.radii[0].radius;
+      const auto mean = [&](double x, double z) {
+        double sum = 0;
+        for (int i = 0; i < 50; ++i) {
+          sum += bilinear(
+              image, *geometry::Camera().project(pose * Eigen::Vector3d(x, 3.9 + 0.02 * i, z)));
+        }
+        return sum / 50;
+      };
+      const double on = mean(pipe.start.x(), pipe.start.z() + radius);
+      const double beside = mean(pipe.start.x() - radius - 0.05, pipe.start.z());
+      brighter += on > beside + 15 ? 1 : 0;
+      darker += on < beside - 15 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(brighter, 4);
+  EXPECT_GE(darker, 4);
+}
+
+TEST(RackImageClutter, HidesTheStatedShareOfTheContours) {
+  RackScene scene{.model = test::paper_rack()};
+  scene.shadows = false;
+  double hidden = 0;
+  double all = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    scene.seed = seed;
+    scene.clutter_share = 0;
+    RackImageRenderer clear(scene, geometry::Camera(), perfect_image_sensor());
+    scene.clutter_share = 0.4;
+    RackImageRenderer cluttered(scene, geometry::Camera(), perfect_image_sensor());
+    for (const double y : {2.5, 5.0, 7.5}) {
+      const geometry::SE3 pose = test::looking(true, {0.8, y, 3});
+      const GreyImage before = test::render(clear, {.T_camera_rack = pose});
+      const GreyImage after = test::render(cluttered, {.T_camera_rack = pose});
+      std::vector<rack_vision::VisibleEdge> edges;
+      rack_vision::EdgeRenderer().render(scene.model, {}, geometry::Camera(), pose, edges);
+      for (const rack_vision::VisibleEdge& edge : edges) {
+        if (edge.id.kind == rack_vision::EdgeKind::kPipe) {
+          for (double t = 0.01; t < 1; t += 0.01) {
+            const Eigen::Vector2d pixel =
+                edge.image_start + t * (edge.image_end - edge.image_start);
+            if (geometry::Camera().contains(pixel, 2)) {
+              const double weight = (edge.image_end - edge.image_start).norm();
+              all += weight;
+              hidden += std::abs(bilinear(before, pixel) - bilinear(after, pixel)) > 1 ? weight : 0;
+            }
+          }
+        }
+      }
+    }
+  }
+  EXPECT_NEAR(hidden / all, 0.4, 0.06);
+}
+
+TEST(RackImageRendererMemory, IsTakenAtConstructionOnly) {
+  RackScene scene{.model = test::paper_rack()};
+  scene.clutter_share = 0.4;
+  RackImageRenderer renderer(scene, geometry::Camera());
+  std::vector<std::uint8_t> grey(720 * 480);
+  RackView view{.T_camera_rack = test::looking(true, {0.8, 4, 3})};
+  view.velocity << 0.5, 0.5, 0, 0.2, 0.2, 0.2;
+  const std::size_t before = allocations;
+  renderer.render(view, grey);
+  EXPECT_EQ(allocations, before);
+}
+
+}  // namespace
+}  // namespace pipescout::simulation
