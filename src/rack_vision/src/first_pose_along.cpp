@@ -52,14 +52,7 @@ std::vector<double> places_along(const geometry::SE3& T_camera_rack,
   const Eigen::Matrix3d R_rack_camera = T_camera_rack.rotation().matrix().transpose();
   const Vector3d centre = -(R_rack_camera * T_camera_rack.translation());
   std::vector<double> votes(static_cast<std::size_t>((high - low) / kBin) + 3, 0.0);
-  const auto vote = [&](double y, double length) {
-    if (y >= low && y <= high) {
-      const auto bin = static_cast<std::size_t>((y - low) / kBin) + 1;
-      votes[bin] += length;
-      votes[bin - 1] += 0.5 * length;
-      votes[bin + 1] += 0.5 * length;
-    }
-  };
+  std::vector<std::size_t> bins;  // of one segment
   for (const SegmentPlane& plane : planes) {
     if (!points_along(plane, camera.matrix(), R_rack_camera.transpose() * Vector3d::UnitX(),
                       tolerance)) {
@@ -69,9 +62,24 @@ std::vector<double> places_along(const geometry::SE3& T_camera_rack,
     if (std::abs(n.y()) < 0.2) {
       continue;
     }
+    bins.clear();
     for (const CrossingLine& line : lines) {
       // n . (point - centre) = -+radius, with n_x = 0.
-      vote(line.y + (n.z() * (line.z - centre.z()) + line.radius) / n.y(), plane.length);
+      const double y = line.y + (n.z() * (line.z - centre.z()) + line.radius) / n.y();
+      if (y >= low && y <= high) {
+        bins.push_back(static_cast<std::size_t>((y - low) / kBin) + 1);
+      }
+    }
+    // The upper and the lower edge of a beam are not two reasons to be at one place.
+    std::ranges::sort(bins);
+    std::size_t last = 0;
+    for (const std::size_t bin : bins) {
+      if (last == 0 || bin > last + 1) {
+        votes[bin] += plane.length;
+        votes[bin - 1] += 0.5 * plane.length;
+        votes[bin + 1] += 0.5 * plane.length;
+        last = bin;
+      }
     }
   }
   std::vector<std::size_t> peaks;

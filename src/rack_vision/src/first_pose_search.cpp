@@ -24,10 +24,14 @@ constexpr std::size_t kResections = 16;     // of each pencil and direction, tha
 constexpr std::size_t kRefined = 12;        // of all, that are refined
 constexpr std::size_t kTypicalPlaces = 8;   // along the flow, at which all are rendered
 constexpr std::size_t kVotedPlaces = 3;     // by edges across the flow, at the same time
-constexpr std::size_t kPlaces = 5;          // along the flow, of one pose
+constexpr std::size_t kPlaces = 8;          // along the flow, of one pose
 constexpr double kGate = 4;                 // standard deviations of a hint
 constexpr double kProposalTolerance = 4;    // of FirstPoseParameters::pixel_tolerance
 constexpr double kSmallestTransverse = 80;  // pixels of edges that show the place along the flow
+constexpr double kWeakShare = 0.5;          // of the best value: edges across cannot make up
+constexpr double kTransverseShare = 0.35;   // of the visible ones
+constexpr double kPlaceMargin = 0.3;        // of these pixels, over any other place
+constexpr double kKeptContours = 0.97;      // along the flow, where they are seen
 constexpr double kSamePlace = 0.03;         // m
 constexpr double kSameRotation = 0.02;      // rad
 
@@ -104,9 +108,12 @@ class Search {
     std::vector<Hypothesis> refined;
     for (Hypothesis& hypothesis : hypotheses) {
       if (refine(hypothesis)) {
-        find_along(hypothesis);
         refined.push_back(std::move(hypothesis));
       }
+    }
+    keep_distinct(refined);
+    for (Hypothesis& hypothesis : refined) {
+      find_along(hypothesis);
     }
     std::ranges::stable_sort(refined, std::greater<>{},
                              [](const Hypothesis& h) { return h.evidence.total_value(); });
@@ -239,6 +246,24 @@ class Search {
     hypotheses.resize(std::min(hypotheses.size(), most));
   }
 
+  /// Without those that became the same as a better one, or are far from being a rival.
+  void keep_distinct(std::vector<Hypothesis>& hypotheses) const {
+    std::ranges::stable_sort(hypotheses, std::greater<>{},
+                             [](const Hypothesis& h) { return h.evidence.value(); });
+    std::vector<Hypothesis> kept;
+    for (Hypothesis& hypothesis : hypotheses) {
+      const bool known = std::ranges::any_of(kept, [&](const Hypothesis& other) {
+        return same_across(other.T_camera_rack, hypothesis.T_camera_rack);
+      });
+      const bool weak =
+          !kept.empty() && hypothesis.evidence.value() < kWeakShare * kept.front().evidence.value();
+      if (!known && !weak) {
+        kept.push_back(std::move(hypothesis));
+      }
+    }
+    hypotheses = std::move(kept);
+  }
+
   /// Least squares and new matches in turn, with a tolerance that narrows.
   bool refine(Hypothesis& hypothesis) {
     for (const double widening : {2.0, 1.0, 1.0}) {
@@ -255,41 +280,55 @@ class Search {
     return true;
   }
 
-  /// Looks for the place along the flow in the edges across it. It is taken when no other place
-  /// explains nearly as many.
+  /// Looks for the place along the flow in the edges across it. It is taken when they are worth
+  /// more there than at any other place, and no contour along the flow is lost for it.
   void find_along(Hypothesis& hypothesis) {
     const auto [low, high] = range_along();
-    Hypothesis best = hypothesis;
-    double best_covered = 0;
-    double second_covered = 0;
+    std::vector<Hypothesis> there;
     for (const double y : places_along(hypothesis.T_camera_rack, planes_, rack_, camera_,
                                        parameters_.pixel_tolerance, low, high, kPlaces)) {
-      Hypothesis there = hypothesis;
-      there.T_camera_rack = at_place(hypothesis.T_camera_rack, y);
-      there.y = y;
-      there.along_from_image = true;
-      there.evidence =
-          evidence_.find(there.T_camera_rack, kProposalTolerance * parameters_.pixel_tolerance);
-      if (!refine(there)) {
-        continue;
-      }
-      const double covered = there.evidence.transverse_covered;
-      const double apart = there.T_camera_rack.inverse().translation().y() -
-                           best.T_camera_rack.inverse().translation().y();
-      if (covered > best_covered) {
-        second_covered =
-            best_covered > 0 && std::abs(apart) > kSamePlace ? best_covered : second_covered;
-        best_covered = covered;
-        best = std::move(there);
-      } else if (std::abs(apart) > kSamePlace) {
-        second_covered = std::max(second_covered, covered);
+      Hypothesis at = hypothesis;
+      at.T_camera_rack = at_place(hypothesis.T_camera_rack, y);
+      at.y = y;
+      at.along_from_image = true;
+      at.evidence =
+          evidence_.find(at.T_camera_rack, kProposalTolerance * parameters_.pixel_tolerance);
+      Hypothesis fitted = at;
+      // One that cannot be refined still is a rival.
+      there.push_back(refine(fitted) ? std::move(fitted) : std::move(at));
+    }
+    std::ranges::stable_sort(there, std::greater<>{},
+                             [](const Hypothesis& h) { return h.evidence.total_value(); });
+    if (there.empty() || !shows_place(there.front().evidence) ||
+        there.front().evidence.value() < kKeptContours * hypothesis.evidence.value()) {
+      return;
+    }
+    const double best = there.front().evidence.total_value();
+    const double margin = kPlaceMargin * there.front().evidence.transverse_covered;
+    const double y = place_of(there.front());
+    const bool rivals = std::ranges::any_of(there, [&](const Hypothesis& other) {
+      return std::abs(place_of(other) - y) > kSamePlace &&
+             other.evidence.total_value() > best - margin;
+    });
+    if (!rivals) {
+      hypothesis = std::move(there.front());
+    }
+  }
+
+  [[nodiscard]] static double place_of(const Hypothesis& hypothesis) {
+    return hypothesis.T_camera_rack.inverse().translation().y();
+  }
+
+  /// Whether enough edges across the flow, and not one alone, are where they should be.
+  [[nodiscard]] static bool shows_place(const Evidence& evidence) {
+    std::vector<EdgeId> edges;
+    for (const EdgeMatch& match : evidence.matches) {
+      if (!match.along_flow && std::ranges::find(edges, match.id) == edges.end()) {
+        edges.push_back(match.id);
       }
     }
-    if (best_covered >= kSmallestTransverse &&
-        second_covered < parameters_.rival_share * best_covered &&
-        best.evidence.value() >= parameters_.rival_share * hypothesis.evidence.value()) {
-      hypothesis = std::move(best);
-    }
+    return edges.size() >= 2 && evidence.transverse_covered >= kSmallestTransverse &&
+           evidence.transverse_covered >= kTransverseShare * evidence.transverse_predicted;
   }
 
   /// Takes the distinct ones, best first, while they are rivals of the best.
