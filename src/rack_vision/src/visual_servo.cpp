@@ -123,7 +123,7 @@ ServoCommand VisualServo::step(double now, const std::optional<PathPoint>& targe
   } else if (known_ && now - known_->time <= parameters_.stale_after) {
     without_pose_since_.reset();
     climbed_ = 0;
-    wanted = follow(*known_, *target);
+    wanted = follow(*known_, *target, now);
   } else {
     wanted = do_without_pose(now, interval);
   }
@@ -136,7 +136,7 @@ ServoCommand VisualServo::step(double now, const std::optional<PathPoint>& targe
   return command_;
 }
 
-ServoCommand VisualServo::follow(const Known& known, const PathPoint& target) const {
+ServoCommand VisualServo::follow(const Known& known, const PathPoint& target, double now) const {
   const bool yaw_only = parameters_.rotation == RotationControl::kYawOnly;
   const std::optional<SE3> levelled = yaw_only ? level(known.T_rack_base) : known.T_rack_base;
   if (!levelled) {
@@ -145,9 +145,10 @@ ServoCommand VisualServo::follow(const Known& known, const PathPoint& target) co
   const SE3 T_rack_target(SO3::about_z(target.yaw), target.position);
   const geometry::Vector6d error = pose_error(*levelled, T_rack_target);
   const SO3 R_control_rack = levelled->rotation().inverse();
-  const Eigen::Vector3d velocity =
-      target.velocity + parameters_.response_time * target.acceleration;
-  const double yaw_rate = target.yaw_rate + parameters_.response_time * target.yaw_acceleration;
+  // The target is that of the pose's time; the vehicle will take up what is commanded now later.
+  const double ahead = std::max(0.0, now - known.time) + parameters_.response_time;
+  const Eigen::Vector3d velocity = target.velocity + ahead * target.acceleration;
+  const double yaw_rate = target.yaw_rate + ahead * target.yaw_acceleration;
   return {.linear = parameters_.position_gain * error.head<3>() + R_control_rack * velocity,
           .angular = parameters_.rotation_gain * error.tail<3>() +
                      R_control_rack * Eigen::Vector3d(0, 0, yaw_rate),

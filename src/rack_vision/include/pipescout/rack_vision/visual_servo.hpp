@@ -112,12 +112,11 @@ class VisualServo {
   PoseVerdict observe(const CameraPose& pose, double now);
 
   /// The command for now. `target`: what the path asked for at `pose_time`, or nothing: stand.
-  /// Feedback of the gains times log(H_e), plus the velocity that the target
-  /// will have after `response_time`, saturated in norm (its
-  /// direction kept), its change limited by the largest accelerations since the last step. Steps
-  /// longer than 0.2 s count as that. When `now` goes back by more than a second (a simulation that
-  /// begins again) everything is forgotten but the counts; a smaller step back or NaN gives the
-  /// last command again.
+  /// Feedback of the gains times log(H_e), plus the velocity that the target will have a
+  /// `response_time` from now; saturated in norm, its direction kept; its change since the last
+  /// step limited by the largest accelerations. Steps longer than 0.2 s count as that. When `now`
+  /// goes back by more than a second (a simulation that begins again) everything but the counts is
+  /// forgotten; a smaller step back or NaN gives the last command again.
   ServoCommand step(double now, const std::optional<PathPoint>& target);
 
   /// Forgets pose and command, as after construction; the counts stay.
@@ -138,7 +137,7 @@ class VisualServo {
     geometry::SE3 T_rack_base;
   };
 
-  [[nodiscard]] ServoCommand follow(const Known& known, const PathPoint& target) const;
+  [[nodiscard]] ServoCommand follow(const Known& known, const PathPoint& target, double now) const;
   [[nodiscard]] ServoCommand do_without_pose(double now, double interval);
 
   VisualServoParameters parameters_;

@@ -13,7 +13,7 @@
 namespace pipescout::rack_vision {
 
 struct WayPointMissionParameters {
-  ReachedTolerance tolerance;
+  ReachedTolerance tolerance{};
   double reached_for = 0.5;  ///< s, [0, 60]: within the tolerance without a break
   /// s, [0, 3600]: how long it waits at a way-point, after its hold, to reach it; then it is missed
   /// and the flight goes on.
