@@ -11,7 +11,7 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
-#include "pipescout/rack_file.hpp"
+#include "pipescout/rack_localizer/rack_file.hpp"
 #include "pipescout/rack_vision/visual_servo.hpp"
 
 namespace pipescout {
@@ -232,7 +232,8 @@ CallbackReturn RackLocalizer::on_configure() {
   logger().info(std::to_string(model_.pipes.size()) + " pipes and " +
                 std::to_string(model_.supports.size()) + " supports in " + file);
   settings_ = localization_parameters();
-  (void)hint();  // wrong values are told now, not with the first calibration
+  // What does not fit together is told now, not with the first calibration.
+  rack_vision::RackLocalization(model_, geometry::Camera(), settings_).set_hint(hint());
   T_base_camera_ = T_base_camera();
   frame_ = frame_id_.get();
   stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};

@@ -16,7 +16,7 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
-#include "pipescout/rack_file.hpp"
+#include "pipescout/rack_localizer/rack_file.hpp"
 #include "pipescout/simulation/rack_image.hpp"
 
 namespace pipescout {
@@ -34,12 +34,11 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr double kPeriod = 0.04;  // s between two images
 
-constexpr const char* kRack = R"(# three pipes of different spacing
-length: 10
-pipes:
-  - {name: a, radius: 0.15}
-  - {name: b, radius: 0.20, gap: 0.10}
-  - {name: c, radius: 0.17, gap: 0.15}
+// Three pipes of different spacing.
+constexpr const char* kRack = R"(row:
+  - {name: a, radius: 0.15, length: 10}
+  - {name: b, radius: 0.20, length: 10, gap: 0.10}
+  - {name: c, radius: 0.17, length: 10, gap: 0.15}
 )";
 
 class RackLocalizerTest : public ::testing::Test {

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_vision/rack_localization.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "parameter_range.hpp"
+#include "pipescout/rack_vision/first_pose_segments.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+using geometry::Matrix6d;
+using geometry::SE3;
+
+/// Covariance of T_rack_camera, form of geometry_msgs/PoseWithCovariance, after the camera went on
+/// by `motion`, whose covariance perturbs it on the right.
+Matrix6d moved(const Matrix6d& covariance, const SE3& T_rack_camera,
+               const MotionPrediction& motion) {
+  const Eigen::Vector3d step = T_rack_camera.rotation() * motion.T_previous_current.translation();
+  Matrix6d turn = Matrix6d::Identity();
+  turn.topRightCorner<3, 3>() = -geometry::skew(step);
+  const Eigen::Matrix3d to_rack =
+      (T_rack_camera.rotation() * motion.T_previous_current.rotation()).matrix();
+  Matrix6d axes = Matrix6d::Zero();
+  axes.topLeftCorner<3, 3>() = to_rack;
+  axes.bottomRightCorner<3, 3>() = to_rack;
+  return turn * covariance * turn.transpose() + axes * motion.covariance * axes.transpose();
+}
+
+/// One motion after another.
+MotionPrediction chained(const MotionPrediction& first, const MotionPrediction& second) {
+  const Matrix6d ad = second.T_previous_current.inverse().adjoint();
+  return {first.T_previous_current * second.T_previous_current,
+          ad * first.covariance * ad.transpose() + second.covariance};
+}
+
+/// From a perturbation in the rack frame of T_camera_rack, on the right, to the form of
+/// geometry_msgs/PoseWithCovariance.
+Matrix6d ros_form(const FirstPoseCandidate& candidate) {
+  Matrix6d to = -Matrix6d::Identity();
+  to.topRightCorner<3, 3>() = geometry::skew(candidate.T_camera_rack.inverse().translation());
+  return to * candidate.covariance * to.transpose();
+}
+
+/// Angle of the camera's x axis about rack z, as FirstPoseHint::heading.
+double heading(const SE3& T_rack_camera) {
+  const Eigen::Vector3d x = T_rack_camera.rotation() * Eigen::Vector3d::UnitX();
+  return std::atan2(x.y(), x.x());
+}
+
+bool usable(const MotionPrediction& motion) {
+  return motion.T_previous_current.translation().allFinite() && motion.covariance.allFinite() &&
+         (motion.covariance.diagonal().array() >= 0).all();
+}
+
+/// What is said of a value twice: the more certain word.
+void sharpen(std::optional<FirstPoseHint::Value>& known, double value, double deviation) {
+  if (!known || known->standard_deviation > deviation) {
+    known = FirstPoseHint::Value{value, deviation};
+  }
+}
+
+}  // namespace
+
+void RackLocalizationParameters::validate() const {
+  tracker.validate();
+  first_pose.validate();
+  internal::check_within("RackLocalizationParameters.retry_period", retry_period, 0, 3600);
+  internal::check_above("RackLocalizationParameters.drift_speed", drift_speed, 0, 100);
+  internal::check_above("RackLocalizationParameters.drift_angular_speed", drift_angular_speed, 0,
+                        100);
+}
+
+class RackLocalization::Implementation {
+ public:
+  Implementation(const RackModel& model, const geometry::Camera& camera,
+                 const RackLocalizationParameters& parameters)
+      : model_(model),
+        camera_(camera),
+        parameters_(parameters),
+        tracker_(model, camera, parameters.tracker),
+        finder_(parameters.first_pose) {
+    parameters.validate();
+    if (parameters.find_first_pose) {
+      // Says now, not with some image, that this rack has too few pipes for it.
+      (void)finder_.find({}, model_, {}, camera_, {});
+    }
+  }
+
+  bool set_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
+    if (!tracker_.set_pose(T_rack_camera, covariance)) {
+      return false;
+    }
+    ++counts_.given;
+    has_start_ = true;
+    return true;
+  }
+
+  void set_hint(const FirstPoseHint& hint) {
+    hint.validate();
+    hint_ = hint;
+  }
+
+  RackTrackerResult track(const ImageView& image, double stamp,
+                          const std::optional<MotionPrediction>& motion) {
+    const bool good_motion = motion && usable(*motion);
+    remember_motion(good_motion ? motion : std::nullopt, stamp);
+    if (!has_start_ && !tracking_ && std::isfinite(stamp) && image.valid() &&
+        image.width == camera_.parameters().width && image.height == camera_.parameters().height) {
+      propose(image, stamp);
+    }
+    // The tracker has the count of motions that cannot be used.
+    const RackTrackerResult result =
+        tracker_.track(image, stamp, motion && !good_motion ? motion : measured_);
+    follow(result);
+    return result;
+  }
+
+  [[nodiscard]] const RackTracker& tracker() const noexcept { return tracker_; }
+  [[nodiscard]] const RackLocalizationCounts& counts() const noexcept { return counts_; }
+
+ private:
+  struct LastPose {
+    SE3 T_rack_camera;
+    Matrix6d covariance = Matrix6d::Zero();
+  };
+
+  /// Moves the last pose on to this image.
+  void remember_motion(const std::optional<MotionPrediction>& motion, double stamp) {
+    double interval = 0;
+    if (std::isfinite(stamp)) {
+      interval = last_stamp_ ? std::max(0.0, stamp - *last_stamp_) : 0;
+      last_stamp_ = stamp;
+    }
+    if (!motion) {
+      measured_.reset();  // a chain with a missing link measures nothing
+    } else if (measured_) {
+      measured_ = chained(*measured_, *motion);
+    }
+    if (!last_pose_) {
+      return;
+    }
+    const MotionPrediction step = motion ? *motion : drift(interval);
+    last_pose_->covariance = moved(last_pose_->covariance, last_pose_->T_rack_camera, step);
+    last_pose_->T_rack_camera = last_pose_->T_rack_camera * step.T_previous_current;
+  }
+
+  /// What may have happened in an interval that nothing measured. The speeds are not known, but do
+  /// not change much: deviations, not variances, add up with time.
+  MotionPrediction drift(double interval) {
+    const double before = unmeasured_ * unmeasured_;
+    unmeasured_ += interval;
+    const double grown = unmeasured_ * unmeasured_ - before;
+    MotionPrediction step;
+    step.covariance.setZero();
+    step.covariance.diagonal().head<3>().setConstant(grown * parameters_.drift_speed *
+                                                     parameters_.drift_speed);
+    step.covariance.diagonal().tail<3>().setConstant(grown * parameters_.drift_angular_speed *
+                                                     parameters_.drift_angular_speed);
+    return step;
+  }
+
+  void propose(const ImageView& image, double stamp) {
+    if (last_try_ && stamp >= *last_try_ && stamp - *last_try_ < parameters_.retry_period) {
+      return;
+    }
+    last_try_ = stamp;
+    const bool from_image_next = std::exchange(from_image_next_, !from_image_next_);
+    if (last_pose_ && near_enough(*last_pose_) &&
+        !(from_image_next && parameters_.find_first_pose)) {
+      ++counts_.from_last_pose;
+      has_start_ = tracker_.set_pose(last_pose_->T_rack_camera, last_pose_->covariance);
+      return;
+    }
+    if (parameters_.find_first_pose) {
+      find_in_image(image);
+    }
+  }
+
+  /// Whether the tracker, which searches around a start, has a chance there.
+  [[nodiscard]] bool near_enough(const LastPose& pose) const {
+    const auto deviation = pose.covariance.diagonal().cwiseMax(0).cwiseSqrt().eval();
+    // Not along the pipes, where a tracker of edges alone knows nothing either.
+    return deviation(0) < 3 * parameters_.tracker.start_range_m &&
+           deviation(2) < 3 * parameters_.tracker.start_range_m &&
+           deviation.tail<3>().maxCoeff() < 3 * parameters_.tracker.start_range_rad;
+  }
+
+  void find_in_image(const ImageView& image) {
+    ++counts_.from_image;
+    FirstPoseHint hint = hint_;
+    if (last_pose_) {
+      const auto deviation = last_pose_->covariance.diagonal().cwiseMax(1e-12).cwiseSqrt().eval();
+      const Eigen::Vector3d& place = last_pose_->T_rack_camera.translation();
+      sharpen(hint.x, place.x(), deviation(0));
+      sharpen(hint.y, place.y(), deviation(1));
+      sharpen(hint.z, place.z(), deviation(2));
+      sharpen(hint.heading, heading(last_pose_->T_rack_camera), deviation(5));
+    }
+    const FirstPose found =
+        finder_.find(extract_segments(image, camera_), model_, offsets_, camera_, hint);
+    if (found.status == FirstPoseStatus::kAmbiguous) {
+      ++counts_.image_ambiguous;
+    } else if (found.status == FirstPoseStatus::kNotEnoughEdges) {
+      ++counts_.image_unclear;
+    } else {
+      const FirstPoseCandidate& best = found.candidates.front();
+      has_start_ = tracker_.set_pose(best.T_camera_rack.inverse(), ros_form(best));
+    }
+  }
+
+  void follow(const RackTrackerResult& result) {
+    if (result.status == TrackStatus::kBadImage || result.status == TrackStatus::kBadStamp) {
+      return;  // nothing has changed, a start that waits for an image included
+    }
+    has_start_ = false;
+    if (result.status == TrackStatus::kTracking) {
+      counts_.recoveries += lost_ ? 1U : 0U;
+      lost_ = false;
+      last_pose_ = LastPose{result.T_rack_camera, result.covariance};
+      offsets_.assign(result.offsets.begin(), result.offsets.end());
+      measured_ = MotionPrediction{.T_previous_current = SE3(), .covariance = Matrix6d::Zero()};
+      unmeasured_ = 0;
+      from_image_next_ = false;
+      last_try_.reset();
+    }
+    lost_ = lost_ || result.status == TrackStatus::kLost;
+    tracking_ = result.status == TrackStatus::kTracking || result.status == TrackStatus::kCoasting;
+  }
+
+  RackModel model_;
+  geometry::Camera camera_;
+  RackLocalizationParameters parameters_;
+  RackTracker tracker_;
+  FirstPoseFinder finder_;
+  FirstPoseHint hint_;
+  RackLocalizationCounts counts_;
+
+  bool has_start_ = false;  ///< the tracker was given a pose that no image has confirmed
+  bool tracking_ = false;
+  bool lost_ = false;
+  bool from_image_next_ = false;
+  std::optional<LastPose> last_pose_;         ///< moved on to the last image
+  std::optional<MotionPrediction> measured_;  ///< since the last tracked image, without a gap
+  double unmeasured_ = 0;  ///< s since the last tracked image without a measured motion
+  std::optional<double> last_stamp_;
+  std::optional<double> last_try_;
+  std::vector<double> offsets_;
+};
+
+RackLocalization::RackLocalization(const RackModel& model, const geometry::Camera& camera,
+                                   const RackLocalizationParameters& parameters)
+    : implementation_(std::make_unique<Implementation>(model, camera, parameters)) {}
+
+RackLocalization::~RackLocalization() = default;
+RackLocalization::RackLocalization(RackLocalization&&) noexcept = default;
+RackLocalization& RackLocalization::operator=(RackLocalization&&) noexcept = default;
+
+bool RackLocalization::set_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
+  return implementation_->set_pose(T_rack_camera, covariance);
+}
+
+void RackLocalization::set_hint(const FirstPoseHint& hint) {
+  implementation_->set_hint(hint);
+}
+
+RackTrackerResult RackLocalization::track(const ImageView& image, double stamp,
+                                          const std::optional<MotionPrediction>& motion) {
+  return implementation_->track(image, stamp, motion);
+}
+
+const RackTracker& RackLocalization::tracker() const noexcept {
+  return implementation_->tracker();
+}
+
+const RackLocalizationCounts& RackLocalization::counts() const noexcept {
+  return implementation_->counts();
+}
+
+}  // namespace pipescout::rack_vision
