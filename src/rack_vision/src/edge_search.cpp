@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
+#include "limb_profile.hpp"
 #include "parameter_range.hpp"
 
 namespace pipescout::rack_vision {
@@ -13,8 +15,11 @@ namespace {
 constexpr int kMostTaps = 12;
 constexpr int kLongestProfile = 2 * static_cast<int>(kLongestSearch) + 2 * kMostTaps + 8;
 // Mean over this far to both sides along the edge: halves what noise and texture do to a sample.
-constexpr double kSideStep = 1.25;
-constexpr double kUsualBlur = 0.7;  // px, of lens and sampling
+constexpr double kSideStep = 2.0;
+constexpr int kSideSteps = 2;
+constexpr double kUsualBlur = 0.7;   // px, of lens and sampling
+constexpr double kImageBlur = 0.88;  // px: that, the pixels' own size and the interpolation
+constexpr double kStepSigma = 0.1;   // px, of a plain step
 
 /// Grey level at (u, v), which must have a pixel to its right and one below.
 float bilinear(const ImageView& image, float u, float v) noexcept {
@@ -128,7 +133,7 @@ void EdgeMemory::clear() noexcept {
 }
 
 EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameters& parameters)
-    : camera_(camera), parameters_(parameters) {
+    : camera_(camera), parameters_(parameters), limb_(std::make_unique<LimbProfile>(kImageBlur)) {
   parameters.validate();
   const double sigma = parameters.filter_sigma;
   const int taps = std::min(kMostTaps, static_cast<int>(std::ceil(3 * sigma)));
@@ -145,14 +150,20 @@ EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameter
       std::sqrt(2 * std::numbers::pi * (sigma * sigma + kUsualBlur * kUsualBlur));
 }
 
+EdgeSearch::~EdgeSearch() = default;
+EdgeSearch::EdgeSearch(EdgeSearch&&) noexcept = default;
+EdgeSearch& EdgeSearch::operator=(EdgeSearch&&) noexcept = default;
+
 void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d& middle,
                                   const Eigen::Vector2d& direction, double scale, double range,
-                                  const EdgeMemory::Look& look, SearchedSample& sample) {
+                                  bool round, const EdgeMemory::Look& look,
+                                  SearchedSample& sample) {
   const int taps = static_cast<int>(filter_.size());
   const int reach = static_cast<int>(std::ceil(range * scale)) + 1;
-  Span span{-(reach + taps), reach + taps};
+  Span span{-(reach + std::max(taps, LimbProfile::kInside)),
+            reach + std::max(taps, LimbProfile::kOutside)};
   const Eigen::Vector2d side = kSideStep * Eigen::Vector2d(-direction.y(), direction.x());
-  const Eigen::Vector2d low(std::abs(side.x()), std::abs(side.y()));
+  const Eigen::Vector2d low = kSideSteps * side.cwiseAbs();
   clip(middle.x(), direction.x(), low.x(), image.width - 1.001 - low.x(), span);
   clip(middle.y(), direction.y(), low.y(), image.height - 1.001 - low.y(), span);
   const int length = span.last - span.first + 1;
@@ -163,14 +174,12 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   std::array<float, kLongestProfile> profile;
   for (int i = 0; i < length; ++i) {
     const Eigen::Vector2d at = middle + (span.first + i) * direction;
-    const auto u = static_cast<float>(at.x());
-    const auto v = static_cast<float>(at.y());
-    const auto du = static_cast<float>(side.x());
-    const auto dv = static_cast<float>(side.y());
-    profile[static_cast<std::size_t>(i)] =
-        (bilinear(image, u - du, v - dv) + bilinear(image, u, v) +
-         bilinear(image, u + du, v + dv)) *
-        (1.0F / 3.0F);
+    float sum = 0;
+    for (int j = -kSideSteps; j <= kSideSteps; ++j) {
+      sum += bilinear(image, static_cast<float>(at.x() + j * side.x()),
+                      static_cast<float>(at.y() + j * side.y()));
+    }
+    profile[static_cast<std::size_t>(i)] = sum / static_cast<float>(2 * kSideSteps + 1);
   }
   std::array<float, kLongestProfile> response;
   float strongest = 0;
@@ -186,6 +195,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   const double least = std::max(parameters_.least_contrast / contrast_per_response_,
                                 parameters_.least_share * static_cast<double>(strongest));
   std::array<double, kMaxEdgeCandidates> scores{};
+  std::array<int, kMaxEdgeCandidates> peaks{};
   for (int i = taps + 1; i < length - taps - 1; ++i) {
     const float at = response[static_cast<std::size_t>(i)];
     const float before = response[static_cast<std::size_t>(i - 1)];
@@ -220,17 +230,28 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     sample.count = std::min(sample.count + 1, kMaxEdgeCandidates);
     for (int j = sample.count - 1; j > place; --j) {
       scores[static_cast<std::size_t>(j)] = scores[static_cast<std::size_t>(j - 1)];
+      peaks[static_cast<std::size_t>(j)] = peaks[static_cast<std::size_t>(j - 1)];
       sample.candidates[static_cast<std::size_t>(j)] =
           sample.candidates[static_cast<std::size_t>(j - 1)];
     }
     scores[static_cast<std::size_t>(place)] = score;
-    EdgeCandidate& candidate = sample.candidates[static_cast<std::size_t>(place)];
-    candidate.distance = distance;
-    candidate.contrast = contrast;
-    const Eigen::Vector2d pixel = middle + distance * scale * direction;
+    peaks[static_cast<std::size_t>(place)] = i;
+    sample.candidates[static_cast<std::size_t>(place)] = {
+        .distance = distance, .contrast = contrast, .sigma = kStepSigma};
+  }
+  for (std::size_t j = 0; j < static_cast<std::size_t>(sample.count); ++j) {
+    EdgeCandidate& candidate = sample.candidates[j];
+    const int first = peaks[j] - LimbProfile::kInside;
+    if (round && first >= 0 && first + LimbProfile::kLength <= length) {
+      const LimbProfile::Fit fit = limb_->fit(std::span<const float, LimbProfile::kLength>(
+          profile.data() + first, static_cast<std::size_t>(LimbProfile::kLength)));
+      candidate.distance = (span.first + peaks[j] + fit.place) / scale;
+      candidate.sigma = fit.sigma / scale;
+    }
+    const Eigen::Vector2d pixel = middle + candidate.distance * scale * direction;
     candidate.pixel =
         camera_.has_distortion()
-            ? camera_.undistort(pixel).value_or(sample.place + distance * sample.normal)
+            ? camera_.undistort(pixel).value_or(sample.place + candidate.distance * sample.normal)
             : pixel;
   }
 }
@@ -239,6 +260,7 @@ void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::ui
                         const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
                         std::vector<SearchedSample>& samples) {
   const double reach = std::clamp(range, 1.0, kLongestSearch * 0.8);
+  const bool round = edge.id.kind == EdgeKind::kPipe;
   for (int j = 1; j <= parameters_.samples_per_edge; ++j) {
     const double share = static_cast<double>(j) / (parameters_.samples_per_edge + 1);
     SearchedSample& sample = samples.emplace_back();
@@ -246,7 +268,7 @@ void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::ui
     sample.normal = normal;
     sample.place = edge.image_start + share * (edge.image_end - edge.image_start);
     if (!camera_.has_distortion()) {
-      candidates_along(image, sample.place, normal, 1.0, reach, look, sample);
+      candidates_along(image, sample.place, normal, 1.0, reach, round, look, sample);
       continue;
     }
     // Over the few pixels of the search the distortion is as good as linear.
@@ -255,7 +277,7 @@ void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::ui
     if (middle && beside) {
       const Eigen::Vector2d direction = *beside - *middle;
       const double scale = direction.norm();
-      candidates_along(image, *middle, direction / scale, scale, reach, look, sample);
+      candidates_along(image, *middle, direction / scale, scale, reach, round, look, sample);
     }
   }
 }

@@ -19,7 +19,7 @@ using geometry::Matrix6d;
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
 constexpr double kStartQuality = 0.5;
-constexpr double kOffsetDrift = 0.002;  // m/sqrt(s): pipes move by heat and flow
+constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&

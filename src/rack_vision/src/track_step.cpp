@@ -29,6 +29,10 @@ constexpr int kY = 1;
 PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) {
   PoseSolverParameters solver;
   solver.edge_bias_sigma = parameters.edge_bias_sigma;
+  // Pipes move slowly here. A freedom within the image lets texture and shadows beside a contour
+  // carry a pipe away, and the pose with it.
+  solver.offset_freedom = 0.001;
+  solver.innovation_gate = 1e3;
   return solver;
 }
 
@@ -272,6 +276,8 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   outcome = {};
   outcome.belief = before;
   TrackBelief guess = before;
+  // Pipes are taken to be where they are believed: what a wide search finds may be anything.
+  guess.offsets.covariance.setZero();
   points_.clear();
   matches_.clear();
   for (const double reach : {range, 0.5 * range, 6.0}) {
@@ -280,14 +286,14 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     sharp.covariance.setZero();
     sharp.offsets.covariance.setZero();
     search(image, sharp, reach);
-    if (!solve(guess, before.covariance, before.T_rack_camera, before.offsets, false)) {
+    if (!solve(guess, before.covariance, before.T_rack_camera, guess.offsets, false)) {
       outcome.status = solution_.status;
       return;
     }
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
-    guess.offsets = solution_.offsets;
   }
   accept(before.anchor_variance, outcome);
+  outcome.belief.offsets = before.offsets;
 }
 
 void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -37,6 +38,7 @@ struct EdgeCandidate {
   Eigen::Vector2d pixel;  ///< ideal: as a camera without distortion would show it
   double distance = 0;    ///< px along the normal, of the ideal image
   double contrast = 0;    ///< grey levels: outside minus inside
+  double sigma = 0;       ///< px, of `distance`
 };
 
 struct SearchedSample {
@@ -82,11 +84,16 @@ class EdgeMemory {
   std::vector<Look> looks_;
 };
 
+class LimbProfile;
+
 /// Searches edges in images of one camera. Allocates nothing once it has seen the longest list.
 class EdgeSearch {
  public:
   /// Throws std::invalid_argument as EdgeSearchParameters::validate.
   EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameters& parameters);
+  ~EdgeSearch();
+  EdgeSearch(EdgeSearch&&) noexcept;
+  EdgeSearch& operator=(EdgeSearch&&) noexcept;
 
   /// Appends the samples of one visible edge. `range`: px to either side of it, cut to
   /// kLongestSearch. Samples whose normal leaves the image are searched as far as they go.
@@ -96,11 +103,12 @@ class EdgeSearch {
 
  private:
   void candidates_along(const ImageView& image, const Eigen::Vector2d& middle,
-                        const Eigen::Vector2d& direction, double scale, double range,
+                        const Eigen::Vector2d& direction, double scale, double range, bool round,
                         const EdgeMemory::Look& look, SearchedSample& sample);
 
   geometry::Camera camera_;
   EdgeSearchParameters parameters_;
+  std::unique_ptr<LimbProfile> limb_;
   std::vector<float> filter_;  ///< odd half: weights of profile(t + i) - profile(t - i), i = 1...
   double contrast_per_response_ = 1;
 };

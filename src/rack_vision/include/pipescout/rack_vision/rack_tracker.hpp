@@ -31,7 +31,7 @@ struct RackTrackerParameters {
   double point_sigma = 0.15;      ///< px, > 0: noise of one matched texture point
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
-  double offset_sigma = 0.02;    ///< m, > 0: how well the model's pipe offsets are known at start
+  double offset_sigma = 0.01;    ///< m, > 0: how well the model's pipe offsets are known at start
 
   double longest_gap = 0.5;      ///< s, > 0: a leap of the stamps beyond it ends the track
   double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace pipescout::rack_vision {
+
+/// The grey levels across the contour of a round pipe. The surface turns away from the light
+/// towards its contour: at a depth d within it, brightness goes as 1, sqrt(d) and d (the normal of
+/// a cylinder at 1 - d / r of its radius, to first order). The root is so steep at the contour that
+/// the steepest place of a blurred image of a bright pipe lies a pixel and more inside, where there
+/// may be no step at the contour at all. So: least squares of
+/// background + [1, sqrt(d), d] within, blurred, over the place of the contour.
+class LimbProfile {
+ public:
+  static constexpr int kInside = 7;   ///< px of the window before its middle
+  static constexpr int kOutside = 5;  ///< and after it
+  static constexpr int kLength = kInside + kOutside + 1;
+  /// How far from the middle of the window the contour is looked for, px outwards.
+  static constexpr double kFirst = -1.5;
+  static constexpr double kLast = 3.0;
+
+  struct Fit {
+    double place = 0;     ///< of the contour, px outwards from the middle of the window
+    double sigma = 0;     ///< its standard deviation, from what the fit leaves, px
+    double contrast = 0;  ///< grey levels: background minus what is just within
+  };
+
+  /// `blur_sigma`: of the image, px.
+  explicit LimbProfile(double blur_sigma);
+
+  /// `window`: grey levels one pixel apart, from inside to outside.
+  [[nodiscard]] Fit fit(std::span<const float, kLength> window) const noexcept;
+
+ private:
+  static constexpr int kSteps = 8;  ///< of the place, per px
+  static constexpr int kPlaces = static_cast<int>((kLast - kFirst) * kSteps) + 1;
+  static constexpr int kShapes = 3;
+  /// Orthonormal shapes for one place of the contour, and how to get the step from them.
+  struct Place {
+    std::array<std::array<float, kLength>, kShapes> shapes;
+    std::array<float, kShapes> step;
+  };
+
+  [[nodiscard]] float explained(int place, std::span<const float, kLength> centred) const noexcept;
+
+  std::vector<Place> places_;
+};
+
+}  // namespace pipescout::rack_vision
