@@ -28,9 +28,7 @@ constexpr int kLatticeStep = 34;
 }  // namespace
 
 void RackScene::validate() const {
-  if (model.pipes.empty()) {
-    throw std::invalid_argument("RackScene.model.pipes: 0 pipes; there must be at least one");
-  }
+  model.validate();
   if (!finishes.empty() && finishes.size() != model.pipes.size()) {
     throw std::invalid_argument("RackScene.finishes: " + std::to_string(finishes.size()) +
                                 " entries; there must be none or one for each of the " +

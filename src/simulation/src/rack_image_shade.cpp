@@ -47,6 +47,7 @@ Shader::Shader(const Bodies& bodies, const Wardrobe& wardrobe, bool shadows)
          .up = up.cast<float>(),
          .side = cone.axis.cross(up).cast<float>(),
          .radius = static_cast<float>(cone.radius),
+         .per_radius = static_cast<float>(1 / cone.radius),
          .slope = static_cast<float>(cone.slope),
          .normal_scale = static_cast<float>(1 / std::sqrt(1 + cone.slope * cone.slope)),
          .albedo = cone.albedo,
@@ -96,16 +97,17 @@ void Shader::surface_of_cone(const Flank& flank, const RayBatch& batch, std::siz
     const Eigen::Vector3f m = Eigen::Vector3f(s.px[i], s.py[i], s.pz[i]) - flank.start;
     const float along = m.dot(flank.axis);
     const Eigen::Vector3f radial = m - along * flank.axis;
-    const float radius = flank.radius + flank.slope * along;
-    normal = (radial / radius - flank.slope * flank.axis) * flank.normal_scale;
+    const float per_radius =
+        flank.slope == 0 ? flank.per_radius : 1 / (flank.radius + flank.slope * along);
+    normal = (radial * per_radius - flank.slope * flank.axis) * flank.normal_scale;
     if (flank.map != nullptr) {
       const auto around = static_cast<float>(flank.map->width());
       const float x = (0.5F + turns(radial.dot(flank.side), radial.dot(flank.up))) * around;
       const float y = (flank.texture_along + along) * flank.per_metre;
       const Eigen::Vector3f d(batch.dx[i], batch.dy[i], batch.dz[i]);
-      const float facing = std::max(0.1F, -normal.dot(d) / d.norm());
-      const float across =
-          s.footprint[i] * around / (facing * 2 * std::numbers::pi_v<float> * radius);
+      const float facing = std::max(0.1F, -normal.dot(d) * s.per_length[i]);
+      constexpr float kPerTurn = 0.5F * std::numbers::inv_pi_v<float>;
+      const float across = s.footprint[i] * around * kPerTurn * per_radius / facing;
       const float lengthwise = s.footprint[i] * flank.per_metre;
       // Half of the foreshortening is blurred away, the rest is left to the pixel grid: blurring
       // all of it would take the texture off the flanks.
@@ -127,6 +129,8 @@ void Shader::surface(const RayBatch& batch) noexcept {
     s.py[i] = eye_.y() + batch.t[i] * batch.dy[i];
     s.pz[i] = eye_.z() + batch.t[i] * batch.dz[i];
     s.footprint[i] = batch.t[i] * pixel_angle_;
+    s.per_length[i] = 1 / std::sqrt(batch.dx[i] * batch.dx[i] + batch.dy[i] * batch.dy[i] +
+                                    batch.dz[i] * batch.dz[i]);
     s.sun[i] = 1;
     s.sky[i] = 1;
   }
@@ -267,7 +271,7 @@ void Shader::shade(const RayBatch& batch, std::array<float, kBatch>& radiance) n
     const float x = batch.dx[i];
     const float y = batch.dy[i];
     const float z = batch.dz[i];
-    const float inverse = 1 / std::sqrt(x * x + y * y + z * z);
+    const float inverse = s.per_length[i];
     float lambert = s.nx[i] * to_sun_.x() + s.ny[i] * to_sun_.y() + s.nz[i] * to_sun_.z();
     lambert = lambert > 0 ? lambert : 0.0F;
     const float hx = to_sun_.x() - x * inverse;

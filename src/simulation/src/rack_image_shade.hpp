@@ -43,14 +43,15 @@ class Shader {
   /// What a lookup on the flank of a cone needs.
   struct Flank {
     Eigen::Vector3f start, axis, up, side;
-    float radius, slope, normal_scale;
+    float radius, per_radius, slope, normal_scale;
     float albedo, gloss;
     const TextureMap* map;  // null: the albedo alone
     float texture_along, per_metre;
   };
   struct Surface {
     alignas(16) std::array<float, kBatch> px{}, py{}, pz{}, nx{}, ny{}, nz{};
-    alignas(16) std::array<float, kBatch> albedo{}, gloss{}, sun{}, sky{}, footprint{};
+    alignas(16) std::array<float, kBatch> albedo{}, gloss{}, sun{}, sky{};
+    alignas(16) std::array<float, kBatch> footprint{}, per_length{};
   };
 
   void surface(const RayBatch& batch) noexcept;

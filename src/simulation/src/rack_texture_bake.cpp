@@ -308,6 +308,10 @@ TextureMap bake_ground(double albedo, const Fractal& fractal, std::mt19937_64& e
                                                          ? uniform(engine, 1.0, 1.6)
                                                          : uniform(engine, 0.45, 0.95)));
   }
+  std::vector<float> stones(canvas.values.size());
+  for (float& stone : stones) {
+    stone = static_cast<float>(uniform(engine, -1, 1));
+  }
   const int slab_length = 128 << draw_int(engine, 2);
   for (int x = 0; x < canvas.width; ++x) {
     const auto lane =
@@ -324,7 +328,9 @@ TextureMap bake_ground(double albedo, const Fractal& fractal, std::mt19937_64& e
         // A tone of its own for each slab.
         value *= 1.0F + 0.06F * fractal.at(17 * static_cast<int>(lane), 37 * (y / slab_length));
       } else {
-        value *= std::max(0.2F, 1.0F + 0.30F * grain + 0.14F * weather);
+        const float stone = stones[static_cast<std::size_t>(y * canvas.width + x)];
+        const float pebbles = stones[static_cast<std::size_t>(y / 2 * canvas.width + x / 2)];
+        value *= std::max(0.2F, 1.0F + 0.45F * stone + 0.45F * pebbles + 0.12F * weather);
       }
       if (border < 12) {
         value = mean * (1.9F + 0.1F * weather);  // kerb

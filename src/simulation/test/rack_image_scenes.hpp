@@ -40,6 +40,7 @@ inline rack_vision::Pipe pipe(const std::string& name, const Eigen::Vector3d& st
   result.start = start;
   result.direction = direction.normalized();
   result.radii = std::move(radii);
+  result.movable = false;
   return result;
 }
 

@@ -23,10 +23,12 @@ RackView of_the_sky() {
 }
 constexpr double kSkyLevel = 255 * 0.9 * 0.5;  // without the offset
 
+/// One pipe about x = 0, and another where no test looks: a rack has two.
 RackScene plain_scene(double albedo) {
   RackScene scene;
-  scene.model.pipes = {test::pipe("a", {0, 0, 0.2}, {0, 1, 0}, {{0, 0.2}, {10, 0.2}})};
-  scene.finishes = {{.albedo = albedo, .rust = 0, .contrast = 0, .gloss = 0}};
+  scene.model.pipes = {test::pipe("a", {0, 0, 0.2}, {0, 1, 0}, {{0, 0.2}, {10, 0.2}}),
+                       test::pipe("far", {30, 0, 0.2}, {0, 1, 0}, {{0, 0.2}, {10, 0.2}})};
+  scene.finishes.assign(2, {.albedo = albedo, .rust = 0, .contrast = 0, .gloss = 0});
   scene.shadows = false;
   return scene;
 }
@@ -212,10 +214,9 @@ TEST(RackImage, NearBodiesHideFarOnes) {
 
 TEST(RackImage, PipesCastShadows) {
   RackScene scene = plain_scene(0.5);
-  scene.model.pipes.push_back(test::pipe("b", {0.7, 0, 0.2}, {0, 1, 0}, {{0, 0.2}, {10, 0.2}}));
-  scene.finishes.push_back(scene.finishes[0]);
+  scene.model.pipes[1].start.x() = 0.7;
   const geometry::SE3 pose = test::looking(true, {0.7, 5, 3});
-  // A low sun on the right of b: b's shadow falls on the upper right flank of a.
+  // A low sun on the right: b's shadow falls on the right flank of a.
   const RackLight light{.to_sun = Eigen::Vector3d(1, 0, 0.05).normalized(), .sun = 1, .sky = 0};
   RackImageRenderer without(scene, geometry::Camera(), perfect_image_sensor());
   scene.shadows = true;
@@ -280,7 +281,7 @@ TEST(RackImage, RefusesBadInput) {
   const geometry::Camera camera;
   RackScene scene = good;
   scene.model.pipes.clear();
-  fails_with([&] { RackImageRenderer(scene, camera); }, "RackScene.model.pipes");
+  fails_with([&] { RackImageRenderer(scene, camera); }, "pipes");
   scene = good;
   scene.finishes.resize(3);
   fails_with([&] { RackImageRenderer(scene, camera); }, "RackScene.finishes: 3");

@@ -47,7 +47,8 @@ struct RackScene {
   bool shadows = true;  ///< those that pipes cast on each other and on what is below them
   std::uint64_t seed = 1;
 
-  /// Throws std::invalid_argument naming the field, the value and the range.
+  /// Throws std::invalid_argument naming the field, the value and the range; for the model as
+  /// rack_vision::RackModel::validate.
   void validate() const;
 };
 
