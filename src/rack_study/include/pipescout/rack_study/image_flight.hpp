@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_study/image_scene.hpp"
+#include "pipescout/rack_vision/rack_localization.hpp"
+#include "pipescout/simulation/rack_image.hpp"
+
+/// A flight over a rendered rack, localised by images alone or with odometry, beside the truth.
+namespace pipescout::rack_study {
+
+/// What happens to the camera for a while.
+enum class Outage : std::uint8_t {
+  kCovered,  ///< the lens is covered: images are dark, with noise
+  kFrozen,   ///< the driver hands out the last image again and again
+  kMissing,  ///< no images come
+};
+
+struct ForcedLoss {
+  Outage kind = Outage::kCovered;
+  double begin = 0;     ///< s from the start of the flight
+  double duration = 1;  ///< s
+};
+
+struct ImageFlightSettings {
+  simulation::RackScene scene{};  ///< its seed is drawn from that of the flight
+  std::vector<rack_vision::WayPoint> way_points{};
+  CameraFlightSettings flight{};
+  simulation::ImageSensor sensor{};
+  rack_vision::RackLocalizationParameters localization{};
+  /// Standard deviations of the pose that the localisation is started with, per axis; it is told
+  /// them.
+  double start_position_deviation = 0.01;   ///< m
+  double start_rotation_deviation = 0.005;  ///< rad
+  /// Whether each image comes with the motion since the last one, as an estimator measures it: off
+  /// by 5 mm and 0.1 degrees per axis and root of a second, and it says so.
+  bool with_odometry = false;
+  std::optional<ForcedLoss> loss{};
+};
+
+/// One image that was due.
+struct FrameScore {
+  double time = 0;  ///< s
+  rack_vision::TrackStatus status = rack_vision::TrackStatus::kNotStarted;
+  bool outage = false;    ///< the image was covered, frozen or missing
+  bool has_pose = false;  ///< tracked or predicted; what follows is 0 without
+  /// As `pose_error`: place and rotation, rack axes, m and rad.
+  geometry::Vector6d error = geometry::Vector6d::Zero();
+  double along_deviation = 0;  ///< m, stated, of the place along the pipes
+  double position_nees = 0;    ///< error^T covariance^-1 error of the place: 3 on average
+  double pose_nees = 0;        ///< of place and rotation: 6 on average
+  double quality = 0;
+  double along = 0;  ///< m: where the camera is along the pipes, the truth
+
+  [[nodiscard]] double position_error() const { return error.head<3>().norm(); }  ///< m
+  [[nodiscard]] double rotation_error() const { return error.tail<3>().norm(); }  ///< rad
+};
+
+struct ImageFlightRun {
+  std::vector<FrameScore> frames;
+  rack_vision::RackTrackerCounts tracker{};
+  rack_vision::RackLocalizationCounts localization{};
+};
+
+/// Score of one frame. A covariance that is none gives infinite NEES.
+[[nodiscard]] FrameScore score_frame(const rack_vision::RackTrackerResult& result,
+                                     const geometry::SE3& T_camera_rack);
+
+/// Light and exposure change as `simulation::ChangingRackLight` has it. The same settings and seed
+/// give the same bits. Throws as the `validate` of what the settings hold.
+[[nodiscard]] ImageFlightRun run_image_flight(const ImageFlightSettings& settings,
+                                              std::uint64_t seed);
+
+}  // namespace pipescout::rack_study
