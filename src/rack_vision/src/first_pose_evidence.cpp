@@ -99,6 +99,7 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
     }
   }
   Evidence evidence;
+  std::vector<bool> matched(planes_.size(), false);
   std::array<double, kMostCells> cells{};
   std::vector<EdgeId> found;
   auto next = all.begin();
@@ -118,6 +119,7 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
         continue;
       }
       any = true;
+      matched[next->plane] = true;
       const Overlap& part = next->part;
       evidence.matches.push_back({edge.id, along_flow, part.start, part.end});
       const auto first = static_cast<std::size_t>(std::lround(part.from / cell));
@@ -136,6 +138,7 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
       found.push_back(edge.id);
     }
   }
+  evidence.on_pipes = length_on_pipes(T_camera_rack, matched);
   // Several sections, and pieces of one, are one contour.
   std::size_t last_pipe = kNone;
   std::array<bool, 2> sides{};
@@ -149,6 +152,47 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
     sides[id.side] = true;
   }
   return evidence;
+}
+
+double EvidenceFinder::length_on_pipes(const geometry::SE3& T_camera_rack,
+                                       const std::vector<bool>& matched) const {
+  constexpr double kMargin = 6;     // pixels: shading ends next to a contour
+  constexpr double kTolerance = 2;  // pixels
+  const CameraView view(camera_, T_camera_rack);
+  const Eigen::Matrix3d to_rack = view.R_camera_rack.transpose() * camera_.inverse_matrix();
+  const Vector3d flow = view.R_camera_rack * Vector3d::UnitY();
+  std::vector<std::size_t> loose;
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    if (!matched[i] && points_along(planes_[i], camera_.matrix(), flow, kTolerance)) {
+      loose.push_back(i);
+    }
+  }
+  double length = 0;
+  for (std::size_t pipe = 0; pipe < rack_.sections.size(); ++pipe) {
+    for (const PipeSection& section : rack_.sections[pipe]) {
+      ContourLine contours[2];
+      ImageLine left;
+      ImageLine right;
+      if (!rack_.along_flow[pipe] || !contour_lines(section, view.centre, contours) ||
+          !image_line(view, contours[0], left) || !image_line(view, contours[1], right)) {
+        continue;
+      }
+      for (const std::size_t i : loose) {
+        const Vector2d middle = 0.5 * (planes_[i].segment.start + planes_[i].segment.end);
+        const Vector3d ray = to_rack * middle.homogeneous();
+        // Where the ray meets the level of the axis.
+        const double y =
+            view.centre.y() + ray.y() * (section.start.z() - view.centre.z()) / ray.z();
+        const double along = (y - section.start.y()) * section.direction.y();
+        if (left.line.dot(middle.homogeneous()) < -kMargin &&
+            right.line.dot(middle.homogeneous()) < -kMargin && along > 0 &&
+            along < section.length) {
+          length += planes_[i].length;
+        }
+      }
+    }
+  }
+  return length;
 }
 
 bool EvidenceFinder::line_of(const EdgeId& id, const CameraView& view, ImageLine& line) const {

@@ -42,16 +42,23 @@ struct Evidence {
   double transverse_covered = 0;
   std::size_t contours = 0;  ///< of pipes along y, that have a segment
   std::size_t pipes = 0;     ///< along y, that have one
+  /// Segments along the flow within the outline of a pipe that lie on no edge: what is on the
+  /// ground is not seen through pipes.
+  double on_pipes = 0;
   std::vector<EdgeMatch> matches;
 
-  /// What is found, less half of what is missing.
-  [[nodiscard]] double value() const { return covered - 0.5 * (predicted - covered); }
+  /// What is found, less half of what is missing or should not be there.
+  [[nodiscard]] double value() const {
+    return covered - 0.5 * (predicted - covered) - 0.5 * on_pipes;
+  }
   /// The same with the other edges, of which many are too weak to be found.
   [[nodiscard]] double total_value() const {
     return value() + transverse_covered - 0.2 * (transverse_predicted - transverse_covered);
   }
-  /// Share of the contours that is found.
-  [[nodiscard]] double share() const { return predicted > 0 ? covered / predicted : 0; }
+  /// Share of the contours, and of the lines on pipes, that is explained.
+  [[nodiscard]] double share() const {
+    return predicted > 0 ? covered / (predicted + on_pipes) : 0;
+  }
 };
 
 class EvidenceFinder {
@@ -81,6 +88,9 @@ class EvidenceFinder {
                                        const Along& along, double sigma) const;
 
  private:
+  /// `matched`: for each segment.
+  [[nodiscard]] double length_on_pipes(const geometry::SE3& T_camera_rack,
+                                       const std::vector<bool>& matched) const;
   [[nodiscard]] bool tells_place(const EdgeMatch& match) const;
   [[nodiscard]] bool line_of(const EdgeId& id, const CameraView& view, ImageLine& line) const;
 

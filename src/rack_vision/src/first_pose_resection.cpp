@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 
 namespace pipescout::rack_vision::internal {
 namespace {
@@ -80,9 +81,13 @@ class SlopeTable {
              const geometry::Camera& camera, double tolerance)
       : bins_per_slope_(camera.parameters().focal_length) {
     entries_.resize(2 * static_cast<std::size_t>(kWidest * bins_per_slope_) + 1);
+    lengths_.resize(entries_.size() + 1);
     std::uint64_t bit = 1;
     for (const Bearing& bearing : bearings_of(lines, R_nominal, kMostLines)) {
       const double middle = position(bearing.slope);
+      if (middle >= 0 && middle < static_cast<double>(entries_.size())) {
+        lengths_[static_cast<std::size_t>(middle) + 1] += bearing.length;
+      }
       const auto low = static_cast<std::ptrdiff_t>(std::ceil(middle - tolerance));
       const auto high = static_cast<std::ptrdiff_t>(std::floor(middle + tolerance));
       for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(low, 0);
@@ -103,6 +108,18 @@ class SlopeTable {
       entries_[i].hit = std::min(entries_[i].hit, seen);
       entries_[i].missing = seen - entries_[i].hit;
     }
+    std::partial_sum(lengths_.begin(), lengths_.end(), lengths_.begin());
+  }
+
+  /// Pixels of lines between two slopes, without those within kMargin of them.
+  [[nodiscard]] double between(double left, double right) const {
+    const double most = static_cast<double>(entries_.size());
+    const double low = std::clamp(position(left) + kMargin, 0.0, most);
+    const double high = std::clamp(position(right) - kMargin, 0.0, most);
+    // Written so that NaN is nothing too.
+    return low < high
+               ? lengths_[static_cast<std::size_t>(high)] - lengths_[static_cast<std::size_t>(low)]
+               : 0.0;
   }
 
   [[nodiscard]] Entry operator()(double slope) const {
@@ -114,6 +131,7 @@ class SlopeTable {
   }
 
  private:
+  static constexpr double kMargin = 6;           // pixels: shading ends next to a contour
   static constexpr double kWidest = 2.5;         // 68 degrees off straight down
   static constexpr std::size_t kMostLines = 64;  // bits
 
@@ -121,6 +139,7 @@ class SlopeTable {
 
   double bins_per_slope_;
   std::vector<Entry> entries_;
+  std::vector<double> lengths_;  ///< of lines, summed up to each entry
 };
 
 struct Tangent {
@@ -130,9 +149,11 @@ struct Tangent {
 };
 
 /// Pixels of lines on contours, less half of those that are missing: a hidden contour looks like a
-/// missing one. Of the circles of one pipe the best counts. No line counts twice.
+/// missing one. Of the circles of one pipe the best counts. No line counts twice. Lines on a pipe
+/// count against it: what runs along the flow on the ground is not seen through pipes.
 double score(const SlopeTable& table, std::span<const PipeCircle> circles, const Resection& r) {
   constexpr double kMissing = 0.5;
+  constexpr double kOnPipe = 0.5;
   const double cosine = std::cos(r.roll);
   const double sine = std::sin(r.roll);
   std::uint64_t used = 0;
@@ -140,6 +161,7 @@ double score(const SlopeTable& table, std::span<const PipeCircle> circles, const
   for (std::size_t i = 0; i < circles.size();) {
     std::array<SlopeTable::Entry, 2> best;
     std::array<double, 2> best_value{};
+    std::array<double, 2> slopes{};
     bool first = true;
     const std::size_t rank = circles[i].rank;
     for (; i < circles.size() && circles[i].rank == rank; ++i) {
@@ -152,8 +174,8 @@ double score(const SlopeTable& table, std::span<const PipeCircle> circles, const
       const Vector2d across = std::sqrt(squared) * Vector2d(d.y(), -d.x());
       for (std::size_t side = 0; side < 2; ++side) {
         const Vector2d n = across - (side == 0 ? 1.0 : -1.0) * circle.radius * d;
-        SlopeTable::Entry entry =
-            table((cosine * n.y() - sine * n.x()) / (cosine * n.x() + sine * n.y()));
+        const double slope = (cosine * n.y() - sine * n.x()) / (cosine * n.x() + sine * n.y());
+        SlopeTable::Entry entry = table(slope);
         if ((entry.line & used) != 0) {
           entry = {.hit = 0, .missing = entry.hit + entry.missing, .line = 0};
         }
@@ -161,6 +183,7 @@ double score(const SlopeTable& table, std::span<const PipeCircle> circles, const
         if (first || value > best_value[side]) {
           best[side] = entry;
           best_value[side] = value;
+          slopes[side] = slope;
         }
       }
       first = false;
@@ -169,7 +192,7 @@ double score(const SlopeTable& table, std::span<const PipeCircle> circles, const
       best_value[1] = -kMissing * (best[1].hit + best[1].missing);
     }
     used |= best[0].line | best[1].line;
-    sum += best_value[0] + best_value[1];
+    sum += best_value[0] + best_value[1] - kOnPipe * table.between(slopes[0], slopes[1]);
   }
   return sum;
 }
@@ -252,6 +275,8 @@ std::vector<Resection> resections(std::span<const PencilLine> lines, const geome
                                   const geometry::Camera& camera, const ResectionLimits& limits,
                                   double tolerance, std::size_t most_lines, std::size_t most) {
   constexpr std::size_t kMostKept = 4096;
+  constexpr double kMostOnPipe = 0.6;  // of the length of its contours
+  constexpr double kFarthest = 2;      // 60 degrees off straight down
   const std::vector<Bearing> bearings = bearings_of(lines, R_nominal, most_lines);
   std::vector<Tangent> tangents;
   for (const PipeCircle& circle : circles) {
@@ -277,21 +302,34 @@ std::vector<Resection> resections(std::span<const PencilLine> lines, const geome
       found.resize(kMostKept);
     }
   };
+  const auto try_third = [&](std::size_t left, std::size_t right, const Tangent& left_tangent,
+                             const Tangent& right_tangent) {
+    for (std::size_t k = 0; k < bearings.size(); ++k) {
+      for (const Tangent& third : tangents) {
+        if (k < left && third.rank < left_tangent.rank) {
+          solve({&bearings[k], &bearings[left], &bearings[right]},
+                {&third, &left_tangent, &right_tangent}, accept);
+        } else if (k > right && third.rank > right_tangent.rank) {
+          solve({&bearings[left], &bearings[right], &bearings[k]},
+                {&left_tangent, &right_tangent, &third}, accept);
+        }
+      }
+    }
+  };
   for (std::size_t i = 0; i < bearings.size(); ++i) {
     for (std::size_t j = i + 1; j < bearings.size(); ++j) {
-      for (std::size_t k = j + 1; k < bearings.size(); ++k) {
-        for (const Tangent& first : tangents) {
-          for (const Tangent& second : tangents) {
-            if (second.rank <= first.rank) {
-              continue;
-            }
-            for (const Tangent& third : tangents) {
-              if (third.rank > second.rank) {
-                solve({&bearings[i], &bearings[j], &bearings[k]}, {&first, &second, &third},
-                      accept);
-              }
-            }
-          }
+      if (table.between(bearings[i].slope, bearings[j].slope) >
+          kMostOnPipe * (bearings[i].length + bearings[j].length)) {
+        continue;
+      }
+      const double width = std::atan(bearings[j].slope) - std::atan(bearings[i].slope);
+      for (std::size_t k = 0; k < tangents.size(); k += 2) {
+        // The angle that a circle is wide says how far it is.
+        const PipeCircle& circle = *tangents[k].circle;
+        const double distance = circle.radius / std::sin(0.5 * width);
+        if (distance > limits.z_low - circle.centre.y() &&
+            distance < kFarthest * (limits.z_high - circle.centre.y())) {
+          try_third(i, j, tangents[k], tangents[k + 1]);
         }
       }
     }

@@ -43,7 +43,8 @@ struct Resection {
 [[nodiscard]] geometry::SO3 nominal_rotation(const Eigen::Vector3d& flow);
 
 /// All assignments of three of the longest `most_lines` lines to contours in their order from left
-/// to right; the best `most` that differ, best first.
+/// to right, two of which are those of one pipe with little between them; the best `most` that
+/// differ, best first.
 [[nodiscard]] std::vector<Resection> resections(std::span<const PencilLine> lines,
                                                 const geometry::SO3& R_nominal,
                                                 std::span<const PipeCircle> circles,

@@ -52,7 +52,7 @@ struct FirstPoseParameters {
   double pixel_tolerance = 2.0;      ///< of an edge from where the model has it, pixels, > 0
   double segment_sigma = 0.3;        ///< of a segment's ends across it, pixels, > 0
   double shortest_segment = 20;      ///< pixels, > 0
-  std::size_t largest_lines = 16;    ///< of the pencil that are tried, longest first, 4 to 64
+  std::size_t largest_lines = 48;    ///< of the pencil that are tried, longest first, 4 to 64
   std::size_t smallest_matches = 4;  ///< contours that must have been found, >= 4
   double smallest_score = 0.55;      ///< of a pose that is believed, (0, 1)
   /// A different pose that scores this share of the best makes the result ambiguous, (0, 1).
