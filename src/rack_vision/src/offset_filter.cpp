@@ -15,6 +15,7 @@ void OffsetFilterParameters::validate() const {
   internal::check_above("initial_deviation", initial_deviation, 0, kHuge);
   internal::check_within("creep", creep, 0, kHuge);
   internal::check_within("images_to_move", images_to_move, 1, 100);
+  internal::check_above("largest_mean_innovation", largest_mean_innovation, 0, kHuge);
 }
 
 OffsetFilter::OffsetFilter(const RackModel& model, const OffsetFilterParameters& parameters)
@@ -33,6 +34,7 @@ void OffsetFilter::reset(PipeOffsets offsets) {
   }
   belief_ = {};
   contradictions_ = {};
+  mean_innovation_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
       belief_.mean[i] = offsets[i];
@@ -75,6 +77,28 @@ void OffsetFilter::update(const PoseSolution& solution) noexcept {
     belief_.covariance.row(k).setZero();
     belief_.covariance.col(k).setZero();
     belief_.covariance(k, k) = before.covariance(k, k);
+  }
+  watch_innovations(solution);
+}
+
+void OffsetFilter::watch_innovations(const PoseSolution& solution) noexcept {
+  constexpr double kForget = 0.15;  // per image: the mean is that of about the last ten
+  constexpr double kTwice = 2;      // the mean runs behind what it follows
+  for (std::size_t i = 0; i < pipes_; ++i) {
+    const double deviation = solution.innovation_deviation[i];
+    if (!(deviation > 0) || !solution.offset_observed[i]) {
+      continue;
+    }
+    double& mean = mean_innovation_[i];
+    mean += kForget * (solution.offset_innovation[i] / deviation - mean);
+    if (solution.offset_moved[i]) {
+      mean = 0;  // handled as a sudden move
+    } else if (std::abs(mean) > parameters_.largest_mean_innovation) {
+      const double moved = kTwice * mean * deviation;
+      const int k = static_cast<int>(i);
+      belief_.covariance(k, k) += moved * moved;
+      mean = 0;
+    }
   }
 }
 

@@ -10,6 +10,7 @@ bool OffsetPrior::start(const OffsetBelief& belief, const UnknownLayout& layout,
   layout_ = layout;
   freedom_ = freedom;
   moved_.reset();
+  compared_ = deviation_ = {};
   mean_.setZero(layout.offset_count);
   covariance_.setZero(layout.offset_count, layout.offset_count);
   for (int i = 0; i < static_cast<int>(kMaxPipes); ++i) {
@@ -37,6 +38,12 @@ bool OffsetPrior::set_information(const SystemVector& added_variance) {
   }
   information_ = factors.solve(SystemMatrix::Identity(layout_.offset_count, layout_.offset_count));
   return true;
+}
+
+void OffsetPrior::report(PoseSolution& solution) const {
+  solution.offset_moved = moved_;
+  solution.offset_innovation = compared_;
+  solution.innovation_deviation = deviation_;
 }
 
 SystemVector OffsetPrior::innovation(const SolverState& state) const {
@@ -83,6 +90,8 @@ void OffsetPrior::judge(const SolverState& state, const SystemMatrix& informatio
     }
     const int k = unknown - kPoseUnknowns;
     const double variance = covariance(unknown, unknown) + covariance_(k, k);
+    compared_[i] = difference[k];
+    deviation_[i] = std::sqrt(variance);
     if (difference[k] * difference[k] > innovation_gate * innovation_gate * variance) {
       moved_.set(i);
       added[k] = std::max(freedom_ * freedom_, difference[k] * difference[k]);

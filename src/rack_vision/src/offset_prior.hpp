@@ -19,7 +19,8 @@ class OffsetPrior {
   /// Compares the belief with `state`, which was found with the loose prior and this information
   /// (data and priors), and tightens the prior of the pipes that lie where they were believed.
   void judge(const SolverState& state, const SystemMatrix& information, double innovation_gate);
-  [[nodiscard]] const std::bitset<kMaxPipes>& moved() const noexcept { return moved_; }
+  /// What `judge` found, as the fields of PoseSolution.
+  void report(PoseSolution& solution) const;
 
  private:
   [[nodiscard]] bool set_information(const SystemVector& added_variance);
@@ -30,6 +31,7 @@ class OffsetPrior {
   SystemMatrix covariance_, information_;
   double freedom_ = 0;
   std::bitset<kMaxPipes> moved_;
+  std::array<double, kMaxPipes> compared_{}, deviation_{};
 };
 
 }  // namespace pipescout::rack_vision

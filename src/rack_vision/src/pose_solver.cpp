@@ -286,7 +286,7 @@ void PoseSolver::Implementation::finish(const PoseProblem& problem, bool converg
   const Weighting weighting = iterated() ? final_weighting() : first_weighting();
   evaluate_state(problem, weighting);
   solution.T_camera_rack = state_.T_camera_rack;
-  solution.offset_moved = offset_prior_.moved();
+  offset_prior_.report(solution);
   describe_solution(equations_, prior_, layout_, state_, factors_, parameters_, solution);
   solution.edges.assign(features_.support().begin(), features_.support().end());
   const double inliers = equations_.edges.inliers + equations_.points.inliers;
@@ -315,6 +315,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   solution.unobserved_directions = kPoseUnknowns;
   solution.offset_observed.reset();
   solution.offset_moved.reset();
+  solution.offset_innovation = solution.innovation_deviation = {};
   solution.edges.clear();
   solution.samples = solution.points = solution.refused = 0;
   solution.inlier_share = solution.chi_square = solution.residual_scale = 0;

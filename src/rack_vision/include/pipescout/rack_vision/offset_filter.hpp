@@ -18,6 +18,10 @@ struct OffsetFilterParameters {
   /// A pipe that contradicts its belief in so many images running has moved, 1..100; until then its
   /// belief stays and the images' other content is used.
   int images_to_move = 2;
+  /// Smaller moves show in many images: in the running mean of the innovations, in their standard
+  /// deviations. Beyond this it has moved, and its belief is made wider by what it seems to have
+  /// moved; > 0.
+  double largest_mean_innovation = 1.2;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -51,11 +55,14 @@ class OffsetFilter {
   [[nodiscard]] PipeOffsets offsets() const noexcept { return {belief_.mean.data(), pipes_}; }
 
  private:
+  void watch_innovations(const PoseSolution& solution) noexcept;
+
   OffsetFilterParameters parameters_;
   std::size_t pipes_;
   std::bitset<kMaxPipes> movable_;
   OffsetBelief belief_;
   std::array<int, kMaxPipes> contradictions_{};
+  std::array<double, kMaxPipes> mean_innovation_{};
 };
 
 }  // namespace pipescout::rack_vision

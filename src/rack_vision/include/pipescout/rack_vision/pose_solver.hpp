@@ -89,7 +89,7 @@ enum class SolverMethod : std::uint8_t {
 struct PoseSolverParameters {
   SolverMethod method = SolverMethod::kIterated;
   RobustKernel kernel = RobustKernel::kTukey;  ///< of the last iterations; of no other method
-  double kernel_width = 5.0;                   ///< standard deviations, > 0
+  double kernel_width = 4.685;                 ///< standard deviations, > 0
   double saliency_nu = 1.0;                    ///< nu of equation (29), standard deviations, > 0
   int iterations = 12;                         ///< at most, 1..100
   /// Converged when a step moves the features by less than this, root of their mean square, in
@@ -159,6 +159,10 @@ struct PoseSolution {
   OffsetBelief offsets;                    ///< after this image, jointly with the pose
   std::bitset<kMaxPipes> offset_observed;  ///< by this image alone
   std::bitset<kMaxPipes> offset_moved;     ///< contradicts its belief
+  /// How far the pipe seems to be from where it was believed, m, and the deviation that this has
+  /// when it is there; deviation 0: not compared.
+  std::array<double, kMaxPipes> offset_innovation{};
+  std::array<double, kMaxPipes> innovation_deviation{};
   std::optional<IntrinsicsBelief> intrinsics;
 
   std::vector<EdgeSupport> edges;  ///< in the order of the samples
