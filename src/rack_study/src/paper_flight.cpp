@@ -2,8 +2,10 @@
 #include "pipescout/rack_study/paper_flight.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "pipescout/rack_vision/way_points.hpp"
@@ -68,7 +70,7 @@ RackModel parallel_rack(int count) {
   return model;
 }
 
-RackModel paper_rack() {
+RackModel paper_rack(int count) {
   const std::array<rack_vision::RowPipe, 4> row{{
       {"pipe 1", {{0, 0.15}, {4.85, 0.15}, {5.15, 0.20}, {kLength, 0.20}}, kGap},
       {"pipe 2", {{0, 0.15}, {kLength, 0.15}}, kGap},
@@ -76,14 +78,17 @@ RackModel paper_rack() {
       {"pipe 4", {{0, 0.18}, {kLength, 0.18}}, kGap},
   }};
   RackModel model;
-  model.pipes = rack_vision::row_of_pipes(row);
-  constexpr double kRadius = 0.16;
-  constexpr double kClearance = 0.001;
-  model.pipes.push_back({.name = "pipe 5, across",
-                         .start = {-1, 5.8, 0.40 + kRadius + kClearance},
-                         .direction = Eigen::Vector3d::UnitX(),
-                         .radii = {{0, kRadius}, {4, kRadius}},
-                         .movable = false});
+  model.pipes =
+      rack_vision::row_of_pipes(std::span(row).first(static_cast<std::size_t>(std::min(count, 4))));
+  if (count > 4) {
+    constexpr double kRadius = 0.16;
+    constexpr double kClearance = 0.001;
+    model.pipes.push_back({.name = "pipe 5, across",
+                           .start = {-1, 5.8, 0.40 + kRadius + kClearance},
+                           .direction = Eigen::Vector3d::UnitX(),
+                           .radii = {{0, kRadius}, {4, kRadius}},
+                           .movable = false});
+  }
   model.validate();
   return model;
 }

@@ -16,9 +16,10 @@ inline constexpr double kFramePeriod = 0.04;  ///< s, 25 Hz
 /// `count` >= 2 parallel pipes of 10 m, radii 6 and 8 inches by turns, gaps 0.1 m.
 [[nodiscard]] rack_vision::RackModel parallel_rack(int count);
 
-/// The five pipes of Figure 5: four parallel ones of radius 0.15 to 0.20 m, the first of which
-/// grows from 0.15 to 0.20 m half-way, gaps 0.10 m, 10 m long; one across, on top of them.
-[[nodiscard]] rack_vision::RackModel paper_rack();
+/// The first `count`, 2 to 5, pipes of the paper's rack (Figure 5): four parallel ones of radius
+/// 0.15 to 0.20 m, the first of which grows from 0.15 to 0.20 m half-way, in a reducer of 0.3 m,
+/// gaps 0.10 m, 10 m long; the fifth lies across, on top of them.
+[[nodiscard]] rack_vision::RackModel paper_rack(int count = 5);
 
 struct FlightSettings {
   bool gusts = true;
