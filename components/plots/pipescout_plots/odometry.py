@@ -9,8 +9,10 @@ from pathlib import Path
 
 from . import (eddy_current, ledger_alignment, position_error, readings, reproduction, style,
                support_graph)
-from .csv_table import BadData
-from .recording import Missing, Picture, Recording, find_recordings
+from .drawing import Drawing
+from .recording import Picture, Recording, find_recordings
+
+DATA_FILES = ("fused.csv", "positions.csv", "welds.csv", "eddy_current.csv", "readings.csv")
 
 OF_A_CRAWLER = (
     Picture("support_graph", support_graph.draw),
@@ -23,35 +25,6 @@ REPRODUCTION = (
     Picture("detector_curve", reproduction.draw_curve),
     Picture("figures", reproduction.draw_figures),
 )
-
-
-class Drawing:
-    """Draws pictures one after the other, and counts."""
-
-    def __init__(self, folder: Path, suffix: str) -> None:
-        self._folder = folder
-        self._suffix = suffix
-        self._drawn = 0
-        self._failed = 0
-
-    def draw(self, picture: Picture, recording: Recording, prefix: str = "") -> None:
-        name = prefix + picture.name
-        try:
-            path = self._folder / f"{name}.{self._suffix}"
-            style.write(picture.draw(recording), path)
-            self._drawn += 1
-            print(path, flush=True)
-        except Missing as reason:
-            print(f"not drawn: {name}: {reason}", file=sys.stderr)
-        except (BadData, OSError) as problem:
-            self._failed += 1
-            print(f"error: {name}: {problem}", file=sys.stderr)
-
-    def finish(self) -> int:
-        """The exit code: 0 when something was drawn and nothing went wrong."""
-        if self._drawn == 0:
-            print("error: nothing could be drawn", file=sys.stderr)
-        return 0 if self._drawn and not self._failed else 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,14 +47,14 @@ def run(options: argparse.Namespace) -> int:
         drawing = Drawing(options.out or result.parent / "pictures", options.format)
         for picture in REPRODUCTION:
             drawing.draw(picture, Recording(result, result.parent))
-        return drawing.finish()
+        return drawing.finish([])
     print(f"error: no mission folder or file '{result}'", file=sys.stderr)
     return 1
 
 
 def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
     drawing = Drawing(options.out or mission / "pictures", options.format)
-    folders = find_recordings(mission)
+    folders = find_recordings(mission, DATA_FILES)
     if not folders:
         print(f"no recorded data below {mission}", file=sys.stderr)
     notes: list[str] = []
@@ -94,6 +67,4 @@ def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
     alignment = options.alignment or mission / "alignment.csv"
     if options.alignment or alignment.is_file():
         drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
-    for note in notes:
-        print(f"note: {note}", file=sys.stderr)
-    return drawing.finish()
+    return drawing.finish(notes)

@@ -11,9 +11,6 @@ from matplotlib.figure import Figure
 
 from .csv_table import Table, read_header, read_table
 
-DATA_FILES = ("fused.csv", "positions.csv", "truth.csv", "welds.csv", "eddy_current.csv",
-              "readings.csv")
-
 
 class Missing(Exception):
     """There is nothing to draw a picture from; the text says what is missing and why."""
@@ -57,6 +54,6 @@ class Picture:
     draw: Callable[[Recording], Figure]
 
 
-def find_recordings(mission: Path) -> list[Path]:
-    """The folders below a mission folder that hold data files."""
-    return sorted({path.parent for name in DATA_FILES for path in mission.rglob(name)})
+def find_recordings(mission: Path, data_files: Sequence[str]) -> list[Path]:
+    """The folders below a mission folder that hold one of these files."""
+    return sorted({path.parent for name in data_files for path in mission.rglob(name)})

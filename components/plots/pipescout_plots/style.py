@@ -118,13 +118,18 @@ def write(picture: Figure, path: Path) -> None:
     metadata = {"Date": None, "Creator": "pipescout plot"} if path.suffix == ".svg" else {
         "Software": "pipescout plot"}
     buffer = io.BytesIO()
-    _settle(picture)
+    settle(picture)
     picture.savefig(buffer, format=path.suffix[1:], metadata=metadata)
+    write_bytes(buffer.getvalue(), path)
+
+
+def write_bytes(content: bytes, path: Path) -> None:
+    """The file appears as a whole, in a folder that is made for it. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.write(buffer.getvalue())
+            file.write(content)
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError:
@@ -132,7 +137,7 @@ def write(picture: Figure, path: Path) -> None:
         raise
 
 
-def _settle(picture: Figure) -> None:
+def settle(picture: Figure) -> None:
     """Lays the panels out for good, with rounded edges: the last digits of what the layout's solver
     finds depend on how many pictures it has done before."""
     picture.draw_without_rendering()

@@ -201,7 +201,7 @@ class Odometry(unittest.TestCase):
         self.assertIn("in_pipe.json: ", err)
 
     def test_a_wrong_command_line(self):
-        for arguments in (["rack", "m"], ["odometry"], ["odometry", "m", "--format", "jpg"]):
+        for arguments in (["thermal", "m"], ["odometry"], ["odometry", "m", "--format", "jpg"]):
             with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as caught:
                 main(arguments)
             self.assertEqual(caught.exception.code, 2)

@@ -18,10 +18,14 @@ constexpr const char* kPythonVariable = "PIPESCOUT_PYTHON";
 // Not the first one of PATH: only Debian's own Python sees Debian's matplotlib.
 constexpr const char* kDebianPython = "/usr/bin/python3";
 
-struct OdometryOptions {
+/// Of every subject.
+struct PlotOptions {
   std::string result;
   std::string out;
   std::string format = "svg";
+};
+
+struct OdometryOptions : PlotOptions {
   std::string alignment;
 };
 
@@ -52,17 +56,55 @@ std::string python() {
                      kPythonVariable);
 }
 
-int plot_odometry(const OdometryOptions& options) {
-  // One word each, so that a path that begins with '-' stays one.
-  std::vector<std::string> arguments{"odometry", "--format=" + options.format};
+/// `more`: options of the subject alone. One word each, so that a path that begins with '-' stays
+/// one.
+int draw_subject(const char* subject, const PlotOptions& options,
+                 const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{subject, "--format=" + options.format};
   if (!options.out.empty()) {
     arguments.push_back("--out=" + options.out);
   }
-  if (!options.alignment.empty()) {
-    arguments.push_back("--alignment=" + options.alignment);
-  }
+  arguments.insert(arguments.end(), more.begin(), more.end());
   arguments.insert(arguments.end(), {"--", options.result});
   draw(arguments);
+}
+
+CLI::App* add_subject(CLI::App& parent, const char* name, const char* description,
+                      const char* results, PlotOptions& options) {
+  auto* subject = parent.add_subcommand(name, description);
+  subject->add_option("result", options.result, results)->required();
+  subject->add_option("--out", options.out, "Folder of the pictures; default: RESULT/pictures");
+  subject->add_option("--format", options.format, "svg or png")
+      ->check(CLI::IsMember({"svg", "png"}))
+      ->capture_default_str();
+  return subject;
+}
+
+void add_odometry(CLI::App& plot, Action& action) {
+  auto options = std::make_shared<OdometryOptions>();
+  auto* subject = add_subject(
+      plot, "odometry", "Odometers, welds and places in the pipe; prints the path of each picture",
+      "Mission folder, or the JSON file of `pipescout reproduce in-pipe`", *options);
+  subject->add_option("--alignment", options->alignment,
+                      "What `pipescout ledger align --report` wrote; default: "
+                      "RESULT/alignment.csv");
+  subject->callback([=, &action] {
+    action = [=] {
+      std::vector<std::string> more;
+      if (!options->alignment.empty()) {
+        more.push_back("--alignment=" + options->alignment);
+      }
+      return draw_subject("odometry", *options, more);
+    };
+  });
+}
+
+void add_rack(CLI::App& plot, Action& action) {
+  auto options = std::make_shared<PlotOptions>();
+  auto* subject =
+      add_subject(plot, "rack", "Flights over a pipe rack; prints the path of each picture",
+                  "Mission folder", *options);
+  subject->callback([=, &action] { action = [=] { return draw_subject("rack", *options, {}); }; });
 }
 
 }  // namespace
@@ -70,22 +112,8 @@ int plot_odometry(const OdometryOptions& options) {
 void add_plot_commands(CLI::App& app, Action& action) {
   auto* plot = app.add_subcommand("plot", "Draw pictures of what a mission recorded");
   plot->require_subcommand(1);
-
-  auto options = std::make_shared<OdometryOptions>();
-  auto* odometry = plot->add_subcommand(
-      "odometry", "Odometers, welds and places in the pipe; prints the path of each picture");
-  odometry
-      ->add_option("result", options->result,
-                   "Mission folder, or the JSON file of `pipescout reproduce in-pipe`")
-      ->required();
-  odometry->add_option("--out", options->out, "Folder of the pictures; default: RESULT/pictures");
-  odometry->add_option("--format", options->format, "svg or png")
-      ->check(CLI::IsMember({"svg", "png"}))
-      ->capture_default_str();
-  odometry->add_option("--alignment", options->alignment,
-                       "What `pipescout ledger align --report` wrote; default: "
-                       "RESULT/alignment.csv");
-  odometry->callback([=, &action] { action = [=] { return plot_odometry(*options); }; });
+  add_odometry(*plot, action);
+  add_rack(*plot, action);
 }
 
 }  // namespace pipescout::host

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A short animation: image with the model over it, and the path over the rack. Always GIF."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from PIL import Image
+
+from .. import style
+from ..recording import Missing, Recording
+from .flight_data import Poses, read_servo
+from .map import PIPE, PIPE_ABOVE, SUPPORT, draw_path, draw_rack, draw_way_points, extent, limit
+from .overlay import Images, draw_image, draw_lines, read_images
+
+MOST_BYTES = 3_000_000
+MOST_FRAMES = 48
+FRAME_TIME = 125
+"""Milliseconds."""
+GREYS = 32
+DPI = 120
+"""420 pixels wide."""
+DRAWN_WITH = (style.ORANGE, style.SKY, style.BLUE, style.VERMILLION, PIPE, PIPE_ABOVE, SUPPORT)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Raises Missing, BadData and OSError."""
+    images = read_images(recording)
+    if len(images) < 2:
+        raise Missing("one image does not move")
+    frames = _frames(recording, images, min(len(images), MOST_FRAMES))
+    content = _gif(frames)
+    while len(content) > MOST_BYTES and len(frames) > 2:
+        frames = frames[::2]
+        content = _gif(frames)
+    style.write_bytes(content, path)
+
+
+def _gif(frames: list[Image.Image]) -> bytes:
+    """All frames have the same few colours: they do not flicker, and what rests costs nothing."""
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(_colours())
+    few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    buffer = io.BytesIO()
+    few[0].save(buffer, format="GIF", save_all=True, append_images=few[1:], duration=FRAME_TIME, loop=0,
+                optimize=False)
+    return buffer.getvalue()
+
+
+def _colours() -> list[int]:
+    greys = [[round(level)] * 3 for level in numpy.linspace(0, 255, GREYS)]
+    drawn = [[round(255 * part) for part in to_rgb(colour)] for colour in DRAWN_WITH]
+    return [part for colour in (*greys, *drawn) for part in colour]
+
+
+def _frames(recording: Recording, images: Images, count: int) -> list[Image.Image]:
+    way_points = read_servo(recording).way_points
+    low, high = extent(images.rack, images.poses, way_points)
+    aspect = images.camera.height / images.camera.width
+    below = (high[0] - low[0]) / (high[1] - low[1])
+    result = []
+    for number in numpy.unique(numpy.linspace(0, len(images) - 1, count).astype(int)):
+        figure = Figure(figsize=(style.COLUMN, style.COLUMN * (aspect + below)), dpi=DPI)
+        canvas = FigureCanvasAgg(figure)
+        share = aspect / (aspect + below)
+        upper = figure.add_axes((0, 1 - share, 1, share))
+        draw_image(upper, images.read(recording, number))
+        draw_lines(upper, images.lines(number), 1.1)
+        seconds = images.times[number] - images.poses.times[0]
+        upper.annotate(f"{seconds:.1f} s", (0, 1), (4, -4), xycoords="axes fraction",
+                       textcoords="offset points", va="top", color="white",
+                       bbox={"facecolor": style.BLACK, "pad": 1.5})
+        lower = figure.add_axes((0, 0, 1, 1 - share))
+        lower.set_axis_off()
+        draw_rack(lower, images.rack, names=False)
+        draw_way_points(lower, way_points)
+        draw_path(lower, _until(images, number), color=style.BLUE, linewidth=1.2, zorder=5)
+        _draw_camera(lower, images, number)
+        limit(lower, low, high)
+        canvas.draw()
+        result.append(Image.fromarray(numpy.asarray(canvas.buffer_rgba())).convert("RGB"))
+    return result
+
+
+def _until(images: Images, number: int) -> Poses:
+    end = images.rows[number] + 1
+    return replace(images.poses, times=images.poses.times[:end], positions=images.poses.positions[:end])
+
+
+def _draw_camera(axes: Axes, images: Images, number: int) -> None:
+    """Where it is, and what it sees of the plane on which the pipes rest."""
+    row = images.rows[number]
+    position = images.poses.positions[row]
+    corners = numpy.array([[0, 0, 1], [images.camera.width, 0, 1],
+                           [images.camera.width, images.camera.height, 1], [0, images.camera.height, 1]])
+    rays = corners @ numpy.linalg.inv(images.camera.matrix).T @ images.poses.rotations[row].T
+    if (rays[:, 2] < -0.1).all():
+        seen = position - rays * (position[2] / rays[:, 2])[:, None]
+        axes.add_patch(Polygon(seen[:, [1, 0]], fill=False, edgecolor=style.ORANGE, linewidth=1.0, zorder=6))
+    axes.plot(position[1], position[0], "o", color=style.BLUE, markersize=4, zorder=7)

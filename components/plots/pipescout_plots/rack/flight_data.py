@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the recorder of a flight over a rack wrote (docs/components/rack_recorder.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy
+import yaml
+
+from ..csv_table import Table
+from ..recording import Missing, Recording
+from . import rotations
+
+AXES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+_QUATERNION = ("qx", "qy", "qz", "qw")
+_WHY = "the recorder of a flight over a rack writes it"
+_NO_TRUTH = "only a simulated flight knows where it really was"
+MISSING_FOR = 0.5
+"""Seconds without a sample that are drawn as a gap."""
+
+
+@dataclass
+class Poses:
+    """Poses of the camera in the rack frame at rising times (seconds, absolute)."""
+
+    times: numpy.ndarray
+    positions: numpy.ndarray
+    quaternions: numpy.ndarray
+    deviations: numpy.ndarray | None = None
+    """(n, 6): of x, y, z and the rotations about these axes, metres and radians."""
+    correlation_xy: numpy.ndarray | None = None
+
+    @property
+    def rotations(self) -> numpy.ndarray:
+        return rotations.from_quaternions(self.quaternions)
+
+    def positions_at(self, times: numpy.ndarray) -> numpy.ndarray:
+        """NaN before the first, after the last, and in a gap."""
+        result = numpy.stack([numpy.interp(times, self.times, column, left=numpy.nan, right=numpy.nan)
+                              for column in self.positions.T], axis=-1)
+        result[self._in_gap(times)] = numpy.nan
+        return result
+
+    def rotations_at(self, times: numpy.ndarray) -> numpy.ndarray:
+        result = rotations.interpolate(self.times, self.quaternions, times)
+        result[self._in_gap(times)] = numpy.nan
+        return result
+
+    def _in_gap(self, times: numpy.ndarray) -> numpy.ndarray:
+        after = numpy.clip(numpy.searchsorted(self.times, times), 1, max(len(self.times) - 1, 1))
+        if len(self.times) < 2:
+            return self.times[0] != times
+        return ((self.times[after] - self.times[after - 1] > MISSING_FOR)
+                & (times != self.times[after]) & (times != self.times[after - 1]))
+
+
+def read_poses(recording: Recording) -> Poses:
+    """Raises Missing and BadData."""
+    deviations = [f"{axis}_standard_deviation" for axis in AXES]
+    table = recording.table("pose.csv", _WHY, ["stamp", "x", "y", "z", *_QUATERNION, *deviations,
+                                               "x_y_correlation"])
+    poses = _poses(table)
+    poses.deviations = numpy.stack([table.numbers[name] for name in deviations], axis=-1)
+    poses.correlation_xy = table.numbers["x_y_correlation"]
+    return poses
+
+
+def read_truth(recording: Recording) -> Poses:
+    """Raises Missing and BadData."""
+    return _poses(recording.table("truth.csv", _NO_TRUTH, ["stamp", "x", "y", "z", *_QUATERNION]))
+
+
+def read_truth_if_any(recording: Recording) -> Poses | None:
+    return read_truth(recording) if (recording.folder / "truth.csv").is_file() else None
+
+
+def _poses(table: Table) -> Poses:
+    table.require_rising("stamp")
+    for column in ("x", "y", "z", *_QUATERNION):
+        table.require_finite(column)
+    return Poses(table.numbers["stamp"], numpy.stack([table.numbers[name] for name in "xyz"], axis=-1),
+                 numpy.stack([table.numbers[name] for name in _QUATERNION], axis=-1))
+
+
+@dataclass
+class Commands:
+    times: numpy.ndarray
+    linear: numpy.ndarray
+    angular: numpy.ndarray
+
+
+def read_commands(recording: Recording) -> Commands:
+    """Raises Missing and BadData."""
+    linear = [f"linear_{axis}" for axis in "xyz"]
+    angular = [f"angular_{axis}" for axis in "xyz"]
+    table = recording.table("command.csv", "no velocity was commanded", ["stamp", *linear, *angular])
+    table.require_rising("stamp")
+    return Commands(table.numbers["stamp"],
+                    numpy.stack([table.numbers[name] for name in linear], axis=-1),
+                    numpy.stack([table.numbers[name] for name in angular], axis=-1))
+
+
+def untracked(recording: Recording) -> list[tuple[float, float]]:
+    """The times from one image without a pose to the next image with one, once there has been one.
+    Raises BadData."""
+    try:
+        table = recording.table("state.csv", _WHY, ["stamp"], ["status"])
+    except Missing as reason:
+        recording.notes.append(f"losses are not marked: {reason}")
+        return []
+    table.require_rising("stamp")
+    stamps = table.numbers["stamp"]
+    tracking = numpy.array([status == "tracking" for status in table.texts["status"]])
+    if not tracking.any():
+        return [(float(stamps[0]), float(stamps[-1]))]
+    first = int(numpy.argmax(tracking))
+    result: list[tuple[float, float]] = []
+    begin = None
+    for stamp, good in zip(stamps[first:].tolist(), tracking[first:]):
+        if good and begin is not None:
+            result.append((begin, stamp))
+            begin = None
+        elif not good and begin is None:
+            begin = stamp
+    return result if begin is None else [*result, (begin, float(stamps[-1]))]
+
+
+def reached_way_points(recording: Recording) -> list[tuple[float, int]]:
+    """When each way-point was reached, and its number from 1. Raises BadData."""
+    try:
+        table = recording.table("way_points.csv", "its source counts none", ["stamp", "reached"])
+    except Missing as reason:
+        recording.notes.append(f"way-points are not marked: {reason}")
+        return []
+    table.require_rising("stamp")
+    result: list[tuple[float, int]] = []
+    before = 0
+    for stamp, reached in zip(table.numbers["stamp"].tolist(), table.numbers["reached"].tolist()):
+        if numpy.isfinite(reached) and reached > before:
+            result.append((stamp, int(reached)))
+            before = reached
+    return result
+
+
+@dataclass
+class Servo:
+    """What mission.yaml says of the flight: where it should go, and how the camera is mounted."""
+
+    way_points: numpy.ndarray
+    """(n, 4): x, y, z of the vehicle in the rack frame, yaw."""
+    R_base_camera: numpy.ndarray
+
+
+def read_servo(recording: Recording) -> Servo:
+    """Without a mission.yaml, or with several servos: no way-points and a camera that looks down."""
+    servo = Servo(numpy.empty((0, 4)), rotations.DOWNWARD_CAMERA)
+    path = recording.mission / "mission.yaml"
+    if not path.is_file():
+        return servo
+    try:
+        mission = yaml.safe_load(path.read_text(encoding="utf-8"))
+        found = [component.get("parameters") or {} for component in mission["components"]
+                 if component["type"] == "pipescout::VisualServo"]
+        if len(found) != 1:
+            return servo
+        servo.way_points = numpy.array(found[0].get("way_points") or [], dtype=float).reshape(-1, 4)
+        angles = found[0].get("camera.roll_pitch_yaw") or []
+        if len(angles) == 3:
+            servo.R_base_camera = rotations.from_roll_pitch_yaw(*map(float, angles))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError,
+            AttributeError) as problem:
+        recording.notes.append(f"{path}: what the visual servo was told is not known ({problem})")
+    return servo
+
+
+def image_file(recording: Recording, name: str) -> Path:
+    """Of images.csv; it may not lead out of the folder."""
+    path = (recording.folder / name).resolve()
+    if not path.is_relative_to(recording.folder.resolve()):
+        raise Missing(f"{name} lies outside of {recording.folder}")
+    return path

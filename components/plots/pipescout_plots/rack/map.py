@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rack from above with the path of the camera over it."""
+
+from __future__ import annotations
+
+import numpy
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse, Polygon, Rectangle
+
+from .. import style
+from ..csv_table import BadData
+from ..decimation import decimate
+from ..recording import Missing, Recording
+from .flight_data import Poses, read_poses, read_servo, read_truth_if_any
+from .rack_file import Rack, read_rack
+from .timeline import pieces, unique_legend
+
+PIPE = "#D9DEE2"
+PIPE_ABOVE = "#C3CBD1"
+EDGE = "#7C868E"
+SUPPORT = "#EDE3D2"
+MARGIN = 0.6
+"""Metres around rack and path."""
+ELLIPSES = 14
+
+
+def draw(recording: Recording) -> Figure:
+    poses = read_poses(recording)
+    truth = read_truth_if_any(recording)
+    try:
+        rack = read_rack(recording)
+    except Missing as reason:
+        recording.notes.append(f"map is drawn without the rack: {reason}")
+        rack = Rack([])
+    way_points = read_servo(recording).way_points
+    low, high = extent(rack, poses, way_points)
+    width = style.COLUMN - 0.55
+    height = width * (high[0] - low[0]) / (high[1] - low[1])
+    figure = style.figure(height + 0.62)
+    axes = figure.subplots()
+    draw_rack(axes, rack)
+    if truth is not None:
+        draw_path(axes, truth, color=style.BLACK, linewidth=0.5, linestyle=(0, (1.2, 2.2)), zorder=6,
+                  label="true")
+    draw_path(axes, poses, color=style.BLUE, linewidth=1.0, zorder=5, label="estimated")
+    _draw_ellipses(axes, poses)
+    draw_way_points(axes, way_points)
+    limit(axes, low, high)
+    axes.set_xlabel("along the flow, y [m]")
+    axes.set_ylabel("across, x [m]")
+    style.legend_above(figure, *unique_legend(axes), 4)
+    return figure
+
+
+def extent(rack: Rack, poses: Poses, way_points: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """Lowest and highest x and y of what is to be seen: the path, and the pipes along y. A pipe across is
+    cut off where these end."""
+    corners = [poses.positions[:, :2], way_points[:, :2]]
+    for pipe in rack.pipes:
+        ends = numpy.array([pipe.start[:2], (pipe.start + pipe.length * pipe.direction)[:2]])
+        if abs(pipe.direction[0]) > 0.5:
+            ends[:, 0] = corners[0][0, 0]
+        corners += [ends - pipe.largest_radius, ends + pipe.largest_radius]
+    points = numpy.concatenate(corners)
+    return points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+
+
+def limit(axes: Axes, low: numpy.ndarray, high: numpy.ndarray) -> None:
+    """Seen from above with the flow to the right, x points down."""
+    axes.set(xlim=(low[1], high[1]), ylim=(high[0], low[0]), aspect="equal")
+
+
+def draw_rack(axes: Axes, rack: Rack, names: bool = True) -> None:
+    for support in rack.supports:
+        size = support.highest - support.lowest
+        axes.add_patch(Rectangle((support.lowest[1], support.lowest[0]), size[1], size[0], facecolor=SUPPORT,
+                                 edgecolor=EDGE, linewidth=0.3, zorder=1 + 0.1 * support.highest[2]))
+    for pipe in rack.pipes:
+        aside = numpy.cross(pipe.direction, [0.0, 0.0, 1.0])
+        places = numpy.array([pipe.start + along * pipe.direction for along, _ in pipe.radii])
+        radii = numpy.array([[radius] for _, radius in pipe.radii])
+        outline = numpy.concatenate((places - radii * aside, (places + radii * aside)[::-1]))
+        higher = pipe.start[2] > 2 * pipe.largest_radius
+        axes.add_patch(Polygon(outline[:, [1, 0]], facecolor=PIPE_ABOVE if higher else PIPE,
+                               edgecolor=EDGE, linewidth=0.4, zorder=2 + 0.1 * float(places[:, 2].max())))
+        if names and abs(pipe.direction[1]) > 0.5:
+            axes.annotate(pipe.name, (places[0, 1], places[0, 0]), (3, 0), textcoords="offset points",
+                          va="center", fontsize=5, color=EDGE, zorder=4)
+        elif names:
+            axes.annotate(pipe.name, (places[0, 1], 1), (0, -2), xycoords=("data", "axes fraction"),
+                          textcoords="offset points", ha="center", va="top", fontsize=5, color=EDGE,
+                          zorder=4)
+
+
+def draw_path(axes: Axes, poses: Poses, **how) -> None:
+    for piece in pieces(poses.times):
+        points = poses.positions[piece]
+        # Thinned by time: each coordinate keeps its extremes.
+        kept = numpy.unique(numpy.concatenate([
+            decimate(numpy.arange(len(points)), points[:, k], style.GROUPS)[0] for k in (0, 1)]))
+        axes.plot(points[kept, 1], points[kept, 0], **how)
+
+
+def draw_way_points(axes: Axes, way_points: numpy.ndarray) -> None:
+    if not len(way_points):
+        return
+    axes.plot(way_points[:, 1], way_points[:, 0], "o", color=style.VERMILLION, markerfacecolor="white",
+              markersize=4, markeredgewidth=0.8, zorder=8, label="way-point")
+    numbers: dict[tuple[float, float], list[str]] = {}
+    for number, (x, y) in enumerate(way_points[:, :2].tolist(), 1):
+        numbers.setdefault((x, y), []).append(str(number))
+    for (x, y), texts in numbers.items():
+        axes.annotate(", ".join(texts), (y, x), (4, 3), textcoords="offset points", fontsize=6,
+                      color=style.VERMILLION, zorder=9)
+
+
+def _draw_ellipses(axes: Axes, poses: Poses) -> None:
+    """Of two standard deviations, magnified so that they can be seen."""
+    rows = numpy.unique(numpy.linspace(0, len(poses.times) - 1, ELLIPSES).astype(int))
+    deviations = poses.deviations[rows, :2]
+    rows = rows[numpy.isfinite(deviations).all(axis=1) & (deviations > 0).all(axis=1)]
+    if not rows.size:
+        return
+    times = magnification(poses.deviations[rows, :2])
+    for k, row in enumerate(rows):
+        sx, sy = poses.deviations[row, :2]
+        shared = numpy.nan_to_num(poses.correlation_xy[row]) * sx * sy
+        variances, axes_of = numpy.linalg.eigh([[sx * sx, shared], [shared, sy * sy]])
+        lengths = 4 * times * numpy.sqrt(numpy.maximum(variances, 0))
+        x, y = axes_of[:, 1]
+        axes.add_patch(Ellipse(poses.positions[row, 1::-1], lengths[1], lengths[0],
+                               angle=float(numpy.degrees(numpy.arctan2(x, y))), facecolor=style.SKY,
+                               alpha=0.45, zorder=4.5, linewidth=0,
+                               label=None if k else f"2σ, {times:.0f} times"))
+
+
+def magnification(deviations: numpy.ndarray) -> float:
+    """1, 2 or 5 times a power of ten that makes the larger ones about a fifth of a metre."""
+    wanted = 0.2 / (2 * float(numpy.median(deviations.max(axis=1))))
+    power = 10.0 ** numpy.floor(numpy.log10(max(wanted, 1.0)))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= max(wanted, 1.0)))

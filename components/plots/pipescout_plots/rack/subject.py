@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The subject `rack`: pictures of flights over a pipe rack."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from .. import style
+from ..drawing import Drawing
+from ..recording import Picture, Recording, find_recordings
+from . import animation, errors, flight, map, offsets, overlay
+
+DATA_FILES = ("pose.csv", "state.csv")
+PICTURES = (
+    Picture("flight", flight.draw),
+    Picture("errors", errors.draw),
+    Picture("offsets", offsets.draw),
+    Picture("overlay", overlay.draw),
+    Picture("map", map.draw),
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("result", type=Path, metavar="RESULT", help="a mission folder")
+    parser.add_argument("--out", type=Path, metavar="DIR",
+                        help="folder of the pictures; default: RESULT/pictures")
+    parser.add_argument("--format", choices=("svg", "png"), default="svg",
+                        help="the animation is GIF in any case")
+
+
+def run(options: argparse.Namespace) -> int:
+    mission: Path = options.result
+    style.begin()
+    if not mission.is_dir():
+        print(f"error: no mission folder '{mission}'", file=sys.stderr)
+        return 1
+    drawing = Drawing(options.out or mission / "pictures", options.format)
+    folders = find_recordings(mission, DATA_FILES)
+    if not folders:
+        print(f"no recorded flight over a rack below {mission}", file=sys.stderr)
+    notes: list[str] = []
+    for folder in folders:
+        recording = Recording(mission, folder, notes=notes)
+        prefix = ".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else ""
+        for picture in PICTURES:
+            drawing.draw(picture, recording, prefix)
+        drawing.write(f"{prefix}animation", "gif",
+                      lambda path, recording=recording: animation.write(recording, path))
+    return drawing.finish(list(dict.fromkeys(notes)))

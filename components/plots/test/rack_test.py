@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole command on small flights over a rack."""
+
+import contextlib
+import io
+import shutil
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import flights
+from PIL import Image
+from pipescout_plots import style
+from pipescout_plots.command_line import main
+from pipescout_plots.csv_table import BadData
+from pipescout_plots.rack import errors, offsets
+from pipescout_plots.rack.flight_data import read_servo
+from pipescout_plots.rack.overlay import read_images
+from pipescout_plots.recording import Missing, Recording
+
+PICTURES = {"flight", "errors", "offsets", "overlay", "map", "animation"}
+WITHOUT_RACK = {"flight", "errors", "offsets", "map"}
+
+
+def texts(file: Path) -> str:
+    return "".join(ElementTree.parse(file).getroot().itertext())
+
+
+class Rack(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.made = Path(folder.name) / "mission"
+        flights.flight(cls.made, seconds=24.0, rate=10.0, width=180, image_period=4.0)
+
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self._folder.cleanup)
+        self.mission = Path(self._folder.name) / "mission"
+        shutil.copytree(self.made, self.mission)
+        self.data = self.mission / "rack"
+        self._recordings: list[Recording] = []
+        style.begin()
+
+    def plot(self, *arguments, code=0):
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            self.assertEqual(main(["rack", *map(str, arguments)]), code, err.getvalue())
+        return {Path(line).stem: Path(line) for line in out.getvalue().splitlines()}, err.getvalue()
+
+    def recording(self) -> Recording:
+        self._recordings.append(Recording(self.mission, self.data))
+        return self._recordings[-1]
+
+    def notes(self) -> str:
+        return "\n".join(note for recording in self._recordings for note in recording.notes)
+
+    def replace(self, name: str, old: str, new: str):
+        path = self.data / name
+        content = path.read_text()
+        self.assertIn(old, content)
+        path.write_text(content.replace(old, new, 1))
+
+    def test_a_flight_gets_its_pictures(self):
+        files, err = self.plot(self.mission)
+        self.assertEqual(set(files), PICTURES)
+        self.assertEqual(err, "")
+        for name, file in files.items():
+            self.assertEqual(file.parent, self.mission / "pictures")
+            self.assertLess(file.stat().st_size, 3e6)
+            if name != "animation":
+                width = float(ElementTree.parse(file).getroot().get("width")[:-2])
+                self.assertAlmostEqual(width, 3.5 * 72)
+        self.assertEqual({file.name for file in (self.mission / "pictures").iterdir()},
+                         {file.name for file in files.values()}, "nothing else is left there")
+        for name, words in {
+                "flight": ("position [m]", "yaw [°]", "velocity [m/s]", "commanded", "estimated", "true",
+                           "no pose", "forward"),
+                "errors": ("across [mm]", "about up [°]", "±2σ as stated"),
+                "offsets": ("distance d̄ [cm]", "error [mm]", "P2", "P3", "P4"),
+                "overlay": ("model at the estimated pose", "44 × 44 pixels"),
+                "map": ("along the flow, y [m]", "way-point", "3, 4", "times", "P5")}.items():
+            for word in words:
+                self.assertIn(word, texts(files[name]), name)
+        self.assertNotIn("P1", texts(files["offsets"]), "it defines the frame")
+        with Image.open(files["animation"]) as animation:
+            self.assertEqual(animation.n_frames, 6)
+
+    def test_the_same_input_gives_the_same_bytes(self):
+        first, _ = self.plot(self.mission, "--out", self.mission / "first")
+        second, _ = self.plot(self.mission, "--out", self.mission / "second")
+        self.assertEqual({name: file.read_bytes() for name, file in first.items()},
+                         {name: file.read_bytes() for name, file in second.items()})
+
+    def test_png_has_the_size_and_sharpness_of_a_column(self):
+        for name in ("images.csv", "truth.csv", "offsets.csv"):
+            (self.data / name).unlink()
+        files, _ = self.plot(self.mission, "--format", "png")
+        self.assertEqual(set(files), {"flight", "map"})
+        with Image.open(files["map"]) as picture:
+            self.assertEqual(picture.width, 1050)
+
+    def test_a_real_flight_has_no_truth(self):
+        (self.data / "truth.csv").unlink()
+        (self.data / "true_offsets.csv").unlink()
+        files, err = self.plot(self.mission)
+        self.assertEqual(set(files), PICTURES - {"errors"})
+        self.assertIn("only a simulated flight knows", err)
+        self.assertIn("less its last value", texts(files["offsets"]))
+        self.assertNotIn("true", texts(files["flight"]))
+
+    def test_what_is_missing_is_said_and_the_rest_is_drawn(self):
+        for name in ("rack.yaml", "command.csv", "way_points.csv", "state.csv"):
+            (self.data / name).unlink()
+        (self.mission / "mission.yaml").unlink()
+        files, err = self.plot(self.mission)
+        self.assertEqual(set(files), WITHOUT_RACK)
+        for words in ("its recorder was not told the rack file", "drawn without commands",
+                      "way-points are not marked", "losses are not marked", "drawn without the rack"):
+            self.assertIn(words, err)
+        self.assertEqual(err.count("losses are not marked"), 1, "once, not for each picture")
+
+    def test_no_offsets_at_all(self):
+        (self.data / "offsets.csv").unlink()
+        self.assertEqual(read_images(self.recording()).lines(0)[0].pixels.shape[1], 2)
+        self.assertIn("where the rack file has them", self.notes())
+        with self.assertRaisesRegex(Missing, "no offsets.csv"):
+            offsets.draw(self.recording())
+
+    def test_bad_data_is_named_and_the_rest_is_drawn(self):
+        self.replace("offsets.csv", ",P1,", ",P1,x")
+        self.replace("rack.yaml", "radius: 0.15, length: 10, gap", "radius: -0.15, length: 10, gap")
+        files, err = self.plot(self.mission, code=1)
+        self.assertEqual(set(files), {"flight", "errors"})
+        self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is no number", err)
+        self.assertIn("rack.yaml: line 8: 'radius' is not above 0", err)
+
+    def test_a_pose_that_is_none_is_named(self):
+        lines = (self.data / "pose.csv").read_text().splitlines()
+        cells = lines[5].split(",")
+        cells[2] = "nan"
+        lines[5] = ",".join(cells)
+        (self.data / "pose.csv").write_text("\n".join(lines) + "\n")
+        files, err = self.plot(self.mission, code=1)
+        self.assertEqual(set(files), {"offsets"})
+        self.assertIn("pose.csv: line 6: column 'y': nan is no finite number", err)
+
+    def test_images_that_are_none(self):
+        path = self.data / "images" / "000000.pgm"
+        whole = path.read_bytes()
+        for content, words in ((whole[:-100], "21500 pixels, and its header says 180 x 120"),
+                               (b"", "no binary PGM"), (b"P5\n180 120\n65535\n", "of 8 bits"),
+                               (b"P5\n-1 120\n255\n", "no binary PGM"), (b"P6\n1 1\n255\nabc", "PGM")):
+            path.write_bytes(content)
+            with self.assertRaisesRegex(BadData, words):
+                read_images(self.recording()).read(self.recording(), 0)
+        path.unlink()
+        with self.assertRaisesRegex(BadData, "000000.pgm: No such file"):
+            read_images(self.recording()).read(self.recording(), 0)
+        self.replace("images.csv", "images/000000.pgm", "../../../etc/x.pgm")
+        with self.assertRaisesRegex(Missing, "lies outside of"):
+            read_images(self.recording()).read(self.recording(), 0)
+
+    def test_images_of_another_camera(self):
+        self.replace("camera.yaml", "image_width: 180", "image_width: 190")
+        with self.assertRaisesRegex(Missing, "another size than camera.yaml"):
+            read_images(self.recording()).read(self.recording(), 0)
+        self.replace("camera.yaml", "157.5", ".nan")
+        with self.assertRaisesRegex(BadData, "camera_matrix is not that of a camera"):
+            read_images(self.recording())
+        self.replace("camera.yaml", "camera_matrix", "matrix")
+        with self.assertRaisesRegex(BadData, "camera.yaml: no calibration as ROS writes it"):
+            read_images(self.recording())
+
+    def test_a_run_that_was_killed_is_drawn_up_to_there(self):
+        content = (self.data / "pose.csv").read_text()
+        (self.data / "pose.csv").write_text(content[:-25])
+        errors.draw(self.recording())
+        self.assertIn("has no line end and is left out", self.notes())
+
+    def test_a_mission_file_that_is_none(self):
+        (self.mission / "mission.yaml").write_text("components: [7]\n")
+        self.assertEqual(len(read_servo(self.recording()).way_points), 0)
+        self.assertIn("what the visual servo was told is not known", self.notes())
+
+    def test_several_flights_are_told_apart_by_their_folder(self):
+        for name in ("images.csv", "truth.csv", "offsets.csv"):
+            (self.data / name).unlink()
+        shutil.copytree(self.data, self.mission / "robot_2" / "rack")
+        files, _ = self.plot(self.mission)
+        self.assertEqual(set(files), {f"{folder}.{name}" for folder in ("rack", "robot_2.rack")
+                                      for name in ("flight", "map")})
+
+    def test_nothing_to_draw_is_an_error(self):
+        shutil.rmtree(self.data)
+        files, err = self.plot(self.mission, code=1)
+        self.assertEqual(files, {})
+        self.assertIn("no recorded flight over a rack below", err)
+        _, err = self.plot(self.mission / "gone", code=1)
+        self.assertIn("no mission folder", err)
+
+    def test_a_flight_is_no_matter_of_odometry(self):
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            self.assertEqual(main(["odometry", str(self.mission)]), 1)
+        self.assertIn("no recorded data below", err.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()
