@@ -86,7 +86,7 @@ class Rack(unittest.TestCase):
                 self.assertIn(word, texts(files[name]), name)
         self.assertNotIn("P1", texts(files["offsets"]), "it defines the frame")
         with Image.open(files["animation"]) as animation:
-            self.assertEqual(animation.n_frames, 6)
+            self.assertEqual(animation.n_frames, 5, "one of the six images has no pose")
 
     def test_the_same_input_gives_the_same_bytes(self):
         first, _ = self.plot(self.mission, "--out", self.mission / "first")
