@@ -23,7 +23,7 @@ double default_width(RobustKernel kernel) noexcept {
 double covariance_factor(RobustKernel kernel, double width, int dimensions) noexcept {
   // Midpoint rule on the density of the norm: half-normal for one dimension, Rayleigh for two. Its
   // constant cancels.
-  constexpr int kSteps = 2000;
+  constexpr int kSteps = 4000;
   constexpr double kEnd = 10;
   constexpr double kStep = kEnd / kSteps;
   double weight = 0, slope = 0, square = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <random>
+#include <string>
 #include <vector>
 
 #include "pipescout/rack_vision/pose_solver.hpp"
@@ -35,7 +36,7 @@ inline RackModel row_rack(int count) {
   std::vector<RowPipe> row{{"a", {{0, 0.15}, {4.8, 0.15}, {5.2, 0.2}, {10, 0.2}}}};
   for (int i = 1; i < count; ++i) {
     const double radius = 0.15 + 0.01 * i;
-    row.push_back({"b" + std::to_string(i), {{0, radius}, {10, radius}}});
+    row.push_back({std::string(1, static_cast<char>('a' + i)), {{0, radius}, {10, radius}}});
   }
   RackModel model;
   model.pipes = row_of_pipes(row);

@@ -58,11 +58,22 @@ struct InPipeExtent {
   double curve_length = 1000.0;     ///< m, at each other signal-to-noise ratio
 };
 
+/// How much is simulated for the figures over a pipe rack.
+struct RackExtent {
+  std::size_t every_frame = 1;           ///< of Table I: only each n-th
+  std::size_t first_pose_trials = 1000;  ///< in all
+};
+
 // The tables.
 Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
 /// The same with less, for tests.
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, const InPipeExtent& extent,
                                std::ostream& out);
+
+Reproduction reproduce_rack(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& extent,
+                            std::ostream& out);
 
 }  // namespace pipescout::host

@@ -13,6 +13,9 @@ std::span<const ReproducibleTable> reproducible_tables() {
       ReproducibleTable{"in-pipe",
                         "Figures of odometry, weld detection, positioning and alignment in a pipe",
                         true, reproduce_in_pipe},
+      ReproducibleTable{"rack",
+                        "Table I and the figures of Lippiello and Cacace: a UAV over a pipe rack",
+                        true, reproduce_rack},
   };
   return kTables;
 }

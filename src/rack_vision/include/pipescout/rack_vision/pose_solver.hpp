@@ -34,7 +34,7 @@ struct EdgeSample {
   std::uint8_t candidate_count = 1;  ///< 1 to 3 of `candidates` are used
   /// Ideal pixels (no distortion). The solver takes the one nearest to the line, anew with each
   /// iteration.
-  std::array<Eigen::Vector2d, kMaxCandidates> candidates;
+  std::array<Eigen::Vector2d, kMaxCandidates> candidates{};
   double sigma = 1;  ///< standard deviation across the edge, pixels, > 0
 };
 
@@ -115,16 +115,16 @@ struct PoseSolverParameters {
 };
 
 struct PoseProblem {
-  geometry::SE3 T_camera_rack;        ///< H, first guess
-  std::span<const EdgeSample> edges;  ///< samples of one edge one after the other
-  std::span<const PointObservation> points;
-  std::optional<PosePrior> pose_prior;
+  geometry::SE3 T_camera_rack;          ///< H, first guess
+  std::span<const EdgeSample> edges{};  ///< samples of one edge one after the other
+  std::span<const PointObservation> points{};
+  std::optional<PosePrior> pose_prior{};
   /// Belief before this image. The solution holds the belief after it: nothing is counted twice
   /// when that, made wider by what may have changed in between, is the next belief. See
   /// `OffsetFilter`.
-  OffsetBelief offsets;
+  OffsetBelief offsets{};
   /// Set: they are estimated too, by the same rule.
-  std::optional<IntrinsicsBelief> intrinsics;
+  std::optional<IntrinsicsBelief> intrinsics{};
 };
 
 enum class PoseStatus : std::uint8_t {
@@ -163,7 +163,7 @@ struct PoseSolution {
   /// when it is there; deviation 0: not compared.
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
-  std::optional<IntrinsicsBelief> intrinsics;
+  std::optional<IntrinsicsBelief> intrinsics{};
 
   std::vector<EdgeSupport> edges;  ///< in the order of the samples
   std::size_t samples = 0;         ///< edge samples that could be used

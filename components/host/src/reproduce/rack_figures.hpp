@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+
+#include "reproduce/figure_rows.hpp"
+#include "reproduce/reproduce.hpp"
+#include "reproduce/stage_progress.hpp"
+
+/// The groups of figures of `pipescout reproduce rack`, one source file each.
+namespace pipescout::host {
+
+/// What the groups share.
+struct RackReproduction {
+  const ReproduceOptions& options;
+  const RackExtent& extent;
+  std::ostream& out;
+  Reproduction& result;
+  FigureRows& rows;
+  StageProgress& progress;
+  std::vector<std::uint64_t> seeds;
+};
+
+/// Where edges and points are seen is given, with the errors of a detector: the paper's simulation.
+void reproduce_rack_features(RackReproduction& run);
+
+}  // namespace pipescout::host
