@@ -27,7 +27,7 @@ MEASURES = (
 
 def draw_curve(recording: Recording) -> Figure:
     """Welds found, false alarms and error of the weld detector over the signal-to-noise ratio."""
-    curves = detector_curves(_rows(recording.mission))
+    curves = detector_curves(read_rows(recording.mission))
     shown = [measure for measure in MEASURES if measure[0] in curves]
     if not shown:
         raise Missing(f"{recording.mission} has no rows of the weld detector at several dB")
@@ -49,16 +49,16 @@ def detector_curves(rows: list[dict]) -> dict[str, list[tuple[float, float, list
     curves: dict[str, list[tuple[float, float, list[float]]]] = {}
     for row in rows:
         found = DECIBELS.search(str(row.get("study", "")))
-        value = _number(row.get("value"))
+        value = number_of(row.get("value"))
         if found and math.isfinite(value):
-            seeds = [_number(seed) for seed in row.get("per_seed") or []]
+            seeds = [number_of(seed) for seed in row.get("per_seed") or []]
             curves.setdefault(str(row.get("measure")), []).append((float(found[1]), value, seeds))
     return {measure: sorted(points) for measure, points in curves.items() if len(points) > 1}
 
 
 def draw_figures(recording: Recording) -> Figure:
     """The figures as a table: over all seeds, the mean of the seeds, their worst."""
-    rows = [row for row in _rows(recording.mission) if row.get("figure")]
+    rows = [row for row in read_rows(recording.mission) if row.get("figure")]
     if not rows:
         raise Missing(f"{recording.mission} has no rows with figures")
     figure = style.figure(0.135 * (len(rows) + 1) + 0.1)
@@ -90,7 +90,8 @@ def _draw_curve(axes: Axes, points: list[tuple[float, float, list[float]]], fact
     axes.set_axisbelow(True)
 
 
-def _rows(path: Path) -> list[dict]:
+def read_rows(path: Path) -> list[dict]:
+    """Of what `pipescout reproduce TABLE --json` wrote. Raises BadData."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as problem:
@@ -101,10 +102,11 @@ def _rows(path: Path) -> list[dict]:
     return rows
 
 
-def _number(value: object) -> float:
+def number_of(value: object) -> float:
+    """NaN for what is no number."""
     return float(value) if isinstance(value, (int, float)) else math.nan
 
 
 def _cell(value: object) -> str:
-    number = _number(value)
+    number = number_of(value)
     return f"{number:.4g}" if math.isfinite(number) else "\N{EN DASH}"

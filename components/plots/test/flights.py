@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -246,3 +247,22 @@ def render(position, rotation, camera: dict):
         depth = numpy.where(hit, t, depth)
     chance = numpy.random.default_rng(int(1e6 * abs(position[0])))
     return numpy.clip(grey + chance.normal(0, 2, grey.shape), 0, 255).astype(numpy.uint8)
+
+
+def reproduction(path: Path) -> Path:
+    """As `pipescout reproduce rack --json` writes it."""
+    rows = []
+    for samples in (50, 20):
+        study = f"Table I: quantised pixels, 2 px of noise, {samples} samples an edge, each frame by itself"
+        for pipes in (2, 3, 4, 5):
+            for points in (10, 20, 30, 40, 50):
+                position = 0.04 / numpy.sqrt(points * pipes / 20 + samples / 20)
+                rows.append({"study": study, "pipes": pipes, "points": points, "position_m": position,
+                             "position_m_sd": 0.1 * position, "paper_position_m": 0.15 - 0.001 * points,
+                             "position_bound_rms_m": 1.1 * position, "orientation_deg": 10 * position,
+                             "orientation_deg_sd": position, "paper_orientation_deg": 2 - 0.025 * points,
+                             "orientation_bound_rms_deg": 11 * position, "ratio_to_bound": 1.05,
+                             "frames": 1000, "frames_without_points": 3})
+        rows.append({"figure": "table1_cells_half_of_paper", "study": study + ": cells", "value": 20})
+    path.write_text(json.dumps({"figures": {}, "rows": rows, "seeds": [1, 2]}))
+    return path

@@ -199,7 +199,23 @@ class Rack(unittest.TestCase):
         self.assertEqual(files, {})
         self.assertIn("no recorded flight over a rack below", err)
         _, err = self.plot(self.mission / "gone", code=1)
-        self.assertIn("no mission folder", err)
+        self.assertIn("no mission folder or file", err)
+
+    def test_a_reproduction(self):
+        file = flights.reproduction(Path(self._folder.name) / "rack.json")
+        files, err = self.plot(file)
+        self.assertEqual(set(files), {"table1", "figures"})
+        self.assertEqual(err, "")
+        for words in ("2 pipes", "5 pipes", "paper", "ours, 20 samples", "ours, 50 samples",
+                      "bound, 20 samples", "position [cm]"):
+            self.assertIn(words, texts(files["table1"]))
+        self.assertIn("table1_cells_half_of_paper", texts(files["figures"]))
+        file.write_text('{"rows": [{"study": "Table I: 20 samples an edge", "pipes": "x"}]}')
+        _, err = self.plot(file, code=1)
+        self.assertIn("has no rows of Table I", err)
+        file.write_text("[]")
+        _, err = self.plot(file, code=1)
+        self.assertIn("no list 'rows'", err)
 
     def test_a_flight_is_no_matter_of_odometry(self):
         out, err = io.StringIO(), io.StringIO()

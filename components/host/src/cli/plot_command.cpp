@@ -103,7 +103,7 @@ void add_rack(CLI::App& plot, Action& action) {
   auto options = std::make_shared<PlotOptions>();
   auto* subject =
       add_subject(plot, "rack", "Flights over a pipe rack; prints the path of each picture",
-                  "Mission folder", *options);
+                  "Mission folder, or the JSON file of `pipescout reproduce rack`", *options);
   subject->callback([=, &action] { action = [=] { return draw_subject("rack", *options, {}); }; });
 }
 

@@ -7,10 +7,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from .. import style
+from .. import reproduction, style
 from ..drawing import Drawing
 from ..recording import Picture, Recording, find_recordings
-from . import animation, errors, flight, map, offsets, overlay
+from . import animation, errors, flight, map, offsets, overlay, table1
 
 DATA_FILES = ("pose.csv", "state.csv")
 PICTURES = (
@@ -20,10 +20,15 @@ PICTURES = (
     Picture("overlay", overlay.draw),
     Picture("map", map.draw),
 )
+REPRODUCTION = (
+    Picture("table1", table1.draw),
+    Picture("figures", reproduction.draw_figures),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("result", type=Path, metavar="RESULT", help="a mission folder")
+    parser.add_argument("result", type=Path, metavar="RESULT",
+                        help="a mission folder, or the JSON file of `pipescout reproduce rack`")
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="folder of the pictures; default: RESULT/pictures")
     parser.add_argument("--format", choices=("svg", "png"), default="svg",
@@ -31,11 +36,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    mission: Path = options.result
+    result: Path = options.result
     style.begin()
-    if not mission.is_dir():
-        print(f"error: no mission folder '{mission}'", file=sys.stderr)
-        return 1
+    if result.is_dir():
+        return _draw_mission(result, options)
+    if result.is_file():
+        drawing = Drawing(options.out or result.parent / "pictures", options.format)
+        for picture in REPRODUCTION:
+            drawing.draw(picture, Recording(result, result.parent))
+        return drawing.finish([])
+    print(f"error: no mission folder or file '{result}'", file=sys.stderr)
+    return 1
+
+
+def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
     drawing = Drawing(options.out or mission / "pictures", options.format)
     folders = find_recordings(mission, DATA_FILES)
     if not folders:
