@@ -44,11 +44,30 @@ TEST(Reproduce, OdometryGivesThePapersTable) {
 }
 
 TEST(Reproduce, ListsItsTables) {
-  ASSERT_EQ(reproducible_tables().size(), 2U);
+  ASSERT_EQ(reproducible_tables().size(), 3U);
   EXPECT_EQ(reproducible_tables()[0].name, "odometry");
   EXPECT_FALSE(reproducible_tables()[0].simulates);
   EXPECT_EQ(reproducible_tables()[1].name, "in-pipe");
   EXPECT_TRUE(reproducible_tables()[1].simulates);
+  EXPECT_EQ(reproducible_tables()[2].name, "rack");
+  EXPECT_TRUE(reproducible_tables()[2].simulates);
+}
+
+TEST(Reproduce, FliesOverTheRack) {
+  std::ostringstream out;
+  const auto result =
+      reproduce_rack({.seeds = 1}, RackExtent{.every_frame = 30, .first_pose_trials = 10}, out);
+  for (const char* figure :
+       {"ideal_position_rms_m", "ideal_orientation_rms_deg", "table1_cells_half_of_paper",
+        "table1_cells_above_paper", "table1_worst_ratio_to_bound", "offsets_ideal_frames_to_1mm",
+        "offsets_noise_error_m", "offsets_nees", "outlier30_position_ratio",
+        "features_silent_wrong_pose"}) {
+    EXPECT_TRUE(result.figures.contains(figure)) << figure;
+  }
+  EXPECT_LE(result.figures["ideal_position_rms_m"].get<double>(), 0.001);
+  EXPECT_EQ(result.figures["features_silent_wrong_pose"].get<double>(), 0);
+  EXPECT_EQ(result.seeds.size(), 1U);
+  EXPECT_THAT(out.str(), HasSubstr("Table I"));
 }
 
 constexpr InPipeExtent kShort{.run_length = 1000.0,
