@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <pipescout/geometry/camera.hpp>
+#include <pipescout/geometry/se3.hpp>
+#include <pipescout/simulation/dryden_wind.hpp>
+#include <pipescout/simulation/rack_image.hpp>
+#include <pipescout/simulation/rack_image_light.hpp>
+#include <pipescout/simulation/uav.hpp>
+#include <span>
+
+namespace pipescout {
+
+struct RackFlightParameters {
+  simulation::RackScene scene{};  ///< its seed is `seed`
+  geometry::CameraParameters camera{};
+  simulation::ImageSensor sensor{};
+  simulation::RackLightParameters light{};
+  simulation::DrydenWindParameters wind{};  ///< its period is ten steps of the UAV
+  simulation::UavParameters uav{};
+  geometry::SE3 T_base_camera{};
+  Eigen::Vector3d start_position = Eigen::Vector3d::Zero();  ///< m, of the UAV in the rack frame
+  double start_yaw = 0.0;                                    ///< rad
+  std::uint64_t seed = 1;
+};
+
+/// A UAV in gusts over a rack, and what its camera sees. Pure; the same parameters and commands
+/// give the same bits. Not thread-safe.
+class RackFlight {
+ public:
+  /// Throws std::invalid_argument naming the field when a parameter is out of range.
+  explicit RackFlight(const RackFlightParameters& parameters);
+
+  /// From now on.
+  void command(const simulation::UavCommand& command) { uav_.command(command); }
+  /// Flies on to a time, s from the start, to the nearest step of 1 ms; nothing for one that has
+  /// passed.
+  void fly_until(double time);
+  /// The image that is exposed about now, number `frame`: width * height bytes, by rows. Throws
+  /// std::invalid_argument when `grey` has another size.
+  void render(std::uint64_t frame, std::span<std::uint8_t> grey);
+
+  [[nodiscard]] geometry::SE3 T_rack_camera() const;
+  /// Of the camera against the rack, in its own frame: [linear m/s; angular rad/s].
+  [[nodiscard]] geometry::Vector6d camera_velocity() const;
+  [[nodiscard]] const simulation::UavState& uav() const noexcept { return uav_.state(); }
+  [[nodiscard]] std::size_t bad_commands() const noexcept { return uav_.bad_commands(); }
+
+ private:
+  geometry::SE3 T_base_camera_;
+  simulation::DrydenWind wind_;
+  simulation::Uav uav_;
+  simulation::ChangingRackLight light_;
+  simulation::RackImageRenderer renderer_;
+  simulation::WindSample gust_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_simulation/rack_flight.hpp"
+
+#include <cmath>
+
+namespace pipescout {
+
+namespace {
+
+using simulation::Uav;
+
+constexpr std::uint64_t kStepsPerGust = 10;
+
+simulation::RackScene seeded_scene(const RackFlightParameters& parameters) {
+  simulation::RackScene scene = parameters.scene;
+  scene.seed = parameters.seed;
+  return scene;
+}
+
+simulation::DrydenWindParameters sampled_wind(const RackFlightParameters& parameters) {
+  simulation::DrydenWindParameters wind = parameters.wind;
+  wind.period = static_cast<double>(kStepsPerGust) * Uav::kStep;
+  return wind;
+}
+
+Eigen::Vector3d mean_wind(const RackFlightParameters& parameters) {
+  const double speed = simulation::dryden_model(parameters.wind).mean_speed;
+  const double direction = parameters.wind.direction;
+  return speed * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+}
+
+}  // namespace
+
+RackFlight::RackFlight(const RackFlightParameters& parameters)
+    : T_base_camera_(parameters.T_base_camera),
+      wind_(sampled_wind(parameters), parameters.seed),
+      uav_(parameters.uav, parameters.start_position, parameters.start_yaw, mean_wind(parameters),
+           parameters.seed),
+      light_(parameters.light, parameters.seed),
+      renderer_(seeded_scene(parameters), geometry::Camera(parameters.camera), parameters.sensor) {}
+
+void RackFlight::fly_until(double time) {
+  const auto wanted = static_cast<std::int64_t>(std::llround(time / Uav::kStep));
+  while (static_cast<std::int64_t>(steps_) < wanted) {
+    if (steps_ % kStepsPerGust == 0) {
+      gust_ = wind_.next();
+    }
+    uav_.step(gust_);
+    ++steps_;
+  }
+}
+
+void RackFlight::render(std::uint64_t frame, std::span<std::uint8_t> grey) {
+  renderer_.render({.T_camera_rack = T_rack_camera().inverse(),
+                    .velocity = camera_velocity(),
+                    .light = light_.at(uav_.state().time),
+                    .frame = frame},
+                   grey);
+}
+
+geometry::SE3 RackFlight::T_rack_camera() const {
+  return uav_.state().T_rack_body * T_base_camera_;
+}
+
+geometry::Vector6d RackFlight::camera_velocity() const {
+  const simulation::UavState& state = uav_.state();
+  const geometry::SO3 R_camera_base = T_base_camera_.rotation().inverse();
+  geometry::Vector6d velocity;
+  velocity << R_camera_base * (state.T_rack_body.rotation().inverse() * state.velocity +
+                               state.angular_rate.cross(T_base_camera_.translation())),
+      R_camera_base * state.angular_rate;
+  return velocity;
+}
+
+}  // namespace pipescout
