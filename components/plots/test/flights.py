@@ -90,8 +90,8 @@ def flight(mission: Path, **how) -> Path:
     write_csv(data / "command.csv", ["stamp"] + [f"{kind}_{axis}" for kind in ("linear", "angular")
                                                  for axis in "xyz"],
               [(f"{START + time:.9f}", *row) for time, row in zip(times, command)])
-    write_csv(data / "way_points.csv", ["stamp", "reached", "of"],
-              [(f"{START + time:.9f}", k, 4) for k, time in
+    write_csv(data / "way_points.csv", ["stamp", "done", "of", "message"],
+              [(f"{START + time:.9f}", k, 4, f'"{k} of 4 way-points reached, 0 missed"') for k, time in
                enumerate(numpy.linspace(0.05, 0.95, 4) * options.seconds, 1)])
     _write_images(data, times, position, rotations, camera, options)
     return data

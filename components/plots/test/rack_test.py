@@ -10,12 +10,13 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import flights
+import numpy
 from PIL import Image
 from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.csv_table import BadData
 from pipescout_plots.rack import errors, offsets
-from pipescout_plots.rack.flight_data import read_servo
+from pipescout_plots.rack.flight_data import Poses, read_servo
 from pipescout_plots.rack.overlay import read_images
 from pipescout_plots.recording import Missing, Recording
 
@@ -184,6 +185,15 @@ class Rack(unittest.TestCase):
         (self.mission / "mission.yaml").write_text("components: [7]\n")
         self.assertEqual(len(read_servo(self.recording()).way_points), 0)
         self.assertIn("what the visual servo was told is not known", self.notes())
+
+    def test_a_camera_beside_the_middle_of_the_vehicle(self):
+        mission = self.mission / "mission.yaml"
+        mission.write_text(mission.read_text()
+                           + "      camera: {position: [0.1, 0, -0.05], roll_pitch_yaw: [3.14159265359, 0, 0]}\n")
+        servo = read_servo(self.recording())
+        self.assertEqual(servo.way_points.shape, (4, 4))
+        camera = Poses(numpy.zeros(1), numpy.array([[1.0, 2.0, 3.0]]), numpy.array([[1.0, 0, 0, 0]]))
+        numpy.testing.assert_allclose(servo.vehicle(camera).positions, [[0.9, 2.0, 3.05]], atol=1e-9)
 
     def test_several_flights_are_told_apart_by_their_folder(self):
         for name in ("images.csv", "truth.csv", "offsets.csv"):

@@ -19,8 +19,8 @@ namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 
 /// Of the tangent space, in the order of ROS covariances.
 constexpr std::array kAxes{"x", "y", "z", "rotation_x", "rotation_y", "rotation_z"};
-/// Characters of a reason that are kept.
-constexpr std::size_t kLongestReason = 200;
+/// Characters of a text that are kept.
+constexpr std::size_t kLongestText = 200;
 
 std::string stamp_text(Time stamp) {
   return format_stamp(stamp.time_since_epoch());
@@ -47,7 +47,7 @@ void append_short(std::string& line, double value) {
 
 /// RFC 4180, on one line.
 std::string quoted(std::string text) {
-  text.resize(std::min(text.size(), kLongestReason));
+  text.resize(std::min(text.size(), kLongestText));
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
   if (text.find_first_of(",\"") == std::string::npos) {
@@ -172,14 +172,14 @@ std::string command_csv_line(const geometry_msgs::msg::TwistStamped& message) {
 }
 
 std::string way_point_csv_header() {
-  return "stamp,reached,of";
+  return "stamp,done,of,message";
 }
 
 std::string way_point_csv_line(const pipescout_msgs::msg::MissionStatus& message) {
   std::string line = stamp_text(from_message(message.header().stamp()));
   append(line, std::uint64_t{message.done()});
   append(line, std::uint64_t{message.total()});
-  return line;
+  return line + "," + quoted(message.message());
 }
 
 std::string image_csv_header() {

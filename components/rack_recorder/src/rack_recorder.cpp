@@ -78,7 +78,7 @@ CallbackReturn RackRecorder::on_configure() {
   last_image_.reset();
   images_ = 0;
   calibration_.clear();
-  way_points_reached_.reset();
+  way_points_done_.reset();
   open_recording();
   copy_rack_file();
   pose_subscription_ = record(topics::kRackPose, "pose", &RackRecorder::on_pose);
@@ -213,11 +213,11 @@ void RackRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
 }
 
 void RackRecorder::on_progress(const pipescout_msgs::msg::MissionStatus& status) {
-  if (status.total() == 0 || way_points_reached_ == status.done()) {
+  if (status.total() == 0 || way_points_done_ == status.done()) {
     return;
   }
-  way_points_reached_ = status.done();
-  report_->set_way_points(status.done(), status.total());
+  way_points_done_ = status.done();
+  report_->set_way_points(status.done(), status.total(), status.message());
   file(way_points_file_, "way_points.csv", way_point_csv_header())
       .write(way_point_csv_line(status));
 }

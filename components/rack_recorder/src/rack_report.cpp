@@ -120,9 +120,10 @@ void RackReport::add_state(Time stamp, bool tracking, std::uint64_t losses) {
   states_since_tracked_ = 0;
 }
 
-void RackReport::set_way_points(std::uint64_t reached, std::uint64_t of) noexcept {
-  way_points_reached_ = reached;
+void RackReport::set_way_points(std::uint64_t done, std::uint64_t of, const std::string& text) {
+  way_points_done_ = done;
   way_points_ = of;
+  way_points_text_ = text;
 }
 
 MissionSection RackReport::section(const std::string& figure_prefix) const {
@@ -144,7 +145,7 @@ MissionSection RackReport::section(const std::string& figure_prefix) const {
   set("longest_loss_s", std::round(to_seconds(longest_without_) * 1e3) / 1e3);
   if (way_points_ > 0) {
     set("way_points", static_cast<double>(way_points_));
-    set("way_points_reached", static_cast<double>(way_points_reached_));
+    set("way_points_done", static_cast<double>(way_points_done_));
   }
   if (position_.errors.count() > 0) {
     add_table(section);
@@ -195,6 +196,9 @@ void RackReport::add_notes(MissionSection& section) const {
                   " poses against the truth of the simulation; the standard deviation is the root "
                   "of the mean variance."
             : "There is no truth at the times of the poses to compare them with.");
+  }
+  if (!way_points_text_.empty()) {
+    section.notes.push_back("The source: " + way_points_text_ + ".");
   }
   if (losses_ > 0) {
     section.notes.push_back("The pose was lost " + std::to_string(losses_) + " times.");

@@ -73,8 +73,9 @@ TEST(CsvLines, CommandWayPointAndImage) {
   pipescout_msgs::msg::MissionStatus status;
   status.done(1);
   status.total(4);
+  status.message("1 of 4 reached");
   EXPECT_EQ(columns(way_point_csv_line(status)), columns(way_point_csv_header()));
-  EXPECT_EQ(way_point_csv_line(status), "0.000000000,1,4");
+  EXPECT_EQ(way_point_csv_line(status), "0.000000000,1,4,1 of 4 reached");
   EXPECT_EQ(columns(image_csv_header()), 2);
   EXPECT_EQ(image_csv_line({}, "images/000000.pgm"), "0.000000000,images/000000.pgm");
 }

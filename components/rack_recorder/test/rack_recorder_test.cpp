@@ -155,7 +155,7 @@ TEST_F(RackRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_EQ(own_status()->state(), status::COMPLETE);
   EXPECT_THAT(own_status()->message(), HasSubstr("1 poses and 1 images"));
   EXPECT_THAT(section(), HasSubstr("\"rack_position_median_m\""));
-  EXPECT_THAT(section(), HasSubstr("\"rack_way_points_reached\": 4"));
+  EXPECT_THAT(section(), HasSubstr("\"rack_way_points_done\": 4"));
   EXPECT_TRUE(harness_.shutdown(recorder).success);
 }
 

@@ -99,9 +99,10 @@ TEST(RackReport, CountsLossesAndHowLongTheyLast) {
 TEST(RackReport, WayPoints) {
   RackReport report;
   EXPECT_EQ(report.section("").figures.count("rack_way_points"), 0U);
-  report.set_way_points(3, 4);
+  report.set_way_points(3, 4, "2 reached, 1 missed");
   EXPECT_EQ(report.section("").figures.at("rack_way_points"), 4.0);
-  EXPECT_EQ(report.section("").figures.at("rack_way_points_reached"), 3.0);
+  EXPECT_EQ(report.section("").figures.at("rack_way_points_done"), 3.0);
+  EXPECT_THAT(report.section("").notes, Contains(HasSubstr("2 reached, 1 missed")));
 }
 
 TEST(RackReport, StaysSmall) {

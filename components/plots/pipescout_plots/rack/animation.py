@@ -62,8 +62,9 @@ def _colours() -> list[int]:
 
 
 def _frames(recording: Recording, images: Images, count: int) -> list[Image.Image]:
-    way_points = read_servo(recording).way_points
-    low, high = extent(images.rack, images.poses, way_points)
+    servo = read_servo(recording)
+    vehicle = servo.vehicle(images.poses)
+    low, high = extent(images.rack, vehicle, servo.way_points)
     aspect = images.camera.height / images.camera.width
     below = (high[0] - low[0]) / (high[1] - low[1])
     result = []
@@ -81,22 +82,23 @@ def _frames(recording: Recording, images: Images, count: int) -> list[Image.Imag
         lower = figure.add_axes((0, 0, 1, 1 - share))
         lower.set_axis_off()
         draw_rack(lower, images.rack, names=False)
-        draw_way_points(lower, way_points)
-        draw_path(lower, _until(images, number), color=style.BLUE, linewidth=1.2, zorder=5)
+        draw_way_points(lower, servo.way_points)
+        draw_path(lower, _until(vehicle, images.rows[number]), color=style.BLUE, linewidth=1.2, zorder=5)
         _draw_camera(lower, images, number)
+        lower.plot(*vehicle.positions[images.rows[number], 1::-1], "o", color=style.BLUE, markersize=4,
+                   zorder=7)
         limit(lower, low, high)
         canvas.draw()
         result.append(Image.fromarray(numpy.asarray(canvas.buffer_rgba())).convert("RGB"))
     return result
 
 
-def _until(images: Images, number: int) -> Poses:
-    end = images.rows[number] + 1
-    return replace(images.poses, times=images.poses.times[:end], positions=images.poses.positions[:end])
+def _until(poses: Poses, row: int) -> Poses:
+    return replace(poses, times=poses.times[:row + 1], positions=poses.positions[:row + 1])
 
 
 def _draw_camera(axes: Axes, images: Images, number: int) -> None:
-    """Where it is, and what it sees of the plane on which the pipes rest."""
+    """What it sees of the plane on which the pipes rest."""
     row = images.rows[number]
     position = images.poses.positions[row]
     corners = numpy.array([[0, 0, 1], [images.camera.width, 0, 1],
@@ -105,4 +107,3 @@ def _draw_camera(axes: Axes, images: Images, number: int) -> None:
     if (rays[:, 2] < -0.1).all():
         seen = position - rays * (position[2] / rays[:, 2])[:, None]
         axes.add_patch(Polygon(seen[:, [1, 0]], fill=False, edgecolor=style.ORANGE, linewidth=1.0, zorder=6))
-    axes.plot(position[1], position[0], "o", color=style.BLUE, markersize=4, zorder=7)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy
@@ -127,20 +127,20 @@ def untracked(recording: Recording) -> list[tuple[float, float]]:
     return result if begin is None else [*result, (begin, float(stamps[-1]))]
 
 
-def reached_way_points(recording: Recording) -> list[tuple[float, int]]:
-    """When each way-point was reached, and its number from 1. Raises BadData."""
+def done_way_points(recording: Recording) -> list[tuple[float, int]]:
+    """When each way-point was reached or given up, and its number from 1. Raises BadData."""
     try:
-        table = recording.table("way_points.csv", "its source counts none", ["stamp", "reached"])
+        table = recording.table("way_points.csv", "its source counts none", ["stamp", "done"])
     except Missing as reason:
         recording.notes.append(f"way-points are not marked: {reason}")
         return []
     table.require_rising("stamp")
     result: list[tuple[float, int]] = []
     before = 0
-    for stamp, reached in zip(table.numbers["stamp"].tolist(), table.numbers["reached"].tolist()):
-        if numpy.isfinite(reached) and reached > before:
-            result.append((stamp, int(reached)))
-            before = reached
+    for stamp, done in zip(table.numbers["stamp"].tolist(), table.numbers["done"].tolist()):
+        if numpy.isfinite(done) and done > before:
+            result.append((stamp, int(done)))
+            before = done
     return result
 
 
@@ -151,17 +151,24 @@ class Servo:
     way_points: numpy.ndarray
     """(n, 4): x, y, z of the vehicle in the rack frame, yaw."""
     R_base_camera: numpy.ndarray
+    camera_position: numpy.ndarray
+    """In the vehicle's frame, metres."""
+
+    def vehicle(self, poses: Poses) -> Poses:
+        """The path of the vehicle whose camera these poses are of."""
+        bases = poses.rotations @ self.R_base_camera.T
+        return replace(poses, positions=poses.positions - bases @ self.camera_position)
 
 
 def read_servo(recording: Recording) -> Servo:
     """Without a mission.yaml, or with several servos: no way-points and a camera that looks down."""
-    servo = Servo(numpy.empty((0, 4)), rotations.DOWNWARD_CAMERA)
+    servo = Servo(numpy.empty((0, 4)), rotations.DOWNWARD_CAMERA, numpy.zeros(3))
     path = recording.mission / "mission.yaml"
     if not path.is_file():
         return servo
     try:
         mission = yaml.safe_load(path.read_text(encoding="utf-8"))
-        found = [component.get("parameters") or {} for component in mission["components"]
+        found = [_flat(component.get("parameters") or {}) for component in mission["components"]
                  if component["type"] == "pipescout::VisualServo"]
         if len(found) != 1:
             return servo
@@ -169,10 +176,24 @@ def read_servo(recording: Recording) -> Servo:
         angles = found[0].get("camera.roll_pitch_yaw") or []
         if len(angles) == 3:
             servo.R_base_camera = rotations.from_roll_pitch_yaw(*map(float, angles))
+        place = found[0].get("camera.position") or []
+        if len(place) == 3:
+            servo.camera_position = numpy.array(place, dtype=float)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError,
             AttributeError) as problem:
         recording.notes.append(f"{path}: what the visual servo was told is not known ({problem})")
     return servo
+
+
+def _flat(parameters: dict, prefix: str = "") -> dict:
+    """Nested maps are parameters with dots in their names."""
+    result = {}
+    for name, value in parameters.items():
+        if isinstance(value, dict):
+            result.update(_flat(value, f"{prefix}{name}."))
+        else:
+            result[f"{prefix}{name}"] = value
+    return result
 
 
 def image_file(recording: Recording, name: str) -> Path:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rack from above with the path of the camera over it."""
+"""The rack from above with the path of the vehicle over it."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ ELLIPSES = 14
 
 
 def draw(recording: Recording) -> Figure:
-    poses = read_poses(recording)
+    servo = read_servo(recording)
+    poses = servo.vehicle(read_poses(recording))
     truth = read_truth_if_any(recording)
     try:
         rack = read_rack(recording)
     except Missing as reason:
         recording.notes.append(f"map is drawn without the rack: {reason}")
         rack = Rack([])
-    way_points = read_servo(recording).way_points
-    low, high = extent(rack, poses, way_points)
+    low, high = extent(rack, poses, servo.way_points)
     width = style.COLUMN - 0.55
     height = width * (high[0] - low[0]) / (high[1] - low[1])
     figure = style.figure(height + 0.62)
     axes = figure.subplots()
     draw_rack(axes, rack)
     if truth is not None:
-        draw_path(axes, truth, color=style.BLACK, linewidth=0.5, linestyle=(0, (1.2, 2.2)), zorder=6,
+        draw_path(axes, servo.vehicle(truth), color=style.BLACK, linewidth=0.5, linestyle=(0, (1.2, 2.2)), zorder=6,
                   label="true")
     draw_path(axes, poses, color=style.BLUE, linewidth=1.0, zorder=5, label="estimated")
     _draw_ellipses(axes, poses)
-    draw_way_points(axes, way_points)
+    draw_way_points(axes, servo.way_points)
     limit(axes, low, high)
     axes.set_xlabel("along the flow, y [m]")
     axes.set_ylabel("across, x [m]")

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from .. import style
 from ..decimation import decimate, envelope
 from ..recording import Recording
-from .flight_data import MISSING_FOR, reached_way_points, untracked
+from .flight_data import MISSING_FOR, done_way_points, untracked
 
 LOSS = "#F6D9C8"
 """A pale vermillion, behind the lines."""
@@ -23,7 +23,7 @@ class Timeline:
         self.end = end
         self._unit, self.label = style.time_axis(end - start)
         self._losses = untracked(recording)
-        self._way_points = reached_way_points(recording)
+        self._way_points = done_way_points(recording)
 
     def __call__(self, stamps: numpy.ndarray) -> numpy.ndarray:
         return (stamps - self.start) / self._unit

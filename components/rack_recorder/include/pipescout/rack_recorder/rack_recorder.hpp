@@ -81,7 +81,7 @@ class RackRecorder final : public MissionRecorder {
   std::optional<Time> last_image_;
   std::uint64_t images_ = 0;
   std::string calibration_;  // as written
-  std::optional<std::uint32_t> way_points_reached_;
+  std::optional<std::uint32_t> way_points_done_;
   std::unique_ptr<LineFile> pose_file_;
   std::unique_ptr<LineFile> truth_file_;
   std::unique_ptr<LineFile> state_file_;

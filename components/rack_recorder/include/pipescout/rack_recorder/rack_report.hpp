@@ -16,7 +16,7 @@
 namespace pipescout {
 
 /// What a flight over a rack comes to: how much of it the pose was known, how good it was where the
-/// truth is known, and how many way-points were reached. Bounded in memory however long the flight.
+/// truth is known, and how many way-points were done. Bounded in memory however long the flight.
 /// Pure; not thread-safe.
 class RackReport {
  public:
@@ -33,7 +33,8 @@ class RackReport {
   void add_truth(Time stamp, const geometry::SE3& T_rack_camera);
   /// One per image. `losses`: as the localizer counts them since its start.
   void add_state(Time stamp, bool tracking, std::uint64_t losses);
-  void set_way_points(std::uint64_t reached, std::uint64_t of) noexcept;
+  /// `done`: reached or given up; `text`: what the source says of them.
+  void set_way_points(std::uint64_t done, std::uint64_t of, const std::string& text);
 
   [[nodiscard]] std::uint64_t poses() const noexcept { return poses_; }
   [[nodiscard]] std::uint64_t losses() const noexcept { return losses_; }
@@ -68,7 +69,8 @@ class RackReport {
   std::uint64_t losses_ = 0;
   std::uint64_t losses_said_ = 0;
   std::uint64_t way_points_ = 0;
-  std::uint64_t way_points_reached_ = 0;
+  std::uint64_t way_points_done_ = 0;
+  std::string way_points_text_;
   std::deque<Truth> truths_;
   std::deque<Pose> waiting_;
   std::array<Measure, 6> axes_{};  // across, along, up, and the rotations about these
