@@ -15,11 +15,14 @@ namespace pipescout::rack_vision {
 namespace {
 
 using geometry::Matrix6d;
+using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
 constexpr double kStartQuality = 0.5;
-constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
+constexpr double kAlikeImages = 25;
+constexpr double kCovarianceFactor = 2.5;  // what alike errors of successive images add, measured
+constexpr double kOffsetDrift = 0.0003;    // m/sqrt(s): pipes move by heat and flow
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&
@@ -118,7 +121,7 @@ class RackTracker::Implementation {
     predict(dt, motion);
     const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_};
     if (starting_) {
-      step_.find_from_far(image, before, kStartRange, outcome_);
+      step_.find_from_far(image, before, outcome_);
     } else {
       step_.find(image, before, outcome_);
     }
@@ -139,8 +142,6 @@ class RackTracker::Implementation {
   [[nodiscard]] const RackTrackerCounts& counts() const noexcept { return counts_; }
 
  private:
-  static constexpr double kStartRange = 40;  // px
-
   void start_at(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
     // What is known along y is the anchor; the pose itself is exact relative to what it will see.
     anchor_variance_ = covariance(1, 1);
@@ -232,13 +233,63 @@ class RackTracker::Implementation {
     pose_.shift_along(outcome_.shift_along);
     pose_.update(outcome_.belief.T_rack_camera, outcome_.belief.covariance);
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_ = outcome_.belief.offsets;
+    learn_offsets();
     state_ = TrackStatus::kTracking;
     starting_ = false;
     coasted_ = 0;
     step_.learn(image, outcome_);
     fill(result);
     result.quality = quality;
+  }
+
+  /// Takes over the offsets of this image. Errors of successive images are alike (shading and paint
+  /// stay where they are): each counts for one in kAlikeImages of what it says.
+  void learn_offsets() {
+    OffsetVector step = OffsetVector::Zero();
+    OffsetMatrix information = OffsetMatrix::Zero();
+    OffsetMatrix prior = OffsetMatrix::Identity();
+    OffsetMatrix posterior = OffsetMatrix::Identity();
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      if (offsets_.covariance(row, row) <= 0) {
+        continue;
+      }
+      step(row) = outcome_.belief.offsets.mean[i] - offsets_.mean[i];
+      for (std::size_t j = 0; j < model_.pipes.size(); ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        if (offsets_.covariance(column, column) > 0) {
+          prior(row, column) = offsets_.covariance(row, column);
+          posterior(row, column) = outcome_.belief.offsets.covariance(row, column);
+        }
+      }
+    }
+    prior = prior.llt().solve(OffsetMatrix::Identity()).eval();
+    posterior = posterior.llt().solve(OffsetMatrix::Identity()).eval();
+    information = prior + (posterior - prior) / kAlikeImages;
+    const OffsetMatrix covariance = information.llt().solve(OffsetMatrix::Identity());
+    const OffsetVector moved = covariance * (posterior * step) / kAlikeImages;
+    if (!covariance.allFinite() || !moved.allFinite()) {
+      return;
+    }
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      if (offsets_.covariance(row, row) <= 0) {
+        continue;
+      }
+      offsets_.mean[i] += moved(row);
+      for (std::size_t j = 0; j < model_.pipes.size(); ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        if (offsets_.covariance(column, column) > 0 && j != i) {
+          offsets_.covariance(row, column) = covariance(row, column);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      if (offsets_.covariance(row, row) > 0) {
+        offsets_.covariance(row, row) = covariance(row, row);
+      }
+    }
   }
 
   void lose(std::string_view reason, RackTrackerResult& result) {
@@ -268,7 +319,7 @@ class RackTracker::Implementation {
   void fill(RackTrackerResult& result) {
     result = blank();
     result.T_rack_camera = pose_.pose();
-    result.covariance = pose_.covariance();
+    result.covariance = kCovarianceFactor * pose_.covariance();
     result.covariance(1, 1) += anchor_variance_;
     result.inlier_share = outcome_.inlier_share;
     result.edges = outcome_.evidence.edges;

@@ -97,7 +97,7 @@ void TextureMap::choose(const UncertainView& view, const RackSurface& surface,
     const double trust = (point.found + 1.0) / (point.found + point.failed + 2.0);
     // A millimetre of anchor is worth ten per cent of trust.
     choices_.push_back({static_cast<std::uint32_t>(i), cell,
-                        trust - 100.0 * std::sqrt(point.along_variance), *pixel});
+                        trust - 100.0 * std::sqrt(point.anchor_variance), *pixel});
   }
   // The best of each cell come first, then the second best ...
   std::ranges::sort(choices_, [](const Choice& a, const Choice& b) {
@@ -154,11 +154,10 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     Eigen::Matrix<double, 2, 6> by_motion;
     by_motion.leftCols<3>() = -projection->by_place;
     by_motion.rightCols<3>() = projection->by_place * geometry::skew(projection->from_camera);
-    const double anchor = anchored_by_y(point)
-                              ? std::abs(point.along_variance - view.anchor_variance)
-                              : point.along_variance;
-    const Eigen::Vector2d place_variance(point.own_variance + anchor,
-                                         point.own_variance + point.around_variance);
+    const double anchor = std::abs(point.anchor_variance - view.anchor_variance);
+    const Eigen::Vector2d place_variance(
+        point.own_variance + point.along_variance + (anchored_by_y(point) ? anchor : 0.0),
+        point.own_variance + point.around_variance);
     const Eigen::Matrix2d place_error =
         projection->scale * place_variance.asDiagonal() * projection->scale.transpose();
     const Eigen::Vector2d variance =
@@ -197,7 +196,7 @@ std::optional<double> TextureMap::observations(const std::vector<MatchedPoint>& 
     if (match.found) {
       ++found;
       if (anchored_by_y(points_[match.point])) {
-        best = std::min(best, points_[match.point].along_variance);
+        best = std::min(best, points_[match.point].anchor_variance);
       }
     }
   }
@@ -208,7 +207,7 @@ std::optional<double> TextureMap::observations(const std::vector<MatchedPoint>& 
   for (const MatchedPoint& match : matches) {
     const Point& point = points_[match.point];
     worse +=
-        match.found && anchored_by_y(point) && point.along_variance > best + kClearlyWorseAnchor
+        match.found && anchored_by_y(point) && point.anchor_variance > best + kClearlyWorseAnchor
             ? 1
             : 0;
   }
@@ -219,9 +218,9 @@ std::optional<double> TextureMap::observations(const std::vector<MatchedPoint>& 
     const Point& point = points_[match.point];
     const Eigen::Vector3d& along = pipes_[point.pipe].direction;
     // An error that n points share must not average out over them: each gets n times its variance.
-    const double shared_along = anchored_by_y(point)
-                                    ? worse * std::max(0.0, point.along_variance - best)
-                                    : found * point.along_variance;
+    const double shared_along =
+        found * point.along_variance +
+        (anchored_by_y(point) ? worse * std::max(0.0, point.anchor_variance - best) : 0.0);
     const Eigen::Vector3d side = around(point);
     PointObservation& observation = points.emplace_back();
     observation.pipe = point.pipe;

@@ -14,58 +14,75 @@ constexpr double kMostFailures = 0.6;
 constexpr std::uint32_t kMostCounted = 200;  // then both counts are halved: places change
 // Errors of successive poses are alike for about this many images: what they say about a point
 // counts once in so many.
-constexpr double kAlikePoses = 10;
+constexpr double kAlikePoses = 25;
+constexpr double kTinyVariance = 1e-12;  // m^2
 constexpr double kLeastPixelError =
     0.03;                        // px: a patch keeps an error that no number of looks ends
 constexpr int kPatchReach = 7;   // px: a patch must lie on one section of a pipe
 constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
 
-}  // namespace
+constexpr int kY = 1;
 
-Eigen::Vector2d TextureMap::pose_variance(const Point& point, const Eigen::Vector3d& from_camera,
-                                          const geometry::Matrix6d& covariance) const noexcept {
-  // Motion [dc; dphi] moves the ray's end by dc + dphi x from_camera, and the place where it meets
-  // the tangent plane by what is left of that after sliding along the ray.
+/// How motion [dc; dphi] of the camera moves the place where a ray meets a tangent plane: its end
+/// moves by dc + dphi x from_camera, and slides along the ray back into the plane.
+Eigen::Matrix<double, 3, 6> end_by_motion(const Eigen::Vector3d& from_camera,
+                                          const Eigen::Vector3d& normal) noexcept {
   Eigen::Matrix<double, 3, 6> end;
   end.leftCols<3>().setIdentity();
   end.rightCols<3>() = -geometry::skew(from_camera);
-  const Eigen::Matrix3d slide = Eigen::Matrix3d::Identity() - from_camera *
-                                                                  point.normal.transpose() /
-                                                                  point.normal.dot(from_camera);
-  const Eigen::Matrix<double, 3, 6> hit = slide * end;
-  Eigen::Matrix<double, 2, 6> on_surface;
-  on_surface.row(0) = pipes_[point.pipe].direction.transpose() * hit;
-  on_surface.row(1) = around(point).transpose() * hit;
-  return (on_surface * covariance * on_surface.transpose()).diagonal().cwiseMax(0.0);
+  const Eigen::Matrix3d slide =
+      Eigen::Matrix3d::Identity() - from_camera * normal.transpose() / normal.dot(from_camera);
+  return slide * end;
+}
+
+}  // namespace
+
+TextureMap::PlaceVariance TextureMap::pose_variance(const Point& point,
+                                                    const Eigen::Vector3d& from_camera,
+                                                    const UncertainView& view) const noexcept {
+  using Row = Eigen::Matrix<double, 1, 6>;
+  const auto variance = [&view](const Row& row) {
+    return std::max(0.0, (row * view.covariance * row.transpose()).value());
+  };
+  const Eigen::Matrix<double, 3, 6> hit = end_by_motion(from_camera, point.normal);
+  // Where the optical axis meets the level of the point.
+  const Eigen::Vector3d axis = view.T_camera_rack.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  const double depth = axis.z() != 0 ? from_camera.z() / axis.z() : 0;
+  const Row middle = end_by_motion(depth > 0 ? Eigen::Vector3d(depth * axis) : from_camera,
+                                   Eigen::Vector3d::UnitZ())
+                         .row(kY);
+  const Row along = pipes_[point.pipe].direction.transpose() * hit;
+  const Row around = this->around(point).transpose() * hit;
+  return {variance(middle), variance(anchored_by_y(point) ? Row(hit.row(kY) - middle) : along),
+          variance(around)};
 }
 
 void TextureMap::refine(Point& point, const UncertainView& view, const Projection& projection,
                         const MatchedPoint& match, const Eigen::Vector2d& error) const {
   const Eigen::Matrix2d surface_from_pixel = projection.scale.inverse();
-  const Eigen::Vector2d seen = surface_from_pixel * error;
+  const Eigen::Vector2d seen = surface_from_pixel * error;  // along, around
+  const Eigen::Vector2d per_pixel =
+      (surface_from_pixel * surface_from_pixel.transpose()).diagonal();
+  const PlaceVariance pose = pose_variance(point, projection.from_camera, view);
   const Eigen::Vector2d noise =
-      (surface_from_pixel * surface_from_pixel.transpose()).diagonal() * match.sigma * match.sigma;
-  const Eigen::Vector2d pose = pose_variance(point, projection.from_camera, view.covariance);
+      per_pixel * match.sigma * match.sigma + Eigen::Vector2d(pose.along, pose.around);
   const Eigen::Vector2d own_gain =
-      point.own_variance * (noise + pose).array().operator+(point.own_variance).inverse().matrix();
+      (point.own_variance / (noise.array() + point.own_variance)).matrix();
   Eigen::Vector2d move = own_gain.cwiseProduct(seen);
-  const double least_own = (surface_from_pixel * surface_from_pixel.transpose()).trace() * 0.5 *
-                           kLeastPixelError * kLeastPixelError;
-  point.own_variance = std::max(point.own_variance * (1 - own_gain.mean()), least_own);
+  point.own_variance = std::max(point.own_variance * (1 - own_gain.mean()),
+                                per_pixel.mean() * kLeastPixelError * kLeastPixelError);
 
-  const double around_gain =
-      point.around_variance / (point.around_variance + kAlikePoses * pose(1) + 1e-12);
-  move(1) += around_gain * (seen(1) - move(1));
-  point.around_variance *= 1 - around_gain;
-  const double reached = anchored_by_y(point) ? view.anchor_variance + pose(0) : 0.0;
-  if (anchored_by_y(point) && point.along_variance > reached) {
-    move(0) += (1 - reached / point.along_variance) * (seen(0) - move(0));
-    point.along_variance = reached;
-  } else if (!anchored_by_y(point)) {
-    const double gain =
-        point.along_variance / (point.along_variance + kAlikePoses * pose(0) + 1e-12);
-    move(0) += gain * (seen(0) - move(0));
-    point.along_variance *= 1 - gain;
+  const auto take = [](double& variance, double measured, double& moved, double left) {
+    const double gain = variance / (variance + kAlikePoses * measured + kTinyVariance);
+    variance *= 1 - gain;
+    moved += gain * (left - moved);
+  };
+  take(point.along_variance, pose.along, move(0), seen(0));
+  take(point.around_variance, pose.around, move(1), seen(1));
+  const double reached = view.anchor_variance + pose.anchor;
+  if (anchored_by_y(point) && point.anchor_variance > reached) {
+    move(0) += (1 - reached / point.anchor_variance) * (seen(0) - move(0));
+    point.anchor_variance = reached;
   }
 
   const Pipe& pipe = pipes_[point.pipe];
@@ -180,9 +197,10 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Ra
   const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
   point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
                        parameters_.point_sigma * parameters_.point_sigma;
-  const Eigen::Vector2d pose = pose_variance(point, projection->from_camera, view.covariance);
-  point.along_variance = pose(0) + (anchored_by_y(point) ? view.anchor_variance : 0.0);
-  point.around_variance = pose(1);
+  const PlaceVariance pose = pose_variance(point, projection->from_camera, view);
+  point.anchor_variance = anchored_by_y(point) ? view.anchor_variance + pose.anchor : 0.0;
+  point.along_variance = pose.along;
+  point.around_variance = pose.around;
   point.found = 1;
   point.seen = image_;
   make_room(view);
@@ -198,14 +216,15 @@ void TextureMap::make_room(const UncertainView& view) {
   const Eigen::Vector3d eye = view.T_camera_rack.inverse().translation();
   const auto farthest = std::ranges::max_element(
       points_, {}, [&eye](const Point& point) { return (point.place - eye).squaredNorm(); });
-  points_.erase(farthest);
+  *farthest = points_.back();
+  points_.pop_back();
 }
 
 void TextureMap::shift_seen(double along, double anchor_variance) {
   for (Point& point : points_) {
     if (point.seen == image_ && anchored_by_y(point)) {
       point.place.y() += along;
-      point.along_variance = std::min(point.along_variance, anchor_variance);
+      point.anchor_variance = std::min(point.anchor_variance, anchor_variance);
     }
   }
 }

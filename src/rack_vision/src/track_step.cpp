@@ -271,31 +271,6 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
   accept(anchor.value_or(start.anchor_variance), outcome);
 }
 
-void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before, double range,
-                              StepOutcome& outcome) {
-  outcome = {};
-  outcome.belief = before;
-  TrackBelief guess = before;
-  // Pipes are taken to be where they are believed: what a wide search finds may be anything.
-  guess.offsets.covariance.setZero();
-  points_.clear();
-  matches_.clear();
-  for (const double reach : {range, 0.5 * range, 6.0}) {
-    render(guess.T_rack_camera, guess.offsets);
-    TrackBelief sharp = guess;
-    sharp.covariance.setZero();
-    sharp.offsets.covariance.setZero();
-    search(image, sharp, reach);
-    if (!solve(guess, before.covariance, before.T_rack_camera, guess.offsets, false)) {
-      outcome.status = solution_.status;
-      return;
-    }
-    guess.T_rack_camera = solution_.T_camera_rack.inverse();
-  }
-  accept(before.anchor_variance, outcome);
-  outcome.belief.offsets = before.offsets;
-}
-
 void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.solved = true;
   outcome.status = solution_.status;

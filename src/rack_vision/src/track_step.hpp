@@ -47,9 +47,9 @@ class TrackStep {
 
   /// Finds the pose. Changes nothing that is learnt.
   void find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
-  /// Finds the pose from edges alone, again and again from narrower ranges: for the start.
-  void find_from_far(const ImageView& image, const TrackBelief& before, double range,
-                     StepOutcome& outcome);
+  /// Finds the pose from edges alone, from a first guess that may be wrong by the parameters' start
+  /// range. Not solved when no place explains the image, or when two places do about as well.
+  void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
   /// Takes over what the last image taught: call it when its outcome is trusted.
   void learn(const ImageView& image, const StepOutcome& outcome);
   void forget();
@@ -65,6 +65,18 @@ class TrackStep {
              const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
   void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
+  /// A place to start from, and how well edges line up there.
+  struct Start {
+    geometry::SE3 T_rack_camera;
+    int column = 0;  ///< of the grid: across the pipes, and yaw
+    int row = 0;
+    double score = 0;
+  };
+  void propose_starts(const ImageView& image, const TrackBelief& before);
+  /// How far apart, in px, edges look from two places.
+  [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
+  [[nodiscard]] double alignment(const ImageView& image) const;
+  bool refine_start(const ImageView& image, const TrackBelief& before, const Start& start);
   void accept(double anchor_variance, StepOutcome& outcome);
   void collect_evidence(StepOutcome& outcome) const;
   [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
@@ -85,6 +97,7 @@ class TrackStep {
   std::vector<SearchedSample> samples_;
   std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
   std::vector<EdgeSample> features_;
+  std::vector<Start> starts_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
   PoseSolution solution_;

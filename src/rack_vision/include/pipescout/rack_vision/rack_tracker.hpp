@@ -27,11 +27,11 @@ struct RackTrackerParameters {
   double angular_acceleration_sigma = 3.0;  ///< rad/s^2, > 0
 
   double edge_sigma = 0.25;       ///< px, > 0: noise of one edge sample
-  double edge_bias_sigma = 0.08;  ///< px, >= 0: error that all samples of one edge share
+  double edge_bias_sigma = 0.20;  ///< px, >= 0: error that all samples of one edge share
   double point_sigma = 0.15;      ///< px, > 0: noise of one matched texture point
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
-  double offset_sigma = 0.01;    ///< m, > 0: how well the model's pipe offsets are known at start
+  double offset_sigma = 0.005;   ///< m, > 0: how well the model's pipe offsets are known at start
 
   double longest_gap = 0.5;      ///< s, > 0: a leap of the stamps beyond it ends the track
   double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1

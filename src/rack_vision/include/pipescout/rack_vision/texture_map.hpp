@@ -102,7 +102,8 @@ class TextureMap {
     /// Derivative of the pixel by (along, around) when the patch was stored, px/m.
     Eigen::Matrix2d stored_scale;
     double own_variance = 0;     ///< m^2, in both directions on the surface
-    double along_variance = 0;   ///< m^2: along the pipe, from the pose; anchor for pipes along y
+    double anchor_variance = 0;  ///< m^2, pipes along y: of the whole patch of rack seen with it
+    double along_variance = 0;   ///< m^2: along the pipe, from the pose; beside the anchor
     double around_variance = 0;  ///< m^2: around it, from the pose
     std::uint32_t found = 0;
     std::uint32_t failed = 0;
@@ -125,9 +126,14 @@ class TextureMap {
   [[nodiscard]] std::optional<Projection> project(const Point& point,
                                                   const UncertainView& view) const noexcept;
   [[nodiscard]] Eigen::Vector3d around(const Point& point) const noexcept;
-  [[nodiscard]] Eigen::Vector2d pose_variance(const Point& point,
-                                              const Eigen::Vector3d& from_camera,
-                                              const geometry::Matrix6d& covariance) const noexcept;
+  /// What an error of the pose makes of a point's place, m^2.
+  struct PlaceVariance {
+    double anchor = 0;  ///< along y, in the middle of the image
+    double along = 0;   ///< along the pipe; pipes along y: beside what it does in the middle
+    double around = 0;
+  };
+  [[nodiscard]] PlaceVariance pose_variance(const Point& point, const Eigen::Vector3d& from_camera,
+                                            const UncertainView& view) const noexcept;
   void refine(Point& point, const UncertainView& view, const Projection& projection,
               const MatchedPoint& match, const Eigen::Vector2d& error) const;
   [[nodiscard]] bool anchored_by_y(const Point& point) const noexcept;
