@@ -107,12 +107,9 @@ TEST(AlongDrift, OfATrackThatEndsIsInfinite) {
 }
 
 TEST(ScoreRecovery, FromTheFirstImageAfterTheOutage) {
-  const std::vector<FrameScore> frames{posed(0, 0),
-                                       outage(posed(1, 0.01)),
-                                       outage(without_pose(1.5)),
-                                       without_pose(2),
-                                       without_pose(2.3),
-                                       posed(2.6, 0.001)};
+  const std::vector<FrameScore> frames{
+      posed(0, 0),     outage(posed(1, 0.01)), outage(without_pose(1.5)),
+      without_pose(2), without_pose(2.3),      posed(2.6, 0.001)};
   const auto recovery = score_recovery(frames);
   EXPECT_TRUE(recovery.declared);
   EXPECT_FALSE(recovery.wrong);

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_study/image_flight.hpp"
+
+#include <gmock/gmock.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "pipescout/rack_study/image_score.hpp"
+#include "pipescout/rack_study/image_trials.hpp"
+
+namespace pipescout::rack_study {
+namespace {
+
+ImageFlightSettings inspection(double duration, std::uint64_t seed) {
+  ImageFlightSettings settings;
+  settings.scene.model = rack_on_beams();
+  settings.way_points = inspection_way_points(duration, seed);
+  settings.flight.duration = duration;
+  return settings;
+}
+
+TEST(ImageFlight, KeepsThePoseToAFewMillimetres) {
+  const auto run = run_image_flight(inspection(2, 1), 1);
+  ASSERT_EQ(run.frames.size(), 50U);
+  const auto score = score_flight(run.frames);
+  EXPECT_EQ(score.with_pose, 50U);
+  EXPECT_EQ(score.wrong, 0U);
+  EXPECT_LT(run.frames.back().position_error(), 0.015);
+  EXPECT_LT(run.frames.back().rotation_error(), 0.0035);
+  EXPECT_EQ(run.tracker.losses, 0U);
+}
+
+TEST(ImageFlight, SameSeedSameBits) {
+  const auto settings = inspection(0.4, 2);
+  const auto once = run_image_flight(settings, 2);
+  const auto twice = run_image_flight(settings, 2);
+  const auto other = run_image_flight(settings, 3);
+  ASSERT_EQ(once.frames.size(), twice.frames.size());
+  for (std::size_t i = 0; i < once.frames.size(); ++i) {
+    EXPECT_EQ(once.frames[i].error, twice.frames[i].error);
+    EXPECT_EQ(once.frames[i].pose_nees, twice.frames[i].pose_nees);
+  }
+  EXPECT_NE(once.frames.back().error, other.frames.back().error);
+}
+
+class Outages : public ::testing::TestWithParam<Outage> {};
+
+TEST_P(Outages, GiveNoWrongPose) {
+  auto settings = inspection(1.4, 4);
+  settings.with_odometry = true;
+  settings.loss = ForcedLoss{.kind = GetParam(), .begin = 0.4, .duration = 0.6};
+  const auto run = run_image_flight(settings, 4);
+  std::size_t outages = 0;
+  for (const auto& frame : run.frames) {
+    outages += frame.outage ? 1 : 0;
+  }
+  EXPECT_EQ(outages, 15U);
+  const auto recovery = score_recovery(run.frames);
+  EXPECT_TRUE(recovery.declared);
+  EXPECT_FALSE(recovery.wrong);
+}
+
+INSTANTIATE_TEST_SUITE_P(ImageFlight, Outages,
+                         ::testing::Values(Outage::kCovered, Outage::kFrozen, Outage::kMissing));
+
+TEST(ImageFlight, RefusesWhatIsNotValid) {
+  auto settings = inspection(1, 1);
+  settings.scene.clutter_share = 2;
+  EXPECT_THROW(static_cast<void>(run_image_flight(settings, 1)), std::invalid_argument);
+  settings = inspection(1, 1);
+  settings.way_points.clear();
+  EXPECT_THROW(static_cast<void>(run_image_flight(settings, 1)), std::invalid_argument);
+}
+
+TEST(WrongStarts, ShareTheirImagesAndAreRepeatable) {
+  WrongStartSettings settings;
+  settings.scene.model = rack_on_beams();
+  settings.images = 4;
+  const auto once = try_wrong_starts(settings, 3, 1);
+  const auto twice = try_wrong_starts(settings, 3, 1);
+  ASSERT_EQ(once.size(), 6U);
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_NEAR(once[i].start_error.head<3>().norm(), settings.position_error, 1e-12);
+    EXPECT_NEAR(once[i].start_error.tail<3>().norm(), settings.rotation_error, 1e-12);
+    EXPECT_EQ(once[i].last.error, twice[i].last.error);
+    EXPECT_EQ(once[i].last.status, twice[i].last.status);
+    EXPECT_EQ(once[i].last.time, once[0].last.time);
+  }
+}
+
+TEST(WrongStarts, SmallOnesConverge) {
+  WrongStartSettings settings;
+  settings.scene.model = rack_on_beams();
+  settings.position_error = 0.005;
+  settings.rotation_error = 0.003;
+  const auto score = score_wrong_starts(try_wrong_starts(settings, 2, 1));
+  EXPECT_EQ(score.trials, 4U);
+  EXPECT_EQ(score.converged, 4U);
+}
+
+}  // namespace
+}  // namespace pipescout::rack_study
