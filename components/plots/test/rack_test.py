@@ -189,7 +189,8 @@ class Rack(unittest.TestCase):
     def test_a_camera_beside_the_middle_of_the_vehicle(self):
         mission = self.mission / "mission.yaml"
         mission.write_text(mission.read_text()
-                           + "      camera: {position: [0.1, 0, -0.05], roll_pitch_yaw: [3.14159265359, 0, 0]}\n")
+                           + "      camera:\n        position: [0.1, 0, -0.05]\n"
+                           "        roll_pitch_yaw: [3.14159265359, 0, 0]\n")
         servo = read_servo(self.recording())
         self.assertEqual(servo.way_points.shape, (4, 4))
         camera = Poses(numpy.zeros(1), numpy.array([[1.0, 2.0, 3.0]]), numpy.array([[1.0, 0, 0, 0]]))

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon, Rectangle
 
 from .. import style
-from ..csv_table import BadData
 from ..decimation import decimate
 from ..recording import Missing, Recording
 from .flight_data import Poses, read_poses, read_servo, read_truth_if_any
@@ -74,8 +73,9 @@ def limit(axes: Axes, low: numpy.ndarray, high: numpy.ndarray) -> None:
 def draw_rack(axes: Axes, rack: Rack, names: bool = True) -> None:
     for support in rack.supports:
         size = support.highest - support.lowest
-        axes.add_patch(Rectangle((support.lowest[1], support.lowest[0]), size[1], size[0], facecolor=SUPPORT,
-                                 edgecolor=EDGE, linewidth=0.3, zorder=1 + 0.1 * support.highest[2]))
+        axes.add_patch(Rectangle((support.lowest[1], support.lowest[0]), size[1], size[0],
+                                 facecolor=SUPPORT, edgecolor=EDGE, linewidth=0.3,
+                                 zorder=1 + 0.1 * support.highest[2]))
     for pipe in rack.pipes:
         aside = numpy.cross(pipe.direction, [0.0, 0.0, 1.0])
         places = numpy.array([pipe.start + along * pipe.direction for along, _ in pipe.radii])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from .. import style
-from ..csv_table import BadData, Table
+from ..csv_table import Table
 from ..recording import Missing, Recording
 from .camera import Camera, read_camera, read_pgm
 from .contours import Line, image_lines
