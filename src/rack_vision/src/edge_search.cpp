@@ -236,8 +236,10 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     }
     scores[static_cast<std::size_t>(place)] = score;
     peaks[static_cast<std::size_t>(place)] = i;
-    sample.candidates[static_cast<std::size_t>(place)] = {
-        .distance = distance, .contrast = contrast, .sigma = kStepSigma};
+    sample.candidates[static_cast<std::size_t>(place)] = {.pixel = Eigen::Vector2d::Zero(),
+                                                          .distance = distance,
+                                                          .contrast = contrast,
+                                                          .sigma = kStepSigma};
   }
   for (std::size_t j = 0; j < static_cast<std::size_t>(sample.count); ++j) {
     EdgeCandidate& candidate = sample.candidates[j];

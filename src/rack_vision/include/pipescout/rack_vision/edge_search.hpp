@@ -35,10 +35,10 @@ inline constexpr double kLongestSearch = 60.0;  ///< px to either side
 
 /// A step in grey level on the normal of a sample.
 struct EdgeCandidate {
-  Eigen::Vector2d pixel;  ///< ideal: as a camera without distortion would show it
-  double distance = 0;    ///< px along the normal, of the ideal image
-  double contrast = 0;    ///< grey levels: outside minus inside
-  double sigma = 0;       ///< px, of `distance`
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< ideal: as without distortion
+  double distance = 0;                              ///< px along the normal, of the ideal image
+  double contrast = 0;                              ///< grey levels: outside minus inside
+  double sigma = 0;                                 ///< px, of `distance`
 };
 
 struct SearchedSample {
