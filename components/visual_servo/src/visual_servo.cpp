@@ -284,15 +284,19 @@ void VisualServo::on_pose(const Pose& message) {
     return;
   }
   const Time stamp = from_message(message.header().stamp());
-  // The state of this image may still be on its way: that of the one before does as well.
+  // The state of this image may still be on its way: that of the one before does as well, unless it
+  // says that the rack was lost, since a pose says that it was found again.
   const bool judged =
-      quality_ && std::abs(to_seconds(stamp - quality_->stamp)) <= servo_->parameters().stale_after;
+      quality_ && (quality_->tracking || quality_->stamp >= stamp) &&
+      std::abs(to_seconds(stamp - quality_->stamp)) <= servo_->parameters().stale_after;
   const PoseVerdict verdict = servo_->observe(
       to_camera_pose(message.pose().pose(), seconds(stamp), judged ? quality_->value : 1.0),
       seconds(now()));
   if (verdict != PoseVerdict::kTaken) {
     report_fault(counter(verdict), std::string("a pose is not used: ") + to_string(verdict));
-    return;
+    if (verdict != PoseVerdict::kLowQuality) {
+      return;
+    }
   }
   command(stamp);
 }
@@ -306,7 +310,8 @@ void VisualServo::on_state(const State& message) {
                  "a quality of " + std::to_string(quality) + " is outside [0, 1]: it counts as 0");
   }
   quality_ = {.stamp = from_message(message.header().stamp()),
-              .value = tracking && sound ? quality : 0.0};
+              .value = tracking && sound ? quality : 0.0,
+              .tracking = tracking};
   if (!tracking) {
     // No pose comes of this image that would be answered by a command.
     command(quality_->stamp);

@@ -173,6 +173,12 @@ TEST_F(VisualServoTest, AnswersImagesWithoutAPoseToo) {
   harness_.spin();
   EXPECT_EQ(commands_.size(), before + 1);
   EXPECT_EQ(from_message(commands_.back().header().stamp()), now_);
+  // Found again: the pose counts before its own state has come.
+  next_frame();
+  harness_.publish(topics::kRackPose, pose_message(now_, T_rack_base_));
+  harness_.spin();
+  EXPECT_EQ(commands_.size(), before + 2);
+  EXPECT_EQ(servo_->diagnostics().counter("pose.low_quality"), 0U);
 }
 
 TEST_F(VisualServoTest, CommandsZeroWhenDeactivatedAndGoesOnAfterwards) {
@@ -223,7 +229,8 @@ TEST_F(VisualServoTest, CountsWhatItDoesNotUse) {
   send(pose_message(now_ + std::chrono::milliseconds(1), T_rack_base_));
   harness_.publish(topics::kRackState, state_message(now_, state_constants::STATUS_TRACKING, 7));
   harness_.spin();
-  EXPECT_EQ(commands_.size(), before);
+  // Only the image whose pose was not good enough is answered.
+  EXPECT_EQ(commands_.size(), before + 1);
   for (const char* counter :
        {"pose.header.stamp.not_increasing", "pose.header.stamp.stale",
         "pose.header.stamp.in_future", "pose.not_a_number", "pose.no_rotation",

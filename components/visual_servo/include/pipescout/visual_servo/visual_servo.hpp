@@ -94,6 +94,7 @@ class VisualServo final : public Component {
   struct Quality {
     Time stamp;
     double value = 0.0;
+    bool tracking = false;
   };
   std::optional<Quality> quality_;  // of the last rack/state
   std::optional<Time> commanded_at_;
