@@ -40,6 +40,7 @@ void FirstPoseParameters::validate() const {
   check_within("FirstPoseParameters.smallest_matches", static_cast<double>(smallest_matches), 4,
                2 * kMaxPipes);
   check_within("FirstPoseParameters.smallest_score", smallest_score, 0.01, 0.99);
+  check_above("FirstPoseParameters.largest_false_alarms", largest_false_alarms, 0, 1e9);
   check_within("FirstPoseParameters.rival_share", rival_share, 0.01, 0.99);
   check_above("FirstPoseParameters.unknown_along", unknown_along, 0, 1e5);
 }

@@ -13,9 +13,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kAlongFlow = 0.9998;   // cosine of 1.1 degrees
-constexpr double kShortestOverlap = 6;  // pixels
-constexpr double kCell = 6;             // pixels of edge that are covered or not
+constexpr double kAlongFlow = 0.9998;    // cosine of 1.1 degrees
+constexpr double kShortestOverlap = 6;   // pixels
+constexpr double kShortestContour = 40;  // pixels
+constexpr double kCell = 6;              // pixels of edge that are covered or not
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 constexpr std::size_t kMostCells = 160;  // the diagonal of most images
 
@@ -102,6 +103,7 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
   std::vector<bool> matched(planes_.size(), false);
   std::array<double, kMostCells> cells{};
   std::vector<EdgeId> found;
+  std::vector<EdgeId> visible;
   auto next = all.begin();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const VisibleEdge& edge = edges_[i];
@@ -132,12 +134,18 @@ Evidence EvidenceFinder::find(const geometry::SE3& T_camera_rack, double toleran
     for (std::size_t k = 0; k < count; ++k) {
       covered += cell * cells[k];
     }
+    const EdgeId contour{edge.id.kind, edge.id.body, 0, edge.id.side};
+    if (along_flow && length >= kShortestContour &&
+        std::ranges::find(visible, contour) == visible.end()) {
+      visible.push_back(contour);
+    }
     (along_flow ? evidence.predicted : evidence.transverse_predicted) += length;
     (along_flow ? evidence.covered : evidence.transverse_covered) += covered;
     if (along_flow && any) {
       found.push_back(edge.id);
     }
   }
+  evidence.visible_contours = visible.size();
   evidence.on_pipes = length_on_pipes(T_camera_rack, matched);
   // Several sections, and pieces of one, are one contour.
   std::size_t last_pipe = kNone;
@@ -257,6 +265,7 @@ std::optional<EvidenceFinder::Fit> EvidenceFinder::fit(const geometry::SE3& T_ca
       return std::nullopt;
     }
     fit.T_camera_rack = moved(fit.T_camera_rack, motion);
+    fit.rms = sigma * std::sqrt(squares / std::max(1.0, weights));
     fit.inflation = std::max(1.0, squares / std::max(1.0, weights - 5));
   }
   return fit;

@@ -40,8 +40,9 @@ struct Evidence {
   double covered = 0;               ///< of these, with segments on them; near ones count more
   double transverse_predicted = 0;  ///< the same of all other edges
   double transverse_covered = 0;
-  std::size_t contours = 0;  ///< of pipes along y, that have a segment
-  std::size_t pipes = 0;     ///< along y, that have one
+  std::size_t visible_contours = 0;  ///< of pipes along y, 40 pixels of each at least
+  std::size_t contours = 0;          ///< of pipes along y, that have a segment
+  std::size_t pipes = 0;             ///< along y, that have one
   /// Segments along the flow within the outline of a pipe that lie on no edge: what is on the
   /// ground is not seen through pipes.
   double on_pipes = 0;
@@ -77,6 +78,7 @@ class EvidenceFinder {
   struct Fit {
     geometry::SE3 T_camera_rack;
     geometry::Matrix6d information;
+    double rms = 0;        ///< of the distances of segment ends from their edges, pixels
     double inflation = 1;  ///< of the variances: squared residuals against those expected, >= 1
   };
   struct Along {

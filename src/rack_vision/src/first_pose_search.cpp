@@ -28,12 +28,13 @@ constexpr std::size_t kPlaces = 8;          // along the flow, of one pose
 constexpr double kGate = 4;                 // standard deviations of a hint
 constexpr double kProposalTolerance = 4;    // of FirstPoseParameters::pixel_tolerance
 constexpr double kSmallestTransverse = 80;  // pixels of edges that show the place along the flow
-constexpr double kWeakShare = 0.5;          // of the best value: edges across cannot make up
-constexpr double kTransverseShare = 0.35;   // of the visible ones
-constexpr double kPlaceMargin = 0.3;        // of these pixels, over any other place
-constexpr double kKeptContours = 0.97;      // along the flow, where they are seen
-constexpr double kSamePlace = 0.03;         // m
-constexpr double kSameRotation = 0.02;      // rad
+constexpr double kClearlyBetter = 1.02;
+constexpr double kWeakShare = 0.5;         // of the best value: edges across cannot make up
+constexpr double kTransverseShare = 0.35;  // of the visible ones
+constexpr double kPlaceMargin = 0.3;       // of these pixels, over any other place
+constexpr double kKeptContours = 0.97;     // along the flow, where they are seen
+constexpr double kSamePlace = 0.03;        // m
+constexpr double kSameRotation = 0.02;     // rad
 
 /// A pose on its way to being a candidate.
 struct Hypothesis {
@@ -41,6 +42,7 @@ struct Hypothesis {
   double y = 0;
   double y_deviation = 0;
   bool along_from_image = false;
+  std::size_t lines = 0;  ///< of the pencil that it comes from
   Evidence evidence;
 };
 
@@ -229,9 +231,10 @@ class Search {
       for (const double y : places) {
         const SE3 T = at_place(anywhere, y);
         Evidence evidence = evidence_.find(T, tolerance);
-        if (evidence.value() > best_value) {
+        // The first, which is the hint, unless another is clearly better.
+        if (evidence.value() > kClearlyBetter * best_value) {
           best_value = evidence.value();
-          best = {T, y, deviation, false, std::move(evidence)};
+          best = {T, y, deviation, false, pencil.lines.size(), std::move(evidence)};
         }
       }
       if (best_value > 0) {
@@ -341,6 +344,10 @@ class Search {
         break;
       }
       const auto candidate = explained(hypothesis);
+      // What a better pose that is not believed leaves behind is not to be believed either.
+      if (!candidate && result.candidates.empty()) {
+        break;
+      }
       const bool known =
           candidate && std::ranges::any_of(result.candidates, [&](const FirstPoseCandidate& other) {
             return same_across(other.T_camera_rack, candidate->T_camera_rack);
@@ -366,7 +373,8 @@ class Search {
     const auto fit =
         evidence_.fit(hypothesis.T_camera_rack, evidence.matches, hypothesis.along_from_image,
                       {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
-    if (!fit || !heading_fits(fit->T_camera_rack.rotation())) {
+    if (!fit || !heading_fits(fit->T_camera_rack.rotation()) ||
+        false_alarms(hypothesis, fit->rms) > parameters_.largest_false_alarms) {
       return std::nullopt;
     }
     const Vector3d centre = fit->T_camera_rack.inverse().translation();
@@ -381,6 +389,30 @@ class Search {
                               .score = evidence.share(),
                               .matches = evidence.contours,
                               .along_from_image = hypothesis.along_from_image};
+  }
+
+  /// How many poses as good as this one are to be expected among as many lines without order: the
+  /// assignments of three lines, times the probability that so many of the other contours meet a
+  /// line by chance (the a-contrario principle of Desolneux, Moisan and Morel, 2000).
+  [[nodiscard]] double false_alarms(const Hypothesis& hypothesis, double rms) const {
+    constexpr double kPlausible = 0.02;  // share of assignments that put the camera over the rack
+    const auto triples = [](double n) { return n * (n - 1) * (n - 2) / 6; };
+    const Evidence& evidence = hypothesis.evidence;
+    const auto lines = static_cast<double>(hypothesis.lines);
+    const std::size_t others = std::max(evidence.visible_contours, evidence.contours) - 3;
+    const std::size_t met = evidence.contours - 3;
+    const double extent =
+        std::sqrt(static_cast<double>(camera_.parameters().width) * camera_.parameters().height);
+    const double chance = std::min(1.0, lines * 2 * std::max(0.5, 2 * rms) / extent);
+    double tail = 0;
+    double term = std::pow(1 - chance, static_cast<double>(others));
+    for (std::size_t k = 0; k <= others; ++k) {
+      tail += k >= met ? term : 0;
+      term *= static_cast<double>(others - k) / static_cast<double>(k + 1) * chance /
+              std::max(1e-9, 1 - chance);
+    }
+    return kPlausible * triples(lines) *
+           triples(2 * static_cast<double>(circles_.back().rank + 1)) * tail;
   }
 
   [[nodiscard]] static bool same_across(const SE3& a, const SE3& b) {

@@ -55,6 +55,8 @@ struct FirstPoseParameters {
   std::size_t largest_lines = 48;    ///< of the pencil that are tried, longest first, 4 to 64
   std::size_t smallest_matches = 4;  ///< contours that must have been found, >= 4
   double smallest_score = 0.55;      ///< of a pose that is believed, (0, 1)
+  /// Poses as good that are to be expected among lines that are parallel by chance, > 0.
+  double largest_false_alarms = 0.05;
   /// A different pose that scores this share of the best makes the result ambiguous, (0, 1).
   double rival_share = 0.85;
   /// Standard deviation along the flow when nothing says where the camera is, m, > 0.
