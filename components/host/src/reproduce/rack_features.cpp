@@ -40,6 +40,12 @@ double deviation(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
+/// Shown with this many decimals.
+double rounded(double value) {
+  constexpr double kScale = 1e4;
+  return std::round(value * kScale) / kScale;
+}
+
 /// Runs of poses, one per seed.
 struct Runs {
   std::vector<PoseErrors> each;
@@ -106,10 +112,11 @@ void table_one(RackReproduction& run, int samples_per_edge, bool figures) {
     above += score.above(cell) ? 1 : 0;
     bound_above += score.bound_above(cell) ? 1 : 0;
     worst = std::max(worst, score.ratio_to_bound());
-    table.add_row({std::int64_t{cell.pipes}, static_cast<std::int64_t>(cell.points), position,
-                   deviation(score.position), cell.paper_position, orientation,
-                   deviation(score.orientation), cell.paper_orientation, score.ratio_to_bound(),
-                   score.half_of(cell), score.bound_half_of(cell)});
+    table.add_row({std::int64_t{cell.pipes}, static_cast<std::int64_t>(cell.points),
+                   rounded(position), rounded(deviation(score.position)), cell.paper_position,
+                   rounded(orientation), rounded(deviation(score.orientation)),
+                   cell.paper_orientation, rounded(score.ratio_to_bound()), score.half_of(cell),
+                   score.bound_half_of(cell)});
     run.result.rows.push_back(
         {{"study", study},
          {"pipes", cell.pipes},
