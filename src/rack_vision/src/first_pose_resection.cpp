@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <numbers>
 #include <numeric>
+#include <stdexcept>
 
 namespace pipescout::rack_vision::internal {
 namespace {
@@ -262,6 +263,37 @@ std::vector<Resection> distinct(std::vector<Resection> all, std::size_t most) {
 }
 
 }  // namespace
+
+std::vector<PipeCircle> pipe_circles(const RackOutline& rack) {
+  std::vector<PipeCircle> circles;
+  std::vector<std::size_t> pipes;
+  for (std::size_t i = 0; i < rack.sections.size(); ++i) {
+    if (rack.along_flow[i]) {
+      pipes.push_back(i);
+    }
+  }
+  std::ranges::stable_sort(pipes, {}, [&](std::size_t i) { return rack.sections[i][0].start.x(); });
+  for (std::size_t rank = 0; rank < pipes.size(); ++rank) {
+    const std::size_t first = circles.size();
+    for (const PipeSection& section : rack.sections[pipes[rank]]) {
+      const Vector3d middle = section.start + 0.5 * section.length * section.direction;
+      const PipeCircle circle{.centre = {middle.x(), middle.z()},
+                              .radius = 0.5 * (section.radius_start + section.radius_end),
+                              .rank = rank};
+      const bool known = std::any_of(
+          circles.begin() + static_cast<std::ptrdiff_t>(first), circles.end(),
+          [&](const PipeCircle& other) { return std::abs(other.radius - circle.radius) < 2e-3; });
+      if (!known) {
+        circles.push_back(circle);
+      }
+    }
+  }
+  if (pipes.size() < 2) {
+    throw std::invalid_argument(
+        "FirstPoseFinder: the rack has fewer than two pipes along y: nothing to start from");
+  }
+  return circles;
+}
 
 geometry::SO3 nominal_rotation(const Vector3d& flow) {
   const Vector3d up = (-Vector3d::UnitZ() + flow.z() * flow).normalized();

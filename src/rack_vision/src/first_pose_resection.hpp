@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "first_pose_evidence.hpp"
 #include "first_pose_pencil.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/so3.hpp"
@@ -25,6 +26,10 @@ struct PipeCircle {
   double radius = 0;       ///< m
   std::size_t rank = 0;    ///< of its pipe from left to right
 };
+
+/// Circles of the pipes along the flow, by rank; a reducer as what it is halfway. Throws
+/// std::invalid_argument when there are fewer than two such pipes.
+[[nodiscard]] std::vector<PipeCircle> pipe_circles(const RackOutline& rack);
 
 /// Where the camera may be, rack frame, m and rad.
 struct ResectionLimits {

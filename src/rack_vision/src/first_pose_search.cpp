@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "first_pose_along.hpp"
+#include "first_pose_chance.hpp"
 #include "first_pose_evidence.hpp"
 #include "first_pose_resection.hpp"
 #include "pipescout/rack_vision/contour.hpp"
@@ -50,38 +51,6 @@ double wrapped(double angle) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
-/// Circles of the pipes along the flow; a reducer as what it is halfway.
-std::vector<PipeCircle> circles_of(const RackOutline& rack) {
-  std::vector<PipeCircle> circles;
-  std::vector<std::size_t> pipes;
-  for (std::size_t i = 0; i < rack.sections.size(); ++i) {
-    if (rack.along_flow[i]) {
-      pipes.push_back(i);
-    }
-  }
-  std::ranges::stable_sort(pipes, {}, [&](std::size_t i) { return rack.sections[i][0].start.x(); });
-  for (std::size_t rank = 0; rank < pipes.size(); ++rank) {
-    const std::size_t first = circles.size();
-    for (const PipeSection& section : rack.sections[pipes[rank]]) {
-      const Vector3d middle = section.start + 0.5 * section.length * section.direction;
-      const PipeCircle circle{.centre = {middle.x(), middle.z()},
-                              .radius = 0.5 * (section.radius_start + section.radius_end),
-                              .rank = rank};
-      const bool known = std::any_of(
-          circles.begin() + static_cast<std::ptrdiff_t>(first), circles.end(),
-          [&](const PipeCircle& other) { return std::abs(other.radius - circle.radius) < 2e-3; });
-      if (!known) {
-        circles.push_back(circle);
-      }
-    }
-  }
-  if (pipes.size() < 2) {
-    throw std::invalid_argument(
-        "FirstPoseFinder: the rack has fewer than two pipes along y: nothing to start from");
-  }
-  return circles;
-}
-
 /// The search in one image.
 class Search {
  public:
@@ -93,7 +62,7 @@ class Search {
         camera_(camera),
         hint_(hint),
         planes_(planes),
-        circles_(circles_of(rack)),
+        circles_(pipe_circles(rack)),
         evidence_(rack, camera, planes) {}
 
   FirstPose run() {
@@ -374,7 +343,8 @@ class Search {
         evidence_.fit(hypothesis.T_camera_rack, evidence.matches, hypothesis.along_from_image,
                       {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
     if (!fit || !heading_fits(fit->T_camera_rack.rotation()) ||
-        false_alarms(hypothesis, fit->rms) > parameters_.largest_false_alarms) {
+        false_alarms(evidence, hypothesis.lines, circles_.back().rank + 1, fit->rms, camera_) >
+            parameters_.largest_false_alarms) {
       return std::nullopt;
     }
     const Vector3d centre = fit->T_camera_rack.inverse().translation();
@@ -389,30 +359,6 @@ class Search {
                               .score = evidence.share(),
                               .matches = evidence.contours,
                               .along_from_image = hypothesis.along_from_image};
-  }
-
-  /// How many poses as good as this one are to be expected among as many lines without order: the
-  /// assignments of three lines, times the probability that so many of the other contours meet a
-  /// line by chance (the a-contrario principle of Desolneux, Moisan and Morel, 2000).
-  [[nodiscard]] double false_alarms(const Hypothesis& hypothesis, double rms) const {
-    constexpr double kPlausible = 0.02;  // share of assignments that put the camera over the rack
-    const auto triples = [](double n) { return n * (n - 1) * (n - 2) / 6; };
-    const Evidence& evidence = hypothesis.evidence;
-    const auto lines = static_cast<double>(hypothesis.lines);
-    const std::size_t others = std::max(evidence.visible_contours, evidence.contours) - 3;
-    const std::size_t met = evidence.contours - 3;
-    const double extent =
-        std::sqrt(static_cast<double>(camera_.parameters().width) * camera_.parameters().height);
-    const double chance = std::min(1.0, lines * 2 * std::max(0.5, 2 * rms) / extent);
-    double tail = 0;
-    double term = std::pow(1 - chance, static_cast<double>(others));
-    for (std::size_t k = 0; k <= others; ++k) {
-      tail += k >= met ? term : 0;
-      term *= static_cast<double>(others - k) / static_cast<double>(k + 1) * chance /
-              std::max(1e-9, 1 - chance);
-    }
-    return kPlausible * triples(lines) *
-           triples(2 * static_cast<double>(circles_.back().rank + 1)) * tail;
   }
 
   [[nodiscard]] static bool same_across(const SE3& a, const SE3& b) {
