@@ -25,17 +25,20 @@ void Figures::print(std::ostream& out) const {
   }
   out << '\n';
   for (const Figure& figure : figures_) {
-    const bool met = figure.bound == Bound::kAtLeast ? figure.value >= figure.target
-                                                     : figure.value <= figure.target;
-    out << std::left << std::setw(32) << figure.name << std::right << std::setw(12) << figure.value
-        << (figure.bound == Bound::kAtLeast ? "   at least " : "   at most  ") << std::setw(8)
-        << figure.target << (met ? "   met" : "   NOT MET") << '\n';
+    out << std::left << std::setw(32) << figure.name << std::right << std::setw(12) << figure.value;
+    if (figure.target) {
+      const bool met = figure.bound == Bound::kAtLeast ? figure.value >= *figure.target
+                                                       : figure.value <= *figure.target;
+      out << (figure.bound == Bound::kAtLeast ? "   at least " : "   at most  ") << std::setw(8)
+          << *figure.target << (met ? "   met" : "   NOT MET");
+    }
+    out << '\n';
   }
 }
 
 void Figures::write_json(const std::string& file) const {
   nlohmann::json document = {
-      {"figures", nlohmann::json::object()}, {"rows", rows_}, {"seeds", nlohmann::json::array()}};
+      {"figures", nlohmann::json::object()}, {"rows", rows_}, {"seeds", seeds_}};
   for (const Figure& figure : figures_) {
     document["figures"][figure.name] = figure.value;
   }

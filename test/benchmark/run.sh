@@ -45,4 +45,6 @@ set +u
 source install/setup.bash
 set -u
 export ROS_LOCALHOST_ONLY=1
+# One core: neither ViSP nor the linear algebra that it uses may take more.
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 exec "install/pipescout_benchmark/lib/pipescout_benchmark/${name}_benchmark" "${arguments[@]}"

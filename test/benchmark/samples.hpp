@@ -11,10 +11,10 @@ namespace pipescout::benchmarks {
 /// Nanoseconds on CLOCK_MONOTONIC, which all processes of a machine share.
 [[nodiscard]] std::int64_t monotonic_nanoseconds();
 
-/// Latencies of one case, in microseconds.
+/// Values of one kind.
 class Samples {
  public:
-  void add(double microseconds) { values_.push_back(microseconds); }
+  void add(double value) { values_.push_back(value); }
   [[nodiscard]] std::size_t size() const { return values_.size(); }
   /// `fraction` in [0, 1]; NaN without samples.
   [[nodiscard]] double quantile(double fraction) const;
@@ -24,7 +24,8 @@ class Samples {
   std::vector<double> values_;
 };
 
-/// All samples of this run by case; cases are measured in several interleaved repetitions.
+/// Latencies of this run by case, in microseconds; cases are measured in several interleaved
+/// repetitions.
 [[nodiscard]] std::map<std::string, Samples>& all_samples();
 
 }  // namespace pipescout::benchmarks
