@@ -7,6 +7,8 @@
 #                                            2. a simulated crawler in a pipe of 60 joints: odometers and
 #                                               eddy currents -> welds -> position; its welds aligned
 #                                               with the pipe's ledger
+#                                            3. a simulated UAV over a rack of pipes: images -> pose and
+#                                               offsets of the pipes -> servo loop along way-points
 #   inspect.sh READINGS.csv [OPTION...]      your own readings: docs/components/odometer_replay.md
 #
 # Options, of the readings:
@@ -19,7 +21,7 @@
 #   --rate R              speed of the replay, as a multiple of the recording's
 #   --reference COLUMN    column of your file that the fused distance is compared with
 #   --out DIR             the mission folder; default: missions/<name>_<UTC time>. That of the crawler
-#                         is DIR_crawler
+#                         is DIR_crawler, that of the rack DIR_rack
 #   -h, --help            this text
 #
 # Stays on this machine: ROS_LOCALHOST_ONLY is 1 unless it is set. Two missions at once on one machine
@@ -31,7 +33,7 @@ set -euo pipefail
 unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '3,29s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,31s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 wrong() {
   echo "inspect.sh: $1" >&2
   echo "inspect.sh --help tells the options." >&2
@@ -102,9 +104,9 @@ fi
 
 composition=$root/launch_scripts/odometry.yaml
 arguments=()
-with_crawler=true steps=5
+with_simulations=true steps=6
 if [ -n "$readings" ]; then
-  with_crawler=false steps=4
+  with_simulations=false steps=4
   composition=$root/launch_scripts/own_readings.yaml
   arguments=("readings:=$(text "$readings")")
   if [ -n "$reference" ]; then
@@ -115,8 +117,10 @@ if [ -n "$readings" ]; then
 fi
 now=$(date -u +%Y-%m-%dT%H-%M-%SZ)
 crawler_out=missions/crawler_$now
+rack_out=missions/rack_$now
 if [ -n "$out" ]; then
   crawler_out=${out%/}_crawler
+  rack_out=${out%/}_rack
 else
   out=missions/$(basename "$composition" .yaml)_$now
 fi
@@ -145,7 +149,8 @@ else
     colcon build \
       --packages-up-to pipescout_host pipescout_plots pipescout_odometer_replay \
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
-      pipescout_crawler_simulation pipescout_crawler_recorder \
+      pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
+      pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -177,7 +182,7 @@ step "Mission: odometer readings"
 pipescout run "$composition" "${arguments[@]}" "${parameters[@]}" --out "$out"
 pictures=("$out")
 
-if $with_crawler; then
+if $with_simulations; then
   step "Mission: a crawler in a pipe"
   tally=$(share pipescout_crawler_simulation)/tally.csv
   columns=$(share pipescout_crawler_recorder)/welds.yaml
@@ -189,9 +194,15 @@ if $with_crawler; then
     --name crawler --date "$now" --out "$crawler_out/ledger.csv" \
     --report "$crawler_out/alignment.csv"
   pictures+=("$crawler_out")
+
+  step "Mission: a UAV over a rack of pipes"
+  pipescout run "$root/launch_scripts/rack.yaml" --out "$rack_out"
 fi
 
 step "Pictures"
 for folder in "${pictures[@]}"; do
   pipescout plot odometry "$folder"
 done
+if $with_simulations; then
+  pipescout plot rack "$rack_out"
+fi

@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Flies over the rack as a user does: images, pose and commands go over topics, and the loop is
+closed through them. Judges what was recorded against the truth of the simulation.
+
+    rack_mission_test.py CASE LAUNCH_SCRIPTS SCRATCH
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import sys
+
+from mission import pipescout, recorded
+
+# What runs beside this may use the same domain, but not this namespace.
+NAMESPACE = f"/rack_test_{os.getpid()}"
+TIMEOUT = 280  # s, of a run
+
+
+def run(composition, folder, *arguments):
+    # Simulated time is everybody's in a domain, unless the topic is the mission's own.
+    text = composition.read_text()
+    own = folder.parent / composition.name
+    own.write_text(text.replace("    parameters:", "    remappings: {/clock: clock}\n"
+                                                   "    parameters:"))
+    pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
+
+
+def figures(folder):
+    all_figures = json.loads((folder / "summary.json").read_text())["figures"]
+    prefix = f"{NAMESPACE[1:]}.rack_"
+    return {name[len(prefix):]: value for name, value in all_figures.items()
+            if name.startswith(prefix)}
+
+
+def check(folder):
+    found = figures(folder)
+    assert found["way_points_done"] == found["way_points"] == 4, found
+    assert found["losses"] == 0, found
+    assert found["tracked_percent"] >= 99.0, found
+    assert found["position_median_m"] <= 0.02, found
+    assert found["orientation_median_deg"] <= 0.3, found
+    # Where the pipes really lie, and not where the rack file has them.
+    true_offsets = {"P2": 0.012, "P3": -0.008, "P4": 0.015}
+    last = {row["pipe"]: float(row["offset"]) for row in recorded(folder, "offsets.csv")}
+    for pipe, offset in true_offsets.items():
+        assert abs(last[pipe] - offset) < 0.006, (pipe, last)
+
+
+def one_process(launch_scripts, scratch):
+    run(launch_scripts / "rack.yaml", scratch / "mission")
+    check(scratch / "mission")
+
+
+def several_processes(launch_scripts, scratch):
+    """The same composition with each component in a process of its own, over DDS."""
+    text = (launch_scripts / "rack.yaml").read_text()
+    composition = scratch / "rack_isolated.yaml"
+    composition.write_text(text.replace("  - type:", "  - isolate: true\n    type:"))
+    (scratch / "run").mkdir()
+    run(composition, scratch / "run/mission")
+    check(scratch / "run/mission")
+
+
+def main():
+    case, launch_scripts, scratch = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    {"one_process": one_process, "several_processes": several_processes}[case](launch_scripts,
+                                                                             scratch)
+
+
+if __name__ == "__main__":
+    main()
