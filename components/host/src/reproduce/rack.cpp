@@ -23,6 +23,9 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
       << run.seeds.back() << ", which no tuning saw.\n\n";
   result.seeds = run.seeds;
   reproduce_rack_features(run);
+  if (extent.images.largest_seeds > 0) {
+    reproduce_rack_images(run);
+  }
   return result;
 }
 

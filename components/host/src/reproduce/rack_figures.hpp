@@ -24,4 +24,8 @@ struct RackReproduction {
 /// Where edges and points are seen is given, with the errors of a detector: the paper's simulation.
 void reproduce_rack_features(RackReproduction& run);
 
+/// On rendered images: `image_...` and `silent_wrong_pose`. As many seeds at once as there are
+/// processors.
+void reproduce_rack_images(RackReproduction& run);
+
 }  // namespace pipescout::host

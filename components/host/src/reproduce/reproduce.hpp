@@ -58,10 +58,25 @@ struct InPipeExtent {
   double curve_length = 1000.0;     ///< m, at each other signal-to-noise ratio
 };
 
+/// How much is flown over rendered racks, for each seed.
+struct RackImageExtent {
+  std::size_t largest_seeds = 10;  ///< however many are asked for: rendering takes long; 0: nothing
+  double inspection = 60;          ///< s
+  double clutter = 15;             ///< s
+  double sparse = 30;              ///< s, at 6 Hz
+  double along = 8;                ///< m, one way along the pipes
+  double plain = 10;               ///< s over plain paint
+  double before_loss = 3;          ///< s
+  double after_loss = 2;           ///< s
+  std::size_t places = 2;          ///< where wrong starts are tried
+  std::size_t trials = 25;         ///< at each place, of wrong first poses and of predictions
+};
+
 /// How much is simulated for the figures over a pipe rack.
 struct RackExtent {
   std::size_t every_frame = 1;           ///< of Table I: only each n-th
   std::size_t first_pose_trials = 1000;  ///< in all
+  RackImageExtent images{};
 };
 
 // The tables.

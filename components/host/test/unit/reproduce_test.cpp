@@ -55,19 +55,46 @@ TEST(Reproduce, ListsItsTables) {
 
 TEST(Reproduce, FliesOverTheRack) {
   std::ostringstream out;
-  const auto result =
-      reproduce_rack({.seeds = 1}, RackExtent{.every_frame = 30, .first_pose_trials = 10}, out);
-  for (const char* figure :
-       {"ideal_position_rms_m", "ideal_orientation_rms_deg", "table1_cells_half_of_paper",
-        "table1_cells_above_paper", "table1_worst_ratio_to_bound", "offsets_ideal_frames_to_1mm",
-        "offsets_noise_error_m", "offsets_nees", "outlier30_position_ratio",
-        "features_silent_wrong_pose"}) {
+  const RackImageExtent images{.inspection = 0.4,
+                               .clutter = 0.4,
+                               .sparse = 1,
+                               .along = 0.2,
+                               .plain = 0.5,
+                               .before_loss = 0.4,
+                               .after_loss = 0.4,
+                               .places = 1,
+                               .trials = 1};
+  const auto result = reproduce_rack(
+      {.seeds = 1}, RackExtent{.every_frame = 30, .first_pose_trials = 10, .images = images}, out);
+  for (const char* figure : {"ideal_position_rms_m",
+                             "ideal_orientation_rms_deg",
+                             "table1_cells_half_of_paper",
+                             "table1_cells_above_paper",
+                             "table1_worst_ratio_to_bound",
+                             "offsets_ideal_frames_to_1mm",
+                             "offsets_noise_error_m",
+                             "offsets_nees",
+                             "outlier30_position_ratio",
+                             "features_silent_wrong_pose",
+                             "image_tracked_percent",
+                             "image_position_median_m",
+                             "image_position_p95_m",
+                             "image_orientation_median_deg",
+                             "image_orientation_p95_deg",
+                             "image_along_drift_percent",
+                             "image_clutter40_tracked_percent",
+                             "image_plain_10s_covered_percent",
+                             "image_recoveries",
+                             "image_recoveries_without_odometry",
+                             "silent_wrong_pose",
+                             "image_6hz_tracked_percent"}) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_LE(result.figures["ideal_position_rms_m"].get<double>(), 0.001);
   EXPECT_EQ(result.figures["features_silent_wrong_pose"].get<double>(), 0);
   EXPECT_EQ(result.seeds.size(), 1U);
   EXPECT_THAT(out.str(), HasSubstr("Table I"));
+  EXPECT_THAT(out.str(), HasSubstr("On images"));
 }
 
 constexpr InPipeExtent kShort{.run_length = 1000.0,
