@@ -17,9 +17,9 @@ constexpr int kLongestProfile = 2 * static_cast<int>(kLongestSearch) + 2 * kMost
 // Mean over this far to both sides along the edge: halves what noise and texture do to a sample.
 constexpr double kSideStep = 2.0;
 constexpr int kSideSteps = 2;
-constexpr double kUsualBlur = 0.7;   // px, of lens and sampling
-constexpr double kImageBlur = 0.88;  // px: that, the pixels' own size and the interpolation
-constexpr double kStepSigma = 0.1;   // px, of a plain step
+constexpr double kImageBlur = 0.88;  // px: a good lens, the pixels' own size, the interpolation
+constexpr int kSupportShare = 3;
+constexpr double kStepSigma = 0.1;  // px, of a plain step
 
 /// Grey level at (u, v), which must have a pixel to its right and one below.
 float bilinear(const ImageView& image, float u, float v) noexcept {
@@ -147,7 +147,7 @@ EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameter
     weight = static_cast<float>(weight / slope);  // a ramp of slope 1 gives 1
   }
   contrast_per_response_ =
-      std::sqrt(2 * std::numbers::pi * (sigma * sigma + kUsualBlur * kUsualBlur));
+      std::sqrt(2 * std::numbers::pi * (sigma * sigma + kImageBlur * kImageBlur));
 }
 
 EdgeSearch::~EdgeSearch() = default;
@@ -263,8 +263,11 @@ void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::ui
                         std::vector<SearchedSample>& samples) {
   const double reach = std::clamp(range, 1.0, kLongestSearch * 0.8);
   const bool round = edge.id.kind == EdgeKind::kPipe;
-  for (int j = 1; j <= parameters_.samples_per_edge; ++j) {
-    const double share = static_cast<double>(j) / (parameters_.samples_per_edge + 1);
+  // Supports have many short edges, and fix little but the place along the pipes.
+  const int count = round ? parameters_.samples_per_edge
+                          : std::max(2, parameters_.samples_per_edge / kSupportShare);
+  for (int j = 1; j <= count; ++j) {
+    const double share = static_cast<double>(j) / (count + 1);
     SearchedSample& sample = samples.emplace_back();
     sample.edge = index;
     sample.normal = normal;

@@ -11,9 +11,10 @@
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr double kMargin = 13;           // px from the border of the image: room for the patch
-constexpr double kSmallestWindow = 2.0;  // px, half
-constexpr double kLargestWindow = 48.0;  // px, half
+constexpr double kMargin = 13;            // px from the border of the image: room for the patch
+constexpr double kSmallestWindow = 0.7;   // px, half
+constexpr double kWithinAlignment = 1.6;  // px, half
+constexpr double kLargestWindow = 48.0;   // px, half
 // Best against second best place in a window: 1 - correlation must be this much smaller.
 constexpr double kLargestRatio = 0.75;
 constexpr double kClearlyWorseAnchor = 1e-6;  // m^2
@@ -155,23 +156,27 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     by_motion.leftCols<3>() = -projection->by_place;
     by_motion.rightCols<3>() = projection->by_place * geometry::skew(projection->from_camera);
     const double anchor = std::abs(point.anchor_variance - view.anchor_variance);
-    const Eigen::Vector2d place_variance(
-        point.own_variance + point.along_variance + (anchored_by_y(point) ? anchor : 0.0),
-        point.own_variance + point.around_variance);
+    // Three sigma of what is a point's own; what it shares with the others is in the view by now.
+    const Eigen::Vector2d place_variance(9.0 * point.own_variance + point.along_variance +
+                                             (anchored_by_y(point) ? 9.0 * anchor : 0.0),
+                                         9.0 * point.own_variance + point.around_variance);
     const Eigen::Matrix2d place_error =
         projection->scale * place_variance.asDiagonal() * projection->scale.transpose();
     const Eigen::Vector2d variance =
-        (by_motion * view.covariance * by_motion.transpose() + place_error).diagonal();
-    const PatchWindow window{
-        projection->pixel,
-        (3.0 * variance.cwiseMax(0).cwiseSqrt()).cwiseMin(kLargestWindow).array() +
-            kSmallestWindow};
-    const PatchMatch coarse = search_patch(image, warped, window);
-    if (!coarse.found || coarse.correlation < parameters_.least_correlation - 0.1 ||
-        1 - coarse.correlation > kLargestRatio * (1 - coarse.second)) {
-      continue;
+        (9.0 * by_motion * view.covariance * by_motion.transpose() + place_error).diagonal();
+    const Eigen::Vector2d half_size =
+        variance.cwiseMax(0).cwiseSqrt().cwiseMin(kLargestWindow).array() + kSmallestWindow;
+    Eigen::Vector2d near = projection->pixel;
+    // The alignment itself finds what is within a pixel and a half.
+    if (half_size.maxCoeff() > kWithinAlignment) {
+      const PatchMatch coarse = search_patch(image, warped, {projection->pixel, half_size});
+      if (!coarse.found || coarse.correlation < parameters_.least_correlation - 0.1 ||
+          1 - coarse.correlation > kLargestRatio * (1 - coarse.second)) {
+        continue;
+      }
+      near = coarse.pixel;
     }
-    const PatchAlignment fine = align_patch(image, warped, coarse.pixel);
+    const PatchAlignment fine = align_patch(image, warped, near);
     if (!fine.converged || fine.correlation < parameters_.least_correlation) {
       continue;
     }

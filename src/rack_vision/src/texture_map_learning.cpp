@@ -17,7 +17,9 @@ constexpr std::uint32_t kMostCounted = 200;  // then both counts are halved: pla
 constexpr double kAlikePoses = 25;
 constexpr double kTinyVariance = 1e-12;  // m^2
 constexpr double kLeastPixelError =
-    0.03;                        // px: a patch keeps an error that no number of looks ends
+    0.03;  // px: a patch keeps an error that no number of looks ends
+constexpr int kFewPoints = 25;
+constexpr int kHaste = 5;
 constexpr int kPatchReach = 7;   // px: a patch must lie on one section of a pipe
 constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
 
@@ -135,8 +137,11 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
   const int side = parameters_.cell_side;
   const auto least =
       static_cast<float>(0.05 * parameters_.least_contrast * parameters_.least_contrast);
+  // In haste where there is little to hold on to.
+  const auto held = std::ranges::count_if(occupied_, [](std::uint8_t count) { return count > 0; });
+  const int wanted = parameters_.cells_per_frame * (held < kFewPoints ? kHaste : 1);
   int looked_through = 0;
-  for (int i = 0; i < cells && looked_through < parameters_.cells_per_frame; ++i) {
+  for (int i = 0; i < cells && looked_through < wanted; ++i) {
     const int cell = next_cell_;
     next_cell_ = (next_cell_ + 1) % cells;
     if (occupied_[static_cast<std::size_t>(cell)] > 0) {

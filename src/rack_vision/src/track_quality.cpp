@@ -18,8 +18,7 @@ double track_quality(const TrackEvidence& evidence) noexcept {
   double edges = 0;
   if (evidence.edge_samples >= kEnoughSamples) {
     const double share = static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples;
-    const double chance = std::clamp(evidence.chance_share, 0.0, 0.9);
-    edges = std::clamp((share - chance) / (1 - chance) / kGoodEdges, 0.0, 1.0);
+    edges = std::clamp(share / kGoodEdges, 0.0, 1.0);
   }
   double quality = edges;
   if (evidence.points >= kEnoughPoints) {

@@ -140,8 +140,8 @@ void TrackStep::propose_starts(const ImageView& image, const TrackBelief& before
   starts_.resize(kept);
 }
 
-bool TrackStep::refine_start(const ImageView& image, const TrackBelief& before,
-                             const Start& start) {
+bool TrackStep::refine_start(const ImageView& image, const TrackBelief& before, const Start& start,
+                             double along_variance) {
   TrackBelief guess = before;
   guess.T_rack_camera = start.T_rack_camera;
   guess.covariance.setZero();
@@ -149,7 +149,7 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& before,
   guess.offsets.covariance.setZero();
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
-    search(image, guess, range - kRanges.back());
+    search(image, guess, range, along_variance);
     if (!solve(guess, before.covariance, before.T_rack_camera, guess.offsets, false)) {
       return false;
     }
@@ -165,6 +165,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   points_.clear();
   matches_.clear();
   propose_starts(image, before);
+  const double along_variance = before.covariance(1, 1) + before.anchor_variance;
   const auto share = [](const TrackEvidence& evidence) {
     return evidence.edge_samples > 0
                ? static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples
@@ -175,7 +176,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   double rival_share = -1;
   Start best_start;
   for (const Start& start : starts_) {
-    if (!refine_start(image, before, start)) {
+    if (!refine_start(image, before, start, along_variance)) {
       continue;
     }
     StepOutcome tried;
@@ -200,7 +201,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     return;
   }
   // Once more, for the working memory that `learn` reads.
-  (void)refine_start(image, before, best_start);
+  (void)refine_start(image, before, best_start, along_variance);
   outcome = {};
   accept(before.anchor_variance, outcome);
   outcome.belief.offsets = before.offsets;

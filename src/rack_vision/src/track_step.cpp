@@ -14,15 +14,17 @@ namespace {
 
 using geometry::Matrix6d;
 
-constexpr double kLeastRange = 3.0;      // px to either side of a rendered edge
-constexpr double kLargestRange = 40.0;   // px
-constexpr double kSupportSigma = 2.0;    // times that of a pipe's edge: beams are less true
-constexpr double kInlierGate = 1.25;     // px: an edge or point this near is where the pose has it
-constexpr double kLongStep = 4.0;        // px: a solution this far from the search is searched anew
-constexpr double kFreeAlong = 0.5;       // m: "not known" along y
-constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
-constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
+constexpr double kLeastRange = 3.0;       // px to either side of a rendered edge
+constexpr double kLargestRange = 40.0;    // px
+constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
+constexpr double kInlierGate = 1.25;      // px: an edge or point this near is where the pose has it
+constexpr double kWideRange = 16.0;       // px
+constexpr double kFreeAlong = 0.5;        // m: "not known" along y
+constexpr double kSupportsSay = 0.02;     // m: y from supports is used when better than this
+constexpr double kAnchorFloor = 0.0015;   // m: what supports leave of the error along y
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
+constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
+constexpr std::size_t kPointsForAlong = 8;
 constexpr int kJudgedSamples = 5;
 constexpr int kY = 1;
 
@@ -118,11 +120,21 @@ double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& norma
   return 3.0 * std::sqrt(largest);
 }
 
-void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range) {
+void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range,
+                       double along_variance) {
   samples_.clear();
   searched_.clear();
+  skipped_ = 0;
+  TrackBelief along = belief;
+  along.covariance.setZero();
+  along.covariance(kY, kY) = along_variance;
+  along.offsets.covariance.setZero();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     searched_.push_back(edges_[i].id);
+    if (range_of(edges_[i], normals_[i], along) > kWidestAlong) {
+      ++skipped_;
+      continue;  // it may be anywhere, and what looks like it is another one
+    }
     const double range =
         std::min(range_of(edges_[i], normals_[i], belief) + least_range, kLargestRange);
     edge_search_.search(image, edges_[i], static_cast<std::uint32_t>(i), normals_[i], range,
@@ -167,8 +179,12 @@ void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
   if (said > kSupportsSay * kSupportsSay || believed < 4 * reached) {
     return;
   }
-  outcome.shift_along =
+  const double shift =
       solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
+  if (shift * shift > 9 * (believed + said)) {
+    return;  // those are the edges of another support
+  }
+  outcome.shift_along = shift;
   belief.T_rack_camera = geometry::SE3(
       belief.T_rack_camera.rotation(),
       belief.T_rack_camera.translation() + outcome.shift_along * Eigen::Vector3d::UnitY());
@@ -215,10 +231,7 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
     first = i;
     evidence.edge_samples += searched;
     evidence.edge_samples_found += found;
-    if (searched >= kJudgedSamples) {
-      ++evidence.edges;
-      evidence.edges_supported += 2 * found >= searched ? 1 : 0;
-    }
+    evidence.edges += searched >= kJudgedSamples ? 1 : 0;
   }
   const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
   for (const PointObservation& point : points_) {
@@ -231,19 +244,37 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
   evidence.points = static_cast<int>(matches_.size());
 }
 
+bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
+  const double along_variance = belief.covariance(kY, kY) + belief.anchor_variance;
+  // With y set free: what supports and orthogonal pipes say of it.
+  TrackBelief free = belief;
+  free.covariance(kY, kY) += kFreeAlong * kFreeAlong;
+  double widest = 0;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (edges_[i].id.kind == EdgeKind::kPipe) {
+      widest = std::max(widest, range_of(edges_[i], normals_[i], belief));
+    }
+  }
+  if (widest > kWideRange) {
+    // Within such a range there are edges of neighbours: first see where all of them line up.
+    propose_starts(image, belief);
+    return !starts_.empty() && refine_start(image, free, starts_.front(), along_variance);
+  }
+  TrackBelief wide = belief;
+  wide.covariance(kY, kY) = along_variance;
+  search(image, wide, kLeastRange, along_variance);
+  return solve(belief, free.covariance, belief.T_rack_camera, belief.offsets, false);
+}
+
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
   outcome = {};
   outcome.belief = before;
   TrackBelief start = before;
   render(start.T_rack_camera, start.offsets);
-  search(image, start, kLeastRange);
 
-  // Edges alone, with y set free: what supports and orthogonal pipes say of it.
-  Matrix6d free = start.covariance;
-  free(kY, kY) += kFreeAlong * kFreeAlong;
   TrackBelief guess = start;
   points_.clear();
-  if (solve(start, free, start.T_rack_camera, start.offsets, false)) {
+  if (find_edges(image, start)) {
     anchor_by_supports(start, outcome);
     const geometry::SE3 found = solution_.T_camera_rack.inverse();
     Eigen::Vector3d place = found.translation();
@@ -264,7 +295,17 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
     // The prediction was relative to the anchor of the image before.
     prior(kY, kY) += std::max(0.0, start.anchor_variance - *anchor);
   }
-  if (!solve(guess, prior, start.T_rack_camera, start.offsets, true)) {
+  bool solved = solve(guess, prior, start.T_rack_camera, start.offsets, true);
+  if (solved && anchor && skipped_ > 0 && points_.size() >= kPointsForAlong) {
+    // Now that the points say where along the pipes, the other edges can be told apart.
+    guess.T_rack_camera = solution_.T_camera_rack.inverse();
+    guess.covariance = solution_.covariance;
+    guess.offsets = solution_.offsets;
+    render(guess.T_rack_camera, guess.offsets);
+    search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor);
+    solved = solve(guess, prior, start.T_rack_camera, start.offsets, true);
+  }
+  if (!solved) {
     outcome.status = solution_.status;
     return;
   }

@@ -58,9 +58,11 @@ class TrackStep {
 
  private:
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
-  void search(const ImageView& image, const TrackBelief& belief, double least_range);
+  void search(const ImageView& image, const TrackBelief& belief, double least_range,
+              double along_variance);
   [[nodiscard]] double range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
                                 const TrackBelief& belief) const;
+  bool find_edges(const ImageView& image, const TrackBelief& belief);
   bool solve(const TrackBelief& guess, const geometry::Matrix6d& prior_covariance,
              const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
   void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
@@ -76,7 +78,8 @@ class TrackStep {
   /// How far apart, in px, edges look from two places.
   [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
   [[nodiscard]] double alignment(const ImageView& image) const;
-  bool refine_start(const ImageView& image, const TrackBelief& before, const Start& start);
+  bool refine_start(const ImageView& image, const TrackBelief& before, const Start& start,
+                    double along_variance);
   void accept(double anchor_variance, StepOutcome& outcome);
   void collect_evidence(StepOutcome& outcome) const;
   [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
@@ -97,6 +100,7 @@ class TrackStep {
   std::vector<SearchedSample> samples_;
   std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
   std::vector<EdgeSample> features_;
+  int skipped_ = 0;  ///< edges not searched, for not knowing y
   std::vector<Start> starts_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

@@ -18,7 +18,7 @@
 namespace pipescout::rack_vision {
 
 struct EdgeSearchParameters {
-  int samples_per_edge = 20;  ///< 2..100, at j / (N + 1) along the piece, as the paper's
+  int samples_per_edge = 20;  ///< 2..100, at j / (N + 1), as the paper's; supports: a third
   /// px, 0.6..4: of the Gaussian whose derivative finds the edge; about the blur of the image.
   double filter_sigma = 1.2;
   /// Grey levels across an edge, > 0: less is noise.

@@ -24,7 +24,7 @@ struct RackTrackerParameters {
 
   /// How far the camera may leave constant velocity: white accelerations, one sigma.
   double acceleration_sigma = 1.5;          ///< m/s^2, > 0: a quadrotor tilted by 9 degrees
-  double angular_acceleration_sigma = 3.0;  ///< rad/s^2, > 0
+  double angular_acceleration_sigma = 1.5;  ///< rad/s^2, > 0
 
   double edge_sigma = 0.25;       ///< px, > 0: noise of one edge sample
   double edge_bias_sigma = 0.20;  ///< px, >= 0: error that all samples of one edge share

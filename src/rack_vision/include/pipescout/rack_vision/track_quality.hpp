@@ -9,18 +9,14 @@ struct TrackEvidence {
   int edge_samples = 0;  ///< samples on visible edges of pipes and supports, whole in the image
   int edge_samples_found = 0;  ///< with an edge where the pose has it
   int edges = 0;               ///< pieces with enough samples to be judged
-  int edges_supported = 0;     ///< of them: those with at least half of their samples found
   int points = 0;              ///< texture points searched
   int points_matched = 0;      ///< found where the pose has them
   double residual_scale = 1;   ///< of the solver, in stated standard deviations
-  /// Share of samples that would be found by chance: edges of texture and clutter on the normals
-  /// within the gate, counted a little beside the pose. 0..1.
-  double chance_share = 0;
 };
 
 /// 0 (nothing speaks for the pose) to 1. Half and more: safe to use.
 ///
-/// Edges: share found, above what chance gives. Points: share matched, once there are enough of
+/// Edges: share found. Points: share matched, once there are enough of
 /// them; points that fail while edges are found mean that the edges are those of another place,
 /// and the lower of the two counts. Residuals far above what they should be lower the rest.
 [[nodiscard]] double track_quality(const TrackEvidence& evidence) noexcept;

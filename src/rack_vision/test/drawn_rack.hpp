@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "pipescout/rack_vision/image_view.hpp"
+#include "pipescout/rack_vision/surface_points.hpp"
+
+/// Images of a rack by the simplest of ray casters: pipes with a procedural texture over a plain
+/// ground, 2 x 2 rays a pixel, no noise.
+namespace pipescout::rack_vision::test {
+
+struct DrawnImage {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> pixels;
+  [[nodiscard]] ImageView view() const { return {pixels.data(), width, height, width}; }
+};
+
+inline RackModel drawn_rack() {
+  const std::vector<RowPipe> row{{"a", {{0, 0.15}, {10, 0.15}}, 0},
+                                 {"b", {{0, 0.20}, {10, 0.20}}, 0.1},
+                                 {"c", {{0, 0.15}, {10, 0.15}}, 0.1},
+                                 {"d", {{0, 0.18}, {10, 0.18}}, 0.1}};
+  RackModel model;
+  model.pipes = row_of_pipes(row);
+  return model;
+}
+
+inline geometry::Camera drawn_camera() {
+  geometry::CameraParameters parameters;
+  parameters.width = 360;
+  parameters.height = 240;
+  parameters.focal_length = 315;
+  parameters.centre_u = 180;
+  parameters.centre_v = 120;
+  return geometry::Camera(parameters);
+}
+
+/// Looking down from `height` m above the middle of the rack.
+inline geometry::SE3 drawn_pose(double x, double y, double height, double yaw) {
+  return {geometry::SO3::about_z(yaw) * geometry::SO3::about_x(std::numbers::pi), {x, y, height}};
+}
+
+inline double drawn_texture(double along, double angle) {
+  double sum = 0;
+  for (int k = 1; k <= 4; ++k) {
+    sum += std::sin(23.0 * k * along + 3.1 * k * angle + 1.7 * k * k) *
+           std::cos(9.0 * k * angle - 11.0 * k * along + 0.6 * k);
+  }
+  return sum / 4;
+}
+
+inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
+                       const geometry::SE3& T_rack_camera, double gain = 1.0) {
+  const RackSurface surface(model, {});
+  const int width = camera.parameters().width;
+  const int height = camera.parameters().height;
+  DrawnImage image{width, height, {}};
+  image.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  constexpr int kRays = 2;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      double sum = 0;
+      for (int ray = 0; ray < kRays * kRays; ++ray) {
+        const Eigen::Vector2d at(u + (ray % kRays - 0.5) / kRays, v + (ray / kRays - 0.5) / kRays);
+        const Eigen::Vector3d direction =
+            T_rack_camera.rotation() * (camera.inverse_matrix() * at.homogeneous());
+        const auto hit = surface.first_hit(T_rack_camera.translation(), direction);
+        if (!hit) {
+          sum += 70;
+          continue;
+        }
+        const double angle = std::atan2(hit->normal.x(), hit->normal.z());
+        sum += 130 + 60 * drawn_texture(hit->point.y() + 3.0 * hit->body, angle);
+      }
+      const double grey = gain * sum / (kRays * kRays);
+      image.pixels[static_cast<std::size_t>(v * width + u)] =
+          static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L));
+    }
+  }
+  return image;
+}
+
+}  // namespace pipescout::rack_vision::test
