@@ -67,7 +67,7 @@ class ModelFile {
 /// lower threshold that goes with it and with dark pipes, and points weigh five times as much as
 /// edges. Worn paint is faint texture: the quality of points may be lower (0.01 instead of 0.015);
 /// a larger window (10 pixels instead of 5) makes up for it, and fewer levels of the pyramid for
-/// the time. The settings of the examples took as long and were three to five times as wrong.
+/// the time. The settings of the examples took as long and were two to five times as wrong.
 class VispTracker::Implementation {
  public:
   Implementation(const std::string& cao, const VispCamera& camera)
