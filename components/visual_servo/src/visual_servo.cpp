@@ -245,6 +245,7 @@ CallbackReturn VisualServo::on_configure() {
   commanded_at_.reset();
   told_state_ = ServoState::kIdle;
   told_outcomes_ = 0;
+  told_complete_ = false;
   // Its last command, zero, is said after the managed endpoints have been disabled.
   publisher_ = create_publisher(topics::kVelocityCommand, {}, {.managed = false});
   pose_subscription_ =
@@ -323,6 +324,7 @@ void VisualServo::command(Time measured) {
   if (commanded_at_ && *commanded_at_ - clock > kNewBeginning) {
     mission_ = planned_;
     told_outcomes_ = 0;
+    told_complete_ = false;
   }
   // The image may be ahead of the clock by as much as is allowed; then its time is the later one.
   const bool ahead =
@@ -366,20 +368,26 @@ void VisualServo::tell(const ServoCommand& command) {
   }
   const std::size_t reached = mission_->count(WayPointOutcome::kReached);
   const std::size_t missed = mission_->count(WayPointOutcome::kMissed);
-  if (reached + missed == told_outcomes_) {
+  const bool new_outcome = reached + missed != told_outcomes_;
+  // Later than the last way-point is reached while it is to hold there.
+  const bool completes = mission_->complete() && !told_complete_;
+  if (!new_outcome && !completes) {
     return;
   }
-  told_outcomes_ = reached + missed;
   const std::size_t total = mission_->outcomes().size();
   const std::string text = std::to_string(reached) + " of " + std::to_string(total) +
                            " way-points reached, " + std::to_string(missed) + " missed";
-  diagnostics().set_value("way_points", text);
-  if (mission_->outcomes()[told_outcomes_ - 1] == WayPointOutcome::kMissed) {
-    report_fault("way_point.missed",
-                 "way-point " + std::to_string(told_outcomes_ - 1) + " was not reached");
+  if (new_outcome) {
+    told_outcomes_ = reached + missed;
+    diagnostics().set_value("way_points", text);
+    if (mission_->outcomes()[told_outcomes_ - 1] == WayPointOutcome::kMissed) {
+      report_fault("way_point.missed",
+                   "way-point " + std::to_string(told_outcomes_ - 1) + " was not reached");
+    }
+    report_progress(told_outcomes_, total, text);
   }
-  report_progress(told_outcomes_, total, text);
-  if (mission_->complete()) {
+  if (completes) {
+    told_complete_ = true;
     report_complete(text);
   }
 }

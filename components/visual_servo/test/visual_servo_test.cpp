@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <string>
 #include <utility>
@@ -237,6 +238,29 @@ TEST_F(VisualServoTest, CountsWhatItDoesNotUse) {
         "pose.header.frame_id", "pose.low_quality", "state.quality"}) {
     EXPECT_EQ(servo_->diagnostics().counter(counter), 1U) << counter;
   }
+}
+
+TEST_F(VisualServoTest, IsCompleteAfterTheHoldAtAWayPointThatWasReachedBefore) {
+  bring_up(two_way_points({{"reached_for", 0.1}}));
+  const auto complete = [this] {
+    return !progress_.empty() && progress_.back().state() == status::COMPLETE;
+  };
+  std::optional<Time> reached;
+  for (int i = 0; i < 1000 && !complete(); ++i) {
+    next_frame();
+    send_pose();
+    obey();
+    if (!reached && !progress_.empty() && progress_.back().done() == 2U) {
+      reached = now_;
+    }
+  }
+  ASSERT_TRUE(complete());
+  ASSERT_TRUE(reached);
+  EXPECT_GT(now_ - *reached, std::chrono::milliseconds(300)) << "of the 0.5 s that it holds";
+  const std::size_t said = progress_.size();
+  next_frame();
+  send_pose();
+  EXPECT_EQ(progress_.size(), said) << "once";
 }
 
 TEST_F(VisualServoTest, BeginsAgainWithTheClock) {

@@ -100,6 +100,7 @@ class VisualServo final : public Component {
   std::optional<Time> commanded_at_;
   rack_vision::ServoState told_state_ = rack_vision::ServoState::kIdle;
   std::size_t told_outcomes_ = 0;
+  bool told_complete_ = false;
 
   Publisher<Twist> publisher_;
   Subscription<Pose> pose_subscription_;
