@@ -32,6 +32,8 @@ namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 constexpr Duration kEarly = std::chrono::milliseconds(5);
 /// Bytes; a rack file has a few kB.
 constexpr std::uintmax_t kLargestRackFile = 1 << 20;
+/// It is noticed by a quarter of itself late.
+constexpr int kLooksPerSilence = 4;
 
 void require_finite(const char* field, double value) {
   if (!std::isfinite(value)) {
@@ -54,6 +56,11 @@ RackRecorder::RackRecorder(ComponentOptions options) : MissionRecorder(std::move
       "settle_time", 0.5,
       {.description = "s after the end of the source in which messages that are under way arrive",
        .floating_point_range = FloatingPointRange{0.01, 3600.0}});
+  silent_after_ = parameters().declare<double>(
+      "silent_after", 30.0,
+      {.description = "s without any message; with a source that is not complete, the recording "
+                      "then fails; 0: waits for ever",
+       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   image_period_ =
       parameters().declare<double>("image_period", 1.0,
                                    {.description = "s between the images that are kept; 0: none",
@@ -72,6 +79,7 @@ RackRecorder::~RackRecorder() {
 
 CallbackReturn RackRecorder::on_configure() {
   settle_ = from_seconds(settle_time_.get());
+  silence_ = from_seconds(silent_after_.get());
   period_ = from_seconds(image_period_.get());
   most_images_ = static_cast<std::uint64_t>(maximum_images_.get());
   report_.emplace();
@@ -79,6 +87,7 @@ CallbackReturn RackRecorder::on_configure() {
   images_ = 0;
   calibration_.clear();
   way_points_done_.reset();
+  heard_at_.reset();
   open_recording();
   copy_rack_file();
   pose_subscription_ = record(topics::kRackPose, "pose", &RackRecorder::on_pose);
@@ -92,13 +101,23 @@ CallbackReturn RackRecorder::on_configure() {
     image_subscription_ = record(Topic<Image>{topics::kCameraImage.name, QoS::sensor_data()},
                                  "image", &RackRecorder::on_image);
   }
+  if (silence_ > Duration::zero()) {
+    silence_timer_ = create_timer(silence_ / kLooksPerSilence, [this] { look_for_silence(); });
+  }
   return CallbackReturn::kSuccess;
+}
+
+CallbackReturn RackRecorder::on_deactivate() {
+  // It does not hear what comes meanwhile.
+  heard_at_.reset();
+  return MissionRecorder::on_deactivate();
 }
 
 template <class T>
 Subscription<T> RackRecorder::record(const Topic<T>& topic, const char* counter,
                                      void (RackRecorder::*write)(const T&)) {
   return create_subscription(topic, [this, counter, write](const T& message) {
+    heard_at_ = steady_now();
     section_has_changed();
     guarded([&] {
       try {
@@ -201,6 +220,7 @@ void RackRecorder::on_camera_info(const CameraInfo& message) {
 
 void RackRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
   namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
+  heard_at_ = steady_now();
   section_has_changed();
   guarded([&] { on_progress(status); });
   if (status.state() == constants::COMPLETE && !settle_timer_) {
@@ -220,6 +240,22 @@ void RackRecorder::on_progress(const pipescout_msgs::msg::MissionStatus& status)
   report_->set_way_points(status.done(), status.total(), status.message());
   file(way_points_file_, "way_points.csv", way_point_csv_header())
       .write(way_point_csv_line(status));
+}
+
+void RackRecorder::look_for_silence() {
+  if (!heard_at_ || settle_timer_ || steady_now() - *heard_at_ < silence_) {
+    return;
+  }
+  heard_at_.reset();
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "nothing has arrived for %g s", to_seconds(silence_));
+  const auto source = parameters().get("source").get<std::string>();
+  if (source.empty()) {
+    report_fault("silent", text.data());
+  } else {
+    end(Outcome::kFailed, std::string(text.data()) + ", and '" + source +
+                              "' has not said that it is complete: " + counts());
+  }
 }
 
 LineFile& RackRecorder::file(std::unique_ptr<LineFile>& file, const char* name,
@@ -250,6 +286,7 @@ MissionSection RackRecorder::section(const std::string& figure_prefix) const {
 
 void RackRecorder::stop_timers() {
   settle_timer_.reset();
+  silence_timer_.reset();
 }
 
 void RackRecorder::sync_files() {

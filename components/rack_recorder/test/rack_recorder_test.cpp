@@ -45,9 +45,10 @@ builtin_interfaces::msg::Time stamp(double seconds) {
 class RackRecorderTest : public ::testing::Test {
  protected:
   RackRecorder& start(std::vector<NamedParameter> parameters = {}) {
-    parameters.push_back({"mission_folder", folder_.path().string()});
-    parameters.push_back({"source", "servo"});
-    parameters.push_back({"settle_time", 0.02});
+    // Of two with the same name the later one counts.
+    parameters.insert(
+        parameters.begin(),
+        {{"mission_folder", folder_.path().string()}, {"source", "servo"}, {"settle_time", 0.02}});
     auto& recorder = harness_.make<RackRecorder>({.name = "recorder", .parameters = parameters});
     EXPECT_TRUE(harness_.bring_up(recorder).success);
     return recorder;
@@ -183,6 +184,49 @@ TEST_F(RackRecorderTest, AStreamThatGoesOnDoesNotKeepItFromEnding) {
     return own_status() != nullptr;
   }));
   EXPECT_EQ(own_status()->state(), status::COMPLETE);
+}
+
+TEST_F(RackRecorderTest, ASourceThatDiesFailsTheMissionAndTheRecordingIsWhole) {
+  auto& recorder = start({{"silent_after", 0.02}});
+  send(topics::kTrueRackPose, truth());
+  send(topics::kRackPose, pose());
+  say(status::RUNNING, 1, 4);
+  ASSERT_TRUE(harness_.spin_until(
+      [&] { return own_status() != nullptr && own_status()->state() == status::FAILED; }));
+  EXPECT_EQ(own_status()->message(),
+            "nothing has arrived for 0.02 s, and 'servo' has not said that it is complete: 1 poses "
+            "and 0 images recorded");
+  EXPECT_THAT(section(), HasSubstr("Failed: nothing has arrived"));
+  EXPECT_THAT(section(), HasSubstr("\"rack_position_median_m\""));
+  EXPECT_THAT(section(), HasSubstr("\"rack_way_points_done\": 1"));
+  EXPECT_EQ(lines("pose.csv"), 2U);
+  EXPECT_TRUE(harness_.shutdown(recorder).success);
+  EXPECT_EQ(lines("pose.csv"), 2U);
+}
+
+TEST_F(RackRecorderTest, AFlightThatHasNotBegunIsWaitedFor) {
+  auto& recorder = start({{"silent_after", 0.01}, {"settle_time", 0.05}});
+  EXPECT_FALSE(
+      harness_.spin_until([&] { return own_status() != nullptr; }, std::chrono::milliseconds(50)));
+  // Nor does silence count while it settles, or does not listen.
+  send(topics::kRackPose, pose());
+  ASSERT_TRUE(harness_.deactivate(recorder).success);
+  ASSERT_TRUE(harness_.activate(recorder).success);
+  EXPECT_FALSE(
+      harness_.spin_until([&] { return own_status() != nullptr; }, std::chrono::milliseconds(50)));
+  say(status::COMPLETE);
+  ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
+  EXPECT_EQ(own_status()->state(), status::COMPLETE);
+}
+
+TEST_F(RackRecorderTest, WithoutASourceSilenceIsCountedAndTheUserEndsIt) {
+  auto& recorder = start({{"silent_after", 0.01}, {"source", ""}});
+  send(topics::kRackPose, pose());
+  ASSERT_TRUE(harness_.spin_until([&] { return recorder.diagnostics().counter("silent") == 1U; }));
+  send(topics::kRackPose, pose(2.0));
+  ASSERT_TRUE(harness_.spin_until([&] { return recorder.diagnostics().counter("silent") == 2U; }));
+  EXPECT_EQ(own_status(), nullptr);
+  EXPECT_EQ(lines("pose.csv"), 3U);
 }
 
 TEST_F(RackRecorderTest, KeepsAnImageOfEachPeriodAndNoMoreThanItMay) {

@@ -24,7 +24,8 @@ namespace pipescout {
 /// Writes a flight over a pipe rack into the mission folder, line by line as it arrives:
 /// `rack/pose`, `rack/state`, `cmd_vel_stamped`, from a simulation `ground_truth/rack_pose`, now
 /// and then an image, the calibration and the rack file; and its errors and losses into the
-/// mission's summary. Complete a while after its source, whose progress counts way-points.
+/// mission's summary. Complete a while after its source, whose progress counts way-points; failed
+/// when nothing arrives any more before the source is complete.
 ///
 /// Parameters: docs/components/rack_recorder.md. They take effect when it is configured.
 class RackRecorder final : public MissionRecorder {
@@ -34,6 +35,7 @@ class RackRecorder final : public MissionRecorder {
 
  protected:
   CallbackReturn on_configure() override;
+  CallbackReturn on_deactivate() override;
   [[nodiscard]] MissionSection section(const std::string& figure_prefix) const override;
   [[nodiscard]] std::string counts() const override;
   void on_source(const pipescout_msgs::msg::MissionStatus& status) override;
@@ -65,14 +67,18 @@ class RackRecorder final : public MissionRecorder {
                                const std::string& header);
   void copy_rack_file();
   void on_progress(const pipescout_msgs::msg::MissionStatus& status);
+  /// Ends a recording whose source is dead. Before the first message a flight has not begun.
+  void look_for_silence();
 
   Parameter<double> settle_time_;
+  Parameter<double> silent_after_;
   Parameter<double> image_period_;
   Parameter<std::int64_t> maximum_images_;
   Parameter<std::string> rack_;
 
   // As configured.
   Duration settle_{};
+  Duration silence_{};  // zero: may last for ever
   Duration period_{};
   std::uint64_t most_images_ = 0;
 
@@ -82,6 +88,7 @@ class RackRecorder final : public MissionRecorder {
   std::uint64_t images_ = 0;
   std::string calibration_;  // as written
   std::optional<std::uint32_t> way_points_done_;
+  std::optional<SteadyTime> heard_at_;
   std::unique_ptr<LineFile> pose_file_;
   std::unique_ptr<LineFile> truth_file_;
   std::unique_ptr<LineFile> state_file_;
@@ -97,6 +104,7 @@ class RackRecorder final : public MissionRecorder {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   std::shared_ptr<Timer> settle_timer_;
+  std::shared_ptr<Timer> silence_timer_;
 };
 
 }  // namespace pipescout
