@@ -66,7 +66,7 @@ def draw_figures(recording: Recording) -> Figure:
     axes.set_axis_off()
     axes.set(xlim=(0, 1), ylim=(len(rows) + 0.5, -0.5))
     for column, (key, title) in enumerate((("value", "all seeds"), ("mean", "mean"), ("worst", "worst"))):
-        place = 0.7 + 0.15 * column
+        place = 0.72 + 0.14 * column
         axes.text(place, 0, title, ha="right", va="center")
         for line, row in enumerate(rows, 1):
             axes.text(place, line, _cell(row.get(key)), ha="right", va="center")
@@ -109,4 +109,4 @@ def number_of(value: object) -> float:
 
 def _cell(value: object) -> str:
     number = number_of(value)
-    return f"{number:.4g}" if math.isfinite(number) else "\N{EN DASH}"
+    return f"{number:.3g}" if math.isfinite(number) else "\N{EN DASH}"

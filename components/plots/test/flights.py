@@ -37,6 +37,8 @@ PIPES = (  # start, direction, length, radius at its start and at its end
     ((1.10, 0.0, 0.20), (0, 1, 0), 10, 0.20, 0.20), ((1.58, 0.0, 0.18), (0, 1, 0), 10, 0.18, 0.18),
     ((-1.5, 6.5, 0.55), (1, 0, 0), 5, 0.15, 0.15))
 BEAMS = (((-0.3, 4.0, -0.2), (2.06, 4.2, 0)), ((-0.3, 5.8, -0.2), (2.06, 6.0, 0)))
+TRUE_OFFSETS = {"P1": 0.0, "P2": 0.0, "P3": 0.01, "P4": 0.0, "P5": 0.0}
+"""Metres; the images show the pipes where the rack file has them."""
 WAY_POINTS = ((0.9, 5.0, 3.0, 1.5708), (1.9, 6.0, 3.0, 1.7708), (1.9, 3.5, 3.0, 1.3708),
               (1.9, 3.5, 2.5, 1.3708))
 CAMERA = """\
@@ -77,7 +79,12 @@ def flight(mission: Path, **how) -> Path:
     times = numpy.arange(int(options.seconds * options.rate)) / options.rate
     position, yaw, pitch, roll, command = _path(times, options.seconds, chance)
     (mission / "mission.yaml").write_text(
-        "components:\n  - type: \"pipescout::VisualServo\"\n    name: visual_servo\n    parameters:\n"
+        "components:\n"
+        "  - type: \"pipescout::RackSimulation\"\n    name: rack_simulation\n    parameters:\n"
+        f"      rack: r.yaml\n      offsets: {list(TRUE_OFFSETS.values())}\n"
+        "  - type: \"pipescout::RackRecorder\"\n    name: rack_recorder\n    parameters:\n"
+        "      rack: r.yaml\n"
+        "  - type: \"pipescout::VisualServo\"\n    name: visual_servo\n    parameters:\n"
         f"      way_points: {[value for point in WAY_POINTS for value in point]}\n")
     (data / "rack.yaml").write_text(RACK)
     camera = {"width": options.width, "height": options.width * 2 // 3, "f": options.width * 0.875,
@@ -173,21 +180,16 @@ def _write_poses(data: Path, times, position, rotations, chance) -> None:
 
 
 def _write_offsets(data: Path, times, chance) -> None:
-    rows, truth = [], []
+    rows = []
     for name, begin in (("P1", 0.0), ("P2", 0.05), ("P3", 0.15), ("P4", 0.20), ("P5", 0.0)):
         noise = _coloured(len(times), chance, 60)
         for k, time in enumerate(times):
-            true = 0.01 * numpy.clip((time - 25) / 5, 0, 1) if name == "P3" else 0.0
             deviation = 0.0 if begin == 0 else 0.03 * numpy.exp(-3 * time) + 0.0015
             settled = 0.0 if begin == 0 else (begin * numpy.exp(-4 * time) + deviation * noise[k])
-            rows.append((time, name, true + settled, deviation, int(begin != 0 and not _lost(time))))
-            truth.append((time, name, true))
+            rows.append((time, name, TRUE_OFFSETS[name] + settled, deviation, int(begin != 0 and not _lost(time))))
     rows.sort(key=lambda row: row[0])
-    truth.sort(key=lambda row: row[0])
     write_csv(data / "offsets.csv", ["stamp", "pipe", "offset", "standard_deviation", "observed"],
               [(f"{START + row[0]:.9f}", *row[1:]) for row in rows])
-    write_csv(data / "true_offsets.csv", ["stamp", "pipe", "offset"],
-              [(f"{START + row[0]:.9f}", *row[1:]) for row in truth])
 
 
 def _write_images(data: Path, times, position, rotations, camera: dict, options: Options) -> None:

@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import re
 import shutil
 import tempfile
 import unittest
@@ -16,7 +17,7 @@ from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.csv_table import BadData
 from pipescout_plots.rack import errors, offsets
-from pipescout_plots.rack.flight_data import Poses, read_servo
+from pipescout_plots.rack.flight_data import Poses, read_servo, read_true_offsets
 from pipescout_plots.rack.overlay import read_images
 from pipescout_plots.recording import Missing, Recording
 
@@ -54,6 +55,11 @@ class Rack(unittest.TestCase):
     def recording(self) -> Recording:
         self._recordings.append(Recording(self.mission, self.data))
         return self._recordings[-1]
+
+    def errors_as_svg(self) -> str:
+        path = self.mission / "errors.svg"
+        style.write(errors.draw(self.recording()), path)
+        return path.read_text()
 
     def notes(self) -> str:
         return "\n".join(note for recording in self._recordings for note in recording.notes)
@@ -105,7 +111,8 @@ class Rack(unittest.TestCase):
 
     def test_a_real_flight_has_no_truth(self):
         (self.data / "truth.csv").unlink()
-        (self.data / "true_offsets.csv").unlink()
+        mission = self.mission / "mission.yaml"
+        mission.write_text(mission.read_text().replace("RackSimulation", "Camera"))
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), PICTURES - {"errors"})
         self.assertIn("only a simulated flight knows", err)
@@ -122,6 +129,46 @@ class Rack(unittest.TestCase):
                       "way-points are not marked", "losses are not marked", "drawn without the rack"):
             self.assertIn(words, err)
         self.assertEqual(err.count("losses are not marked"), 1, "once, not for each picture")
+
+    def test_a_simulation_of_the_same_rack_knows_where_the_pipes_lie(self):
+        pipes = list(flights.TRUE_OFFSETS)
+        mission = self.mission / "mission.yaml"
+        whole = mission.read_text()
+        self.assertEqual(read_true_offsets(self.recording(), pipes), flights.TRUE_OFFSETS)
+        self.assertEqual(read_true_offsets(self.recording(), pipes[:4]), {}, "of another number of pipes")
+        mission.write_text(whole.replace("rack: r.yaml", "rack: other.yaml", 1))
+        self.assertEqual(read_true_offsets(self.recording(), pipes), {})
+        mission.write_text(whole.replace(str(list(flights.TRUE_OFFSETS.values())), "[]"))
+        self.assertEqual(read_true_offsets(self.recording(), pipes), dict.fromkeys(pipes, 0.0))
+        mission.write_text(whole.replace(str(list(flights.TRUE_OFFSETS.values())), "[much]"))
+        self.assertEqual(read_true_offsets(self.recording(), pipes), {})
+        self.assertIn("where the pipes really lay is not known", self.notes())
+
+    def test_many_way_points_do_not_cover_each_other(self):
+        stamps = numpy.linspace(flights.START, flights.START + 23, 100)
+        rows = "".join(f"{stamp:.9f},{number},100,\n" for number, stamp in enumerate(stamps, 1))
+        (self.data / "way_points.csv").write_text("stamp,done,of,message\n" + rows)
+        numbers = [int(text) for text in re.findall(r">(\d+)</text>", self.errors_as_svg()) if int(text) > 20]
+        self.assertLess(len(numbers), 40, "in two panels")
+        self.assertIn("of 100 way-points are marked", self.notes())
+
+    def test_way_points_of_another_clock_are_not_marked(self):
+        self.replace("way_points.csv", f"\n{flights.START + 1.2:.9f}", "\n1795306988.1")
+        with self.assertRaisesRegex(BadData, "way_points.csv"):
+            errors.draw(self.recording())
+        (self.data / "way_points.csv").write_text("stamp,done,of,message\n1795306988.1,1,4,\n")
+        self.errors_as_svg()
+        self.assertIn("1 way-points are not of the time of the flight", self.notes())
+
+    def test_few_large_errors_do_not_set_the_axis(self):
+        lines = (self.data / "pose.csv").read_text().splitlines()
+        cells = lines[90].split(",")
+        cells[3] = str(float(cells[3]) + 5.0)
+        lines[90] = ",".join(cells)
+        (self.data / "pose.csv").write_text("\n".join(lines) + "\n")
+        figure = errors.draw(self.recording())
+        self.assertLess(figure.axes[4].get_ylim()[1], 100, "mm, and one pose is 5 m too high")
+        self.assertIn("error beyond the axis", [text.get_text() for text in figure.legends[0].get_texts()])
 
     def test_no_offsets_at_all(self):
         (self.data / "offsets.csv").unlink()
@@ -218,7 +265,7 @@ class Rack(unittest.TestCase):
         self.assertEqual(set(files), {"table1", "figures"})
         self.assertEqual(err, "")
         for words in ("2 pipes", "5 pipes", "paper", "ours, 20 samples", "ours, 50 samples",
-                      "bound, 20 samples", "position [cm]"):
+                      "error / bound", "position [cm]"):
             self.assertIn(words, texts(files["table1"]))
         self.assertIn("table1_cells_half_of_paper", texts(files["figures"]))
         file.write_text('{"rows": [{"study": "Table I: 20 samples an edge", "pipes": "x"}]}')

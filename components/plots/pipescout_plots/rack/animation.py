@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -65,10 +64,14 @@ def _frames(recording: Recording, images: Images, count: int) -> list[Image.Imag
     servo = read_servo(recording)
     vehicle = servo.vehicle(images.poses)
     low, high = extent(images.rack, vehicle, servo.way_points)
+    numbers = numpy.unique(numpy.linspace(0, len(images) - 1, count).astype(int))
+    seen = [_seen(images, number) for number in numbers]
+    corners = numpy.concatenate([quadrangle for quadrangle in seen if quadrangle is not None] + [[low, high]])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     aspect = images.camera.height / images.camera.width
     below = (high[0] - low[0]) / (high[1] - low[1])
     result = []
-    for number in numpy.unique(numpy.linspace(0, len(images) - 1, count).astype(int)):
+    for number, quadrangle in zip(numbers, seen):
         figure = Figure(figsize=(style.COLUMN, style.COLUMN * (aspect + below)), dpi=DPI)
         canvas = FigureCanvasAgg(figure)
         share = aspect / (aspect + below)
@@ -84,7 +87,9 @@ def _frames(recording: Recording, images: Images, count: int) -> list[Image.Imag
         draw_rack(lower, images.rack, names=False)
         draw_way_points(lower, servo.way_points)
         draw_path(lower, _until(vehicle, images.rows[number]), color=style.BLUE, linewidth=1.2, zorder=5)
-        _draw_camera(lower, images, number)
+        if quadrangle is not None:
+            lower.add_patch(Polygon(quadrangle[:, ::-1], fill=False, edgecolor=style.ORANGE, linewidth=1.0,
+                                    zorder=6))
         lower.plot(*vehicle.positions[images.rows[number], 1::-1], "o", color=style.BLUE, markersize=4,
                    zorder=7)
         limit(lower, low, high)
@@ -97,13 +102,14 @@ def _until(poses: Poses, row: int) -> Poses:
     return replace(poses, times=poses.times[:row + 1], positions=poses.positions[:row + 1])
 
 
-def _draw_camera(axes: Axes, images: Images, number: int) -> None:
-    """What it sees of the plane on which the pipes rest."""
+def _seen(images: Images, number: int) -> numpy.ndarray | None:
+    """Corners (4, 2), x and y in metres, of what the camera sees of the plane on which the pipes rest;
+    None when it sees the horizon."""
     row = images.rows[number]
     position = images.poses.positions[row]
     corners = numpy.array([[0, 0, 1], [images.camera.width, 0, 1],
                            [images.camera.width, images.camera.height, 1], [0, images.camera.height, 1]])
     rays = corners @ numpy.linalg.inv(images.camera.matrix).T @ images.poses.rotations[row].T
-    if (rays[:, 2] < -0.1).all():
-        seen = position - rays * (position[2] / rays[:, 2])[:, None]
-        axes.add_patch(Polygon(seen[:, [1, 0]], fill=False, edgecolor=style.ORANGE, linewidth=1.0, zorder=6))
+    if not (rays[:, 2] < -0.1).all():
+        return None
+    return (position - rays * (position[2] / rays[:, 2])[:, None])[:, :2]

@@ -57,11 +57,16 @@ def _draw(axes, timeline: Timeline, stamps: numpy.ndarray, error: numpy.ndarray,
                   label="±2σ as stated")
     axes.axhline(0, color=style.BLACK, linewidth=0.4)
     timeline.line(axes, stamps, error, color=style.BLUE, linewidth=0.6, label="error")
-    limit = style.symmetric_limit(numpy.concatenate((error, 2.2 * _usual(deviation))), 1.1)
+    usual = numpy.concatenate((_usual(error, 0.99), 2 * _usual(deviation, 0.98)))
+    limit = style.symmetric_limit(usual, 1.2)
     axes.set_ylim(-limit, limit)
+    beyond = numpy.abs(error) > limit
+    if beyond.any():
+        axes.plot(timeline(stamps[beyond]), numpy.sign(error[beyond]) * 0.95 * limit, ".",
+                  color=style.VERMILLION, markersize=3.5, markeredgewidth=0, label="error beyond the axis")
 
 
-def _usual(deviation: numpy.ndarray) -> numpy.ndarray:
-    """Without the few frames after a start or a loss, whose band may leave the panel."""
-    finite = deviation[numpy.isfinite(deviation)]
-    return numpy.quantile(finite, [0.98]) if finite.size else finite
+def _usual(values: numpy.ndarray, share: float) -> numpy.ndarray:
+    """What all but the few frames after a start or a loss keep below."""
+    finite = numpy.abs(values[numpy.isfinite(values)])
+    return numpy.quantile(finite, [share]) if finite.size else finite

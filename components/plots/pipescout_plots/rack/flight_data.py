@@ -163,26 +163,48 @@ class Servo:
 def read_servo(recording: Recording) -> Servo:
     """Without a mission.yaml, or with several servos: no way-points and a camera that looks down."""
     servo = Servo(numpy.empty((0, 4)), rotations.DOWNWARD_CAMERA, numpy.zeros(3))
-    path = recording.mission / "mission.yaml"
-    if not path.is_file():
-        return servo
     try:
-        mission = yaml.safe_load(path.read_text(encoding="utf-8"))
-        found = [_flat(component.get("parameters") or {}) for component in mission["components"]
-                 if component["type"] == "pipescout::VisualServo"]
-        if len(found) != 1:
-            return servo
-        servo.way_points = numpy.array(found[0].get("way_points") or [], dtype=float).reshape(-1, 4)
-        angles = found[0].get("camera.roll_pitch_yaw") or []
+        told = _parameters(recording, "pipescout::VisualServo")
+        servo.way_points = numpy.array(told.get("way_points") or [], dtype=float).reshape(-1, 4)
+        angles = told.get("camera.roll_pitch_yaw") or []
         if len(angles) == 3:
             servo.R_base_camera = rotations.from_roll_pitch_yaw(*map(float, angles))
-        place = found[0].get("camera.position") or []
+        place = told.get("camera.position") or []
         if len(place) == 3:
             servo.camera_position = numpy.array(place, dtype=float)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError,
-            AttributeError) as problem:
-        recording.notes.append(f"{path}: what the visual servo was told is not known ({problem})")
+    except _NOT_READ as problem:
+        recording.notes.append(f"mission.yaml: what the visual servo was told is not known ({problem})")
     return servo
+
+
+def read_true_offsets(recording: Recording, pipes: list[str]) -> dict[str, float]:
+    """By pipe, metres, when one simulation flew over the rack that was recorded; else empty. `pipes`: all
+    of the rack file, in its order."""
+    try:
+        simulation = _parameters(recording, "pipescout::RackSimulation")
+        told = _parameters(recording, "pipescout::RackRecorder")
+        if not simulation or simulation.get("rack") != told.get("rack"):
+            return {}
+        offsets = [float(value) for value in simulation.get("offsets") or [0.0] * len(pipes)]
+        return dict(zip(pipes, offsets)) if len(offsets) == len(pipes) else {}
+    except _NOT_READ as problem:
+        recording.notes.append(f"mission.yaml: where the pipes really lay is not known ({problem})")
+        return {}
+
+
+_NOT_READ = (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError)
+
+
+def _parameters(recording: Recording, component_class: str) -> dict:
+    """What mission.yaml says of the one component of this class; empty without such or with several.
+    Raises _NOT_READ."""
+    path = recording.mission / "mission.yaml"
+    if not path.is_file():
+        return {}
+    mission = yaml.safe_load(path.read_text(encoding="utf-8"))
+    found = [_flat(component.get("parameters") or {}) for component in mission["components"]
+             if component["type"] == component_class]
+    return found[0] if len(found) == 1 else {}
 
 
 def _flat(parameters: dict, prefix: str = "") -> dict:

@@ -36,7 +36,7 @@ def draw(recording: Recording) -> Figure:
     low, high = extent(rack, poses, servo.way_points)
     width = style.COLUMN - 0.55
     height = width * (high[0] - low[0]) / (high[1] - low[1])
-    figure = style.figure(height + 0.62)
+    figure = style.figure(height + 0.67)
     axes = figure.subplots()
     draw_rack(axes, rack)
     if truth is not None:
@@ -117,7 +117,8 @@ def draw_way_points(axes: Axes, way_points: numpy.ndarray) -> None:
 
 def _draw_ellipses(axes: Axes, poses: Poses) -> None:
     """Of two standard deviations, magnified so that they can be seen."""
-    rows = numpy.unique(numpy.linspace(0, len(poses.times) - 1, ELLIPSES).astype(int))
+    # Not at the ends: the first pose is as uncertain as what it was started from.
+    rows = numpy.unique(numpy.linspace(0, len(poses.times) - 1, 2 * ELLIPSES + 1)[1::2].astype(int))
     deviations = poses.deviations[rows, :2]
     rows = rows[numpy.isfinite(deviations).all(axis=1) & (deviations > 0).all(axis=1)]
     if not rows.size:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from .. import style
 from ..csv_table import BadData, Table
 from ..recording import Missing, Recording
+from .flight_data import read_true_offsets
 from .rack_file import Rack, read_rack
 from .timeline import Timeline, unique_legend
 
@@ -29,13 +30,14 @@ def draw(recording: Recording) -> Figure:
         recording.notes.append(f"offsets shows the first {MOST_PIPES} of {len(pipes)} pipes")
     stamps = table.numbers["stamp"]
     timeline = Timeline(recording, stamps[0], stamps[-1])
-    distances = _summed_distances(recording)
-    truth = _truth(recording)
+    rack = _rack(recording)
+    distances = summed_distances(rack)
+    truth = read_true_offsets(recording, [pipe.name for pipe in rack.pipes])
     figure = style.figure(3.3)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1, 1.25])
-    for number, pipe in enumerate(pipes[:MOST_PIPES]):
-        _draw_pipe(upper, lower, timeline, table, pipe, style.SEQUENCE[number],
-                   distances.get(pipe), truth)
+    errors = [_draw_pipe(upper, lower, timeline, table, pipe, style.SEQUENCE[number],
+                         distances.get(pipe), truth.get(pipe) if truth else None)
+              for number, pipe in enumerate(pipes[:MOST_PIPES])]
     for axes, letter in zip((upper, lower), "ab"):
         timeline.mark(axes, numbers=axes is upper)
         style.label_panel(axes, letter)
@@ -44,7 +46,7 @@ def draw(recording: Recording) -> Figure:
     lower.set_ylabel("error [mm]" if truth else "less its last value [mm]")
     lower.axhline(0, color=style.BLACK, linewidth=0.4)
     lower.set_xlabel(timeline.label)
-    _limit(lower, table, pipes)
+    _limit(lower, table, pipes, numpy.concatenate(errors))
     figure.align_ylabels()
     handles, labels = unique_legend(upper, lower)
     order = sorted(range(len(labels)), key=lambda entry: labels[entry] not in pipes)
@@ -59,17 +61,18 @@ def _moves(table: Table, pipe: str) -> bool:
                 or numpy.nan_to_num(table.numbers["offset"][rows]).any())
 
 
-def _summed_distances(recording: Recording) -> dict[str, float]:
-    """By pipe, as the rack file has them: d_1 + ... + d_i of equation (24), metres. Empty: unknown."""
+def _rack(recording: Recording) -> Rack:
+    """Without pipes when it is not known."""
     try:
-        return summed_distances(read_rack(recording))
+        return read_rack(recording)
     except (Missing, BadData) as problem:
         recording.notes.append(f"offsets are drawn without the distances of the rack file: {problem}")
-        return {}
+        return Rack([])
 
 
 def summed_distances(rack: Rack) -> dict[str, float]:
-    """Of the pipes that run along the first one: the gaps between neighbouring surfaces, added up."""
+    """By pipe, as the rack file has them: d_1 + ... + d_i of equation (24), metres; the gaps between
+    neighbouring surfaces of the pipes that run along the first one, added up."""
     row = [pipe for pipe in rack.pipes
            if abs(float(pipe.direction @ rack.pipes[0].direction)) > 0.999]
     row.sort(key=lambda pipe: float(pipe.start[0]))
@@ -81,52 +84,39 @@ def summed_distances(rack: Rack) -> dict[str, float]:
     return result
 
 
-def _truth(recording: Recording) -> Table | None:
-    try:
-        table = recording.table("true_offsets.csv", "only a simulation knows them", ["stamp", "offset"],
-                                ["pipe"])
-    except Missing:
-        return None
-    table.require_rising("stamp")
-    return table
-
-
 def _draw_pipe(upper: Axes, lower: Axes, timeline: Timeline, table: Table, pipe: str, colour: str,
-               distance: float | None, truth: Table | None) -> None:
+               distance: float | None, truth: float | None) -> numpy.ndarray:
+    """`truth`: its true offset, if that is known. Gives what the lower panel shows."""
     rows = numpy.array(table.texts["pipe"]) == pipe
     stamps = table.numbers["stamp"][rows]
     offset = table.numbers["offset"][rows]
     deviation = table.numbers["standard_deviation"][rows]
     observed = numpy.where(table.numbers["observed"][rows] != 0, 0.0, numpy.nan)
-    reference = _reference(truth, pipe, stamps, offset)
+    reference = _last(offset) if truth is None else truth
     start = distance or 0.0
     timeline.line(upper, stamps, 100 * (start + offset), color=colour, label=pipe)
     if truth is not None:
-        timeline.line(upper, stamps, 100 * (start + reference), color=style.BLACK, linewidth=0.6,
-                      linestyle=(0, (1.2, 2.2)), label="true")
+        upper.axhline(100 * (start + truth), color=style.BLACK, linewidth=0.6, linestyle=(0, (1.2, 2.2)),
+                      zorder=3, label="true")
     error = 1000 * (offset - reference)
     timeline.band(lower, stamps, error - 2000 * deviation, error + 2000 * deviation, color=colour,
                   alpha=0.18)
     timeline.line(lower, stamps, error, color=colour, linewidth=0.4)
     timeline.line(lower, stamps, error + observed, color=colour, linewidth=1.0)
+    return error
 
 
-def _reference(truth: Table | None, pipe: str, stamps: numpy.ndarray,
-               offset: numpy.ndarray) -> numpy.ndarray:
-    if truth is None:
-        finite = offset[numpy.isfinite(offset)]
-        return numpy.full(len(stamps), finite[-1] if finite.size else numpy.nan)
-    rows = numpy.array(truth.texts["pipe"]) == pipe
-    if not rows.any():
-        return numpy.full(len(stamps), numpy.nan)
-    return numpy.interp(stamps, truth.numbers["stamp"][rows], truth.numbers["offset"][rows])
+def _last(offset: numpy.ndarray) -> float:
+    finite = offset[numpy.isfinite(offset)]
+    return float(finite[-1]) if finite.size else numpy.nan
 
 
-def _limit(axes: Axes, table: Table, pipes: list[str]) -> None:
-    """What the pipes come to, not how they begin: four standard deviations of the middle of the time."""
+def _limit(axes: Axes, table: Table, pipes: list[str], errors: numpy.ndarray) -> None:
+    """What the pipes come to, not how they begin: six usual standard deviations, and 19 of 20 errors."""
     rows = numpy.isin(table.texts["pipe"], pipes)
     deviation = table.numbers["standard_deviation"][rows]
     deviation = deviation[numpy.isfinite(deviation)]
     if deviation.size and numpy.median(deviation) > 0:
-        limit = 6000 * float(numpy.median(deviation))
+        limit = max(6000 * float(numpy.median(deviation)),
+                    1.1 * float(numpy.nanquantile(numpy.abs(errors), 0.95)))
         axes.set_ylim(-limit, limit)

@@ -11,6 +11,8 @@ from ..decimation import decimate, envelope
 from ..recording import Recording
 from .flight_data import MISSING_FOR, done_way_points, untracked
 
+NUMBER_GAP = 0.06
+"""Between way-points that are marked, of the width of the narrowest panel: their numbers do not touch."""
 LOSS = "#F6D9C8"
 """A pale vermillion, behind the lines."""
 
@@ -23,13 +25,13 @@ class Timeline:
         self.end = end
         self._unit, self.label = style.time_axis(end - start)
         self._losses = untracked(recording)
-        self._way_points = done_way_points(recording)
+        self._way_points = self._apart(recording, done_way_points(recording))
 
     def __call__(self, stamps: numpy.ndarray) -> numpy.ndarray:
         return (stamps - self.start) / self._unit
 
     def mark(self, axes: Axes, numbers: bool = False) -> None:
-        """Losses and way-points; their numbers above the panel."""
+        """Losses and way-points; numbers above the panel."""
         for begin, end in self._losses:
             axes.axvspan(*self(numpy.array([begin, end])), color=LOSS, linewidth=0, zorder=0,
                          label="no pose")
@@ -41,6 +43,21 @@ class Timeline:
                               textcoords="offset points", ha="center", va="bottom", fontsize=5.5,
                               color=style.GREY)
         axes.set_xlim(0, float(self(numpy.array(self.end))))
+
+    def _apart(self, recording: Recording, way_points: list[tuple[float, int]]) -> list[tuple[float, int]]:
+        """Of those that are too close to each other the first."""
+        result: list[tuple[float, int]] = []
+        during = [entry for entry in way_points if self.start <= entry[0] <= self.end]
+        for stamp, number in during:
+            if not result or stamp - result[-1][0] >= NUMBER_GAP * (self.end - self.start):
+                result.append((stamp, number))
+        if len(during) < len(way_points):
+            recording.notes.append(f"{len(way_points) - len(during)} way-points are not of the time of the "
+                                   "flight and are not marked: has their source another clock?")
+        elif len(result) < len(during):
+            recording.notes.append(f"only {len(result)} of {len(during)} way-points are marked, so that "
+                                   "their numbers do not touch")
+        return result
 
     def line(self, axes: Axes, stamps: numpy.ndarray, values: numpy.ndarray, **how) -> None:
         for piece in pieces(stamps):
