@@ -165,8 +165,7 @@ FrameScore score_frame(const rack_vision::RackTrackerResult& result, const SE3& 
   score.status = result.status;
   score.quality = result.quality;
   score.along = T_camera_rack.inverse().translation().y();
-  score.has_pose =
-      result.status == TrackStatus::kTracking || result.status == TrackStatus::kCoasting;
+  score.has_pose = result.status == TrackStatus::kTracking;
   if (score.has_pose) {
     score.error = pose_error(result.T_rack_camera.inverse(), T_camera_rack);
     score.along_deviation = std::sqrt(std::max(0.0, result.covariance(1, 1)));

@@ -19,8 +19,8 @@ bool usable(double sigma) {
 }
 
 bool usable(const EdgeSample& sample) {
-  if (!usable(sample.sigma) || sample.candidate_count < 1 ||
-      sample.candidate_count > EdgeSample::kMaxCandidates) {
+  if (!usable(sample.sigma) || !std::isfinite(sample.bias_sigma) || sample.bias_sigma < 0 ||
+      sample.candidate_count < 1 || sample.candidate_count > EdgeSample::kMaxCandidates) {
     return false;
   }
   return std::all_of(sample.candidates.begin(), sample.candidates.begin() + sample.candidate_count,
@@ -143,6 +143,7 @@ void FeatureSystem::prepare(const geometry::Camera& camera, const PoseProblem& p
       runs_.push_back({.edge = sample.edge, .first = samples_.size()});
     }
     ++runs_.back().count;
+    runs_.back().bias_square_sum += sample.bias_sigma * sample.bias_sigma;
     samples_.push_back(sample);
   }
   for (const PointObservation& point : problem.points) {
@@ -236,10 +237,12 @@ void FeatureSystem::add_samples(const Run& run, const ImageLine& line, const Wei
 void FeatureSystem::add_line(const Run& run, const ImageLine& line, const CameraView& view,
                              const UnknownLayout& layout, LineSums sums,
                              NormalEquations& equations) const {
-  if (edge_bias_sigma_ > 0) {
+  const double bias_variance =
+      edge_bias_sigma_ * edge_bias_sigma_ + run.bias_square_sum / static_cast<double>(run.count);
+  if (bias_variance > 0) {
     // A shared error b of the samples, eliminated: it is an unknown that this line alone has.
     const Eigen::Vector3d weighted = sums.information.col(2);  // sum(s m), as m ends with 1
-    const double total = weighted[2] + 1 / (edge_bias_sigma_ * edge_bias_sigma_);
+    const double total = weighted[2] + 1 / bias_variance;
     sums.information -= weighted * weighted.transpose() / total;
     sums.gradient -= weighted * (sums.gradient[2] / total);
   }

@@ -93,6 +93,7 @@ class FeatureSystem {
     EdgeId edge;
     std::size_t first = 0;
     std::size_t count = 0;
+    double bias_square_sum = 0;
   };
   struct LineSums;
 

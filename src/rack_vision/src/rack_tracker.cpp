@@ -20,7 +20,8 @@ using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
 constexpr double kStartQuality = 0.5;
-constexpr double kAlikeImages = 25;
+constexpr double kAlikeImages = 60;
+constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kCovarianceFactor = 2.5;  // what alike errors of successive images add, measured
 constexpr double kOffsetDrift = 0.0003;    // m/sqrt(s): pipes move by heat and flow
 
@@ -118,12 +119,21 @@ class RackTracker::Implementation {
       lose("no images for too long", result);
       return result;
     }
-    predict(dt, motion);
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_};
-    if (starting_) {
-      step_.find_from_far(image, before, outcome_);
-    } else {
-      step_.find(image, before, outcome_);
+    const PoseBelief last = pose_;
+    grow_offsets(dt);
+    const bool measured = predict(dt, motion);
+    find(image);
+    if (measured && !borne_out()) {
+      // Odometry may be wrong; the camera moves on evenly all the same.
+      const PoseBelief by_motion = pose_;
+      pose_ = last;
+      (void)predict(dt, std::nullopt);
+      find(image);
+      if (borne_out()) {
+        ++counts_.bad_predictions;
+      } else {
+        pose_ = by_motion;
+      }
     }
     judge(image, result);
     return result;
@@ -148,7 +158,7 @@ class RackTracker::Implementation {
     Matrix6d relative = covariance;
     relative.row(1).setZero();
     relative.col(1).setZero();
-    relative(1, 1) = 1e-6;
+    relative(1, 1) = kRelativeVariance;
     pose_ = PoseBelief(T_rack_camera, relative);
     coasted_ = 0;
   }
@@ -195,29 +205,48 @@ class RackTracker::Implementation {
     return true;
   }
 
-  void predict(double dt, const std::optional<MotionPrediction>& motion) {
-    if (dt <= 0) {
-      return;
-    }
+  void grow_offsets(double dt) {
     for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
       const auto pipe = static_cast<Eigen::Index>(i);
       if (offsets_.covariance(pipe, pipe) > 0) {
         offsets_.covariance(pipe, pipe) += kOffsetDrift * kOffsetDrift * dt;
       }
     }
+  }
+
+  /// Returns whether the motion was used.
+  bool predict(double dt, const std::optional<MotionPrediction>& motion) {
+    if (dt <= 0) {
+      return false;
+    }
     if (motion && motion->T_previous_current.matrix().allFinite() &&
         is_covariance(motion->covariance)) {
       pose_.predict(motion->T_previous_current, motion->covariance, dt);
-      return;
+      return true;
     }
     counts_.bad_predictions += motion ? 1 : 0;
     pose_.predict(dt, parameters_.acceleration_sigma, parameters_.angular_acceleration_sigma);
+    return false;
+  }
+
+  void find(const ImageView& image) {
+    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_};
+    if (starting_) {
+      step_.find_from_far(image, before, outcome_);
+    } else {
+      step_.find(image, before, outcome_);
+    }
+  }
+
+  [[nodiscard]] double quality() const {
+    return outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
+  }
+  [[nodiscard]] bool borne_out() const {
+    return quality() >= (starting_ ? kStartQuality : parameters_.lost_below);
   }
 
   void judge(const ImageView& image, RackTrackerResult& result) {
-    const double quality = outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
-    const double needed = starting_ ? kStartQuality : parameters_.lost_below;
-    if (quality < needed) {
+    if (!borne_out()) {
       if (starting_ || ++coasted_ > kMostCoasting) {
         lose(starting_ ? "the image does not bear out the pose that was given"
                        : "the image no longer bears out the pose",
@@ -227,7 +256,7 @@ class RackTracker::Implementation {
         fill(result);
         result.reason = "the image does not bear out the pose: predicted";
       }
-      result.quality = quality;
+      result.quality = quality();
       return;
     }
     pose_.shift_along(outcome_.shift_along);
@@ -239,7 +268,7 @@ class RackTracker::Implementation {
     coasted_ = 0;
     step_.learn(image, outcome_);
     fill(result);
-    result.quality = quality;
+    result.quality = quality();
   }
 
   /// Takes over the offsets of this image. Errors of successive images are alike (shading and paint
@@ -287,7 +316,7 @@ class RackTracker::Implementation {
     for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       if (offsets_.covariance(row, row) > 0) {
-        offsets_.covariance(row, row) = covariance(row, row);
+        offsets_.covariance(row, row) = std::max(covariance(row, row), kOffsetFloor * kOffsetFloor);
       }
     }
   }

@@ -17,6 +17,7 @@ constexpr double kWithinAlignment = 1.6;  // px, half
 constexpr double kLargestWindow = 48.0;   // px, half
 // Best against second best place in a window: 1 - correlation must be this much smaller.
 constexpr double kLargestRatio = 0.75;
+constexpr std::uint32_t kProven = 3;          // times found
 constexpr double kClearlyWorseAnchor = 1e-6;  // m^2
 
 }  // namespace
@@ -129,7 +130,9 @@ void TextureMap::choose(const UncertainView& view, const RackSurface& surface,
         point.place + offset * Eigen::Vector3d::UnitX() + 0.001 * point.normal;
     if (surface.visible_at(place, point.normal, camera_, view.T_camera_rack, kMargin,
                            parameters_.least_facing)) {
-      matches.push_back({.point = choice.point, .predicted = choice.pixel});
+      matches.push_back({.point = choice.point,
+                         .proven = point.found >= kProven && point.found >= 2 * point.failed,
+                         .predicted = choice.pixel});
     }
   }
 }

@@ -21,8 +21,8 @@ double track_quality(const TrackEvidence& evidence) noexcept {
     edges = std::clamp(share / kGoodEdges, 0.0, 1.0);
   }
   double quality = edges;
-  if (evidence.points >= kEnoughPoints) {
-    const double share = static_cast<double>(evidence.points_matched) / evidence.points;
+  if (evidence.proven_points >= kEnoughPoints) {
+    const double share = static_cast<double>(evidence.proven_matched) / evidence.proven_points;
     const double points = std::clamp(share / kGoodPoints, 0.0, 1.0);
     // Either may be poor where the other is good: plain pipes, or edges covered by tarpaulins.
     quality = std::min(0.5 * (edges + points), 0.25 + 0.75 * std::min(edges, points) * 2);

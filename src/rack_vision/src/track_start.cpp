@@ -10,39 +10,21 @@
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr double kAcrossStep = 5.0;      // px between places that are tried, across the pipes
-constexpr double kYawStep = 0.02;        // rad
-constexpr double kPitchStep = 0.05;      // rad
-constexpr int kReach = 6;                // px to both sides of an edge within which it may line up
-constexpr int kReachStep = 2;            // px
-constexpr int kSamples = 12;             // per edge
-constexpr double kSaturated = 30;        // grey levels: stronger edges do not count for more
-constexpr std::size_t kTried = 6;        // places that are solved for
+using geometry::Matrix6d;
+using geometry::SE3;
+
+constexpr std::size_t kTried = 6;   // places that are solved for
+constexpr double kFirstStep = 2.5;  // px between the poses that are tried
+constexpr std::array kNextSteps{2.0, 1.0};
+constexpr double kShortest = 8;   // px: shorter contours say nothing
+constexpr double kFarthest = 90;  // px: within which the unknown place along y moves contours
+constexpr double kDistinct = 8;   // px, between what is seen from two places
 constexpr double kClearlyBetter = 0.12;  // of the share of samples found, over other places
-constexpr double kCertainPlace = 0.012;  // m, one sigma across and in height
-constexpr double kCertainTurn = 0.005;   // rad
-constexpr double kSamePlace = 10;        // px, between what is seen from two places
-constexpr std::array<double, 3> kRanges{14.0, 8.0, 4.0};  // px, of the searches from a place
-
-double difference_at(const ImageView& image, const Eigen::Vector2d& at,
-                     const Eigen::Vector2d& step) {
-  const Eigen::Vector2d outer = at + step;
-  const Eigen::Vector2d inner = at - step;
-  const auto inside = [&image](const Eigen::Vector2d& p) {
-    return p.x() >= 0 && p.y() >= 0 && p.x() < image.width - 1 && p.y() < image.height - 1;
-  };
-  if (!inside(outer) || !inside(inner)) {
-    return 0;
-  }
-  return static_cast<double>(
-      image.row(static_cast<int>(outer.y() + 0.5))[static_cast<int>(outer.x() + 0.5)] -
-      image.row(static_cast<int>(inner.y() + 0.5))[static_cast<int>(inner.x() + 0.5)]);
-}
-
-/// Signed steps of a share of the range, both ends included: -n..n.
-int steps(double range, double step) {
-  return static_cast<int>(std::ceil(std::max(0.0, range) / step - 1e-9));
-}
+constexpr double kCertainPlace = 0.06;   // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;    // rad
+constexpr double kImprobable = 22.5;  // chi-square of six, 1 in 1000: not where it was said to be
+constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
+constexpr int kY = 1;
 
 }  // namespace
 
@@ -56,104 +38,76 @@ double TrackStep::apart(const TrackBelief& a, const TrackBelief& b) const {
          half_width * (std::abs(difference(5)) + std::abs(difference.z()) / height);
 }
 
-double TrackStep::alignment(const ImageView& image) const {
-  double score = 0;
-  double weight = 0;
+void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation, double farthest) {
+  contours_.clear();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].id.kind != EdgeKind::kPipe) {
+    const VisibleEdge& edge = edges_[i];
+    if ((edge.image_end - edge.image_start).norm() < kShortest) {
       continue;
     }
-    const Eigen::Vector2d along = edges_[i].image_end - edges_[i].image_start;
-    const double length = along.norm();
-    const Eigen::Vector2d& normal = normals_[i];
-    const EdgeMemory::Look& look = edge_memory_.look(edges_[i].id);
-    double best = 0;
-    for (int reach = -kReach; reach <= kReach; reach += kReachStep) {
-      // A straight edge adds up along the line; texture does not.
-      double sum = 0;
-      for (int j = 1; j <= kSamples; ++j) {
-        const Eigen::Vector2d ideal = edges_[i].image_start +
-                                      along * (static_cast<double>(j) / (kSamples + 1)) +
-                                      normal * reach;
-        const Eigen::Vector2d pixel =
-            camera_.has_distortion() ? camera_.distort(ideal).value_or(ideal) : ideal;
-        sum += difference_at(image, pixel, 2.0 * normal);
-      }
-      const double mean = sum / kSamples;
-      const double size =
-          look.decides_sign() ? std::copysign(1.0, look.contrast) * mean : std::abs(mean);
-      best = std::max(best, std::min(size, kSaturated));
+    AlignmentContour contour;
+    contour.start = edge.image_start;
+    contour.end = edge.image_end;
+    contour.normal = normals_[i];
+    contour.start_by_motion = by_motion(edge.start, normals_[i], T_rack_camera);
+    contour.end_by_motion = by_motion(edge.end, normals_[i], T_rack_camera);
+    const EdgeMemory::Look& look = edge_memory_.look(edge.id);
+    contour.sign = look.decides_sign() ? std::copysign(1.0, look.contrast) : 0.0;
+    const double along =
+        3 * along_deviation *
+        std::max(std::abs(contour.start_by_motion(kY)), std::abs(contour.end_by_motion(kY)));
+    if (along <= farthest) {
+      contours_.push_back(contour);
     }
-    score += length * best;
-    weight += length;
   }
-  // Little in view is little said.
-  return weight > 0 ? score / (weight + 500.0) : 0.0;
 }
 
-void TrackStep::propose_starts(const ImageView& image, const TrackBelief& before) {
-  const Eigen::Vector3d sigma_place = before.covariance.diagonal().head<3>().cwiseSqrt();
-  const Eigen::Vector3d sigma_turn = before.covariance.diagonal().tail<3>().cwiseSqrt();
-  const double height = std::max(0.5, before.T_rack_camera.translation().z());
-  const double across = std::min(3 * sigma_place.x(), parameters_.start_range_m) / height +
-                        std::min(3 * sigma_turn.y(), parameters_.start_range_rad);
-  const double across_step = kAcrossStep / camera_.matrix()(0, 0);
-  const int columns = steps(across - across_step, across_step);
-  const int rows =
-      steps(std::min(3 * sigma_turn.z(), parameters_.start_range_rad) - kYawStep / 2, kYawStep);
-  const int tilts =
-      steps(std::min(3 * sigma_turn.x(), parameters_.start_range_rad) - kPitchStep / 2, kPitchStep);
+TrackStep::Start TrackStep::narrowed(const ImageView& image, const TrackBelief& around,
+                                     const SE3& T_rack_camera, Matrix6d covariance) {
+  Start start{T_rack_camera, 0};
+  std::vector<AlignmentPeak> best;
+  for (const double step : kNextSteps) {
+    render(start.T_rack_camera, around.offsets);
+    gather_contours(start.T_rack_camera, std::sqrt(covariance(kY, kY)), kFarthest);
+    alignment_.search(image, contours_, covariance, step, kDistinct, 1, best);
+    if (best.empty()) {
+      break;
+    }
+    covariance = AlignmentSearch::remaining(contours_, covariance, 2 * step);
+    start.T_rack_camera = moved_pose(start.T_rack_camera, best.front().motion);
+    start.score = best.front().score;
+  }
+  return start;
+}
+
+void TrackStep::propose_starts(const ImageView& image, const TrackBelief& around) {
   starts_.clear();
-  for (int row = -rows; row <= rows; ++row) {
-    for (int column = -columns; column <= columns; ++column) {
-      Start best{{}, column, row, -1};
-      for (int tilt = -std::min(tilts, 1); tilt <= std::min(tilts, 1); ++tilt) {
-        geometry::Vector6d motion = geometry::Vector6d::Zero();
-        motion(3) = tilt * kPitchStep;
-        motion(4) = column * across_step;
-        motion(5) = row * kYawStep;
-        const geometry::SE3 place = moved_pose(before.T_rack_camera, motion);
-        render(place, before.offsets);
-        const double score = alignment(image);
-        if (score > best.score) {
-          best.score = score;
-          best.T_rack_camera = place;
-        }
-      }
-      starts_.push_back(best);
-    }
+  render(around.T_rack_camera, around.offsets);
+  // First those that tell the pose across the pipes, whatever it is along them.
+  gather_contours(around.T_rack_camera, std::sqrt(around.covariance(kY, kY)), kFirstStep);
+  alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinct, kTried, peaks_);
+  const Matrix6d left = AlignmentSearch::remaining(contours_, around.covariance, 2 * kFirstStep);
+  for (const AlignmentPeak& peak : peaks_) {
+    starts_.push_back(narrowed(image, around, moved_pose(around.T_rack_camera, peak.motion), left));
   }
-  std::ranges::stable_sort(starts_, std::ranges::greater{}, &Start::score);
-  // Neighbours of a better place lead to the same solution.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < starts_.size() && kept < kTried; ++i) {
-    const bool is_new =
-        std::none_of(starts_.begin(), starts_.begin() + static_cast<std::ptrdiff_t>(kept),
-                     [this, i](const Start& better) {
-                       return std::abs(better.column - starts_[i].column) <= 2 &&
-                              std::abs(better.row - starts_[i].row) <= 1;
-                     });
-    if (is_new) {
-      starts_[kept++] = starts_[i];
-    }
-  }
-  starts_.resize(kept);
 }
 
-bool TrackStep::refine_start(const ImageView& image, const TrackBelief& before, const Start& start,
-                             double along_variance) {
-  TrackBelief guess = before;
+bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
+                             PoseSolver& solver) {
+  TrackBelief guess = around;
   guess.T_rack_camera = start.T_rack_camera;
   guess.covariance.setZero();
   // Pipes are taken to be where they are believed: what a wide search finds may be anything.
   guess.offsets.covariance.setZero();
+  double along_variance = 0;
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
     search(image, guess, range, along_variance);
-    if (!solve(guess, before.covariance, before.T_rack_camera, guess.offsets, false)) {
+    if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, guess.offsets, false)) {
       return false;
     }
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
+    along_variance = solution_.covariance(kY, kY);
   }
   return true;
 }
@@ -164,25 +118,33 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   outcome.belief = before;
   points_.clear();
   matches_.clear();
-  propose_starts(image, before);
-  const double along_variance = before.covariance(1, 1) + before.anchor_variance;
+  TrackBelief around = before;
+  around.covariance(kY, kY) += before.anchor_variance;
+  propose_starts(image, around);
   const auto share = [](const TrackEvidence& evidence) {
     return evidence.edge_samples > 0
                ? static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples
                : 0.0;
   };
+  const Matrix6d information = around.covariance.inverse();
   StepOutcome best;
   double best_share = -1;
   double rival_share = -1;
   Start best_start;
   for (const Start& start : starts_) {
-    if (!refine_start(image, before, start, along_variance)) {
+    if (!refine_start(image, around, start, start_solver_)) {
       continue;
     }
+    const geometry::Vector6d moved =
+        pose_difference(around.T_rack_camera, solution_.T_camera_rack.inverse());
+    const double improbability = moved.dot(information * moved);
     StepOutcome tried;
     accept(before.anchor_variance, tried);
     const double tried_share = share(tried.evidence);
-    const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kSamePlace;
+    if (improbability > kImprobable) {
+      continue;
+    }
+    const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
     if (tried_share > best_share) {
       rival_share = same ? rival_share : best_share;
       best_share = tried_share;
@@ -201,10 +163,14 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     return;
   }
   // Once more, for the working memory that `learn` reads.
-  (void)refine_start(image, before, best_start, along_variance);
+  (void)refine_start(image, around, best_start, start_solver_);
   outcome = {};
   accept(before.anchor_variance, outcome);
   outcome.belief.offsets = before.offsets;
+  outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY);
+  outcome.belief.covariance.row(kY).setZero();
+  outcome.belief.covariance.col(kY).setZero();
+  outcome.belief.covariance(kY, kY) = kRelativeVariance;
 }
 
 }  // namespace pipescout::rack_vision

@@ -17,6 +17,7 @@ using geometry::Matrix6d;
 constexpr double kLeastRange = 3.0;       // px to either side of a rendered edge
 constexpr double kLargestRange = 40.0;    // px
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
+constexpr double kBiasPerSigma = 1.5;     // shared by an edge, as a multiple of what the fits say
 constexpr double kInlierGate = 1.25;      // px: an edge or point this near is where the pose has it
 constexpr double kWideRange = 16.0;       // px
 constexpr double kFreeAlong = 0.5;        // m: "not known" along y
@@ -25,7 +26,9 @@ constexpr double kAnchorFloor = 0.0015;   // m: what supports leave of the error
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
 constexpr std::size_t kPointsForAlong = 8;
+constexpr std::size_t kFewestPoints = 5;
 constexpr int kJudgedSamples = 5;
+constexpr double kStartBias = 0.6;  // px
 constexpr int kY = 1;
 
 PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) {
@@ -35,6 +38,13 @@ PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) 
   // carry a pipe away, and the pose with it.
   solver.offset_freedom = 0.001;
   solver.innovation_gate = 1e3;
+  return solver;
+}
+
+PoseSolverParameters start_solver_parameters(const RackTrackerParameters& parameters) {
+  PoseSolverParameters solver = solver_parameters(parameters);
+  // In the first image nothing tells a contour from a shadow or a stripe that runs along it.
+  solver.edge_bias_sigma = std::max(parameters.edge_bias_sigma, kStartBias);
   return solver;
 }
 
@@ -59,6 +69,14 @@ double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
   return along.x() * from.y() - along.y() * from.x();
 }
 
+/// The candidate of a sample that is nearest to where the edge was expected; it has one.
+const EdgeCandidate& nearest(const SearchedSample& sample) {
+  const auto candidates =
+      std::span(sample.candidates).first(static_cast<std::size_t>(sample.count));
+  return *std::ranges::min_element(
+      candidates, {}, [](const EdgeCandidate& candidate) { return std::abs(candidate.distance); });
+}
+
 /// The candidate of a sample that lies on the line on which the edge is seen, if one does.
 const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& edge) {
   const auto candidates =
@@ -79,7 +97,9 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       edge_search_(camera, search_parameters(parameters)),
       edge_memory_(model),
       map_(model, camera, map_parameters(parameters)),
-      solver_(model, solver_parameters(parameters)) {}
+      solver_(model, solver_parameters(parameters)),
+      start_solver_(model, start_solver_parameters(parameters)),
+      alignment_(camera) {}
 
 UncertainView TrackStep::view(const TrackBelief& belief) const {
   return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
@@ -97,23 +117,30 @@ void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& o
   }
 }
 
+geometry::Vector6d TrackStep::by_motion(const Eigen::Vector3d& point, const Eigen::Vector2d& normal,
+                                        const geometry::SE3& T_rack_camera) const {
+  const Eigen::Matrix3d R_camera_rack = T_rack_camera.rotation().inverse().matrix();
+  const Eigen::Vector3d from_camera = point - T_rack_camera.translation();
+  const Eigen::Vector3d seen = camera_.matrix() * (R_camera_rack * from_camera);
+  Eigen::RowVector3d by_point;
+  by_point << normal.x(), normal.y(), -(normal.x() * seen.x() + normal.y() * seen.y()) / seen.z();
+  by_point = by_point * camera_.matrix() * R_camera_rack / seen.z();
+  geometry::Vector6d result;
+  result << -by_point.transpose(), (by_point * geometry::skew(from_camera)).transpose();
+  return result;
+}
+
 double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
                            const TrackBelief& belief) const {
   // A contour slides over its pipe, but across itself it moves as the points of it do.
-  const Eigen::Matrix3d R_camera_rack = belief.T_rack_camera.rotation().inverse().matrix();
   double largest = 0;
   for (const Eigen::Vector3d& point : {edge.start, edge.end}) {
-    const Eigen::Vector3d from_camera = point - belief.T_rack_camera.translation();
-    const Eigen::Vector3d seen = camera_.matrix() * (R_camera_rack * from_camera);
-    Eigen::RowVector3d by_point;
-    by_point << normal.x(), normal.y(), -(normal.x() * seen.x() + normal.y() * seen.y()) / seen.z();
-    by_point = by_point * camera_.matrix() * R_camera_rack / seen.z();
-    Eigen::Matrix<double, 1, 6> by_motion;
-    by_motion << -by_point, by_point * geometry::skew(from_camera);
-    double variance = (by_motion * belief.covariance * by_motion.transpose()).value();
+    const geometry::Vector6d moves = by_motion(point, normal, belief.T_rack_camera);
+    double variance = moves.dot(belief.covariance * moves);
     if (edge.id.kind == EdgeKind::kPipe) {
       const auto pipe = static_cast<Eigen::Index>(edge.id.body);
-      variance += by_point.x() * by_point.x() * belief.offsets.covariance(pipe, pipe);
+      // Moved along x, a pipe is seen to go against what the camera's own motion does.
+      variance += moves.x() * moves.x() * belief.offsets.covariance(pipe, pipe);
     }
     largest = std::max(largest, variance);
   }
@@ -151,14 +178,24 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     for (std::size_t i = 0; i < static_cast<std::size_t>(sample.count); ++i) {
       feature.candidates[i] = sample.candidates[i].pixel;
     }
-    feature.sigma =
-        parameters_.edge_sigma * (feature.edge.kind == EdgeKind::kSupport ? kSupportSigma : 1.0);
+    // What the profile does not say well is wrong for the whole of an edge: its shading, a shadow
+    // or a stripe that runs along it.
+    const double fit = nearest(sample).sigma;
+    feature.sigma = std::hypot(parameters_.edge_sigma, fit) *
+                    (feature.edge.kind == EdgeKind::kSupport ? kSupportSigma : 1.0);
+    feature.bias_sigma = kBiasPerSigma * fit;
   }
 }
 
 bool TrackStep::solve(const TrackBelief& guess, const Matrix6d& prior_covariance,
                       const geometry::SE3& prior_pose, const OffsetBelief& offsets,
                       bool with_points) {
+  return solve_by(solver_, guess, prior_covariance, prior_pose, offsets, with_points);
+}
+
+bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
+                         const Matrix6d& prior_covariance, const geometry::SE3& prior_pose,
+                         const OffsetBelief& offsets, bool with_points) {
   PoseProblem problem;
   problem.T_camera_rack = guess.T_rack_camera.inverse();
   problem.edges = features_;
@@ -167,7 +204,7 @@ bool TrackStep::solve(const TrackBelief& guess, const Matrix6d& prior_covariance
   }
   problem.pose_prior = PosePrior{prior_pose.inverse(), prior_covariance.inverse()};
   problem.offsets = offsets;
-  solver_.solve(camera_, problem, solution_);
+  solver.solve(camera_, problem, solution_);
   return solution_.status == PoseStatus::kOk || solution_.status == PoseStatus::kUnobserved ||
          solution_.status == PoseStatus::kNotConverged;
 }
@@ -176,8 +213,9 @@ void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
   const double said = solution_.covariance(kY, kY);
   const double believed = belief.anchor_variance + belief.covariance(kY, kY);
   const double reached = said + kAnchorFloor * kAnchorFloor;
-  if (said > kSupportsSay * kSupportsSay || believed < 4 * reached) {
-    return;
+  if (said > kSupportsSay * kSupportsSay || believed < 4 * reached ||
+      belief.covariance(kY, kY) > belief.anchor_variance) {
+    return;  // not better than what is known, or what is wrong is the prediction, not the map
   }
   const double shift =
       solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
@@ -211,6 +249,29 @@ const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
   return found == edges_.end() ? nullptr : &*found;
 }
 
+bool TrackStep::agrees(const PointObservation& point, const CameraView& seen,
+                       const OffsetBelief& offsets) const {
+  const double offset = point.pipe == PointObservation::kOnNoPipe ? 0.0 : offsets.mean[point.pipe];
+  const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
+  return (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate;
+}
+
+bool TrackStep::points_agree() const {
+  const CameraView seen(camera_, solution_.T_camera_rack);
+  const auto agreeing =
+      static_cast<std::size_t>(std::ranges::count_if(points_, [&](const PointObservation& point) {
+        return agrees(point, seen, solution_.offsets);
+      }));
+  return agreeing >= kFewestPoints && 2 * agreeing >= points_.size();
+}
+
+void TrackStep::forget_matches() {
+  for (MatchedPoint& match : matches_) {
+    match.found = false;
+  }
+}
+
 void TrackStep::collect_evidence(StepOutcome& outcome) const {
   TrackEvidence& evidence = outcome.evidence;
   evidence = {};
@@ -234,14 +295,16 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
     evidence.edges += searched >= kJudgedSamples ? 1 : 0;
   }
   const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
-  for (const PointObservation& point : points_) {
-    const double offset =
-        point.pipe == PointObservation::kOnNoPipe ? 0.0 : outcome.belief.offsets.mean[point.pipe];
-    const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
-    const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
-    evidence.points_matched += (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate ? 1 : 0;
+  // points_ holds those of matches_ that were found, in their order.
+  std::size_t next = 0;
+  for (const MatchedPoint& match : matches_) {
+    const bool agreeing = match.found && next < points_.size() &&
+                          agrees(points_[next++], seen, outcome.belief.offsets);
+    ++evidence.points;
+    evidence.points_matched += agreeing ? 1 : 0;
+    evidence.proven_points += match.proven ? 1 : 0;
+    evidence.proven_matched += match.proven && agreeing ? 1 : 0;
   }
-  evidence.points = static_cast<int>(matches_.size());
 }
 
 bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
@@ -257,8 +320,10 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
   }
   if (widest > kWideRange) {
     // Within such a range there are edges of neighbours: first see where all of them line up.
-    propose_starts(image, belief);
-    return !starts_.empty() && refine_start(image, free, starts_.front(), along_variance);
+    TrackBelief around = belief;
+    around.covariance(kY, kY) = along_variance;
+    propose_starts(image, around);
+    return !starts_.empty() && refine_start(image, free, starts_.front(), solver_);
   }
   TrackBelief wide = belief;
   wide.covariance(kY, kY) = along_variance;
@@ -276,20 +341,26 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
   points_.clear();
   if (find_edges(image, start)) {
     anchor_by_supports(start, outcome);
-    const geometry::SE3 found = solution_.T_camera_rack.inverse();
-    Eigen::Vector3d place = found.translation();
-    place.y() = start.T_rack_camera.translation().y();
-    guess.T_rack_camera = geometry::SE3(found.rotation(), place);
+    guess.T_rack_camera = solution_.T_camera_rack.inverse();
     guess.covariance = solution_.covariance;
-    guess.covariance.row(kY).setZero();
-    guess.covariance.col(kY).setZero();
-    guess.covariance(kY, kY) = start.covariance(kY, kY);
+    // Supports know y beside the anchor, the prediction relative to it.
+    const double by_supports = solution_.covariance(kY, kY) + start.anchor_variance;
+    if (by_supports < start.covariance(kY, kY)) {
+      guess.covariance(kY, kY) = by_supports;
+    } else {
+      Eigen::Vector3d place = guess.T_rack_camera.translation();
+      place.y() = start.T_rack_camera.translation().y();
+      guess.T_rack_camera = geometry::SE3(guess.T_rack_camera.rotation(), place);
+      guess.covariance.row(kY).setZero();
+      guess.covariance.col(kY).setZero();
+      guess.covariance(kY, kY) = start.covariance(kY, kY);
+    }
     guess.anchor_variance = start.anchor_variance;
     guess.offsets = solution_.offsets;
   }
   match_points(image, start, guess);
 
-  const std::optional<double> anchor = map_.observations(matches_, points_);
+  std::optional<double> anchor = map_.observations(matches_, points_);
   Matrix6d prior = start.covariance;
   if (anchor) {
     // The prediction was relative to the anchor of the image before.
@@ -304,6 +375,13 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
     render(guess.T_rack_camera, guess.offsets);
     search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor);
     solved = solve(guess, prior, start.T_rack_camera, start.offsets, true);
+  }
+  if (solved && !points_.empty() && !points_agree()) {
+    // Where nothing else says where along the pipes the camera is, one false match would.
+    points_.clear();
+    forget_matches();
+    anchor.reset();
+    solved = solve(guess, start.covariance, start.T_rack_camera, start.offsets, false);
   }
   if (!solved) {
     outcome.status = solution_.status;

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "alignment_search.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_vision/contour.hpp"
 #include "pipescout/rack_vision/edge_search.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
@@ -15,6 +17,9 @@
 #include "pipescout/rack_vision/visible_edges.hpp"
 
 namespace pipescout::rack_vision {
+
+/// m^2: variance along y of a pose relative to its anchor.
+inline constexpr double kRelativeVariance = 1e-6;
 
 /// What is believed before or after an image.
 struct TrackBelief {
@@ -60,27 +65,43 @@ class TrackStep {
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
               double along_variance);
+  /// How a motion of the camera, as in `pose_difference`, moves a point of the rack along an image
+  /// normal, px.
+  [[nodiscard]] geometry::Vector6d by_motion(const Eigen::Vector3d& point,
+                                             const Eigen::Vector2d& normal,
+                                             const geometry::SE3& T_rack_camera) const;
   [[nodiscard]] double range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
                                 const TrackBelief& belief) const;
   bool find_edges(const ImageView& image, const TrackBelief& belief);
   bool solve(const TrackBelief& guess, const geometry::Matrix6d& prior_covariance,
              const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
+  bool solve_by(PoseSolver& solver, const TrackBelief& guess,
+                const geometry::Matrix6d& prior_covariance, const geometry::SE3& prior_pose,
+                const OffsetBelief& offsets, bool with_points);
   void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
   /// A place to start from, and how well edges line up there.
   struct Start {
     geometry::SE3 T_rack_camera;
-    int column = 0;  ///< of the grid: across the pipes, and yaw
-    int row = 0;
     double score = 0;
   };
-  void propose_starts(const ImageView& image, const TrackBelief& before);
+  /// Fills contours_ from the rendered edges: those that an error along y of three deviations moves
+  /// by at most `farthest` px.
+  void gather_contours(const geometry::SE3& T_rack_camera, double along_deviation, double farthest);
+  /// Fills starts_. Here and below the covariance of `around` is the whole one, along y too.
+  void propose_starts(const ImageView& image, const TrackBelief& around);
+  Start narrowed(const ImageView& image, const TrackBelief& around,
+                 const geometry::SE3& T_rack_camera, geometry::Matrix6d covariance);
+  bool refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
+                    PoseSolver& solver);
   /// How far apart, in px, edges look from two places.
   [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
-  [[nodiscard]] double alignment(const ImageView& image) const;
-  bool refine_start(const ImageView& image, const TrackBelief& before, const Start& start,
-                    double along_variance);
   void accept(double anchor_variance, StepOutcome& outcome);
+  [[nodiscard]] bool agrees(const PointObservation& point, const CameraView& seen,
+                            const OffsetBelief& offsets) const;
+  /// Whether the points bear each other out at the pose that was solved.
+  [[nodiscard]] bool points_agree() const;
+  void forget_matches();
   void collect_evidence(StepOutcome& outcome) const;
   [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
   [[nodiscard]] UncertainView view(const TrackBelief& belief) const;
@@ -94,6 +115,7 @@ class TrackStep {
   RackSurface surface_;
   TextureMap map_;
   PoseSolver solver_;
+  PoseSolver start_solver_;
 
   std::vector<VisibleEdge> edges_;
   std::vector<Eigen::Vector2d> normals_;
@@ -101,6 +123,9 @@ class TrackStep {
   std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
   std::vector<EdgeSample> features_;
   int skipped_ = 0;  ///< edges not searched, for not knowing y
+  AlignmentSearch alignment_;
+  std::vector<AlignmentContour> contours_;
+  std::vector<AlignmentPeak> peaks_;
   std::vector<Start> starts_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

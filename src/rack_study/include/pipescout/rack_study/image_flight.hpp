@@ -47,7 +47,7 @@ struct FrameScore {
   double time = 0;  ///< s
   rack_vision::TrackStatus status = rack_vision::TrackStatus::kNotStarted;
   bool outage = false;    ///< the image was covered, frozen or missing
-  bool has_pose = false;  ///< tracked or predicted; what follows is 0 without
+  bool has_pose = false;  ///< tracked; what follows is 0 without
   /// As `pose_error`: place and rotation, rack axes, m and rad.
   geometry::Vector6d error = geometry::Vector6d::Zero();
   double along_deviation = 0;  ///< m, stated, of the place along the pipes

@@ -20,7 +20,7 @@ inline constexpr double kWrongRotation = 0.017453292519943295;  ///< rad
 /// Images outside outages.
 struct ImageFlightScore {
   std::size_t images = 0;
-  std::size_t with_pose = 0;  ///< tracked, or predicted for an image or two
+  std::size_t with_pose = 0;  ///< tracked
   std::size_t wrong = 0;      ///< of them: `is_wrong`
   /// Of them: the truth lies in the ellipsoid of the place, and of the whole pose, that should hold
   /// it in 95 of 100 cases.

@@ -36,6 +36,9 @@ struct EdgeSample {
   /// iteration.
   std::array<Eigen::Vector2d, kMaxCandidates> candidates{};
   double sigma = 1;  ///< standard deviation across the edge, pixels, > 0
+  /// Of an error that all samples of the edge share, pixels, >= 0; beside the edge_bias_sigma of
+  /// the parameters. The root of the mean square over the samples counts.
+  double bias_sigma = 0;
 };
 
 /// A texture point that was recognised in the image.

@@ -26,9 +26,10 @@ struct RackTrackerParameters {
   double acceleration_sigma = 1.5;          ///< m/s^2, > 0: a quadrotor tilted by 9 degrees
   double angular_acceleration_sigma = 1.5;  ///< rad/s^2, > 0
 
-  double edge_sigma = 0.25;       ///< px, > 0: noise of one edge sample
-  double edge_bias_sigma = 0.20;  ///< px, >= 0: error that all samples of one edge share
-  double point_sigma = 0.15;      ///< px, > 0: noise of one matched texture point
+  double edge_sigma = 0.25;  ///< px, > 0: noise of one edge sample
+  /// px, >= 0: error that all samples of one edge share, beside what their profiles say.
+  double edge_bias_sigma = 0.30;
+  double point_sigma = 0.15;  ///< px, > 0: noise of one matched texture point
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
   double offset_sigma = 0.005;   ///< m, > 0: how well the model's pipe offsets are known at start
@@ -93,7 +94,8 @@ struct RackTrackerCounts {
   std::uint64_t frozen = 0;
   std::uint64_t without_contrast = 0;
   std::uint64_t bad_stamps = 0;
-  std::uint64_t bad_predictions = 0;  ///< NaN, or a covariance that is none: not used
+  /// NaN, a covariance that is none, or not where the image has the camera: not used.
+  std::uint64_t bad_predictions = 0;
   std::uint64_t losses = 0;
 };
 

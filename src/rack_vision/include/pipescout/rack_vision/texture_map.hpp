@@ -52,6 +52,7 @@ struct UncertainView {
 /// A point that was searched in an image.
 struct MatchedPoint {
   std::uint32_t point = 0;  ///< of the map; valid until the map grows
+  bool proven = false;      ///< found in most images before, and in several
   bool found = false;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();      ///< ideal
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the image, distorted

@@ -11,14 +11,18 @@ struct TrackEvidence {
   int edges = 0;               ///< pieces with enough samples to be judged
   int points = 0;              ///< texture points searched
   int points_matched = 0;      ///< found where the pose has them
-  double residual_scale = 1;   ///< of the solver, in stated standard deviations
+  /// The same of points that were found again and again before: when these fail it is not for want
+  /// of texture.
+  int proven_points = 0;
+  int proven_matched = 0;
+  double residual_scale = 1;  ///< of the solver, in stated standard deviations
 };
 
 /// 0 (nothing speaks for the pose) to 1. Half and more: safe to use.
 ///
-/// Edges: share found. Points: share matched, once there are enough of
-/// them; points that fail while edges are found mean that the edges are those of another place,
-/// and the lower of the two counts. Residuals far above what they should be lower the rest.
+/// Edges: share found. Points: share of proven ones matched, once there are enough of them; points
+/// that fail while edges are found mean that the edges are those of another place, and the lower of
+/// the two counts. Residuals far above what they should be lower the rest.
 [[nodiscard]] double track_quality(const TrackEvidence& evidence) noexcept;
 
 }  // namespace pipescout::rack_vision
