@@ -49,9 +49,18 @@ def check(folder):
         assert abs(last[pipe] - offset) < 0.006, (pipe, last)
 
 
+def check_pictures(folder):
+    drawn = pipescout("plot", "rack", folder, timeout=TIMEOUT).split()
+    names = {pathlib.Path(line).name for line in drawn if line.startswith(str(folder))}
+    assert names == {"flight.svg", "errors.svg", "offsets.svg", "overlay.svg", "map.svg",
+                     "animation.gif"}, drawn
+    assert (folder / "pictures/animation.gif").stat().st_size <= 3_000_000
+
+
 def one_process(launch_scripts, scratch):
     run(launch_scripts / "rack.yaml", scratch / "mission")
     check(scratch / "mission")
+    check_pictures(scratch / "mission")
 
 
 def several_processes(launch_scripts, scratch):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `pipescout plot`, on a small mission made here.
+// `pipescout plot`, on small missions made here.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -111,6 +111,92 @@ TEST_F(Drawing, NamesBadData) {
   const auto finished = run({"odometry", "m"});
   EXPECT_EQ(finished.code(), 1);
   EXPECT_THAT(finished.err, HasSubstr("readings.csv: line 2: column 'a': 'much' is no number"));
+}
+
+/// A flight over a rack of two pipes, as its recorder writes it.
+class RackDrawing : public Drawing {
+ protected:
+  void SetUp() override {
+    Drawing::SetUp();
+    fs::create_directories(path("f/rack/images"));
+    std::string poses = pose_columns() +
+                        ",x_standard_deviation,y_standard_deviation,z_standard_deviation,"
+                        "rotation_x_standard_deviation,rotation_y_standard_deviation,"
+                        "rotation_z_standard_deviation,x_y_correlation\n";
+    std::string truth = pose_columns() + "\n";
+    std::string states = "stamp,status\n";
+    std::string offsets = "stamp,pipe,offset,standard_deviation,observed\n";
+    std::string commands = "stamp,linear_x,linear_y,linear_z,angular_x,angular_y,angular_z\n";
+    std::string images = "stamp,file\n";
+    for (int k = 0; k < kPoses; ++k) {
+      const std::string stamp = std::to_string(1000.0 + 0.04 * k);
+      const std::string along = std::to_string(2.0 + 0.01 * k);
+      // Straight down, the upper border of the image ahead.
+      const std::string rest = ",1.5,1,0,0,0";
+      poses += stamp + ",0.5," + along + rest + ",0.002,0.003,0.002,0.001,0.001,0.001,0.1\n";
+      truth += stamp + ",0.501," + along + rest + "\n";
+      states += stamp + ",tracking\n";
+      offsets += stamp + ",A,0,0,0\n" + stamp + ",B,0.012,0.001,1\n";
+      commands += stamp + ",0.25,0,0,0,0,0\n";
+      if (k % 5 == 0) {
+        const std::string image = "images/" + std::to_string(k) + ".pgm";
+        images += stamp + "," + image + "\n";
+        write("f/rack/" + image, "P5\n60 40\n255\n" + std::string(60UL * 40, 'p'));
+      }
+    }
+    write("f/rack/pose.csv", poses);
+    write("f/rack/truth.csv", truth);
+    write("f/rack/state.csv", states);
+    write("f/rack/offsets.csv", offsets);
+    write("f/rack/command.csv", commands);
+    write("f/rack/images.csv", images);
+    write("f/rack/way_points.csv", "stamp,done,of,message\n1000.400000000,1,1,\"1 of 1\"\n");
+    write("f/rack/rack.yaml",
+          "row:\n  - {name: A, radius: 0.15, length: 10}\n"
+          "  - {name: B, radius: 0.15, length: 10, gap: 0.1}\n");
+    write("f/rack/camera.yaml",
+          "image_width: 60\nimage_height: 40\n"
+          "camera_matrix: {data: [50, 0, 30, 0, 50, 20, 0, 0, 1]}\n"
+          "distortion_coefficients: {data: [0, 0, 0, 0, 0]}\n");
+    write("f/mission.yaml",
+          "components:\n  - {type: 'pipescout::VisualServo', name: visual_servo,\n"
+          "     parameters: {way_points: [0.5, 2.2, 1.5, 1.57]}}\n");
+  }
+
+  static constexpr int kPoses = 25;
+
+ private:
+  static std::string pose_columns() { return "stamp,x,y,z,qx,qy,qz,qw"; }
+};
+
+TEST_F(RackDrawing, DrawsAllPicturesOfAFlight) {
+  const auto finished = run({"rack", "f"});
+  EXPECT_EQ(finished.code(), 0) << finished.err;
+  EXPECT_THAT(finished.err, IsEmpty());
+  EXPECT_THAT(finished.out, Eq("f/pictures/flight.svg\nf/pictures/errors.svg\n"
+                               "f/pictures/offsets.svg\nf/pictures/overlay.svg\n"
+                               "f/pictures/map.svg\nf/pictures/animation.gif\n"));
+  EXPECT_THAT(content(path("f/pictures/overlay.svg")),
+              AllOf(StartsWith("<?xml"), HasSubstr("model at the estimated pose")));
+  EXPECT_THAT(content(path("f/pictures/animation.gif")), StartsWith("GIF89a"));
+}
+
+TEST_F(RackDrawing, DrawsTheRestOfAFlightWithABrokenFileAndOneThatIsMissing) {
+  write("f/rack/rack.yaml", "row:\n  - {name: A, radius: wide, length: 10}\n");
+  fs::remove(path("f/rack/truth.csv"));
+  const auto finished = run({"rack", "f"});
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.out, Eq("f/pictures/flight.svg\nf/pictures/offsets.svg\n"));
+  EXPECT_THAT(finished.err, AllOf(HasSubstr("rack.yaml: line 2: 'radius' is no finite number"),
+                                  HasSubstr("not drawn: errors: no truth.csv")));
+}
+
+TEST_F(RackDrawing, OnlyAMissingFileIsNoError) {
+  fs::remove(path("f/rack/images.csv"));
+  const auto finished = run({"rack", "f", "--format", "png", "--out", "p"});
+  EXPECT_EQ(finished.code(), 0) << finished.err;
+  EXPECT_THAT(finished.out, Eq("p/flight.png\np/errors.png\np/offsets.png\np/map.png\n"));
+  EXPECT_THAT(finished.err, HasSubstr("not drawn: overlay: no images.csv"));
 }
 
 TEST_F(PlotCommand, NamesThePackageOfAMissingPython) {

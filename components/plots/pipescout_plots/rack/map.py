@@ -36,7 +36,7 @@ def draw(recording: Recording) -> Figure:
     low, high = extent(rack, poses, servo.way_points)
     width = style.COLUMN - 0.55
     height = width * (high[0] - low[0]) / (high[1] - low[1])
-    figure = style.figure(height + 0.67)
+    figure = style.figure(height + 0.7)
     axes = figure.subplots()
     draw_rack(axes, rack)
     if truth is not None:

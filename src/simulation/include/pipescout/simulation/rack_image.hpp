@@ -88,7 +88,7 @@ struct RackView {
 
 class RackImageRenderer {
  public:
-  /// Prepares textures (0.1 s or so) and all memory. Throws as the `validate` of its arguments.
+  /// Prepares textures (0.3 to 0.5 s) and all memory. Throws as the `validate` of its arguments.
   RackImageRenderer(const RackScene& scene, const geometry::Camera& camera,
                     const ImageSensor& sensor = {});
   RackImageRenderer(RackImageRenderer&&) noexcept;
