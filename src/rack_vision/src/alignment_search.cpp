@@ -13,13 +13,14 @@ namespace {
 using geometry::Matrix6d;
 using geometry::Vector6d;
 
-constexpr int kSamples = 16;           // along a contour
-constexpr double kLongestReach = 100;  // px
-constexpr double kHalfStrength = 10;   // grey levels: an edge that scores one half
-constexpr double kFullLength = 80;     // px: shorter contours say less
-constexpr double kPerContour = 6;      // log-likelihood of a strong contour
-constexpr double kDeviations = 3;      // searched
-constexpr std::size_t kMostPoses = 600000;
+constexpr int kSamples = 16;                     // along a contour
+constexpr double kLongestReach = 160;            // px
+constexpr double kHalfStrength = 10;             // grey levels: an edge that scores one half
+constexpr double kFullLength = 80;               // px: shorter contours say less
+constexpr double kPerContour = 6;                // log-likelihood of a strong contour
+constexpr double kDeviations = 3;                // searched
+constexpr std::size_t kMostPoses = 600000;       // of a search for several peaks ...
+constexpr std::size_t kMostPosesForOne = 60000;  // ... and for the best only
 
 /// Squared motion of the contours per motion, px^2: mean over their ends.
 Matrix6d mean_square_by_motion(std::span<const AlignmentContour> contours) {
@@ -106,7 +107,8 @@ void AlignmentSearch::tabulate(const ImageView& image, const AlignmentContour& c
 }
 
 void AlignmentSearch::choose_directions(std::span<const AlignmentContour> contours,
-                                        const Matrix6d& covariance, double step) {
+                                        const Matrix6d& covariance, double step,
+                                        std::size_t most_poses) {
   const Matrix6d factor = root(covariance);
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(factor.transpose() *
                                                       mean_square_by_motion(contours) * factor);
@@ -125,7 +127,7 @@ void AlignmentSearch::choose_directions(std::span<const AlignmentContour> contou
         directions_.push_back(direction);
       }
     }
-    if (poses <= kMostPoses) {
+    if (poses <= most_poses) {
       return;
     }
     spacing *= 1.2;
@@ -139,7 +141,7 @@ void AlignmentSearch::search(const ImageView& image, std::span<const AlignmentCo
   if (contours.empty()) {
     return;
   }
-  choose_directions(contours, covariance, step);
+  choose_directions(contours, covariance, step, most > 1 ? kMostPoses : kMostPosesForOne);
   tables_.resize(std::max(tables_.size(), contours.size()));
   for (std::size_t i = 0; i < contours.size(); ++i) {
     const AlignmentContour& contour = contours[i];

@@ -65,7 +65,7 @@ class AlignmentSearch {
 
   void tabulate(const ImageView& image, const AlignmentContour& contour, double step, Table& table);
   void choose_directions(std::span<const AlignmentContour> contours,
-                         const geometry::Matrix6d& covariance, double step);
+                         const geometry::Matrix6d& covariance, double step, std::size_t most_poses);
   void score_all(std::span<const AlignmentContour> contours, double step);
   /// Of an entry of `scores_`.
   [[nodiscard]] geometry::Vector6d motion_of(std::size_t index) const;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <limits>
 #include <vector>
 
 #include "parameter_range.hpp"
@@ -14,6 +14,7 @@ namespace {
 
 using geometry::Matrix6d;
 using geometry::SE3;
+using geometry::SO3;
 
 /// Covariance of T_rack_camera, form of geometry_msgs/PoseWithCovariance, after the camera went on
 /// by `motion`, whose covariance perturbs it on the right.
@@ -148,18 +149,27 @@ class RackLocalization::Implementation {
     last_pose_->T_rack_camera = last_pose_->T_rack_camera * step.T_previous_current;
   }
 
-  /// What may have happened in an interval that nothing measured. The speeds are not known, but do
-  /// not change much: deviations, not variances, add up with time.
+  /// What may have happened in an interval that nothing measured: on at the same speed. What is
+  /// unknown of the speed does not change much: deviations, not variances, add up with time. The
+  /// tilt of a vehicle goes to and fro, and does not grow.
   MotionPrediction drift(double interval) {
-    const double before = unmeasured_ * unmeasured_;
+    constexpr double kLongestTurn = 0.5;  // s
+    const double before = unmeasured_;
     unmeasured_ += interval;
-    const double grown = unmeasured_ * unmeasured_ - before;
+    const auto grown = [&](double longest) {
+      const double now = std::min(unmeasured_, longest);
+      const double then = std::min(before, longest);
+      return now * now - then * then;
+    };
     MotionPrediction step;
+    step.T_previous_current =
+        SE3(SO3(), last_pose_->T_rack_camera.rotation().inverse() * (interval * velocity_));
     step.covariance.setZero();
-    step.covariance.diagonal().head<3>().setConstant(grown * parameters_.drift_speed *
-                                                     parameters_.drift_speed);
-    step.covariance.diagonal().tail<3>().setConstant(grown * parameters_.drift_angular_speed *
-                                                     parameters_.drift_angular_speed);
+    step.covariance.diagonal().head<3>().setConstant(
+        grown(std::numeric_limits<double>::infinity()) * parameters_.drift_speed *
+        parameters_.drift_speed);
+    step.covariance.diagonal().tail<3>().setConstant(
+        grown(kLongestTurn) * parameters_.drift_angular_speed * parameters_.drift_angular_speed);
     return step;
   }
 
@@ -168,9 +178,9 @@ class RackLocalization::Implementation {
       return;
     }
     last_try_ = stamp;
-    const bool from_image_next = std::exchange(from_image_next_, !from_image_next_);
-    if (last_pose_ && near_enough(*last_pose_) &&
-        !(from_image_next && parameters_.find_first_pose)) {
+    constexpr unsigned kImageEvery = 3;
+    const bool image_is_next = ++tries_ % kImageEvery == 0;
+    if (last_pose_ && near_enough(*last_pose_) && !(image_is_next && parameters_.find_first_pose)) {
       ++counts_.from_last_pose;
       has_start_ = tracker_.set_pose(last_pose_->T_rack_camera, last_pose_->covariance);
       return;
@@ -212,6 +222,20 @@ class RackLocalization::Implementation {
     }
   }
 
+  /// Of the camera, rack frame: a mean over some images, of a pose that was tracked through.
+  void learn_velocity(const SE3& T_rack_camera) {
+    constexpr double kMemory = 0.3;  // s
+    const double interval = tracked_stamp_ ? *last_stamp_ - *tracked_stamp_ : 0;
+    if (interval > 0 && interval < kMemory && tracking_) {
+      const Eigen::Vector3d speed = (T_rack_camera.translation() - tracked_place_) / interval;
+      velocity_ += std::min(1.0, interval / kMemory) * (speed - velocity_);
+    } else {
+      velocity_.setZero();
+    }
+    tracked_stamp_ = last_stamp_;
+    tracked_place_ = T_rack_camera.translation();
+  }
+
   void follow(const RackTrackerResult& result) {
     if (result.status == TrackStatus::kBadImage || result.status == TrackStatus::kBadStamp) {
       return;  // nothing has changed, a start that waits for an image included
@@ -220,11 +244,12 @@ class RackLocalization::Implementation {
     if (result.status == TrackStatus::kTracking) {
       counts_.recoveries += lost_ ? 1U : 0U;
       lost_ = false;
+      learn_velocity(result.T_rack_camera);
       last_pose_ = LastPose{result.T_rack_camera, result.covariance};
       offsets_.assign(result.offsets.begin(), result.offsets.end());
       measured_ = MotionPrediction{.T_previous_current = SE3(), .covariance = Matrix6d::Zero()};
       unmeasured_ = 0;
-      from_image_next_ = false;
+      tries_ = 0;
       last_try_.reset();
     }
     lost_ = lost_ || result.status == TrackStatus::kLost;
@@ -242,8 +267,11 @@ class RackLocalization::Implementation {
   bool has_start_ = false;  ///< the tracker was given a pose that no image has confirmed
   bool tracking_ = false;
   bool lost_ = false;
-  bool from_image_next_ = false;
-  std::optional<LastPose> last_pose_;         ///< moved on to the last image
+  unsigned tries_ = 0;  ///< to find a pose, since the last one
+  std::optional<double> tracked_stamp_;
+  Eigen::Vector3d tracked_place_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  ///< m/s, rack frame
+  std::optional<LastPose> last_pose_;                   ///< moved on to the last image
   std::optional<MotionPrediction> measured_;  ///< since the last tracked image, without a gap
   double unmeasured_ = 0;  ///< s since the last tracked image without a measured motion
   std::optional<double> last_stamp_;

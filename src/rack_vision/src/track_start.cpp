@@ -16,15 +16,30 @@ using geometry::SE3;
 constexpr std::size_t kTried = 6;   // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
-constexpr double kShortest = 8;   // px: shorter contours say nothing
-constexpr double kFarthest = 90;  // px: within which the unknown place along y moves contours
-constexpr double kDistinct = 8;   // px, between what is seen from two places
+constexpr double kShortest = 8;    // px: shorter contours say nothing
+constexpr double kFarthest = 150;  // px: within which the unknown place along y moves contours
+constexpr double kMuchWorse = 10;  // log-likelihood: places that need not be tried
+constexpr double kDistinct = 8;    // px, between what is seen from two places
 constexpr double kClearlyBetter = 0.12;  // of the share of samples found, over other places
 constexpr double kCertainPlace = 0.06;   // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;    // rad
 constexpr double kImprobable = 22.5;  // chi-square of six, 1 in 1000: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
+
+/// Share of what was looked for that was found; proven points count, once there are enough, as much
+/// as edges do.
+double found_share(const TrackEvidence& evidence) {
+  constexpr int kEnoughPoints = 10;
+  if (evidence.edge_samples == 0) {
+    return 0;
+  }
+  const double edges = static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples;
+  if (evidence.proven_points < kEnoughPoints) {
+    return edges;
+  }
+  return 0.5 * (edges + static_cast<double>(evidence.proven_matched) / evidence.proven_points);
+}
 
 }  // namespace
 
@@ -88,6 +103,9 @@ void TrackStep::propose_starts(const ImageView& image, const TrackBelief& around
   alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinct, kTried, peaks_);
   const Matrix6d left = AlignmentSearch::remaining(contours_, around.covariance, 2 * kFirstStep);
   for (const AlignmentPeak& peak : peaks_) {
+    if (peak.score < peaks_.front().score - kMuchWorse) {
+      break;
+    }
     starts_.push_back(narrowed(image, around, moved_pose(around.T_rack_camera, peak.motion), left));
   }
 }
@@ -112,65 +130,84 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, 
   return true;
 }
 
+bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, const Start& start,
+                          StepOutcome& outcome) {
+  points_.clear();
+  matches_.clear();
+  if (!refine_start(image, around, start, start_solver_)) {
+    return false;
+  }
+  TrackBelief guess = around;
+  guess.T_rack_camera = solution_.T_camera_rack.inverse();
+  guess.covariance = solution_.covariance;
+  std::optional<double> anchor;
+  if (map_.size() > 0) {
+    // It was here before: texture tells this place from one that looks like it.
+    match_points(image, around, guess);
+    anchor = map_.observations(matches_, points_);
+    if (anchor && !(solve_by(start_solver_, guess, around.covariance, around.T_rack_camera,
+                             OffsetBelief{guess.offsets.mean}, true) &&
+                    points_agree())) {
+      points_.clear();
+      forget_matches();
+      anchor.reset();
+      if (!refine_start(image, around, start, start_solver_)) {
+        return false;
+      }
+    }
+  }
+  outcome = {};
+  accept(0, outcome);
+  outcome.belief.offsets = around.offsets;
+  // What is known along y is the anchor; the pose itself is exact relative to what it will see.
+  outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY) + anchor.value_or(0);
+  outcome.belief.covariance.row(kY).setZero();
+  outcome.belief.covariance.col(kY).setZero();
+  outcome.belief.covariance(kY, kY) = kRelativeVariance;
+  return true;
+}
+
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   outcome = {};
   outcome.belief = before;
-  points_.clear();
-  matches_.clear();
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
   propose_starts(image, around);
-  const auto share = [](const TrackEvidence& evidence) {
-    return evidence.edge_samples > 0
-               ? static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples
-               : 0.0;
-  };
   const Matrix6d information = around.covariance.inverse();
+  StepOutcome tried;
   StepOutcome best;
   double best_share = -1;
   double rival_share = -1;
   Start best_start;
   for (const Start& start : starts_) {
-    if (!refine_start(image, around, start, start_solver_)) {
+    if (!try_start(image, around, start, tried)) {
       continue;
     }
     const geometry::Vector6d moved =
-        pose_difference(around.T_rack_camera, solution_.T_camera_rack.inverse());
-    const double improbability = moved.dot(information * moved);
-    StepOutcome tried;
-    accept(before.anchor_variance, tried);
-    const double tried_share = share(tried.evidence);
-    if (improbability > kImprobable) {
+        pose_difference(around.T_rack_camera, tried.belief.T_rack_camera);
+    const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
+    if (moved.dot(information * moved) > kImprobable ||
+        std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
       continue;
     }
+    const double share = found_share(tried.evidence);
     const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
-    if (tried_share > best_share) {
+    if (share > best_share) {
       rival_share = same ? rival_share : best_share;
-      best_share = tried_share;
+      best_share = share;
       best = tried;
       best_start = start;
     } else if (!same) {
-      rival_share = std::max(rival_share, tried_share);
+      rival_share = std::max(rival_share, share);
     }
   }
-  outcome.status = solution_.status;
-  const Eigen::Matrix<double, 6, 1> sigma = best.belief.covariance.diagonal().cwiseSqrt();
-  const bool certain = best_share >= 0 && std::max(sigma(0), sigma(2)) < kCertainPlace &&
-                       sigma.tail<3>().maxCoeff() < kCertainTurn;
-  if (!certain || best_share - rival_share < kClearlyBetter) {
+  if (best_share - rival_share < kClearlyBetter) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
   }
   // Once more, for the working memory that `learn` reads.
-  (void)refine_start(image, around, best_start, start_solver_);
-  outcome = {};
-  accept(before.anchor_variance, outcome);
-  outcome.belief.offsets = before.offsets;
-  outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY);
-  outcome.belief.covariance.row(kY).setZero();
-  outcome.belief.covariance.col(kY).setZero();
-  outcome.belief.covariance(kY, kY) = kRelativeVariance;
+  (void)try_start(image, around, best_start, outcome);
 }
 
 }  // namespace pipescout::rack_vision

@@ -94,6 +94,9 @@ class TrackStep {
                  const geometry::SE3& T_rack_camera, geometry::Matrix6d covariance);
   bool refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
                     PoseSolver& solver);
+  /// Refines, and asks the texture map where there is one.
+  bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
+                 StepOutcome& outcome);
   /// How far apart, in px, edges look from two places.
   [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
   void accept(double anchor_variance, StepOutcome& outcome);

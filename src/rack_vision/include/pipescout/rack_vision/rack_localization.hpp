@@ -21,8 +21,9 @@ struct RackLocalizationParameters {
   /// Whether poses are looked for in the image alone when none is known.
   bool find_first_pose = true;
   double retry_period = 0.2;  ///< s between two attempts to find a pose, >= 0
-  /// Motion that is not measured while the track is lost, one sigma for each second, > 0.
-  double drift_speed = 0.3;          ///< m/s
+  /// Motion that is not measured while the track is lost, beside going on at the same speed, one
+  /// sigma for each second, > 0; turns do not grow any more after half a second.
+  double drift_speed = 0.15;         ///< m/s
   double drift_angular_speed = 0.1;  ///< rad/s
 
   /// Throws std::invalid_argument naming the field, the value and the range.
