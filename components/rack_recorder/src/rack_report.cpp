@@ -108,16 +108,15 @@ void RackReport::add_state(Time stamp, bool tracking, std::uint64_t losses) {
   // A localizer that was started again counts from 0.
   losses_ += losses >= losses_said_ ? losses - losses_said_ : losses;
   losses_said_ = losses;
-  if (!tracking) {
-    ++states_since_tracked_;
-    return;
-  }
-  ++tracked_;
-  if (last_tracked_ && states_since_tracked_ > 0 && stamp > *last_tracked_) {
+  states_since_tracked_ += tracking ? 0 : 1;
+  if (last_tracked_ && states_since_tracked_ > 0) {
     longest_without_ = std::max(longest_without_, stamp - *last_tracked_);
   }
-  last_tracked_ = stamp;
-  states_since_tracked_ = 0;
+  if (tracking) {
+    ++tracked_;
+    last_tracked_ = stamp;
+    states_since_tracked_ = 0;
+  }
 }
 
 void RackReport::set_way_points(std::uint64_t done, std::uint64_t of, const std::string& text) {
@@ -129,9 +128,6 @@ void RackReport::set_way_points(std::uint64_t done, std::uint64_t of, const std:
 MissionSection RackReport::section(const std::string& figure_prefix) const {
   MissionSection section;
   section.title = "Flight over the rack";
-  section.columns = {
-      "error", "unit", "median", "95 %", "largest", "stated standard deviation", "within 1.96 [%]",
-  };
   const auto set = [&](const char* name, double value) {
     section.figures[figure_prefix + "rack_" + name] = value;
   };
@@ -142,7 +138,9 @@ MissionSection RackReport::section(const std::string& figure_prefix) const {
     set("tracked_percent",
         std::round(1e4 * static_cast<double>(tracked_) / static_cast<double>(states_)) / 1e2);
   }
-  set("longest_loss_s", std::round(to_seconds(longest_without_) * 1e3) / 1e3);
+  if (tracked_ > 0) {
+    set("longest_loss_s", std::round(to_seconds(longest_without_) * 1e3) / 1e3);
+  }
   if (way_points_ > 0) {
     set("way_points", static_cast<double>(way_points_));
     set("way_points_done", static_cast<double>(way_points_done_));
@@ -165,6 +163,9 @@ MissionSection RackReport::section(const std::string& figure_prefix) const {
 }
 
 void RackReport::add_table(MissionSection& section) const {
+  section.columns = {
+      "error", "unit", "median", "95 %", "largest", "stated standard deviation", "within 1.96 [%]",
+  };
   const auto row = [&](const char* name, const char* unit_name, const Measure& measure, double unit,
                        bool of_one_axis) {
     const auto count = static_cast<double>(measure.errors.count());
@@ -201,7 +202,8 @@ void RackReport::add_notes(MissionSection& section) const {
     section.notes.push_back("The source: " + way_points_text_ + ".");
   }
   if (losses_ > 0) {
-    section.notes.push_back("The pose was lost " + std::to_string(losses_) + " times.");
+    section.notes.push_back("The pose was lost " + std::to_string(losses_) +
+                            (losses_ == 1 ? " time." : " times."));
   }
 }
 

@@ -94,6 +94,19 @@ TEST(RackReport, CountsLossesAndHowLongTheyLast) {
   EXPECT_EQ(section.figures.at("robot_1.rack_tracked_percent"), 50.0);
   EXPECT_EQ(section.figures.at("robot_1.rack_images"), 8.0);
   EXPECT_THAT(section.notes, Contains(HasSubstr("lost 2 times")));
+  report.add_state(at(14.0), false, 1);
+  EXPECT_EQ(report.section("").figures.at("rack_longest_loss_s"), 4.0) << "up to the last image";
+}
+
+TEST(RackReport, AFlightThatNeverTrackedHasNoLongestLossAndNoTable) {
+  RackReport report;
+  report.add_state(at(0.0), false, 1);
+  report.add_state(at(9.0), false, 1);
+  const auto section = report.section("");
+  EXPECT_EQ(section.figures.count("rack_longest_loss_s"), 0U);
+  EXPECT_EQ(section.figures.at("rack_tracked_percent"), 0.0);
+  EXPECT_TRUE(section.columns.empty());
+  EXPECT_THAT(section.notes, Contains(HasSubstr("lost 1 time.")));
 }
 
 TEST(RackReport, WayPoints) {
