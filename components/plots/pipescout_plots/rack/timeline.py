@@ -11,7 +11,7 @@ from ..decimation import decimate, envelope
 from ..recording import Recording
 from .flight_data import MISSING_FOR, done_way_points, untracked
 
-NUMBER_GAP = 0.06
+NUMBER_GAP = 0.09
 """Between way-points that are marked, of the width of the narrowest panel: their numbers do not touch."""
 LOSS = "#F6D9C8"
 """A pale vermillion, behind the lines."""
