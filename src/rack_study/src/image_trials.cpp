@@ -15,6 +15,7 @@ using geometry::Matrix6d;
 using geometry::SE3;
 using geometry::Vector6d;
 
+constexpr double kPose99 = 16.812;        // 99 % quantile of chi-square with 6 degrees of freedom
 constexpr std::size_t kImagesBefore = 5;  // of a tracker that tracks, before a wrong prediction
 
 Matrix6d isotropic(double position_deviation, double rotation_deviation) {
@@ -144,6 +145,7 @@ WrongStartScore& WrongStartScore::operator+=(const WrongStartScore& other) noexc
   trials += other.trials;
   converged += other.converged;
   lost += other.lost;
+  admitted_wrong += other.admitted_wrong;
   silent_wrong += other.silent_wrong;
   return *this;
 }
@@ -166,7 +168,8 @@ WrongStartScore score_wrong_starts(std::span<const WrongStartTrial> trials) noex
     if (!trial.last.has_pose) {
       ++score.lost;
     } else if (is_wrong(trial.last)) {
-      ++score.silent_wrong;
+      // Written so that NaN is silent.
+      ++(trial.last.pose_nees <= kPose99 ? score.admitted_wrong : score.silent_wrong);
     } else {
       ++score.converged;
     }

@@ -150,16 +150,24 @@ TEST(ScoreStretch, TakesImagesBetweenTwoPlaces) {
   EXPECT_NEAR(score.last_deviation, 0.3, 1e-12);
 }
 
+FrameScore wrong_with_nees(double nees) {
+  FrameScore frame = posed(0, 0.04);
+  frame.pose_nees = nees;
+  return frame;
+}
+
 TEST(ScoreWrongStarts, RightWrongOrLost) {
   const std::vector<WrongStartTrial> trials{{.last = posed(0, 0.01)},
                                             {.last = posed(0, 0.02)},
-                                            {.last = posed(0, 0.04)},
+                                            {.last = wrong_with_nees(17)},
+                                            {.last = wrong_with_nees(16)},
                                             {.last = without_pose(0)}};
   auto score = score_wrong_starts(trials);
   score += score_wrong_starts(std::span(trials).first(1));
-  EXPECT_EQ(score.trials, 5U);
+  EXPECT_EQ(score.trials, 6U);
   EXPECT_EQ(score.converged, 3U);
   EXPECT_EQ(score.silent_wrong, 1U);
+  EXPECT_EQ(score.admitted_wrong, 1U);
   EXPECT_EQ(score.lost, 1U);
 }
 

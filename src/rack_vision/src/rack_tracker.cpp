@@ -20,9 +20,14 @@ using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
 constexpr double kStartQuality = 0.5;
+constexpr int kProbation = 5;  // images
 constexpr double kAlikeImages = 60;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
-constexpr double kCovarianceFactor = 2.5;  // what alike errors of successive images add, measured
+// What alike errors of successive images add, measured: the first images after a start are most
+// alike.
+constexpr double kCovarianceFactor = 2.5;
+constexpr double kCovarianceFactorAtStart = 8;
+constexpr double kImagesUntilUnlike = 50;
 constexpr double kOffsetDrift = 0.0003;    // m/sqrt(s): pipes move by heat and flow
 
 bool is_covariance(const Matrix6d& matrix) {
@@ -96,6 +101,8 @@ class RackTracker::Implementation {
     start_at(T_rack_camera, covariance);
     state_ = TrackStatus::kCoasting;
     starting_ = true;
+    probation_ = kProbation;
+    images_since_start_ = 0;
     last_stamp_.reset();
     leapt_stamp_.reset();
     return true;
@@ -242,13 +249,13 @@ class RackTracker::Implementation {
     return outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
   }
   [[nodiscard]] bool borne_out() const {
-    return quality() >= (starting_ ? kStartQuality : parameters_.lost_below);
+    return quality() >= (probation_ > 0 ? kStartQuality : parameters_.lost_below);
   }
 
   void judge(const ImageView& image, RackTrackerResult& result) {
     if (!borne_out()) {
-      if (starting_ || ++coasted_ > kMostCoasting) {
-        lose(starting_ ? "the image does not bear out the pose that was given"
+      if (probation_ > 0 || ++coasted_ > kMostCoasting) {
+        lose(probation_ > 0 ? "the image does not bear out the pose that was given"
                        : "the image no longer bears out the pose",
              result);
       } else {
@@ -265,6 +272,8 @@ class RackTracker::Implementation {
     learn_offsets();
     state_ = TrackStatus::kTracking;
     starting_ = false;
+    probation_ = std::max(0, probation_ - 1);
+    ++images_since_start_;
     coasted_ = 0;
     step_.learn(image, outcome_);
     fill(result);
@@ -348,7 +357,10 @@ class RackTracker::Implementation {
   void fill(RackTrackerResult& result) {
     result = blank();
     result.T_rack_camera = pose_.pose();
-    result.covariance = kCovarianceFactor * pose_.covariance();
+    result.covariance =
+        (kCovarianceFactor + (kCovarianceFactorAtStart - kCovarianceFactor) *
+                                 std::exp(-images_since_start_ / kImagesUntilUnlike)) *
+        pose_.covariance();
     result.covariance(1, 1) += anchor_variance_;
     result.inlier_share = outcome_.inlier_share;
     result.edges = outcome_.evidence.edges;
@@ -367,7 +379,9 @@ class RackTracker::Implementation {
   RackTrackerCounts counts_;
 
   TrackStatus state_ = TrackStatus::kNotStarted;
-  bool starting_ = false;
+  bool starting_ = false;  ///< no image has borne out the pose that was given
+  int probation_ = 0;      ///< images that still have to bear it out as well as the first one
+  int images_since_start_ = 0;
   int coasted_ = 0;
   std::string_view lost_reason_;
   PoseBelief pose_;

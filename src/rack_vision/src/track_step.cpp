@@ -16,6 +16,7 @@ using geometry::Matrix6d;
 
 constexpr double kLeastRange = 3.0;       // px to either side of a rendered edge
 constexpr double kLargestRange = 40.0;    // px
+constexpr double kSupportBias = 0.2;      // px: corners of beams are not sharp
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
 constexpr double kBiasPerSigma = 1.5;     // shared by an edge, as a multiple of what the fits say
 constexpr double kInlierGate = 1.25;      // px: an edge or point this near is where the pose has it
@@ -181,9 +182,13 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     // What the profile does not say well is wrong for the whole of an edge: its shading, a shadow
     // or a stripe that runs along it.
     const double fit = nearest(sample).sigma;
-    feature.sigma = std::hypot(parameters_.edge_sigma, fit) *
-                    (feature.edge.kind == EdgeKind::kSupport ? kSupportSigma : 1.0);
-    feature.bias_sigma = kBiasPerSigma * fit;
+    if (feature.edge.kind == EdgeKind::kPipe) {
+      feature.sigma = std::hypot(parameters_.edge_sigma, fit);
+      feature.bias_sigma = kBiasPerSigma * fit;
+    } else {
+      feature.sigma = kSupportSigma * parameters_.edge_sigma;
+      feature.bias_sigma = kSupportBias;
+    }
   }
 }
 

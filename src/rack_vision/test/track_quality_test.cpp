@@ -13,6 +13,8 @@ TrackEvidence good() {
   evidence.edges = 10;
   evidence.points = 60;
   evidence.points_matched = 50;
+  evidence.proven_points = 40;
+  evidence.proven_matched = 35;
   return evidence;
 }
 
@@ -31,7 +33,7 @@ TEST(TrackQuality, IsNothingWithoutEvidence) {
 
 TEST(TrackQuality, FallsWithEachKindOfEvidence) {
   TrackEvidence points_fail = good();
-  points_fail.points_matched = 1;
+  points_fail.proven_matched = 1;
   EXPECT_LT(track_quality(points_fail), 0.35);
   TrackEvidence edges_fail = good();
   edges_fail.edge_samples_found = 10;

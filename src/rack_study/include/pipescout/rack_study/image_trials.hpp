@@ -38,7 +38,10 @@ struct WrongStartScore {
   std::size_t trials = 0;
   std::size_t converged = 0;     ///< a pose that is right
   std::size_t lost = 0;          ///< no pose
-  std::size_t silent_wrong = 0;  ///< a pose that is wrong, `is_wrong`
+  /// A pose that is wrong, `is_wrong`, as its covariance admits: the truth is within the ellipsoid
+  /// that should hold it in 99 of 100 cases.
+  std::size_t admitted_wrong = 0;
+  std::size_t silent_wrong = 0;  ///< a pose that is wrong, and its covariance denies it
 
   WrongStartScore& operator+=(const WrongStartScore& other) noexcept;
 };
