@@ -235,7 +235,13 @@ void PoseSolver::Implementation::take_step() {
 /// where a step makes things worse. Returns whether it converged.
 bool PoseSolver::Implementation::iterate(const PoseProblem& problem, int& iterations) {
   Weighting weighting = first_weighting();
-  bool near = !iterated();
+  bool near = !iterated() || !parameters_.saliency_first;
+  if (near && iterated()) {
+    evaluate_state(problem, weighting);
+    weighting = final_weighting();
+    offset_prior_.judge(state_, equations_.edge_information + equations_.point_information + prior_,
+                        parameters_.innovation_gate);
+  }
   double damping = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   NormalEquations& equations = equations_;

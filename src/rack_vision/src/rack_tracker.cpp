@@ -28,7 +28,7 @@ constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that sta
 constexpr double kCovarianceFactor = 2.5;
 constexpr double kCovarianceFactorAtStart = 8;
 constexpr double kImagesUntilUnlike = 50;
-constexpr double kOffsetDrift = 0.0003;    // m/sqrt(s): pipes move by heat and flow
+constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&
@@ -256,7 +256,7 @@ class RackTracker::Implementation {
     if (!borne_out()) {
       if (probation_ > 0 || ++coasted_ > kMostCoasting) {
         lose(probation_ > 0 ? "the image does not bear out the pose that was given"
-                       : "the image no longer bears out the pose",
+                            : "the image no longer bears out the pose",
              result);
       } else {
         state_ = TrackStatus::kCoasting;

@@ -16,11 +16,11 @@ using geometry::SE3;
 constexpr std::size_t kTried = 6;   // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
-constexpr double kShortest = 8;    // px: shorter contours say nothing
-constexpr double kFarthest = 150;  // px: within which the unknown place along y moves contours
-constexpr double kMuchWorse = 10;  // log-likelihood: places that need not be tried
-constexpr double kDistinct = 8;    // px, between what is seen from two places
-constexpr double kLeastShare = 0.5;       // of what is looked for
+constexpr double kShortest = 8;      // px: shorter contours say nothing
+constexpr double kFarthest = 150;    // px: within which the unknown place along y moves contours
+constexpr double kMuchWorse = 10;    // log-likelihood: places that need not be tried
+constexpr double kDistinct = 8;      // px, between what is seen from two places
+constexpr double kLeastShare = 0.5;  // of what is looked for
 constexpr double kClearlyBetter = 0.12;  // of the share of samples found, over other places
 constexpr double kCertainPlace = 0.06;   // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;    // rad
@@ -188,8 +188,8 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     const geometry::Vector6d moved =
         pose_difference(around.T_rack_camera, tried.belief.T_rack_camera);
     const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-    if (moved.dot(information * moved) > kImprobable ||
-        found_share(tried.evidence) < kLeastShare || std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
+    if (moved.dot(information * moved) > kImprobable || found_share(tried.evidence) < kLeastShare ||
+        std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
       continue;
     }
     const double share = found_share(tried.evidence);

@@ -39,6 +39,7 @@ PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) 
   // carry a pipe away, and the pose with it.
   solver.offset_freedom = 0.001;
   solver.innovation_gate = 1e3;
+  solver.saliency_first = false;  // the prediction is near
   return solver;
 }
 
@@ -46,6 +47,7 @@ PoseSolverParameters start_solver_parameters(const RackTrackerParameters& parame
   PoseSolverParameters solver = solver_parameters(parameters);
   // In the first image nothing tells a contour from a shadow or a stripe that runs along it.
   solver.edge_bias_sigma = std::max(parameters.edge_bias_sigma, kStartBias);
+  solver.saliency_first = true;
   return solver;
 }
 
@@ -328,7 +330,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
     TrackBelief around = belief;
     around.covariance(kY, kY) = along_variance;
     propose_starts(image, around);
-    return !starts_.empty() && refine_start(image, free, starts_.front(), solver_);
+    return !starts_.empty() && refine_start(image, free, starts_.front(), start_solver_);
   }
   TrackBelief wide = belief;
   wide.covariance(kY, kY) = along_variance;

@@ -36,8 +36,8 @@ struct WrongStartTrial {
 
 struct WrongStartScore {
   std::size_t trials = 0;
-  std::size_t converged = 0;     ///< a pose that is right
-  std::size_t lost = 0;          ///< no pose
+  std::size_t converged = 0;  ///< a pose that is right
+  std::size_t lost = 0;       ///< no pose
   /// A pose that is wrong, `is_wrong`, as its covariance admits: the truth is within the ellipsoid
   /// that should hold it in 99 of 100 cases.
   std::size_t admitted_wrong = 0;

@@ -93,8 +93,11 @@ struct PoseSolverParameters {
   SolverMethod method = SolverMethod::kIterated;
   RobustKernel kernel = RobustKernel::kTukey;  ///< of the last iterations; of no other method
   double kernel_width = 4.685;                 ///< standard deviations, > 0
-  double saliency_nu = 1.0;                    ///< nu of equation (29), standard deviations, > 0
-  int iterations = 12;                         ///< at most, 1..100
+  /// kIterated: begin with the saliency, which finds its way from far, but may also find a way from
+  /// near to far where edges lie close together.
+  bool saliency_first = true;
+  double saliency_nu = 1.0;  ///< nu of equation (29), standard deviations, > 0
+  int iterations = 12;       ///< at most, 1..100
   /// Converged when a step moves the features by less than this, root of their mean square, in
   /// standard deviations, > 0.
   double smallest_step = 0.02;
