@@ -70,7 +70,8 @@ std::vector<double> places_along(const geometry::SE3& T_camera_rack,
         bins.push_back(static_cast<std::size_t>((y - low) / kBin) + 1);
       }
     }
-    // The upper and the lower edge of a beam are not two reasons to be at one place.
+    // The upper and the lower edge of a beam are not two reasons to be at one
+    // place.
     std::ranges::sort(bins);
     std::size_t last = 0;
     for (const std::size_t bin : bins) {

@@ -11,9 +11,10 @@
 
 namespace pipescout::rack_vision::internal {
 
-/// Places of the camera along the flow (rack y, m) at which segments across it would be edges of
-/// supports and contours of pipes that cross: each segment votes for each edge. The most voted
-/// ones within [low, high] first, at most `most`. What `T_camera_rack` says about y is not used.
+/// Places of the camera along the flow (rack y, m) at which segments across it
+/// would be edges of supports and contours of pipes that cross: each segment
+/// votes for each edge. The most voted ones within [low, high] first, at most
+/// `most`. What `T_camera_rack` says about y is not used.
 [[nodiscard]] std::vector<double> places_along(const geometry::SE3& T_camera_rack,
                                                std::span<const SegmentPlane> planes,
                                                const RackOutline& rack,

@@ -18,8 +18,8 @@ constexpr std::size_t kPairedSegments = 36;     // the longest; each two of them
 constexpr double kSmallestSine = 0.015;         // between planes that propose: 10 pixels or so
 constexpr double kSameDirectionCosine = 0.966;  // 15 degrees
 
-/// Square of the distance, in pixels, from a segment's end to the line that joins its middle and
-/// the vanishing point.
+/// Square of the distance, in pixels, from a segment's end to the line that
+/// joins its middle and the vanishing point.
 double squared_miss(const SegmentPlane& plane, const Matrix3d& camera_matrix,
                     const Vector3d& direction) {
   const Vector3d vanishing = camera_matrix * direction;
@@ -30,7 +30,8 @@ double squared_miss(const SegmentPlane& plane, const Matrix3d& camera_matrix,
   return beside * beside / towards.squaredNorm();
 }
 
-/// Total length of the segments that point along `direction`; those that miss it count less.
+/// Total length of the segments that point along `direction`; those that miss
+/// it count less.
 double support(std::span<const SegmentPlane> planes, const Matrix3d& camera_matrix,
                const Vector3d& direction, double tolerance) {
   double sum = 0;
@@ -41,8 +42,9 @@ double support(std::span<const SegmentPlane> planes, const Matrix3d& camera_matr
   return sum;
 }
 
-/// Least squares over the segments that point along `direction`; a plane's normal is as good as
-/// its segment is long, and there are as many pixels that say so.
+/// Least squares over the segments that point along `direction`; a plane's
+/// normal is as good as its segment is long, and there are as many pixels that
+/// say so.
 Vector3d refined(std::span<const SegmentPlane> planes, const Matrix3d& camera_matrix,
                  const Vector3d& direction, double tolerance) {
   Matrix3d moments = Matrix3d::Zero();
@@ -55,68 +57,16 @@ Vector3d refined(std::span<const SegmentPlane> planes, const Matrix3d& camera_ma
   return axis.dot(direction) < 0 ? Vector3d(-axis) : axis;
 }
 
-/// Joins the segments of one polarity that lie on one line, within `tolerance` pixels.
-std::vector<PencilLine> joined_lines(std::span<const SegmentPlane> planes,
-                                     const geometry::Camera& camera, const Vector3d& direction,
-                                     double tolerance) {
-  struct Member {
-    Vector3d normal;
-    double bearing;
-    double length;
-  };
-  // The line through a segment's middle; bearings are those of planes about `direction`.
-  std::vector<Member> members;
-  const Vector3d first = direction.unitOrthogonal();
-  const Vector3d second = direction.cross(first);
-  for (const SegmentPlane& plane : planes) {
-    if (!points_along(plane, camera.matrix(), direction, tolerance)) {
-      continue;
-    }
-    const Vector2d middle = 0.5 * (plane.segment.start + plane.segment.end);
-    const Vector3d ray = camera.inverse_matrix() * middle.homogeneous();
-    // Signed by the polarity, so that a dark and a bright side never join.
-    Vector3d normal = direction.cross(ray).normalized();
-    if (normal.dot(plane.normal) < 0) {
-      normal = -normal;
-    }
-    members.push_back({normal, std::atan2(normal.dot(second), normal.dot(first)), plane.length});
-  }
-  std::ranges::sort(members, {}, &Member::bearing);
-  const double step = tolerance / camera.parameters().focal_length;
-  std::vector<PencilLine> lines;
-  double last = -10;
-  Vector3d sum = Vector3d::Zero();
-  double length = 0;
-  const auto finish = [&] {
-    if (length > 0) {
-      lines.push_back({sum.normalized(), length});
-    }
-  };
-  for (const Member& member : members) {
-    if (member.bearing - last > step) {
-      finish();
-      sum.setZero();
-      length = 0;
-    }
-    sum += member.length * member.normal;
-    length += member.length;
-    last = member.bearing;
-  }
-  finish();
-  std::ranges::stable_sort(lines, std::greater<>{}, &PencilLine::length);
-  return lines;
-}
-
 }  // namespace
 
 std::vector<SegmentPlane> segment_planes(std::span<const ImageSegment> segments,
-                                         const geometry::Camera& camera, double shortest) {
+                                         const geometry::Camera& camera) {
   std::vector<SegmentPlane> planes;
   planes.reserve(segments.size());
   for (const ImageSegment& segment : segments) {
     const Vector2d along = segment.end - segment.start;
     const double length = along.norm();
-    if (!std::isfinite(length) || !(length >= shortest) || !segment.start.allFinite()) {
+    if (!std::isfinite(length) || !(length > 0) || !segment.start.allFinite()) {
       continue;
     }
     const Vector3d start = camera.inverse_matrix() * segment.start.homogeneous();
@@ -126,19 +76,14 @@ std::vector<SegmentPlane> segment_planes(std::span<const ImageSegment> segments,
   return planes;
 }
 
-Vector3d image_line_of_plane(const geometry::Camera& camera, const Vector3d& normal) {
-  const Vector3d line = camera.inverse_matrix().transpose() * normal;
-  return line / line.head<2>().norm();
-}
-
 bool points_along(const SegmentPlane& plane, const Matrix3d& camera_matrix,
                   const Vector3d& direction, double tolerance) {
   return squared_miss(plane, camera_matrix, direction) <= tolerance * tolerance;
 }
 
-std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
-                                 const geometry::Camera& camera, double largest_tilt,
-                                 double tolerance, std::size_t most) {
+std::vector<Vector3d> find_pencils(std::span<const SegmentPlane> planes,
+                                   const geometry::Camera& camera, double largest_tilt,
+                                   double tolerance, std::size_t most) {
   std::vector<std::size_t> longest(planes.size());
   std::iota(longest.begin(), longest.end(), std::size_t{0});
   std::ranges::stable_sort(longest, std::greater<>{},
@@ -161,13 +106,13 @@ std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
     }
   }
   std::ranges::stable_sort(proposals, std::greater<>{}, &Proposal::length);
-  std::vector<Pencil> pencils;
+  std::vector<Vector3d> pencils;
   for (const Proposal& proposal : proposals) {
     if (pencils.size() == most) {
       break;
     }
-    const bool known = std::ranges::any_of(pencils, [&](const Pencil& pencil) {
-      return std::abs(pencil.direction.dot(proposal.direction)) > kSameDirectionCosine;
+    const bool known = std::ranges::any_of(pencils, [&](const Vector3d& other) {
+      return std::abs(other.dot(proposal.direction)) > kSameDirectionCosine;
     });
     if (known) {
       continue;
@@ -176,7 +121,7 @@ std::vector<Pencil> find_pencils(std::span<const SegmentPlane> planes,
     for (const double narrowing : {1.0, 0.7, 0.5}) {
       direction = refined(planes, camera.matrix(), direction, narrowing * tolerance);
     }
-    pencils.push_back({direction, joined_lines(planes, camera, direction, tolerance)});
+    pencils.push_back(direction);
   }
   return pencils;
 }

@@ -2,15 +2,22 @@
 #include "first_pose_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
+#include <optional>
+#include <utility>
+#include <vector>
 
+#include "first_pose_across.hpp"
 #include "first_pose_along.hpp"
-#include "first_pose_chance.hpp"
 #include "first_pose_evidence.hpp"
-#include "first_pose_resection.hpp"
+#include "first_pose_pencil.hpp"
+#include "first_pose_profile.hpp"
+#include "first_pose_refinement.hpp"
+#include "first_pose_segments.hpp"
+#include "first_pose_slopes.hpp"
 #include "pipescout/rack_vision/contour.hpp"
 
 namespace pipescout::rack_vision::internal {
@@ -20,81 +27,151 @@ using Eigen::Vector3d;
 using geometry::SE3;
 using geometry::SO3;
 
-constexpr std::size_t kPencils = 2;         // one may be that of the supports
-constexpr std::size_t kResections = 16;     // of each pencil and direction, that are rendered
-constexpr std::size_t kRefined = 12;        // of all, that are refined
-constexpr std::size_t kTypicalPlaces = 8;   // along the flow, at which all are rendered
-constexpr std::size_t kVotedPlaces = 3;     // by edges across the flow, at the same time
-constexpr std::size_t kPlaces = 8;          // along the flow, of one pose
-constexpr double kGate = 4;                 // standard deviations of a hint
-constexpr double kProposalTolerance = 4;    // of FirstPoseParameters::pixel_tolerance
-constexpr double kSmallestTransverse = 80;  // pixels of edges that show the place along the flow
-constexpr double kClearlyBetter = 1.02;
-constexpr double kWeakShare = 0.5;         // of the best value: edges across cannot make up
-constexpr double kTransverseShare = 0.35;  // of the visible ones
-constexpr double kPlaceMargin = 0.3;       // of these pixels, over any other place
-constexpr double kKeptContours = 0.97;     // along the flow, where they are seen
-constexpr double kSamePlace = 0.03;        // m
-constexpr double kSameRotation = 0.02;     // rad
+constexpr std::size_t kPencils = 2;                 // one may be that of the supports
+constexpr std::size_t kAcross = 200;                // poses across the flow, of each direction
+constexpr std::size_t kTried = 250;                 // of all, that are refined once
+constexpr std::size_t kRefined = 12;                // distinct ones, that are refined on all edges
+constexpr std::size_t kVotedPlaces = 8;             // along the flow, of each
+constexpr std::size_t kPlaces = 3;                  // of these, at which it is refined
+constexpr double kGate = 3.5;                       // standard deviations of a hint
+constexpr double kTiltMargin = 0.2;                 // rad, of a heading before the roll is known
+constexpr double kPencilTolerance = 1.5;            // pixels
+constexpr double kVoteTolerance = 6;                // pixels
+constexpr double kFixed = 1e-3;                     // m, along the flow
+constexpr double kRefinedAlong = 0.3;               // m
+constexpr std::array<double, 1> kFirstRanges{8};    // pixels, of a refinement
+constexpr std::array<double, 2> kLastRanges{6, 4};  // pixels
+constexpr int kPlaceReach = 3;                      // pixels
+constexpr int kFinalReach = 2;                      // pixels
+constexpr double kPlaceMargin = 2;                  // nats of a place along the flow over any other
+constexpr double kSameAlong = 0.1;                  // m
+constexpr double kSamePlace = 0.03;                 // m
+constexpr double kSameRotation = 0.02;              // rad
+
+/// The image seen along one direction of the flow.
+struct FlowView {
+  SO3 R_nominal;
+  LineProfile profile;
+};
 
 /// A pose on its way to being a candidate.
 struct Hypothesis {
   SE3 T_camera_rack;
-  double y = 0;
-  double y_deviation = 0;
   bool along_from_image = false;
-  std::size_t lines = 0;  ///< of the pencil that it comes from
   Evidence evidence;
+  std::size_t view = 0;  ///< index of the profile that it comes from
+  std::optional<RefinedPose> refined{};
+  double on_pipes = 0;  ///< nats
+  double value = 0;     ///< nats: evidence and what the hint says
 };
 
 double wrapped(double angle) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
+/// Of the optical axis against straight down.
+double tilt_of(const SO3& R_camera_rack) {
+  return std::acos(std::clamp(-R_camera_rack.matrix()(2, 2), -1.0, 1.0));
+}
+
+double heading_of(const SO3& R_camera_rack) {
+  const Vector3d right = R_camera_rack.inverse() * Vector3d::UnitX();
+  return std::atan2(right.y(), right.x());
+}
+
+void sort_best_first(std::vector<Hypothesis>& hypotheses) {
+  std::ranges::stable_sort(hypotheses, std::greater<>{}, &Hypothesis::value);
+}
+
+/// How the camera's place moves with mu of equation (5).
+Eigen::Matrix<double, 3, 6> motion_of_centre(const SE3& T_camera_rack) {
+  Eigen::Matrix<double, 3, 6> motion;
+  motion << -Eigen::Matrix3d::Identity(), geometry::skew(T_camera_rack.inverse().translation());
+  return motion;
+}
+
+/// Of the camera's place in x and z, the larger one.
+double deviation_across(const FirstPoseCandidate& candidate) {
+  const auto motion = motion_of_centre(candidate.T_camera_rack);
+  const Eigen::Matrix3d covariance = motion * candidate.covariance * motion.transpose();
+  return std::sqrt(std::max(covariance(0, 0), covariance(2, 2)));
+}
+
+/// With the camera's y known this well and from elsewhere, whatever was known
+/// of it.
+geometry::Matrix6d with_place(const RefinedPose& pose, double deviation) {
+  // In terms of the camera's own place and rotation, y stands alone.
+  geometry::Matrix6d to_camera = -geometry::Matrix6d::Identity();
+  to_camera.topRows<3>() = motion_of_centre(pose.T_camera_rack);
+  geometry::Matrix6d covariance = to_camera * pose.covariance * to_camera.transpose();
+  covariance.row(1).setZero();
+  covariance.col(1).setZero();
+  covariance(1, 1) = deviation * deviation;
+  geometry::Matrix6d back = to_camera;
+  back.topRightCorner<3, 3>() *= -1;
+  return back * covariance * back.transpose();
+}
+
+bool same_across(const SE3& a, const SE3& b) {
+  const Vector3d apart = a.inverse().translation() - b.inverse().translation();
+  return std::abs(apart.x()) < kSamePlace && std::abs(apart.z()) < kSamePlace &&
+         (a.rotation() * b.rotation().inverse()).log().norm() < kSameRotation;
+}
+
+/// Best first, at most `most`, without those that are the same as a better one.
+void keep_distinct(std::vector<Hypothesis>& hypotheses, std::size_t most) {
+  sort_best_first(hypotheses);
+  std::vector<Hypothesis> kept;
+  for (Hypothesis& hypothesis : hypotheses) {
+    const bool known = std::ranges::any_of(kept, [&](const Hypothesis& other) {
+      return same_across(other.T_camera_rack, hypothesis.T_camera_rack);
+    });
+    if (!known && kept.size() < most) {
+      kept.push_back(std::move(hypothesis));
+    }
+  }
+  hypotheses = std::move(kept);
+}
+
 /// The search in one image.
 class Search {
  public:
-  Search(const FirstPoseParameters& parameters, const RackOutline& rack,
+  Search(const FirstPoseParameters& parameters, const RackOutline& rack, const ImageView& image,
          const geometry::Camera& camera, const FirstPoseHint& hint,
          std::span<const SegmentPlane> planes)
       : parameters_(parameters),
         rack_(rack),
+        image_(image),
         camera_(camera),
         hint_(hint),
         planes_(planes),
         circles_(pipe_circles(rack)),
-        evidence_(rack, camera, planes) {}
+        slopes_(image, camera),
+        evidence_(rack, camera, slopes_),
+        refinement_(rack, camera, parameters.edge_sigma) {}
 
   FirstPose run() {
-    FirstPose result;
     std::vector<Hypothesis> hypotheses;
-    for (const Pencil& pencil : find_pencils(planes_, camera_, parameters_.largest_tilt,
-                                             0.75 * parameters_.pixel_tolerance, kPencils)) {
-      result.pencil_lines = std::max(result.pencil_lines, pencil.lines.size());
+    for (const Vector3d& direction :
+         find_pencils(planes_, camera_, parameters_.largest_tilt, kPencilTolerance, kPencils)) {
       for (const double sign : {1.0, -1.0}) {
-        propose(pencil, sign, hypotheses);
+        propose(sign * direction, hypotheses);
       }
     }
-    keep_best(hypotheses, kRefined);
-    std::vector<Hypothesis> refined;
-    for (Hypothesis& hypothesis : hypotheses) {
-      if (refine(hypothesis)) {
-        refined.push_back(std::move(hypothesis));
-      }
-    }
-    keep_distinct(refined);
-    for (Hypothesis& hypothesis : refined) {
-      find_along(hypothesis);
-    }
-    std::ranges::stable_sort(refined, std::greater<>{},
-                             [](const Hypothesis& h) { return h.evidence.total_value(); });
-    conclude(refined, result);
-    return result;
+    sort_best_first(hypotheses);
+    hypotheses.resize(std::min(hypotheses.size(), kTried));
+    std::erase_if(hypotheses, [&](Hypothesis& hypothesis) {
+      return !refine(hypothesis, PoseRefinement::Edges::kAlongFlow, kFirstRanges);
+    });
+    keep_distinct(hypotheses, kRefined);
+    std::erase_if(hypotheses, [&](Hypothesis& hypothesis) { return !find_along(hypothesis); });
+    keep_distinct(hypotheses, kMaxFirstPoseCandidates);
+    return conclude(hypotheses);
   }
 
  private:
-  [[nodiscard]] ResectionLimits limits() const {
-    ResectionLimits limits;
+  [[nodiscard]] AcrossLimits limits() const {
+    AcrossLimits limits;
     double highest = std::numeric_limits<double>::lowest();
     limits.x_low = std::numeric_limits<double>::max();
     limits.x_high = std::numeric_limits<double>::lowest();
@@ -106,6 +183,7 @@ class Search {
     limits.z_low = highest + parameters_.smallest_height;
     limits.z_high = highest + parameters_.largest_height;
     limits.largest_roll = parameters_.largest_tilt;
+    limits.typical_roll = parameters_.typical_tilt;
     const auto gate = [](const std::optional<FirstPoseHint::Value>& known, double& low,
                          double& high) {
       if (known) {
@@ -129,259 +207,191 @@ class Search {
     return {low, high};
   }
 
-  /// Where the pipes look different enough to be tried apart: at the hint, between the places at
-  /// which one begins, ends or changes, and next to the ends, which leave half of the image empty.
-  [[nodiscard]] std::vector<double> typical_places() const {
-    constexpr double kNextToEnd = 0.7;  // m
-    const auto [low, high] = range_along();
-    if (high < low) {
-      return {hint_.y->value};
-    }
-    std::vector<double> borders{low, high};
-    for (std::size_t i = 0; i < rack_.sections.size(); ++i) {
-      for (const PipeSection& section : rack_.sections[i]) {
-        for (const double along : {0.0, section.length}) {
-          const double y = section.start.y() + along * section.direction.y();
-          if (rack_.along_flow[i] && y > low && y < high) {
-            borders.push_back(y);
-          }
-        }
-      }
-    }
-    std::ranges::sort(borders);
-    std::vector<double> wanted;
-    if (hint_.y) {
-      wanted.push_back(std::clamp(hint_.y->value, low, high));
-    }
-    for (std::size_t i = 1; i < borders.size(); ++i) {
-      wanted.push_back(0.5 * (borders[i] + borders[i - 1]));
-    }
-    wanted.insert(wanted.end(), {low, high, low + kNextToEnd, high - kNextToEnd});
-    std::vector<double> places;
-    for (const double y : wanted) {
-      const bool known = std::ranges::any_of(
-          places, [&](double other) { return std::abs(other - y) < 0.5 * kNextToEnd; });
-      if (!known && y >= low && y <= high && places.size() < kTypicalPlaces) {
-        places.push_back(y);
-      }
-    }
-    return places;
+  /// Where the camera is put along the flow before the image is asked.
+  [[nodiscard]] double likely_place() const {
+    const double middle = 0.5 * (rack_.start + rack_.end);
+    return hint_.y ? std::clamp(hint_.y->value, rack_.start, rack_.end) : middle;
   }
 
-  [[nodiscard]] bool heading_fits(const SO3& R_camera_rack) const {
-    if (!hint_.heading) {
-      return true;
-    }
-    const Vector3d right = R_camera_rack.inverse() * Vector3d::UnitX();
-    const double off = wrapped(std::atan2(right.y(), right.x()) - hint_.heading->value);
-    return std::abs(off) <= kGate * hint_.heading->standard_deviation;
+  /// `margin`: rad, beyond the gate.
+  [[nodiscard]] bool heading_fits(const SO3& R_camera_rack, double margin) const {
+    return !hint_.heading || std::abs(wrapped(heading_of(R_camera_rack) - hint_.heading->value)) <=
+                                 kGate * hint_.heading->standard_deviation + margin;
   }
 
-  void propose(const Pencil& pencil, double sign, std::vector<Hypothesis>& hypotheses) {
-    const SO3 R_nominal = nominal_rotation(sign * pencil.direction);
-    const double tolerance = kProposalTolerance * parameters_.pixel_tolerance;
-    const double deviation = hint_.y ? hint_.y->standard_deviation : parameters_.unknown_along;
-    const std::vector<double> typical = typical_places();
-    const auto [low, high] = range_along();
-    for (const Resection& r : resections(pencil.lines, R_nominal, circles_, camera_, limits(),
-                                         tolerance, parameters_.largest_lines, kResections)) {
-      const SO3 R = R_nominal * SO3::about_y(r.roll);
-      if (!heading_fits(R)) {
-        continue;
-      }
-      Hypothesis best;
-      double best_value = 0;
-      std::vector<double> places = typical;
-      const SE3 anywhere(R, -(R * Vector3d(r.x, 0, r.z)));
-      for (const double y :
-           places_along(anywhere, planes_, rack_, camera_, tolerance, low, high, kVotedPlaces)) {
-        places.push_back(y);
-      }
-      for (const double y : places) {
-        const SE3 T = at_place(anywhere, y);
-        Evidence evidence = evidence_.find(T, tolerance);
-        // The first, which is the hint, unless another is clearly better.
-        if (evidence.value() > kClearlyBetter * best_value) {
-          best_value = evidence.value();
-          best = {T, y, deviation, false, pencil.lines.size(), std::move(evidence)};
-        }
-      }
-      if (best_value > 0) {
-        hypotheses.push_back(std::move(best));
-      }
-    }
+  /// `all_edges`: otherwise those across the flow do not count.
+  void judge(Hypothesis& hypothesis, int reach, bool all_edges) {
+    const SE3& T = hypothesis.T_camera_rack;
+    const FlowView& view = views_[hypothesis.view];
+    hypothesis.evidence = evidence_.find(T, reach, view.profile.line_share());
+    const Vector3d centre = T.inverse().translation();
+    const double roll = (view.R_nominal.inverse() * T.rotation()).log().y();
+    hypothesis.on_pipes =
+        evidence_on_pipes(view.profile, circles_, {centre.x(), centre.z(), roll, 0});
+    hypothesis.value = hypothesis.evidence.along + hypothesis.on_pipes +
+                       (all_edges ? hypothesis.evidence.transverse : 0.0) + log_prior_of(T);
   }
 
-  static void keep_best(std::vector<Hypothesis>& hypotheses, std::size_t most) {
-    std::ranges::stable_sort(hypotheses, std::greater<>{},
-                             [](const Hypothesis& h) { return h.evidence.value(); });
-    hypotheses.resize(std::min(hypotheses.size(), most));
+  [[nodiscard]] double log_prior_of(const SE3& T_camera_rack) const {
+    const Vector3d centre = T_camera_rack.inverse().translation();
+    const double tilt = tilt_of(T_camera_rack.rotation()) / parameters_.typical_tilt;
+    double sum = log_prior(hint_.x, centre.x()) + log_prior(hint_.y, centre.y()) +
+                 log_prior(hint_.z, centre.z()) - 0.5 * tilt * tilt;
+    if (hint_.heading) {
+      const double off = wrapped(heading_of(T_camera_rack.rotation()) - hint_.heading->value);
+      sum += log_prior(hint_.heading, hint_.heading->value + off);
+    }
+    return sum;
   }
 
-  /// Without those that became the same as a better one, or are far from being a rival.
-  void keep_distinct(std::vector<Hypothesis>& hypotheses) const {
-    std::ranges::stable_sort(hypotheses, std::greater<>{},
-                             [](const Hypothesis& h) { return h.evidence.value(); });
-    std::vector<Hypothesis> kept;
-    for (Hypothesis& hypothesis : hypotheses) {
-      const bool known = std::ranges::any_of(kept, [&](const Hypothesis& other) {
-        return same_across(other.T_camera_rack, hypothesis.T_camera_rack);
-      });
-      const bool weak =
-          !kept.empty() && hypothesis.evidence.value() < kWeakShare * kept.front().evidence.value();
-      if (!known && !weak) {
-        kept.push_back(std::move(hypothesis));
-      }
-    }
-    hypotheses = std::move(kept);
-  }
-
-  /// Least squares and new matches in turn, with a tolerance that narrows.
-  bool refine(Hypothesis& hypothesis) {
-    for (const double widening : {2.0, 1.0, 1.0}) {
-      const auto fit = evidence_.fit(
-          hypothesis.T_camera_rack, hypothesis.evidence.matches, hypothesis.along_from_image,
-          {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
-      if (!fit) {
-        return false;
-      }
-      hypothesis.T_camera_rack = fit->T_camera_rack;
-      hypothesis.evidence =
-          evidence_.find(hypothesis.T_camera_rack, widening * parameters_.pixel_tolerance);
-    }
-    return true;
-  }
-
-  /// Looks for the place along the flow in the edges across it. It is taken when they are worth
-  /// more there than at any other place, and no contour along the flow is lost for it.
-  void find_along(Hypothesis& hypothesis) {
-    const auto [low, high] = range_along();
-    std::vector<Hypothesis> there;
-    for (const double y : places_along(hypothesis.T_camera_rack, planes_, rack_, camera_,
-                                       parameters_.pixel_tolerance, low, high, kPlaces)) {
-      Hypothesis at = hypothesis;
-      at.T_camera_rack = at_place(hypothesis.T_camera_rack, y);
-      at.y = y;
-      at.along_from_image = true;
-      at.evidence =
-          evidence_.find(at.T_camera_rack, kProposalTolerance * parameters_.pixel_tolerance);
-      Hypothesis fitted = at;
-      // One that cannot be refined still is a rival.
-      there.push_back(refine(fitted) ? std::move(fitted) : std::move(at));
-    }
-    std::ranges::stable_sort(there, std::greater<>{},
-                             [](const Hypothesis& h) { return h.evidence.total_value(); });
-    if (there.empty() || !shows_place(there.front().evidence) ||
-        there.front().evidence.value() < kKeptContours * hypothesis.evidence.value()) {
+  void propose(const Vector3d& flow, std::vector<Hypothesis>& hypotheses) {
+    const SO3 R_nominal = nominal_rotation(flow);
+    if (!heading_fits(R_nominal, kTiltMargin)) {
       return;
     }
-    const double best = there.front().evidence.total_value();
-    const double margin = kPlaceMargin * there.front().evidence.transverse_covered;
-    const double y = place_of(there.front());
-    const bool rivals = std::ranges::any_of(there, [&](const Hypothesis& other) {
-      return std::abs(place_of(other) - y) > kSamePlace &&
-             other.evidence.total_value() > best - margin;
-    });
-    if (!rivals) {
-      hypothesis = std::move(there.front());
+    views_.push_back({R_nominal, LineProfile(slopes_, camera_, R_nominal)});
+    for (const AcrossPose& across :
+         search_across(views_.back().profile, circles_, camera_, limits(), hint_, kAcross)) {
+      const SO3 R = R_nominal * SO3::about_y(across.roll);
+      if (heading_fits(R, 0) && tilt_of(R) <= parameters_.largest_tilt) {
+        const SE3 T(R, -(R * Vector3d(across.x, likely_place(), across.z)));
+        Hypothesis& proposed = hypotheses.emplace_back();
+        proposed.T_camera_rack = T;
+        proposed.view = views_.size() - 1;
+        proposed.value = across.value;
+      }
     }
+  }
+
+  /// Least squares and new samples in turn, within a range that narrows.
+  bool refine(Hypothesis& hypothesis, PoseRefinement::Edges edges, std::span<const double> ranges) {
+    const bool all = edges == PoseRefinement::Edges::kAll;
+    hypothesis.refined = refinement_.refine(image_, hypothesis.T_camera_rack,
+                                            all ? kRefinedAlong : kFixed, edges, ranges);
+    if (hypothesis.refined) {
+      hypothesis.T_camera_rack = hypothesis.refined->T_camera_rack;
+      judge(hypothesis, kFinalReach, all);
+    }
+    return hypothesis.refined.has_value();
+  }
+
+  /// Looks for the place along the flow in the edges across it. The image tells
+  /// it when they are clearly better explained there than at any other place.
+  bool find_along(Hypothesis& hypothesis) {
+    const auto [low, high] = range_along();
+    std::vector<Hypothesis> there{hypothesis};
+    judge(there.front(), kPlaceReach, true);
+    for (const double y : places_along(hypothesis.T_camera_rack, planes_, rack_, camera_,
+                                       kVoteTolerance, low, high, kVotedPlaces)) {
+      Hypothesis& at = there.emplace_back(hypothesis);
+      at.T_camera_rack = at_place(hypothesis.T_camera_rack, y);
+      judge(at, kPlaceReach, true);
+    }
+    sort_best_first(there);
+    double rival = std::numeric_limits<double>::lowest();
+    for (const Hypothesis& other : there) {
+      if (std::abs(place_of(other) - place_of(there.front())) > kSameAlong) {
+        rival = std::max(rival, other.value);
+      }
+    }
+    const bool clear = there.front().evidence.transverse >= kPlaceMargin &&
+                       there.front().evidence.transverse_edges >= 2 &&
+                       there.front().value - rival >= kPlaceMargin;
+    there.resize(std::min(there.size(), kPlaces));
+    std::erase_if(there, [&](Hypothesis& one) {
+      return !refine(one, PoseRefinement::Edges::kAll, kFirstRanges) ||
+             !refine(one, PoseRefinement::Edges::kAll, kLastRanges);
+    });
+    if (there.empty()) {
+      return false;
+    }
+    sort_best_first(there);
+    hypothesis = std::move(there.front());
+    hypothesis.along_from_image = clear;
+    return true;
   }
 
   [[nodiscard]] static double place_of(const Hypothesis& hypothesis) {
     return hypothesis.T_camera_rack.inverse().translation().y();
   }
 
-  /// Whether enough edges across the flow, and not one alone, are where they should be.
-  [[nodiscard]] static bool shows_place(const Evidence& evidence) {
-    std::vector<EdgeId> edges;
-    for (const EdgeMatch& match : evidence.matches) {
-      if (!match.along_flow && std::ranges::find(edges, match.id) == edges.end()) {
-        edges.push_back(match.id);
-      }
-    }
-    return edges.size() >= 2 && evidence.transverse_covered >= kSmallestTransverse &&
-           evidence.transverse_covered >= kTransverseShare * evidence.transverse_predicted;
-  }
-
-  /// Takes the distinct ones, best first, while they are rivals of the best.
-  void conclude(std::span<const Hypothesis> hypotheses, FirstPose& result) const {
-    double best_value = 0;
+  /// Takes the best and its rivals. One that explains too little to be believed
+  /// is a rival all the same; when it is the best, none is believed.
+  [[nodiscard]] FirstPose conclude(std::span<const Hypothesis> hypotheses) const {
+    FirstPose result;
+    std::size_t rivals = 0;
     for (const Hypothesis& hypothesis : hypotheses) {
-      const double value = hypothesis.evidence.total_value();
-      if (result.candidates.size() == kMaxFirstPoseCandidates ||
-          value < parameters_.rival_share * best_value) {
+      if (hypothesis.value < hypotheses.front().value - parameters_.rival_margin) {
         break;
       }
       const auto candidate = explained(hypothesis);
-      // What a better pose that is not believed leaves behind is not to be believed either.
       if (!candidate && result.candidates.empty()) {
         break;
       }
-      const bool known =
-          candidate && std::ranges::any_of(result.candidates, [&](const FirstPoseCandidate& other) {
-            return same_across(other.T_camera_rack, candidate->T_camera_rack);
-          });
-      if (candidate && !known) {
-        best_value = std::max(best_value, value);
+      ++rivals;
+      if (candidate) {
         result.candidates.push_back(*candidate);
       }
     }
     if (!result.candidates.empty()) {
-      result.status =
-          result.candidates.size() == 1 ? FirstPoseStatus::kFound : FirstPoseStatus::kAmbiguous;
+      const bool one = rivals == 1 &&
+                       deviation_across(result.candidates.front()) <= parameters_.largest_deviation;
+      result.status = one ? FirstPoseStatus::kFound : FirstPoseStatus::kAmbiguous;
     }
+    return result;
   }
 
   /// Nothing when the pose explains too little.
   [[nodiscard]] std::optional<FirstPoseCandidate> explained(const Hypothesis& hypothesis) const {
     const Evidence& evidence = hypothesis.evidence;
-    if (evidence.contours < parameters_.smallest_matches || evidence.pipes < 2 ||
-        evidence.share() < parameters_.smallest_score) {
+    const std::size_t matches = evidence.contours + evidence.transverse_edges;
+    // Among many lines on the ground, all contours of three pipes are met by
+    // chance: it takes a fourth pipe, or edges across the flow, which are not
+    // where they should be by chance.
+    const bool unlikely_by_chance =
+        evidence.pipes >= 4 || (evidence.pipes >= 2 && evidence.transverse_edges >= 2);
+    if (evidence.contours < 3 || matches < parameters_.smallest_matches || !unlikely_by_chance ||
+        evidence.transverse < 0 || hypothesis.value < parameters_.smallest_evidence ||
+        evidence.found < parameters_.smallest_score * evidence.visible ||
+        !heading_fits(hypothesis.T_camera_rack.rotation(), 0)) {
       return std::nullopt;
     }
-    const auto fit =
-        evidence_.fit(hypothesis.T_camera_rack, evidence.matches, hypothesis.along_from_image,
-                      {hypothesis.y, hypothesis.y_deviation}, parameters_.segment_sigma);
-    if (!fit || !heading_fits(fit->T_camera_rack.rotation()) ||
-        false_alarms(evidence, hypothesis.lines, circles_.back().rank + 1, fit->rms, camera_) >
-            parameters_.largest_false_alarms) {
-      return std::nullopt;
+    SE3 T = hypothesis.T_camera_rack;
+    geometry::Matrix6d covariance = hypothesis.refined->covariance;
+    if (!hypothesis.along_from_image) {
+      // Nothing but the hint says where.
+      T = at_place(T, likely_place());
+      covariance = with_place(*hypothesis.refined,
+                              hint_.y ? hint_.y->standard_deviation : parameters_.unknown_along);
     }
-    const Vector3d centre = fit->T_camera_rack.inverse().translation();
-    geometry::Matrix6d to_tangent;
-    for (Eigen::Index i = 0; i < 6; ++i) {
-      to_tangent.col(i) = rack_motion(centre, geometry::Vector6d::Unit(i));
-    }
-    const geometry::Matrix6d covariance =
-        fit->inflation * fit->information.ldlt().solve(geometry::Matrix6d::Identity());
-    return FirstPoseCandidate{.T_camera_rack = fit->T_camera_rack,
-                              .covariance = to_tangent * covariance * to_tangent.transpose(),
-                              .score = evidence.share(),
-                              .matches = evidence.contours,
+    return FirstPoseCandidate{.T_camera_rack = T,
+                              .covariance = covariance,
+                              .score = evidence.found / evidence.visible,
+                              .matches = matches,
                               .along_from_image = hypothesis.along_from_image};
-  }
-
-  [[nodiscard]] static bool same_across(const SE3& a, const SE3& b) {
-    const Vector3d apart = a.inverse().translation() - b.inverse().translation();
-    return std::abs(apart.x()) < kSamePlace && std::abs(apart.z()) < kSamePlace &&
-           (a.rotation() * b.rotation().inverse()).log().norm() < kSameRotation;
   }
 
   const FirstPoseParameters& parameters_;
   const RackOutline& rack_;
+  const ImageView& image_;
   const geometry::Camera& camera_;
   const FirstPoseHint& hint_;
   std::span<const SegmentPlane> planes_;
   std::vector<PipeCircle> circles_;
+  SlopeImage slopes_;
   EvidenceFinder evidence_;
+  PoseRefinement refinement_;
+  std::vector<FlowView> views_;
 };
 
 }  // namespace
 
 FirstPose search_first_pose(const FirstPoseParameters& parameters, const RackOutline& rack,
-                            const geometry::Camera& camera, const FirstPoseHint& hint,
-                            std::span<const SegmentPlane> planes) {
-  return Search(parameters, rack, camera, hint, planes).run();
+                            const ImageView& image, const geometry::Camera& camera,
+                            const FirstPoseHint& hint) {
+  const std::vector<SegmentPlane> planes =
+      segment_planes(extract_segments(image, camera, parameters.shortest_segment), camera);
+  return Search(parameters, rack, image, camera, hint, planes).run();
 }
 
 }  // namespace pipescout::rack_vision::internal

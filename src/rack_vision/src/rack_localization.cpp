@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "parameter_range.hpp"
-#include "pipescout/rack_vision/first_pose_segments.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -87,7 +86,7 @@ class RackLocalization::Implementation {
     parameters.validate();
     if (parameters.find_first_pose) {
       // Says now, not with some image, that this rack has too few pipes for it.
-      (void)finder_.find({}, model_, {}, camera_, {});
+      FirstPoseFinder::check(model_);
     }
   }
 
@@ -210,8 +209,7 @@ class RackLocalization::Implementation {
       sharpen(hint.z, place.z(), deviation(2));
       sharpen(hint.heading, heading(last_pose_->T_rack_camera), deviation(5));
     }
-    const FirstPose found =
-        finder_.find(extract_segments(image, camera_), model_, offsets_, camera_, hint);
+    const FirstPose found = finder_.find(image, model_, offsets_, camera_, hint);
     if (found.status == FirstPoseStatus::kAmbiguous) {
       ++counts_.image_ambiguous;
     } else if (found.status == FirstPoseStatus::kNotEnoughEdges) {

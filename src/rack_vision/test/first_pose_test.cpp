@@ -5,255 +5,195 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "first_pose_scenes.hpp"
+#include "drawn_rack.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
 
 using geometry::Camera;
 using geometry::SE3;
-using test::Engine;
-using test::FlightPose;
-using test::PoseError;
+using geometry::SO3;
+using test::DrawnImage;
 using ::testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr test::SegmentNoise kClean{
-    .sigma = 0, .missing = 0, .parallel_lines = 0, .random_segments = 0};
+using Engine = std::mt19937_64;
 
-FirstPoseHint heading_hint(double heading) {
-  FirstPoseHint hint;
-  hint.heading = FirstPoseHint::Value{heading, 10 * kDegree};
-  return hint;
+double uniform(Engine& engine, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(engine);
 }
 
-bool is_good(const PoseError& error) {
-  return error.across < 0.03 && error.rotation < kDegree;
+double heading_of(const SE3& T_rack_camera) {
+  const Eigen::Vector3d right = T_rack_camera.rotation() * Eigen::Vector3d::UnitX();
+  return std::atan2(right.y(), right.x());
 }
 
-bool is_wrong(const PoseError& error) {
-  return error.across > 0.1 || error.rotation > 3 * kDegree;
+/// GPS of 0.5 m and a compass of 0.2 rad, as far off as `engine` draws them.
+FirstPoseHint hint_at(const SE3& T_rack_camera, Engine& engine) {
+  std::normal_distribution<double> normal;
+  const auto about = [&](double value, double deviation) {
+    return FirstPoseHint::Value{value + deviation * normal(engine), deviation};
+  };
+  const Eigen::Vector3d& p = T_rack_camera.translation();
+  return {.x = about(p.x(), 0.5),
+          .y = about(p.y(), 0.5),
+          .z = about(p.z(), 0.5),
+          .heading = about(heading_of(T_rack_camera), 0.2)};
 }
 
-/// Contours of pipes along the flow that are seen over at least 40 pixels.
-std::size_t visible_contours(const RackModel& model, const Camera& camera, const SE3& pose) {
-  EdgeRenderer renderer;
-  std::vector<VisibleEdge> edges;
-  renderer.render(model, {}, camera, pose, edges);
-  std::vector<EdgeId> contours;
-  for (const VisibleEdge& edge : edges) {
-    if (edge.id.kind == EdgeKind::kPipe && model.pipes[edge.id.body].direction.y() > 0.9 &&
-        (edge.image_end - edge.image_start).norm() > 40) {
-      const EdgeId contour{edge.id.kind, edge.id.body, 0, edge.id.side};
-      if (std::ranges::find(contours, contour) == contours.end()) {
-        contours.push_back(contour);
-      }
-    }
-  }
-  return contours.size();
+/// Somewhere over the rack, tilted by up to 10 degrees.
+SE3 random_pose(Engine& engine) {
+  const SE3 level = test::drawn_pose(uniform(engine, 0.4, 1.3), uniform(engine, 3, 7),
+                                     uniform(engine, 2.4, 3.2), uniform(engine, -3, 3));
+  const Eigen::Vector3d tilt(uniform(engine, -0.12, 0.12), uniform(engine, -0.12, 0.12), 0);
+  return {level.rotation() * SO3::exp(tilt), level.translation()};
 }
 
-struct Count {
-  int solvable = 0;  ///< images with one contour more than there are unknowns
-  int good = 0;
-  int wrong = 0;
-  int wrong_along = 0;  ///< place along the flow claimed and false
+struct PoseError {
+  double across = 0;    ///< worst of x and height, m
+  double rotation = 0;  ///< rad
 };
 
-Count fly(const RackModel& model, bool with_heading, std::uint64_t first, std::uint64_t last) {
-  const Camera camera;
+PoseError error_of(const FirstPoseCandidate& candidate, const SE3& T_rack_camera) {
+  const SE3 found = candidate.T_camera_rack.inverse();
+  const Eigen::Vector3d apart = found.translation() - T_rack_camera.translation();
+  return {std::max(std::abs(apart.x()), std::abs(apart.z())),
+          (found.rotation().inverse() * T_rack_camera.rotation()).log().norm()};
+}
+
+DrawnImage constant_image(const Camera& camera, std::uint8_t level) {
+  DrawnImage image{camera.parameters().width, camera.parameters().height, {}};
+  image.pixels.assign(
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), level);
+  return image;
+}
+
+TEST(FirstPose, IsFoundInDrawnImagesAndNeverSilentlyWrong) {
+  const RackModel model = test::drawn_rack();
+  const Camera camera = test::drawn_camera();
   const FirstPoseFinder finder({});
-  Count count;
-  for (std::uint64_t seed = first; seed <= last; ++seed) {
+  constexpr int kImages = 12;
+  int found = 0;
+  double squares = 0;
+  for (std::uint64_t seed = 1; seed <= kImages; ++seed) {
     Engine engine(seed);
-    const FlightPose pose = test::random_flight_pose(engine, model);
-    const auto segments = test::segments_of(engine, model, camera, pose.T_camera_rack, {});
-    const FirstPose found =
-        finder.find(segments, model, {}, camera,
-                    with_heading ? heading_hint(pose.heading + test::uniform(engine, -0.2, 0.2))
-                                 : FirstPoseHint{});
-    count.solvable += visible_contours(model, camera, pose.T_camera_rack) >= 4 ? 1 : 0;
-    if (found.status != FirstPoseStatus::kFound) {
+    const SE3 truth = random_pose(engine);
+    const DrawnImage image = test::draw(model, camera, truth);
+    const FirstPose result = finder.find(image.view(), model, {}, camera, hint_at(truth, engine));
+    if (result.status != FirstPoseStatus::kFound) {
       continue;
     }
-    const PoseError error = test::pose_error(found.candidates[0].T_camera_rack, pose.T_camera_rack);
-    count.good += is_good(error) ? 1 : 0;
-    count.wrong += is_wrong(error) ? 1 : 0;
-    count.wrong_along += found.candidates[0].along_from_image && error.along > 0.1 ? 1 : 0;
+    ++found;
+    const FirstPoseCandidate& best = result.candidates.front();
+    const PoseError error = error_of(best, truth);
+    EXPECT_LT(error.across, 0.15) << seed;
+    EXPECT_LT(error.rotation, 0.07) << seed;
+    const geometry::Vector6d mu = (best.T_camera_rack.inverse() * truth.inverse()).log();
+    squares += mu.dot(best.covariance.inverse() * mu);
   }
-  return count;
+  EXPECT_GE(found, kImages / 2);
+  EXPECT_LT(squares / found, 12);  // 6 for a covariance that is true
 }
 
-TEST(FirstPose, IsExactOnSegmentsWithoutNoise) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
-  Engine engine(1);
-  const SE3 truth = test::looking_down({0.9, 2.1, 3}, 0.4, 0.1, -0.08);
-  const FirstPose found = FirstPoseFinder({}).find(
-      test::segments_of(engine, model, camera, truth, kClean), model, {}, camera, {});
-  ASSERT_EQ(found.status, FirstPoseStatus::kFound);
-  ASSERT_EQ(found.candidates.size(), 1U);
-  const PoseError error = test::pose_error(found.candidates[0].T_camera_rack, truth);
-  EXPECT_LT(error.across, 1e-6);
-  EXPECT_LT(error.rotation, 1e-6);
-  EXPECT_TRUE(found.candidates[0].along_from_image);
-  EXPECT_LT(error.along, 1e-6);
-}
-
-TEST(FirstPose, WorksWhenTheLinesAreExactlyParallelInTheImage) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
-  Engine engine(2);
-  const SE3 truth = test::looking_down({0.9, 2.1, 3}, 0, 0, 0);
-  const FirstPose found = FirstPoseFinder({}).find(
-      test::segments_of(engine, model, camera, truth, kClean), model, {}, camera, {});
-  ASSERT_EQ(found.status, FirstPoseStatus::kFound);
-  EXPECT_LT(test::pose_error(found.candidates[0].T_camera_rack, truth).across, 1e-6);
-}
-
-TEST(FirstPose, IsFoundInNoiseAndClutterAndNeverSilentlyWrong) {
-  for (const RackModel& model : {test::paper_rack(), test::small_rack()}) {
-    const Count count = fly(model, true, 2001, 2100);
-    EXPECT_GE(count.good, 0.95 * count.solvable);
-    EXPECT_EQ(count.wrong, 0);
-    EXPECT_EQ(count.wrong_along, 0);
-  }
-}
-
-TEST(FirstPose, KnowsTheDirectionOfTheFlowWhereTheRackIsNotSymmetric) {
-  const Count count = fly(test::paper_rack(), false, 2001, 2040);
-  EXPECT_GE(count.good, 0.9 * count.solvable);
-  EXPECT_EQ(count.wrong, 0);
-}
-
-RackModel symmetric_rack() {
-  const std::vector<RowPipe> row{
-      {"a", {{0, 0.15}, {10, 0.15}}}, {"b", {{0, 0.2}, {10, 0.2}}}, {"c", {{0, 0.15}, {10, 0.15}}}};
-  RackModel model;
-  model.pipes = row_of_pipes(row);
-  return model;
-}
-
-TEST(FirstPose, OfASymmetricRackIsAmbiguousWithoutAHeading) {
-  const RackModel model = symmetric_rack();
-  const Camera camera;
-  Engine engine(3);
-  const SE3 truth = test::looking_down({0.3, 5, 3.2}, 1.0, 0.05, 0.1);
-  const auto segments = test::segments_of(engine, model, camera, truth, {});
-  const FirstPose unknown = FirstPoseFinder({}).find(segments, model, {}, camera, {});
-  EXPECT_EQ(unknown.status, FirstPoseStatus::kAmbiguous);
-  EXPECT_GE(unknown.candidates.size(), 2U);
-  const FirstPose known = FirstPoseFinder({}).find(segments, model, {}, camera, heading_hint(1.1));
-  ASSERT_EQ(known.status, FirstPoseStatus::kFound);
-  EXPECT_TRUE(is_good(test::pose_error(known.candidates[0].T_camera_rack, truth)));
-  EXPECT_FALSE(known.candidates[0].along_from_image);
-}
-
-TEST(FirstPose, OfEqualPipesIsAmbiguousUntilTheHintSaysWhichTheyAre) {
-  std::vector<RowPipe> row;
-  for (int i = 0; i < 6; ++i) {
-    row.push_back({"pipe " + std::to_string(i), {{0, 0.15}, {10, 0.15}}, 0.2});
-  }
-  RackModel model;
-  model.pipes = row_of_pipes(row);
-  const Camera camera;
-  Engine engine(4);
-  // Sees the middle pipes and none of the ends of the row.
-  const SE3 truth = test::looking_down({1.4, 5, 1.35}, 0.1, 0.02, -0.03);
-  const auto segments = test::segments_of(engine, model, camera, truth, kClean);
-  FirstPoseHint hint = heading_hint(0.1);
-  EXPECT_NE(FirstPoseFinder({}).find(segments, model, {}, camera, hint).status,
-            FirstPoseStatus::kFound);
-  hint.x = FirstPoseHint::Value{1.45, 0.04};
-  const FirstPose known = FirstPoseFinder({}).find(segments, model, {}, camera, hint);
-  ASSERT_EQ(known.status, FirstPoseStatus::kFound);
-  EXPECT_TRUE(is_good(test::pose_error(known.candidates[0].T_camera_rack, truth)));
-}
-
-TEST(FirstPose, TakesThePlaceAlongTheFlowFromTheHintWhenNothingElseTells) {
-  const RackModel model = symmetric_rack();
-  const Camera camera;
-  Engine engine(5);
-  const SE3 truth = test::looking_down({0.5, 5, 3}, 0.2, 0.05, 0.1);
-  const auto segments = test::segments_of(engine, model, camera, truth, kClean);
-  FirstPoseHint hint = heading_hint(0.2);
-  const FirstPose without = FirstPoseFinder({}).find(segments, model, {}, camera, hint);
-  ASSERT_EQ(without.status, FirstPoseStatus::kFound);
-  EXPECT_GT(without.candidates[0].covariance(1, 1), 99.0 * 99.0);
-  hint.y = FirstPoseHint::Value{5.3, 0.4};
-  const FirstPose with = FirstPoseFinder({}).find(segments, model, {}, camera, hint);
-  ASSERT_EQ(with.status, FirstPoseStatus::kFound);
-  const SE3& found = with.candidates[0].T_camera_rack;
-  EXPECT_NEAR(found.inverse().translation().y(), 5.3, 1e-6);
-  EXPECT_NEAR(std::sqrt(with.candidates[0].covariance(1, 1)), 0.4, 0.05);
-}
-
-TEST(FirstPose, CovarianceCoversTheError) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
-  double sum = 0;
-  int count = 0;
-  for (std::uint64_t seed = 2001; seed <= 2060; ++seed) {
-    Engine engine(seed);
-    const FlightPose pose = test::random_flight_pose(engine, model);
-    const auto segments = test::segments_of(engine, model, camera, pose.T_camera_rack, {});
-    const FirstPose found =
-        FirstPoseFinder({}).find(segments, model, {}, camera, heading_hint(pose.heading));
-    if (found.status == FirstPoseStatus::kFound && found.candidates[0].along_from_image) {
-      const FirstPoseCandidate& best = found.candidates[0];
-      const geometry::Vector6d mu = (best.T_camera_rack.inverse() * pose.T_camera_rack).log();
-      sum += mu.dot(best.covariance.inverse() * mu);
-      ++count;
-    }
-  }
-  ASSERT_GE(count, 30);
-  EXPECT_LT(sum / count, 12);  // 6 for one that is true
-}
-
-TEST(FirstPose, SaysSoWhenThereIsNothingToSee) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
+TEST(FirstPose, IsNotFoundWhereThereIsNoRack) {
+  const RackModel model = test::drawn_rack();
+  const Camera camera = test::drawn_camera();
   const FirstPoseFinder finder({});
-  EXPECT_EQ(finder.find({}, model, {}, camera, {}).status, FirstPoseStatus::kNotEnoughEdges);
-  const std::vector<ImageSegment> bad{{{kNaN, 0}, {100, 100}, 10},
-                                      {{0, 0}, {0, kNaN}, 10},
-                                      {{5, 5}, {5, 5}, 10},
-                                      {{0, 0}, {1e308, -1e308}, 10}};
-  EXPECT_EQ(finder.find(bad, model, {}, camera, {}).status, FirstPoseStatus::kNotEnoughEdges);
-}
-
-TEST(FirstPose, IsNotFoundInClutterAlone) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  const FirstPoseHint anywhere;
+  for (const std::uint8_t level : std::vector<std::uint8_t>{0, 128, 255}) {
+    EXPECT_EQ(finder.find(constant_image(camera, level).view(), model, {}, camera, anywhere).status,
+              FirstPoseStatus::kNotEnoughEdges);
+  }
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Engine engine(seed);
-    const SE3 away = test::looking_down({40, 5, 3}, 0.3, 0, 0);
-    auto segments = test::segments_of(engine, model, camera, away, {.random_segments = 60});
-    for (int i = 0; i < 10; ++i) {  // lines in parallel, anywhere
-      const double u = test::uniform(engine, 50, 670);
-      segments.push_back({{u, 20}, {u + 3, 460}, 20});
+    DrawnImage noise = constant_image(camera, 0);
+    for (std::uint8_t& pixel : noise.pixels) {
+      pixel = static_cast<std::uint8_t>(engine() % 256);
     }
-    EXPECT_NE(FirstPoseFinder({}).find(segments, model, {}, camera, {}).status,
+    EXPECT_NE(finder.find(noise.view(), model, {}, camera, anywhere).status,
+              FirstPoseStatus::kFound);
+    // Stripes on the ground, all in one direction.
+    DrawnImage stripes = constant_image(camera, 90);
+    for (int i = 0; i < 8; ++i) {
+      const int first = static_cast<int>(uniform(engine, 5, camera.parameters().width - 25));
+      const int width = static_cast<int>(uniform(engine, 4, 20));
+      const auto shade = static_cast<std::uint8_t>(uniform(engine, 20, 220));
+      for (int v = 0; v < stripes.height; ++v) {
+        std::fill_n(stripes.pixels.begin() + std::ptrdiff_t{v} * stripes.width + first, width,
+                    shade);
+      }
+    }
+    EXPECT_NE(finder.find(stripes.view(), model, {}, camera, anywhere).status,
               FirstPoseStatus::kFound)
         << seed;
   }
 }
 
+TEST(FirstPose, IsNotFoundOverOnePipe) {
+  const RackModel model = test::drawn_rack();
+  RackModel one = model;
+  one.pipes.resize(1);
+  const Camera camera = test::drawn_camera();
+  Engine engine(1);
+  const SE3 truth = test::drawn_pose(0.2, 5, 2.6, 0.3);
+  EXPECT_NE(
+      FirstPoseFinder({})
+          .find(test::draw(one, camera, truth).view(), model, {}, camera, hint_at(truth, engine))
+          .status,
+      FirstPoseStatus::kFound);
+}
+
+TEST(FirstPose, OfASymmetricRackIsAmbiguousWithoutAHeading) {
+  const std::vector<RowPipe> row{{"a", {{0, 0.15}, {10, 0.15}}},
+                                 {"b", {{0, 0.2}, {10, 0.2}}},
+                                 {"c", {{0, 0.2}, {10, 0.2}}},
+                                 {"d", {{0, 0.15}, {10, 0.15}}}};
+  RackModel model;
+  model.pipes = row_of_pipes(row);
+  const Camera camera = test::drawn_camera();
+  const SE3 truth = test::drawn_pose(0.85, 5, 2.6, 0.4);
+  const DrawnImage image = test::draw(model, camera, truth);
+  FirstPoseHint hint;
+  const FirstPose unknown = FirstPoseFinder({}).find(image.view(), model, {}, camera, hint);
+  EXPECT_EQ(unknown.status, FirstPoseStatus::kAmbiguous);
+  EXPECT_GE(unknown.candidates.size(), 2U);
+  hint.heading = FirstPoseHint::Value{heading_of(truth) + 0.1, 0.2};
+  const FirstPose known = FirstPoseFinder({}).find(image.view(), model, {}, camera, hint);
+  ASSERT_EQ(known.status, FirstPoseStatus::kFound);
+  EXPECT_LT(error_of(known.candidates[0], truth).across, 0.1);
+  EXPECT_FALSE(known.candidates[0].along_from_image);
+  EXPECT_GT(known.candidates[0].covariance(1, 1), 99.0 * 99.0);
+}
+
+TEST(FirstPose, TakesThePlaceAlongTheFlowFromTheHintWhenNothingElseTells) {
+  const RackModel model = test::drawn_rack();
+  const Camera camera = test::drawn_camera();
+  const SE3 truth = test::drawn_pose(0.85, 5, 2.6, 0.2);
+  FirstPoseHint hint;
+  hint.y = FirstPoseHint::Value{5.3, 0.4};
+  hint.heading = FirstPoseHint::Value{heading_of(truth), 0.2};
+  const FirstPose found =
+      FirstPoseFinder({}).find(test::draw(model, camera, truth).view(), model, {}, camera, hint);
+  ASSERT_EQ(found.status, FirstPoseStatus::kFound);
+  EXPECT_NEAR(found.candidates[0].T_camera_rack.inverse().translation().y(), 5.3, 1e-6);
+  EXPECT_NEAR(std::sqrt(found.candidates[0].covariance(1, 1)), 0.4, 0.1);
+}
+
 TEST(FirstPose, GivesTheSameBitsAgain) {
-  const RackModel model = test::paper_rack();
-  const Camera camera;
-  Engine engine(6);
-  const FlightPose pose = test::random_flight_pose(engine, model);
-  const auto segments = test::segments_of(engine, model, camera, pose.T_camera_rack, {});
+  const RackModel model = test::drawn_rack();
+  const Camera camera = test::drawn_camera();
+  const DrawnImage image = test::draw(model, camera, test::drawn_pose(0.85, 5, 2.6, 0.2));
   const FirstPoseFinder finder({});
-  const FirstPose first = finder.find(segments, model, {}, camera, {});
-  const FirstPose again = finder.find(segments, model, {}, camera, {});
+  const FirstPose first = finder.find(image.view(), model, {}, camera, {});
+  const FirstPose again = finder.find(image.view(), model, {}, camera, {});
   ASSERT_EQ(first.candidates.size(), again.candidates.size());
   for (std::size_t i = 0; i < first.candidates.size(); ++i) {
     EXPECT_EQ(first.candidates[i].T_camera_rack.matrix(),
@@ -272,16 +212,17 @@ void expect_refused(const char* field, const Value& value) {
   }
 }
 
-TEST(FirstPose, RefusesBadArguments) {
+TEST(FirstPose, RefusesBadParametersAndHints) {
   for (const double bad : {0.0, -1.0, kNaN}) {
     expect_refused("smallest_height", FirstPoseParameters{.smallest_height = bad});
-    expect_refused("pixel_tolerance", FirstPoseParameters{.pixel_tolerance = bad});
-    expect_refused("segment_sigma", FirstPoseParameters{.segment_sigma = bad});
-    expect_refused("shortest_segment", FirstPoseParameters{.shortest_segment = bad});
     expect_refused("largest_tilt", FirstPoseParameters{.largest_tilt = bad});
+    expect_refused("typical_tilt", FirstPoseParameters{.typical_tilt = bad});
+    expect_refused("edge_sigma", FirstPoseParameters{.edge_sigma = bad});
+    expect_refused("shortest_segment", FirstPoseParameters{.shortest_segment = bad});
     expect_refused("smallest_score", FirstPoseParameters{.smallest_score = bad});
-    expect_refused("largest_false_alarms", FirstPoseParameters{.largest_false_alarms = bad});
-    expect_refused("rival_share", FirstPoseParameters{.rival_share = bad});
+    expect_refused("smallest_evidence", FirstPoseParameters{.smallest_evidence = bad});
+    expect_refused("rival_margin", FirstPoseParameters{.rival_margin = bad});
+    expect_refused("largest_deviation", FirstPoseParameters{.largest_deviation = bad});
     expect_refused("unknown_along", FirstPoseParameters{.unknown_along = bad});
     expect_refused(
         "x.standard_deviation",
@@ -289,20 +230,29 @@ TEST(FirstPose, RefusesBadArguments) {
   }
   expect_refused("largest_height", FirstPoseParameters{.largest_height = 0.4});
   expect_refused("largest_beside", FirstPoseParameters{.largest_beside = -1});
-  expect_refused("largest_lines", FirstPoseParameters{.largest_lines = 65});
-  expect_refused("smallest_matches", FirstPoseParameters{.smallest_matches = 3});
+  expect_refused("smallest_matches", FirstPoseParameters{.smallest_matches = 2});
   expect_refused(
       "heading.value",
       FirstPoseHint{.x = {}, .y = {}, .z = {}, .heading = FirstPoseHint::Value{kNaN, 1}});
-  const RackModel model = test::paper_rack();
+}
+
+TEST(FirstPose, RefusesBadImagesAndRacks) {
+  const RackModel model = test::drawn_rack();
+  const Camera camera = test::drawn_camera();
+  const DrawnImage image = constant_image(camera, 90);
+  const FirstPoseFinder finder({});
+  EXPECT_THROW(static_cast<void>(finder.find({}, model, {}, camera, {})), std::invalid_argument);
+  EXPECT_THROW(static_cast<void>(finder.find(image.view(), model, {}, Camera(), {})),
+               std::invalid_argument);
   const std::vector<double> offsets{0, 0};
-  EXPECT_THROW(static_cast<void>(FirstPoseFinder({}).find({}, model, offsets, Camera(), {})),
+  EXPECT_THROW(static_cast<void>(finder.find(image.view(), model, offsets, camera, {})),
                std::invalid_argument);
   RackModel crossing = model;
   for (Pipe& pipe : crossing.pipes) {
     pipe.direction = Eigen::Vector3d::UnitX();
   }
-  EXPECT_THROW(static_cast<void>(FirstPoseFinder({}).find({}, crossing, {}, Camera(), {})),
+  EXPECT_THROW(FirstPoseFinder::check(crossing), std::invalid_argument);
+  EXPECT_THROW(static_cast<void>(finder.find(image.view(), crossing, {}, camera, {})),
                std::invalid_argument);
 }
 
