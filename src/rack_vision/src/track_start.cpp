@@ -112,13 +112,12 @@ void TrackStep::propose_starts(const ImageView& image, const TrackBelief& around
 }
 
 bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
-                             PoseSolver& solver) {
+                             double along_variance, PoseSolver& solver) {
   TrackBelief guess = around;
   guess.T_rack_camera = start.T_rack_camera;
   guess.covariance.setZero();
   // Pipes are taken to be where they are believed: what a wide search finds may be anything.
   guess.offsets.covariance.setZero();
-  double along_variance = 0;
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
     search(image, guess, range, along_variance);
@@ -135,7 +134,7 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
                           StepOutcome& outcome) {
   points_.clear();
   matches_.clear();
-  if (!refine_start(image, around, start, start_solver_)) {
+  if (!refine_start(image, around, start, 0, start_solver_)) {
     return false;
   }
   TrackBelief guess = around;
@@ -152,7 +151,7 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
       points_.clear();
       forget_matches();
       anchor.reset();
-      if (!refine_start(image, around, start, start_solver_)) {
+      if (!refine_start(image, around, start, 0, start_solver_)) {
         return false;
       }
     }

@@ -28,6 +28,8 @@ constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
 constexpr std::size_t kPointsForAlong = 8;
 constexpr std::size_t kFewestPoints = 5;
+constexpr int kEnoughProven = 10;  // points
+constexpr double kDoubtInFar = 4;  // times the variance that a wide search states
 constexpr int kJudgedSamples = 5;
 constexpr double kStartBias = 0.6;  // px
 constexpr int kY = 1;
@@ -70,6 +72,12 @@ double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
   const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
   const Eigen::Vector2d from = pixel - edge.image_start;
   return along.x() * from.y() - along.y() * from.x();
+}
+
+/// After a wide search a few points that agree are not enough.
+bool borne_out_by_texture(const StepOutcome& outcome) {
+  return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
+         5 * outcome.evidence.proven_matched >= 2 * outcome.evidence.proven_points;
 }
 
 /// The candidate of a sample that is nearest to where the edge was expected; it has one.
@@ -314,23 +322,31 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
   }
 }
 
-bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
-  const double along_variance = belief.covariance(kY, kY) + belief.anchor_variance;
+bool TrackStep::is_wide(const TrackBelief& belief) const {
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (edges_[i].id.kind == EdgeKind::kPipe &&
+        range_of(edges_[i], normals_[i], belief) > kWideRange) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Along along) {
+  const double along_variance = along == Along::kByTexture
+                                    ? kFreeAlong * kFreeAlong
+                                    : belief.covariance(kY, kY) + belief.anchor_variance;
   // With y set free: what supports and orthogonal pipes say of it.
   TrackBelief free = belief;
   free.covariance(kY, kY) += kFreeAlong * kFreeAlong;
-  double widest = 0;
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].id.kind == EdgeKind::kPipe) {
-      widest = std::max(widest, range_of(edges_[i], normals_[i], belief));
-    }
-  }
-  if (widest > kWideRange) {
+  if (is_wide(belief)) {
     // Within such a range there are edges of neighbours: first see where all of them line up.
     TrackBelief around = belief;
     around.covariance(kY, kY) = along_variance;
     propose_starts(image, around);
-    return !starts_.empty() && refine_start(image, free, starts_.front(), start_solver_);
+    return !starts_.empty() &&
+           refine_start(image, free, starts_.front(),
+                        along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;
   wide.covariance(kY, kY) = along_variance;
@@ -339,14 +355,31 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief) {
 }
 
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
+  render(before.T_rack_camera, before.offsets);
+  if (map_.size() > 0 && is_wide(before)) {
+    // One support looks like another: texture knows better, where there is enough of it.
+    find_by(image, before, Along::kByTexture, outcome);
+    if (borne_out_by_texture(outcome)) {
+      return;
+    }
+    render(before.T_rack_camera, before.offsets);
+    find_by(image, before, Along::kBySupports, outcome);
+    if (outcome.evidence.proven_points >= kEnoughProven && !borne_out_by_texture(outcome)) {
+      outcome.solved = false;
+    }
+    return;
+  }
+  find_by(image, before, Along::kBySupports, outcome);
+}
+
+void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along along,
+                        StepOutcome& outcome) {
   outcome = {};
   outcome.belief = before;
   TrackBelief start = before;
-  render(start.T_rack_camera, start.offsets);
-
   TrackBelief guess = start;
   points_.clear();
-  if (find_edges(image, start)) {
+  if (find_edges(image, start, along)) {
     anchor_by_supports(start, outcome);
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
     guess.covariance = solution_.covariance;
@@ -364,6 +397,9 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
     }
     guess.anchor_variance = start.anchor_variance;
     guess.offsets = solution_.offsets;
+    if (along == Along::kByTexture) {
+      guess.covariance *= kDoubtInFar;
+    }
   }
   match_points(image, start, guess);
 

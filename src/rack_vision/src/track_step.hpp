@@ -72,7 +72,16 @@ class TrackStep {
                                              const geometry::SE3& T_rack_camera) const;
   [[nodiscard]] double range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
                                 const TrackBelief& belief) const;
-  bool find_edges(const ImageView& image, const TrackBelief& belief);
+  /// What tells the place along y before the points are matched.
+  enum class Along : std::uint8_t {
+    kBySupports,  ///< and orthogonal pipes
+    kByTexture    ///< nothing: edges that depend on it wait for the points
+  };
+  void find_by(const ImageView& image, const TrackBelief& before, Along along,
+               StepOutcome& outcome);
+  /// Whether contours of pipes may be so far from where they are expected that others are nearer.
+  [[nodiscard]] bool is_wide(const TrackBelief& belief) const;
+  bool find_edges(const ImageView& image, const TrackBelief& belief, Along along);
   bool solve(const TrackBelief& guess, const geometry::Matrix6d& prior_covariance,
              const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
   bool solve_by(PoseSolver& solver, const TrackBelief& guess,
@@ -93,7 +102,7 @@ class TrackStep {
   Start narrowed(const ImageView& image, const TrackBelief& around,
                  const geometry::SE3& T_rack_camera, geometry::Matrix6d covariance);
   bool refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
-                    PoseSolver& solver);
+                    double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
   bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
                  StepOutcome& outcome);
