@@ -34,11 +34,14 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr double kPeriod = 0.04;  // s between two images
 
-// Three pipes of different spacing.
+// Four pipes of different spacing on a beam.
 constexpr const char* kRack = R"(row:
   - {name: a, radius: 0.15, length: 10}
   - {name: b, radius: 0.20, length: 10, gap: 0.10}
   - {name: c, radius: 0.17, length: 10, gap: 0.15}
+  - {name: d, radius: 0.12, length: 10, gap: 0.20}
+supports:
+  - {name: beam, lowest_corner: [-0.3, 4.1, -0.2], highest_corner: [2.1, 4.3, 0]}
 )";
 
 class RackLocalizerTest : public ::testing::Test {
@@ -66,7 +69,7 @@ class RackLocalizerTest : public ::testing::Test {
     const SO3 down = SO3::about_x(M_PI);
     return {SO3::from_roll_pitch_yaw({0.01 * std::sin(time), 0.01 * std::cos(time), 0.02 * time}) *
                 down,
-            {0.6 + 0.05 * std::sin(time), 4 + 0.3 * time, 2.6}};
+            {0.8 + 0.05 * std::sin(time), 4 + 0.3 * time, 2.6}};
   }
 
   [[nodiscard]] Image image(double time) {
@@ -128,7 +131,7 @@ TEST_F(RackLocalizerTest, FollowsTheCamera) {
   EXPECT_EQ(poses_.back().header().stamp(), to_message(kStart + from_seconds(24 * kPeriod)));
   EXPECT_NO_THROW((void)covariance_from_message(poses_.back().pose().covariance()));
   EXPECT_EQ(states_.back().status(), state_constants::STATUS_TRACKING);
-  EXPECT_THAT(states_.back().pipe(), ::testing::ElementsAre("a", "b", "c"));
+  EXPECT_THAT(states_.back().pipe(), ::testing::ElementsAre("a", "b", "c", "d"));
   EXPECT_GT(states_.back().edge_samples_found(), 50U);
 }
 

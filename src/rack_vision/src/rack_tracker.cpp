@@ -20,7 +20,9 @@ using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
 constexpr double kStartQuality = 0.5;
-constexpr int kProbation = 5;  // images
+constexpr int kProbation = 5;     // images
+constexpr int kFreshPoints = 10;  // enough of them to ask
+constexpr double kLeastFreshShare = 0.2;
 constexpr double kAlikeImages = 60;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 // What alike errors of successive images add, measured: the first images after a start are most
@@ -249,6 +251,11 @@ class RackTracker::Implementation {
     return outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
   }
   [[nodiscard]] bool borne_out() const {
+    const TrackEvidence& evidence = outcome_.evidence;
+    if (probation_ > 0 && evidence.points >= kFreshPoints &&
+        evidence.points_matched < kLeastFreshShare * evidence.points) {
+      return false;  // points made a moment ago are found again if anything is
+    }
     return quality() >= (probation_ > 0 ? kStartQuality : parameters_.lost_below);
   }
 

@@ -18,6 +18,9 @@ constexpr double kAlikePoses = 25;
 constexpr double kTinyVariance = 1e-12;  // m^2
 constexpr double kLeastPixelError =
     0.03;  // px: a patch keeps an error that no number of looks ends
+// Squared gradient of a corner in its weaker direction, of the squared contrast of texture: noise
+// alone stays below it.
+constexpr double kCornerShare = 0.4;
 constexpr int kFewPoints = 25;
 constexpr int kHaste = 5;
 constexpr int kPatchReach = 7;   // px: a patch must lie on one section of a pipe
@@ -136,7 +139,7 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
   const int cells = columns_ * rows_;
   const int side = parameters_.cell_side;
   const auto least =
-      static_cast<float>(0.05 * parameters_.least_contrast * parameters_.least_contrast);
+      static_cast<float>(kCornerShare * parameters_.least_contrast * parameters_.least_contrast);
   // In haste where there is little to hold on to.
   const auto held = std::ranges::count_if(occupied_, [](std::uint8_t count) { return count > 0; });
   const int wanted = parameters_.cells_per_frame * (held < kFewPoints ? kHaste : 1);

@@ -27,7 +27,7 @@ TEST(TrackQuality, IsNothingWithoutEvidence) {
   TrackEvidence evidence = good();
   evidence.edge_samples = 10;
   evidence.edge_samples_found = 10;
-  evidence.points = 0;
+  evidence.proven_points = 0;
   EXPECT_EQ(track_quality(evidence), 0);
 }
 
