@@ -3,8 +3,8 @@
 # Builds the algorithm packages, src/*, in an environment that knows nothing else of the project, each
 # seeing only what it declares that it needs: build_algorithms_alone.sh SCRATCH
 #
-# Libraries only, and not optimised: the same tests in the same environment are what the ordinary build runs, since colcon
-# shows a package only its declared dependencies there too.
+# Libraries only, and not optimised: the same tests in the same environment are what the ordinary
+# build runs, since colcon shows a package only its declared dependencies there too.
 set -euo pipefail
 unset CDPATH
 scratch=$1
