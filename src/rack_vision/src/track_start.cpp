@@ -16,14 +16,17 @@ using geometry::SE3;
 constexpr std::size_t kTried = 6;   // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
-constexpr double kShortest = 8;      // px: shorter contours say nothing
-constexpr double kFarthest = 150;    // px: within which the unknown place along y moves contours
-constexpr double kMuchWorse = 10;    // log-likelihood: places that need not be tried
-constexpr double kDistinct = 8;      // px, between what is seen from two places
-constexpr double kLeastShare = 0.5;  // of what is looked for
-constexpr double kClearlyBetter = 0.12;  // of the share of samples found, over other places
-constexpr double kCertainPlace = 0.06;   // m, one sigma across and in height
-constexpr double kCertainTurn = 0.03;    // rad
+constexpr double kShortest = 8;       // px: shorter contours say nothing
+constexpr double kFarthest = 150;     // px: within which the unknown place along y moves contours
+constexpr double kMuchWorse = 10;     // log-likelihood: places that need not be tried
+constexpr double kAlongStep = 1.5;    // px
+constexpr double kSameAlong = 0.005;  // m
+constexpr double kClearlyBetterAlong = 4;  // log-likelihood
+constexpr double kDistinct = 8;            // px, between what is seen from two places
+constexpr double kLeastShare = 0.5;        // of what is looked for
+constexpr double kClearlyBetter = 0.12;    // of the share of samples found, over other places
+constexpr double kCertainPlace = 0.06;     // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;      // rad
 constexpr double kImprobable = 22.5;  // chi-square of six, 1 in 1000: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
@@ -167,6 +170,26 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
   return true;
 }
 
+bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcome,
+                               double along_variance) {
+  const SE3& T_rack_camera = outcome.belief.T_rack_camera;
+  render(T_rack_camera, outcome.belief.offsets);
+  gather_contours(T_rack_camera, std::sqrt(along_variance), kFarthest);
+  std::erase_if(contours_, [along_variance](const AlignmentContour& contour) {
+    const double moved =
+        std::max(std::abs(contour.start_by_motion(kY)), std::abs(contour.end_by_motion(kY)));
+    return moved * std::sqrt(along_variance) < kAlongStep;
+  });
+  Matrix6d along = Matrix6d::Zero();
+  along(kY, kY) = along_variance;
+  alignment_.search(image, contours_, along, kAlongStep, kDistinct, 2, peaks_);
+  const double found = outcome.belief.anchor_variance;
+  return peaks_.empty() ||
+         (peaks_.front().motion(kY) * peaks_.front().motion(kY) <
+              9 * (found + kSameAlong * kSameAlong) &&
+          (peaks_.size() < 2 || peaks_[1].score < peaks_[0].score - kClearlyBetterAlong));
+}
+
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   outcome = {};
@@ -208,6 +231,11 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   }
   // Once more, for the working memory that `learn` reads.
   (void)try_start(image, around, best_start, outcome);
+  if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
+    // One edge of a support looks like another: nothing is known that was not known before.
+    outcome.belief.anchor_variance =
+        std::max(outcome.belief.anchor_variance, around.covariance(kY, kY));
+  }
 }
 
 }  // namespace pipescout::rack_vision

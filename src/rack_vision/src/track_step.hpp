@@ -106,6 +106,8 @@ class TrackStep {
   /// Refines, and asks the texture map where there is one.
   bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
                  StepOutcome& outcome);
+  /// Whether supports fit the place along y that was found, and no other one about as well.
+  bool along_is_clear(const ImageView& image, const StepOutcome& outcome, double along_variance);
   /// How far apart, in px, edges look from two places.
   [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
   void accept(double anchor_variance, StepOutcome& outcome);
