@@ -23,8 +23,8 @@ struct RackTrackerParameters {
   int map_capacity = 2000;    ///< texture points kept, 0..20000
 
   /// How far the camera may leave constant velocity: white accelerations, one sigma.
-  double acceleration_sigma = 1.5;          ///< m/s^2, > 0: a quadrotor tilted by 9 degrees
-  double angular_acceleration_sigma = 1.5;  ///< rad/s^2, > 0
+  double acceleration_sigma = 1.0;          ///< m/s^2, > 0: a quadrotor tilted by 6 degrees
+  double angular_acceleration_sigma = 1.0;  ///< rad/s^2, > 0
 
   double edge_sigma = 0.25;  ///< px, > 0: noise of one edge sample
   /// px, >= 0: error that all samples of one edge share, beside what their profiles say.
