@@ -108,7 +108,8 @@ class RackLocalizerTest : public ::testing::Test {
   simulation::RackImageRenderer renderer_{
       simulation::RackScene{.model = (std::ofstream(rack_) << kRack).flush()
                                          ? read_rack(rack_)
-                                         : rack_vision::RackModel{}},
+                                         : rack_vision::RackModel{},
+                            .seed = 2},
       camera_};
   testing::Collector<geometry_msgs::msg::PoseWithCovarianceStamped> poses_ =
       harness_.collect(topics::kRackPose);

@@ -242,7 +242,10 @@ void FeatureSystem::add_line(const Run& run, const ImageLine& line, const Camera
   if (bias_variance > 0) {
     // A shared error b of the samples, eliminated: it is an unknown that this line alone has.
     const Eigen::Vector3d weighted = sums.information.col(2);  // sum(s m), as m ends with 1
-    const double total = weighted[2] + 1 / bias_variance;
+    // Most edges are where they should be, a few are shadows or stripes beside them: the tails of
+    // Cauchy's distribution.
+    const double mean = weighted[2] > 0 ? sums.gradient[2] / weighted[2] : 0;
+    const double total = weighted[2] + 1 / (bias_variance + mean * mean);
     sums.information -= weighted * weighted.transpose() / total;
     sums.gradient -= weighted * (sums.gradient[2] / total);
   }

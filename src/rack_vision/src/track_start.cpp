@@ -27,7 +27,7 @@ constexpr double kLeastShare = 0.5;        // of what is looked for
 constexpr double kClearlyBetter = 0.12;    // of the share of samples found, over other places
 constexpr double kCertainPlace = 0.06;     // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;      // rad
-constexpr double kImprobable = 22.5;  // chi-square of six, 1 in 1000: not where it was said to be
+constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
 
