@@ -27,6 +27,7 @@ constexpr double kLeastShare = 0.5;        // of what is looked for
 constexpr double kClearlyBetter = 0.12;    // of the share of samples found, over other places
 constexpr double kCertainPlace = 0.06;     // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;      // rad
+constexpr double kNoLessSure = 1.2;        // deviation after the image by that before it
 constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
@@ -213,6 +214,10 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     if (moved.dot(information * moved) > kImprobable || found_share(tried.evidence) < kLeastShare ||
         std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
       continue;
+    }
+    const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
+    if (sigma(0) > kNoLessSure * before_sigma(0) || sigma(2) > kNoLessSure * before_sigma(2)) {
+      continue;  // it contradicts what was known: the residuals say so
     }
     const double share = found_share(tried.evidence);
     const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
