@@ -35,6 +35,8 @@ struct AlignmentPeak {
 class AlignmentSearch {
  public:
   explicit AlignmentSearch(const geometry::Camera& camera) : camera_(camera) {}
+  /// Another camera of the same size, from now on.
+  void set_camera(const geometry::Camera& camera) { camera_ = camera; }
 
   /// Searches motions of up to three standard deviations. `step`: px between neighbouring poses,
   /// and the width of what counts as an edge. Up to `most` peaks, the best first, no two of which

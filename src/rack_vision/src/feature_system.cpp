@@ -117,6 +117,15 @@ FeatureSystem::FeatureSystem(const RackModel& model) : supports_(model.supports)
   }
 }
 
+void FeatureSystem::reserve(std::size_t edges, std::size_t samples, std::size_t points) {
+  runs_.reserve(edges);
+  support_.reserve(edges);
+  samples_.reserve(samples);
+  edge_residuals_.reserve(samples);
+  points_.reserve(points);
+  point_residuals_.reserve(points);
+}
+
 bool FeatureSystem::exists(const EdgeId& edge) const noexcept {
   if (edge.kind == EdgeKind::kSupport) {
     return edge.body < supports_.size() && edge.part < kEdgesOfSupport;

@@ -70,6 +70,7 @@ struct Weighting {
 class FeatureSystem {
  public:
   explicit FeatureSystem(const RackModel& model);
+  void reserve(std::size_t edges, std::size_t samples, std::size_t points);
 
   /// Takes over what can be used of the problem's features; the spans must stay valid.
   void prepare(const geometry::Camera& camera, const PoseProblem& problem,

@@ -92,4 +92,8 @@ void PoseBelief::shift_along(double y) {
   pose_ = geometry::SE3(pose_.rotation(), pose_.translation() + y * Eigen::Vector3d::UnitY());
 }
 
+void PoseBelief::shift(const geometry::Vector6d& difference) {
+  pose_ = moved_pose(pose_, difference);
+}
+
 }  // namespace pipescout::rack_vision

@@ -33,6 +33,8 @@ class PoseBelief {
   [[nodiscard]] const geometry::Vector6d& velocity() const noexcept { return velocity_; }
   /// Another place along y, of the same uncertainty.
   void shift_along(double y);
+  /// Another pose, as by `moved_pose`, of the same uncertainty and speed.
+  void shift(const geometry::Vector6d& difference);
 
  private:
   geometry::SE3 pose_;

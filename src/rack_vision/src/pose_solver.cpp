@@ -75,6 +75,9 @@ class PoseSolver::Implementation {
                 covariance_factor(final_kernel(), final_width(), 2)};
   }
 
+  void reserve(std::size_t edges, std::size_t samples, std::size_t points) {
+    features_.reserve(edges, samples, points);
+  }
   void solve(const geometry::Camera& camera, const PoseProblem& problem, PoseSolution& solution);
 
   [[nodiscard]] const PoseSolverParameters& parameters() const noexcept { return parameters_; }
@@ -311,6 +314,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   solution.T_camera_rack = problem.T_camera_rack;
   solution.offsets = problem.offsets;
   solution.intrinsics = problem.intrinsics;
+  solution.pose_by_intrinsics.setZero();
   solution.covariance.setZero();
   solution.covariance.diagonal().head<3>().setConstant(parameters_.largest_position_deviation *
                                                        parameters_.largest_position_deviation);
@@ -355,6 +359,10 @@ PoseSolver::PoseSolver(const RackModel& model, const PoseSolverParameters& param
 PoseSolver::~PoseSolver() = default;
 PoseSolver::PoseSolver(PoseSolver&&) noexcept = default;
 PoseSolver& PoseSolver::operator=(PoseSolver&&) noexcept = default;
+
+void PoseSolver::reserve(std::size_t edges, std::size_t samples, std::size_t points) {
+  implementation_->reserve(edges, samples, points);
+}
 
 void PoseSolver::solve(const geometry::Camera& camera, const PoseProblem& problem,
                        PoseSolution& solution) {

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "image_check.hpp"
+#include "intrinsics_memory.hpp"
+#include "offset_memory.hpp"
 #include "parameter_range.hpp"
 #include "pose_belief.hpp"
 #include "track_step.hpp"
@@ -15,7 +17,6 @@ namespace pipescout::rack_vision {
 namespace {
 
 using geometry::Matrix6d;
-using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
@@ -23,31 +24,17 @@ constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
-constexpr double kAlikeImages = 60;
-constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 // What alike errors of successive images add, measured: the first images after a start are most
 // alike.
 constexpr double kCovarianceFactor = 2.5;
 constexpr double kCovarianceFactorAtStart = 8;
 constexpr double kImagesUntilUnlike = 50;
-constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&
          (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <=
              1e-6 * matrix.cwiseAbs().maxCoeff() &&
          matrix.llt().info() == Eigen::Success;
-}
-
-OffsetBelief offsets_of_model(const RackModel& model, const RackTrackerParameters& parameters) {
-  OffsetBelief offsets;
-  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
-    if (model.pipes[i].movable && parameters.estimate_offsets) {
-      const auto pipe = static_cast<Eigen::Index>(i);
-      offsets.covariance(pipe, pipe) = parameters.offset_sigma * parameters.offset_sigma;
-    }
-  }
-  return offsets;
 }
 
 }  // namespace
@@ -62,6 +49,8 @@ void RackTrackerParameters::validate() const {
   internal::check_within("edge_bias_sigma", edge_bias_sigma, 0, 20);
   internal::check_above("point_sigma", point_sigma, 0, 10);
   internal::check_above("offset_sigma", offset_sigma, 0, 1);
+  internal::check_above("focal_sigma", focal_sigma, 0, 1000);
+  internal::check_above("centre_sigma", centre_sigma, 0, 1000);
   internal::check_above("longest_gap", longest_gap, 0, 60);
   internal::check_within("lost_below", lost_below, 0, 1);
   internal::check_above("start_range_m", start_range_m, 0, 1);
@@ -94,7 +83,8 @@ class RackTracker::Implementation {
         camera_(camera),
         parameters_(parameters),
         step_(model, camera, parameters),
-        offsets_(offsets_of_model(model, parameters)) {}
+        offsets_(model, parameters.estimate_offsets ? parameters.offset_sigma : 0),
+        intrinsics_(camera, parameters.focal_sigma, parameters.centre_sigma) {}
 
   bool set_pose(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
     if (!T_rack_camera.matrix().allFinite() || !is_covariance(covariance)) {
@@ -129,7 +119,8 @@ class RackTracker::Implementation {
       return result;
     }
     const PoseBelief last = pose_;
-    grow_offsets(dt);
+    offsets_.predict(dt);
+    intrinsics_.predict(dt);
     const bool measured = predict(dt, motion);
     find(image);
     if (measured && !borne_out()) {
@@ -150,7 +141,9 @@ class RackTracker::Implementation {
 
   void reset() {
     step_.forget();
-    offsets_ = offsets_of_model(model_, parameters_);
+    offsets_.reset();
+    intrinsics_.reset();
+    step_.set_camera(camera_);
     state_ = TrackStatus::kNotStarted;
     starting_ = false;
     last_stamp_.reset();
@@ -214,15 +207,6 @@ class RackTracker::Implementation {
     return true;
   }
 
-  void grow_offsets(double dt) {
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      const auto pipe = static_cast<Eigen::Index>(i);
-      if (offsets_.covariance(pipe, pipe) > 0) {
-        offsets_.covariance(pipe, pipe) += kOffsetDrift * kOffsetDrift * dt;
-      }
-    }
-  }
-
   /// Returns whether the motion was used.
   bool predict(double dt, const std::optional<MotionPrediction>& motion) {
     if (dt <= 0) {
@@ -239,7 +223,7 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_};
+    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief()};
     if (starting_) {
       step_.find_from_far(image, before, outcome_);
     } else {
@@ -276,64 +260,37 @@ class RackTracker::Implementation {
     pose_.shift_along(outcome_.shift_along);
     pose_.update(outcome_.belief.T_rack_camera, outcome_.belief.covariance);
     anchor_variance_ = outcome_.belief.anchor_variance;
-    learn_offsets();
+    offsets_.learn(outcome_.belief.offsets);
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
     ++images_since_start_;
     coasted_ = 0;
+    if (parameters_.estimate_intrinsics) {
+      learn_intrinsics();
+    }
     step_.learn(image, outcome_);
+    improve_camera();
     fill(result);
     result.quality = quality();
   }
 
-  /// Takes over the offsets of this image. Errors of successive images are alike (shading and paint
-  /// stay where they are): each counts for one in kAlikeImages of what it says.
-  void learn_offsets() {
-    OffsetVector step = OffsetVector::Zero();
-    OffsetMatrix information = OffsetMatrix::Zero();
-    OffsetMatrix prior = OffsetMatrix::Identity();
-    OffsetMatrix posterior = OffsetMatrix::Identity();
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      if (offsets_.covariance(row, row) <= 0) {
-        continue;
-      }
-      step(row) = outcome_.belief.offsets.mean[i] - offsets_.mean[i];
-      for (std::size_t j = 0; j < model_.pipes.size(); ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
-        if (offsets_.covariance(column, column) > 0) {
-          prior(row, column) = offsets_.covariance(row, column);
-          posterior(row, column) = outcome_.belief.offsets.covariance(row, column);
-        }
-      }
-    }
-    prior = prior.llt().solve(OffsetMatrix::Identity()).eval();
-    posterior = posterior.llt().solve(OffsetMatrix::Identity()).eval();
-    information = prior + (posterior - prior) / kAlikeImages;
-    const OffsetMatrix covariance = information.llt().solve(OffsetMatrix::Identity());
-    const OffsetVector moved = covariance * (posterior * step) / kAlikeImages;
-    if (!covariance.allFinite() || !moved.allFinite()) {
+  /// Before the step learns: its working memory holds the image's edges.
+  void learn_intrinsics() {
+    const auto found = step_.find_intrinsics(intrinsics_.belief(), offsets_.belief(), outcome_);
+    if (!found) {
       return;
     }
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      if (offsets_.covariance(row, row) <= 0) {
-        continue;
-      }
-      offsets_.mean[i] += moved(row);
-      for (std::size_t j = 0; j < model_.pipes.size(); ++j) {
-        const auto column = static_cast<Eigen::Index>(j);
-        if (offsets_.covariance(column, column) > 0 && j != i) {
-          offsets_.covariance(row, column) = covariance(row, column);
-        }
-      }
-    }
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      if (offsets_.covariance(row, row) > 0) {
-        offsets_.covariance(row, row) = std::max(covariance(row, row), kOffsetFloor * kOffsetFloor);
-      }
+    intrinsics_.learn(found->belief);
+    pose_by_intrinsics_ = found->pose_by_intrinsics;
+  }
+
+  /// After all that was found through the camera as it was.
+  void improve_camera() {
+    const Eigen::Vector3d before = intrinsics_.in_use();
+    if (const std::optional<geometry::Camera> camera = intrinsics_.improved()) {
+      step_.set_camera(*camera);
+      pose_.shift(pose_by_intrinsics_ * (intrinsics_.in_use() - before));
     }
   }
 
@@ -349,14 +306,18 @@ class RackTracker::Implementation {
   RackTrackerResult blank() {
     RackTrackerResult result;
     result.status = state_;
-    result.offsets = std::span(offsets_.mean).first(model_.pipes.size());
+    const OffsetBelief& offsets = offsets_.belief();
+    result.offsets = std::span(offsets.mean).first(model_.pipes.size());
     for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
       const auto pipe = static_cast<Eigen::Index>(i);
-      offset_variances_[i] = offsets_.covariance(pipe, pipe);
+      offset_variances_[i] = offsets.covariance(pipe, pipe);
       offset_observed_[i] = outcome_.offset_observed[i] ? 1 : 0;
     }
     result.offset_variances = std::span(offset_variances_).first(model_.pipes.size());
     result.offset_observed = std::span(offset_observed_).first(model_.pipes.size());
+    if (parameters_.estimate_intrinsics) {
+      result.intrinsics = intrinsics_.belief();
+    }
     result.map_points = static_cast<int>(step_.map_points());
     return result;
   }
@@ -369,6 +330,10 @@ class RackTracker::Implementation {
                                  std::exp(-images_since_start_ / kImagesUntilUnlike)) *
         pose_.covariance();
     result.covariance(1, 1) += anchor_variance_;
+    if (parameters_.estimate_intrinsics) {
+      result.covariance +=
+          pose_by_intrinsics_ * intrinsics_.belief().covariance * pose_by_intrinsics_.transpose();
+    }
     result.inlier_share = outcome_.inlier_share;
     result.edges = outcome_.evidence.edges;
     result.edge_samples = outcome_.evidence.edge_samples;
@@ -393,7 +358,10 @@ class RackTracker::Implementation {
   std::string_view lost_reason_;
   PoseBelief pose_;
   double anchor_variance_ = 0;
-  OffsetBelief offsets_;
+  OffsetMemory offsets_;
+  IntrinsicsMemory intrinsics_;
+  /// How the pose that fits moves with the intrinsics, as the last image had it.
+  Eigen::Matrix<double, 6, 3> pose_by_intrinsics_ = Eigen::Matrix<double, 6, 3>::Zero();
   std::optional<double> last_stamp_;
   std::optional<double> leapt_stamp_;
   std::optional<std::uint64_t> fingerprint_;

@@ -131,6 +131,10 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
   if (layout.intrinsics >= 0) {
     const Eigen::Matrix3d block = covariance.block<3, 3>(layout.intrinsics, layout.intrinsics);
     solution.intrinsics = {state.intrinsics, 0.5 * (block + block.transpose())};
+    const Eigen::Matrix<double, kPoseUnknowns, kIntrinsicUnknowns> shared =
+        covariance.block<kPoseUnknowns, kIntrinsicUnknowns>(0, layout.intrinsics);
+    solution.pose_by_intrinsics =
+        solution.intrinsics->covariance.ldlt().solve(shared.transpose()).transpose();
   }
 }
 

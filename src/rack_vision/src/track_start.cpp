@@ -85,17 +85,16 @@ void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation
 TrackStep::Start TrackStep::narrowed(const ImageView& image, const TrackBelief& around,
                                      const SE3& T_rack_camera, Matrix6d covariance) {
   Start start{T_rack_camera, 0};
-  std::vector<AlignmentPeak> best;
   for (const double step : kNextSteps) {
     render(start.T_rack_camera, around.offsets);
     gather_contours(start.T_rack_camera, std::sqrt(covariance(kY, kY)), kFarthest);
-    alignment_.search(image, contours_, covariance, step, kDistinct, 1, best);
-    if (best.empty()) {
+    alignment_.search(image, contours_, covariance, step, kDistinct, 1, narrowed_);
+    if (narrowed_.empty()) {
       break;
     }
     covariance = AlignmentSearch::remaining(contours_, covariance, 2 * step);
-    start.T_rack_camera = moved_pose(start.T_rack_camera, best.front().motion);
-    start.score = best.front().score;
+    start.T_rack_camera = moved_pose(start.T_rack_camera, narrowed_.front().motion);
+    start.score = narrowed_.front().score;
   }
   return start;
 }

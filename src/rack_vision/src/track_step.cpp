@@ -19,19 +19,16 @@ constexpr double kLargestRange = 40.0;    // px
 constexpr double kSupportBias = 0.2;      // px: corners of beams are not sharp
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
 constexpr double kBiasPerSigma = 1.5;     // shared by an edge, as a multiple of what the fits say
-constexpr double kInlierGate = 1.25;      // px: an edge or point this near is where the pose has it
 constexpr double kWideRange = 16.0;       // px
 constexpr double kFreeAlong = 0.5;        // m: "not known" along y
-constexpr double kSupportsSay = 0.02;     // m: y from supports is used when better than this
-constexpr double kAnchorFloor = 0.0015;   // m: what supports leave of the error along y
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
 constexpr std::size_t kPointsForAlong = 8;
-constexpr std::size_t kFewestPoints = 5;
-constexpr int kEnoughProven = 10;  // points
-constexpr double kDoubtInFar = 4;  // times the variance that a wide search states
-constexpr int kJudgedSamples = 5;
+constexpr int kEnoughProven = 10;   // points
+constexpr double kDoubtInFar = 4;   // times the variance that a wide search states
 constexpr double kStartBias = 0.6;  // px
+constexpr std::size_t kPiecesPerEdge = 2;
+constexpr std::size_t kEdgesInView = 9;  // of the twelve of a support
 constexpr int kY = 1;
 
 PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) {
@@ -67,13 +64,6 @@ TextureMapParameters map_parameters(const RackTrackerParameters& parameters) {
   return map;
 }
 
-/// Distance of an ideal pixel from the line on which an edge is seen.
-double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
-  const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
-  const Eigen::Vector2d from = pixel - edge.image_start;
-  return along.x() * from.y() - along.y() * from.x();
-}
-
 /// After a wide search a few points that agree are not enough.
 bool borne_out_by_texture(const StepOutcome& outcome) {
   return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
@@ -88,16 +78,6 @@ const EdgeCandidate& nearest(const SearchedSample& sample) {
       candidates, {}, [](const EdgeCandidate& candidate) { return std::abs(candidate.distance); });
 }
 
-/// The candidate of a sample that lies on the line on which the edge is seen, if one does.
-const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& edge) {
-  const auto candidates =
-      std::span(sample.candidates).first(static_cast<std::size_t>(sample.count));
-  const auto found = std::ranges::find_if(candidates, [&edge](const EdgeCandidate& candidate) {
-    return std::abs(distance_from(edge, candidate.pixel)) < kInlierGate;
-  });
-  return found == candidates.end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
@@ -110,7 +90,39 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       map_(model, camera, map_parameters(parameters)),
       solver_(model, solver_parameters(parameters)),
       start_solver_(model, start_solver_parameters(parameters)),
-      alignment_(camera) {}
+      alignment_(camera) {
+  reserve();
+}
+
+void TrackStep::reserve() {
+  // More pieces than are ever in view allocate, and that is all.
+  constexpr std::size_t kMostPieces = 300;
+  std::size_t pieces = 0;
+  for (const Pipe& pipe : model_.pipes) {
+    pieces += 2 * kPiecesPerEdge * pipe.radii.size();
+  }
+  pieces = std::min(kMostPieces, pieces + kPiecesPerEdge * kEdgesInView * model_.supports.size());
+  const std::size_t samples = pieces * static_cast<std::size_t>(parameters_.samples_per_edge);
+  const auto points = static_cast<std::size_t>(parameters_.points_per_frame);
+  edges_.reserve(pieces);
+  normals_.reserve(pieces);
+  searched_.reserve(pieces);
+  contours_.reserve(pieces);
+  samples_.reserve(samples);
+  features_.reserve(samples);
+  matches_.reserve(points);
+  points_.reserve(points);
+  solver_.reserve(pieces, samples, points);
+  start_solver_.reserve(pieces, samples, points);
+  solution_.edges.reserve(pieces);
+}
+
+void TrackStep::set_camera(const geometry::Camera& camera) {
+  camera_ = camera;
+  edge_search_.set_camera(camera);
+  map_.set_camera(camera);
+  alignment_.set_camera(camera);
+}
 
 UncertainView TrackStep::view(const TrackBelief& belief) const {
   return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
@@ -224,27 +236,6 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
          solution_.status == PoseStatus::kNotConverged;
 }
 
-void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
-  const double said = solution_.covariance(kY, kY);
-  const double believed = belief.anchor_variance + belief.covariance(kY, kY);
-  const double reached = said + kAnchorFloor * kAnchorFloor;
-  if (said > kSupportsSay * kSupportsSay || believed < 4 * reached ||
-      belief.covariance(kY, kY) > belief.anchor_variance) {
-    return;  // not better than what is known, or what is wrong is the prediction, not the map
-  }
-  const double shift =
-      solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
-  if (shift * shift > 9 * (believed + said)) {
-    return;  // those are the edges of another support
-  }
-  outcome.shift_along = shift;
-  belief.T_rack_camera = geometry::SE3(
-      belief.T_rack_camera.rotation(),
-      belief.T_rack_camera.translation() + outcome.shift_along * Eigen::Vector3d::UnitY());
-  belief.anchor_variance = reached;
-  map_.shift_seen(outcome.shift_along, reached);
-}
-
 void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
                              TrackBelief& guess) {
   surface_.update(model_, std::span(guess.offsets.mean).first(model_.pipes.size()));
@@ -257,69 +248,6 @@ void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
     guess.covariance = solution_.covariance;
   }
   map_.match(image, view(guess), kFirstPoints, matches_.size(), matches_);
-}
-
-const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
-  const auto found = std::ranges::find(edges_, id, &VisibleEdge::id);
-  return found == edges_.end() ? nullptr : &*found;
-}
-
-bool TrackStep::agrees(const PointObservation& point, const CameraView& seen,
-                       const OffsetBelief& offsets) const {
-  const double offset = point.pipe == PointObservation::kOnNoPipe ? 0.0 : offsets.mean[point.pipe];
-  const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
-  const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
-  return (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate;
-}
-
-bool TrackStep::points_agree() const {
-  const CameraView seen(camera_, solution_.T_camera_rack);
-  const auto agreeing =
-      static_cast<std::size_t>(std::ranges::count_if(points_, [&](const PointObservation& point) {
-        return agrees(point, seen, solution_.offsets);
-      }));
-  return agreeing >= kFewestPoints && 2 * agreeing >= points_.size();
-}
-
-void TrackStep::forget_matches() {
-  for (MatchedPoint& match : matches_) {
-    match.found = false;
-  }
-}
-
-void TrackStep::collect_evidence(StepOutcome& outcome) const {
-  TrackEvidence& evidence = outcome.evidence;
-  evidence = {};
-  evidence.residual_scale = solution_.residual_scale;
-  for (std::size_t first = 0; first < samples_.size();) {
-    const std::uint32_t index = samples_[first].edge;
-    const VisibleEdge* edge = rendered(searched_[index]);
-    int searched = 0;
-    int found = 0;
-    std::size_t i = first;
-    for (; i < samples_.size() && samples_[i].edge == index; ++i) {
-      const SearchedSample& sample = samples_[i];
-      if (edge != nullptr && sample.searched) {
-        ++searched;
-        found += agreeing(sample, *edge) != nullptr ? 1 : 0;
-      }
-    }
-    first = i;
-    evidence.edge_samples += searched;
-    evidence.edge_samples_found += found;
-    evidence.edges += searched >= kJudgedSamples ? 1 : 0;
-  }
-  const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
-  // points_ holds those of matches_ that were found, in their order.
-  std::size_t next = 0;
-  for (const MatchedPoint& match : matches_) {
-    const bool agreeing = match.found && next < points_.size() &&
-                          agrees(points_[next++], seen, outcome.belief.offsets);
-    ++evidence.points;
-    evidence.points_matched += agreeing ? 1 : 0;
-    evidence.proven_points += match.proven ? 1 : 0;
-    evidence.proven_matched += match.proven && agreeing ? 1 : 0;
-  }
 }
 
 bool TrackStep::is_wide(const TrackBelief& belief) const {
@@ -446,27 +374,6 @@ void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.edge_samples = static_cast<int>(samples_.size());
   render(outcome.belief.T_rack_camera, outcome.belief.offsets);
   collect_evidence(outcome);
-}
-
-void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
-  for (const SearchedSample& sample : samples_) {
-    const EdgeId& id = searched_[sample.edge];
-    const VisibleEdge* edge = rendered(id);
-    const EdgeCandidate* candidate = edge == nullptr ? nullptr : agreeing(sample, *edge);
-    if (candidate != nullptr) {
-      edge_memory_.learn(id, candidate->contrast);
-    }
-  }
-  const UncertainView now = view(outcome.belief);
-  map_.learn(now, matches_, 2 * kInlierGate);
-  matches_.clear();
-  surface_.update(model_, now.offsets);
-  map_.grow(image, now, surface_);
-}
-
-void TrackStep::forget() {
-  edge_memory_.clear();
-  map_.clear();
 }
 
 }  // namespace pipescout::rack_vision

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "alignment_search.hpp"
@@ -58,10 +59,22 @@ class TrackStep {
   /// Takes over what the last image taught: call it when its outcome is trusted.
   void learn(const ImageView& image, const StepOutcome& outcome);
   void forget();
+  /// What the edges of the last image, whose outcome this is, say of the intrinsics: not the
+  /// texture, which was mapped through the camera that is in doubt. Nothing when they say nothing.
+  struct Intrinsics {
+    IntrinsicsBelief belief;  ///< after the image
+    Eigen::Matrix<double, 6, 3> pose_by_intrinsics;
+  };
+  [[nodiscard]] std::optional<Intrinsics> find_intrinsics(const IntrinsicsBelief& before,
+                                                          const OffsetBelief& offsets,
+                                                          const StepOutcome& outcome);
+  /// A camera of the same size, from the next image on.
+  void set_camera(const geometry::Camera& camera);
 
   [[nodiscard]] std::size_t map_points() const noexcept { return map_.size(); }
 
  private:
+  void reserve();
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
               double along_variance);
@@ -139,7 +152,7 @@ class TrackStep {
   int skipped_ = 0;  ///< edges not searched, for not knowing y
   AlignmentSearch alignment_;
   std::vector<AlignmentContour> contours_;
-  std::vector<AlignmentPeak> peaks_;
+  std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<Start> starts_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

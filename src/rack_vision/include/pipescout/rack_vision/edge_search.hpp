@@ -95,6 +95,9 @@ class EdgeSearch {
   EdgeSearch(EdgeSearch&&) noexcept;
   EdgeSearch& operator=(EdgeSearch&&) noexcept;
 
+  /// Another camera of the same size, from now on.
+  void set_camera(const geometry::Camera& camera) { camera_ = camera; }
+
   /// Appends the samples of one visible edge. `range`: px to either side of it, cut to
   /// kLongestSearch. Samples whose normal leaves the image are searched as far as they go.
   void search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,

@@ -170,6 +170,8 @@ struct PoseSolution {
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
   std::optional<IntrinsicsBelief> intrinsics{};
+  /// When they are estimated: how the pose that fits moves with them, form as above, m/px, rad/px.
+  Eigen::Matrix<double, 6, 3> pose_by_intrinsics = Eigen::Matrix<double, 6, 3>::Zero();
 
   std::vector<EdgeSupport> edges;  ///< in the order of the samples
   std::size_t samples = 0;         ///< edge samples that could be used
@@ -191,6 +193,9 @@ class PoseSolver {
   ~PoseSolver();
   PoseSolver(PoseSolver&&) noexcept;
   PoseSolver& operator=(PoseSolver&&) noexcept;
+
+  /// Makes room: problems with up to so many edges, samples and points allocate nothing.
+  void reserve(std::size_t edges, std::size_t samples, std::size_t points);
 
   /// Never throws for what the problem is.
   void solve(const geometry::Camera& camera, const PoseProblem& problem, PoseSolution& solution);

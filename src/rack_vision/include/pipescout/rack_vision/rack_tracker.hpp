@@ -11,6 +11,7 @@
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/image_view.hpp"
+#include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 
 /// The tracker of Lippiello and Cacace (section III and Figure 4) on real images: predict, render
@@ -33,6 +34,13 @@ struct RackTrackerParameters {
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
   double offset_sigma = 0.005;   ///< m, > 0: how well the model's pipe offsets are known at start
+
+  /// Estimate the focal length and the centre of the camera on line, as the paper's section III
+  /// allows. Worth it for cameras that are known badly: what the images say of them, tilted views
+  /// and edges at different depths, takes a minute to add up.
+  bool estimate_intrinsics = false;
+  double focal_sigma = 5;   ///< px, > 0: how well the calibration knows the focal length
+  double centre_sigma = 5;  ///< px, > 0: and each coordinate of the centre
 
   double longest_gap = 0.5;      ///< s, > 0: a leap of the stamps beyond it ends the track
   double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1
@@ -69,13 +77,17 @@ struct RackTrackerResult {
 
   geometry::SE3 T_rack_camera;  ///< meaningful for kTracking and kCoasting
   /// As geometry_msgs/PoseWithCovariance: position of the camera along the rack's axes, then
-  /// rotation about the rack's fixed axes, R' = exp(theta) R; m and rad.
+  /// rotation about the rack's fixed axes, R' = exp(theta) R; m and rad. With what the intrinsics
+  /// leave open, when they are estimated.
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
 
   /// One entry per pipe, valid until the next call of the tracker; see PipeOffsets.
   std::span<const double> offsets;
   std::span<const double> offset_variances;       ///< m^2
   std::span<const std::uint8_t> offset_observed;  ///< 1: seen well enough in this image
+
+  /// When they are estimated: what is believed of them now, whatever the status.
+  std::optional<IntrinsicsBelief> intrinsics{};
 
   double inlier_share = 0;  ///< of edge samples and points used
   int edges = 0;            ///< contour pieces in view
@@ -118,7 +130,7 @@ class RackTracker {
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 
-  /// Forgets pose, offsets and map.
+  /// Forgets pose, offsets, intrinsics and map.
   void reset();
 
   [[nodiscard]] const RackTrackerCounts& counts() const noexcept;

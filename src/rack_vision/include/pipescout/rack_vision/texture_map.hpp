@@ -92,6 +92,9 @@ class TextureMap {
   /// Moves the points that were seen in the last image along y, and anchors them at least as well.
   void shift_seen(double along, double anchor_variance);
 
+  /// A better calibration of the same camera, from now on: points stay where they are.
+  void set_camera(const geometry::Camera& camera) { camera_ = camera; }
+
   [[nodiscard]] std::size_t size() const noexcept { return points_.size(); }
   void clear() noexcept;
 

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an image says for or against the pose that was found in it, and what it teaches.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "track_step.hpp"
+
+namespace pipescout::rack_vision {
+namespace {
+
+constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
+constexpr std::size_t kFewestPoints = 5;
+constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
+constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
+constexpr int kY = 1;
+constexpr int kJudgedSamples = 5;
+
+/// Distance of an ideal pixel from the line on which an edge is seen.
+double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
+  const Eigen::Vector2d from = pixel - edge.image_start;
+  return along.x() * from.y() - along.y() * from.x();
+}
+
+/// The candidate of a sample that lies on the line on which the edge is seen, if one does.
+const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& edge) {
+  const auto candidates =
+      std::span(sample.candidates).first(static_cast<std::size_t>(sample.count));
+  const auto found = std::ranges::find_if(candidates, [&edge](const EdgeCandidate& candidate) {
+    return std::abs(distance_from(edge, candidate.pixel)) < kInlierGate;
+  });
+  return found == candidates.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
+  const auto found = std::ranges::find(edges_, id, &VisibleEdge::id);
+  return found == edges_.end() ? nullptr : &*found;
+}
+
+bool TrackStep::agrees(const PointObservation& point, const CameraView& seen,
+                       const OffsetBelief& offsets) const {
+  const double offset = point.pipe == PointObservation::kOnNoPipe ? 0.0 : offsets.mean[point.pipe];
+  const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
+  return (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate;
+}
+
+bool TrackStep::points_agree() const {
+  const CameraView seen(camera_, solution_.T_camera_rack);
+  const auto agreeing =
+      static_cast<std::size_t>(std::ranges::count_if(points_, [&](const PointObservation& point) {
+        return agrees(point, seen, solution_.offsets);
+      }));
+  return agreeing >= kFewestPoints && 2 * agreeing >= points_.size();
+}
+
+void TrackStep::forget_matches() {
+  for (MatchedPoint& match : matches_) {
+    match.found = false;
+  }
+}
+
+void TrackStep::collect_evidence(StepOutcome& outcome) const {
+  TrackEvidence& evidence = outcome.evidence;
+  evidence = {};
+  evidence.residual_scale = solution_.residual_scale;
+  for (std::size_t first = 0; first < samples_.size();) {
+    const std::uint32_t index = samples_[first].edge;
+    const VisibleEdge* edge = rendered(searched_[index]);
+    int searched = 0;
+    int found = 0;
+    std::size_t i = first;
+    for (; i < samples_.size() && samples_[i].edge == index; ++i) {
+      const SearchedSample& sample = samples_[i];
+      if (edge != nullptr && sample.searched) {
+        ++searched;
+        found += agreeing(sample, *edge) != nullptr ? 1 : 0;
+      }
+    }
+    first = i;
+    evidence.edge_samples += searched;
+    evidence.edge_samples_found += found;
+    evidence.edges += searched >= kJudgedSamples ? 1 : 0;
+  }
+  const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
+  // points_ holds those of matches_ that were found, in their order.
+  std::size_t next = 0;
+  for (const MatchedPoint& match : matches_) {
+    const bool agreeing = match.found && next < points_.size() &&
+                          agrees(points_[next++], seen, outcome.belief.offsets);
+    ++evidence.points;
+    evidence.points_matched += agreeing ? 1 : 0;
+    evidence.proven_points += match.proven ? 1 : 0;
+    evidence.proven_matched += match.proven && agreeing ? 1 : 0;
+  }
+}
+
+void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
+  const double said = solution_.covariance(kY, kY);
+  const double believed = belief.anchor_variance + belief.covariance(kY, kY);
+  const double reached = said + kAnchorFloor * kAnchorFloor;
+  if (said > kSupportsSay * kSupportsSay || believed < 4 * reached ||
+      belief.covariance(kY, kY) > belief.anchor_variance) {
+    return;  // not better than what is known, or what is wrong is the prediction, not the map
+  }
+  const double shift =
+      solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
+  if (shift * shift > 9 * (believed + said)) {
+    return;  // those are the edges of another support
+  }
+  outcome.shift_along = shift;
+  belief.T_rack_camera = geometry::SE3(
+      belief.T_rack_camera.rotation(),
+      belief.T_rack_camera.translation() + outcome.shift_along * Eigen::Vector3d::UnitY());
+  belief.anchor_variance = reached;
+  map_.shift_seen(outcome.shift_along, reached);
+}
+
+std::optional<TrackStep::Intrinsics> TrackStep::find_intrinsics(const IntrinsicsBelief& before,
+                                                                const OffsetBelief& offsets,
+                                                                const StepOutcome& outcome) {
+  PoseProblem problem;
+  problem.T_camera_rack = outcome.belief.T_rack_camera.inverse();
+  problem.edges = features_;
+  problem.offsets = offsets;
+  problem.intrinsics = before;
+  // No prior of the pose: that was found through the camera that is in doubt.
+  solver_.solve(camera_, problem, solution_);
+  if (solution_.status != PoseStatus::kOk || !solution_.intrinsics) {
+    return std::nullopt;
+  }
+  return Intrinsics{*solution_.intrinsics, solution_.pose_by_intrinsics};
+}
+
+void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
+  for (const SearchedSample& sample : samples_) {
+    const EdgeId& id = searched_[sample.edge];
+    const VisibleEdge* edge = rendered(id);
+    const EdgeCandidate* candidate = edge == nullptr ? nullptr : agreeing(sample, *edge);
+    if (candidate != nullptr) {
+      edge_memory_.learn(id, candidate->contrast);
+    }
+  }
+  const UncertainView now = view(outcome.belief);
+  map_.learn(now, matches_, 2 * kInlierGate);
+  matches_.clear();
+  surface_.update(model_, now.offsets);
+  map_.grow(image, now, surface_);
+}
+
+void TrackStep::forget() {
+  edge_memory_.clear();
+  map_.clear();
+}
+
+}  // namespace pipescout::rack_vision
