@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_localizer/rack_localizer.hpp"
 
+#include <array>
 #include <cmath>
+#include <iomanip>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -139,6 +142,16 @@ void RackLocalizer::declare_tracker_parameters() {
       "offset_deviation", defaults.offset_sigma,
       {.description = "m, how far a pipe may lie from where the rack file has it",
        .floating_point_range = kPositive});
+  estimate_intrinsics_ = parameters().declare<bool>(
+      "estimate_intrinsics", defaults.estimate_intrinsics,
+      {.description = "estimate the focal length and the centre of the camera on line"});
+  focal_length_deviation_ = parameters().declare<double>(
+      "focal_length_deviation", defaults.focal_sigma,
+      {.description = "px, how well the calibration knows the focal length",
+       .floating_point_range = kPositive});
+  centre_deviation_ = parameters().declare<double>(
+      "centre_deviation", defaults.centre_sigma,
+      {.description = "px, and each coordinate of the centre", .floating_point_range = kPositive});
   acceleration_ = parameters().declare<double>(
       "acceleration", defaults.acceleration_sigma,
       {.description = "m/s^2, how far the camera may leave constant velocity",
@@ -186,6 +199,9 @@ rack_vision::RackLocalizationParameters RackLocalizer::localization_parameters()
   result.tracker.map_capacity = map_capacity_.get();
   result.tracker.estimate_offsets = estimate_offsets_.get();
   result.tracker.offset_sigma = offset_deviation_.get();
+  result.tracker.estimate_intrinsics = estimate_intrinsics_.get();
+  result.tracker.focal_sigma = focal_length_deviation_.get();
+  result.tracker.centre_sigma = centre_deviation_.get();
   result.tracker.acceleration_sigma = acceleration_.get();
   result.tracker.angular_acceleration_sigma = angular_acceleration_.get();
   result.find_first_pose = find_first_pose_.get();
@@ -239,6 +255,7 @@ CallbackReturn RackLocalizer::on_configure() {
   stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   localization_.reset();
   calibration_.reset();
+  intrinsics_.reset();
   start_.reset();
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   last_image_.reset();
@@ -423,6 +440,7 @@ void RackLocalizer::on_image(const Image& message) {
   } else {
     last_image_ = stamp;
   }
+  intrinsics_ = result.intrinsics;
   publish(message, result);
 }
 
@@ -485,6 +503,15 @@ void RackLocalizer::tell_counts() {
   tell("start.image_ambiguous", counts.image_ambiguous);
   tell("start.image_unclear", counts.image_unclear);
   tell("recoveries", counts.recoveries);
+  if (intrinsics_) {
+    static constexpr std::array kNames{"camera.focal_length", "camera.centre_u", "camera.centre_v"};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      std::ostringstream text;
+      text << std::fixed << std::setprecision(2) << intrinsics_->mean(i) << " +- "
+           << std::sqrt(intrinsics_->covariance(i, i)) << " px";
+      diagnostics().set_value(kNames[static_cast<std::size_t>(i)], text.str());
+    }
+  }
 }
 
 }  // namespace pipescout

@@ -79,6 +79,9 @@ class RackLocalizer final : public Component {
   Parameter<int> map_capacity_;
   Parameter<bool> estimate_offsets_;
   Parameter<double> offset_deviation_;
+  Parameter<bool> estimate_intrinsics_;
+  Parameter<double> focal_length_deviation_;
+  Parameter<double> centre_deviation_;
   Parameter<double> acceleration_;
   Parameter<double> angular_acceleration_;
   Parameter<std::vector<double>> camera_position_;
@@ -106,6 +109,7 @@ class RackLocalizer final : public Component {
   GreyImageReader reader_;
   std::optional<OdometryHistory> odometry_;
   std::optional<Time> last_image_;
+  std::optional<rack_vision::IntrinsicsBelief> intrinsics_;  ///< when they are estimated
   rack_vision::TrackStatus last_status_ = rack_vision::TrackStatus::kNotStarted;
   bool image_heard_ = true;
 
