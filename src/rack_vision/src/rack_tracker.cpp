@@ -104,6 +104,7 @@ class RackTracker::Implementation {
 
   void reset() {
     step_.forget();
+    outcome_ = {};
     offsets_.reset();
     intrinsics_.reset();
     step_.set_camera(camera_);

@@ -239,6 +239,7 @@ void TextureMap::shift_seen(double along, double anchor_variance) {
 
 void TextureMap::clear() noexcept {
   points_.clear();
+  std::ranges::fill(occupied_, std::uint8_t{0});
   image_ = 0;
   next_cell_ = 0;
 }

@@ -155,6 +155,7 @@ void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
 void TrackStep::forget() {
   edge_memory_.clear();
   map_.clear();
+  matches_.clear();
 }
 
 }  // namespace pipescout::rack_vision
