@@ -58,10 +58,12 @@ class RackLocalizerTest : public ::testing::Test {
     EXPECT_TRUE(result.success) << result.message;
     return localizer;
   }
-  RackLocalizer& start_near_truth() {
+  RackLocalizer& start_near_truth(std::vector<NamedParameter> parameters = {}) {
     const Eigen::Vector3d p = truth(0).translation();
-    return start({{"start.position", std::vector<double>{p.x() + 0.01, p.y(), p.z() - 0.01}},
-                  {"find_first_pose", false}});
+    parameters.push_back(
+        {"start.position", std::vector<double>{p.x() + 0.01, p.y(), p.z() - 0.01}});
+    parameters.push_back({"find_first_pose", false});
+    return start(parameters);
   }
 
   /// A slow flight along the pipes, looking down.
@@ -134,6 +136,18 @@ TEST_F(RackLocalizerTest, FollowsTheCamera) {
   EXPECT_EQ(states_.back().status(), state_constants::STATUS_TRACKING);
   EXPECT_THAT(states_.back().pipe(), ::testing::ElementsAre("a", "b", "c", "d"));
   EXPECT_GT(states_.back().edge_samples_found(), 50U);
+}
+
+TEST_F(RackLocalizerTest, TellsTheIntrinsicsThatItEstimates) {
+  auto& localizer = start_near_truth({{"estimate_intrinsics", true}});
+  calibrate();
+  fly(0, 30);
+  const auto values = localizer.diagnostics().take().values;
+  for (const char* name : {"camera.focal_length", "camera.centre_u", "camera.centre_v"}) {
+    ASSERT_TRUE(values.contains(name)) << name;
+    EXPECT_THAT(values.at(name), ::testing::MatchesRegex("[0-9]+.[0-9]+ .- [0-9]+.[0-9]+ px"));
+  }
+  EXPECT_NEAR(std::stod(values.at("camera.focal_length")), 630, 10);
 }
 
 TEST_F(RackLocalizerTest, CountsImagesWithoutACalibration) {
