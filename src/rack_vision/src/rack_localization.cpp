@@ -96,6 +96,11 @@ class RackLocalization::Implementation {
     }
     ++counts_.given;
     has_start_ = true;
+    // Where one image does not bear it out, others are tried.
+    last_pose_ = LastPose{T_rack_camera, covariance};
+    velocity_.setZero();
+    measured_.reset();
+    unmeasured_ = 0;
     return true;
   }
 

@@ -119,15 +119,14 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, 
   TrackBelief guess = around;
   guess.T_rack_camera = start.T_rack_camera;
   guess.covariance.setZero();
-  // Pipes are taken to be where they are believed: what a wide search finds may be anything.
-  guess.offsets.covariance.setZero();
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
     search(image, guess, range, along_variance);
-    if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, guess.offsets, false)) {
+    if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, around.offsets, false)) {
       return false;
     }
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
+    guess.offsets.mean = solution_.offsets.mean;
     along_variance = solution_.covariance(kY, kY);
   }
   return true;
@@ -149,7 +148,7 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
     match_points(image, around, guess);
     anchor = map_.observations(matches_, points_);
     if (anchor && !(solve_by(start_solver_, guess, around.covariance, around.T_rack_camera,
-                             OffsetBelief{guess.offsets.mean}, true) &&
+                             around.offsets, true) &&
                     points_agree())) {
       points_.clear();
       forget_matches();

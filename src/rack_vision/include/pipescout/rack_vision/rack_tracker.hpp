@@ -33,7 +33,7 @@ struct RackTrackerParameters {
   double point_sigma = 0.15;  ///< px, > 0: noise of one matched texture point
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
-  double offset_sigma = 0.005;   ///< m, > 0: how well the model's pipe offsets are known at start
+  double offset_sigma = 0.010;   ///< m, > 0: how well the model's pipe offsets are known at start
 
   /// Estimate the focal length and the centre of the camera on line, as the paper's section III
   /// allows. Worth it for cameras that are known badly: what the images say of them, tilted views
