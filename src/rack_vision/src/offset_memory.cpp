@@ -9,7 +9,7 @@ namespace {
 
 using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 
-constexpr double kAlikeImages = 60;
+constexpr double kAlikeImages = 25;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
