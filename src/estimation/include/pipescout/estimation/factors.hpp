@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <variant>
+
+#include "pipescout/estimation/state.hpp"
+
+/// Measurements, and the factors that they become. SI units, radians; times in seconds of any one
+/// clock. Frames as in state.hpp.
+///
+/// A factor is a value of fixed size. Its `evaluate` gives the residual, whitened: of covariance 1
+/// when the measurement is as good as it says; and its derivatives, whitened too. Derivatives that
+/// are given as an argument must be zero and are set where they are not. All are pure.
+namespace pipescout::estimation {
+
+enum class FactorKind : std::uint8_t {
+  kImu,
+  kPrior,
+  kGps,
+  kHeading,
+  kVisualPose,
+  kWeld,
+  kNonHolonomic,
+  kZeroVelocity,
+  kOdometer,
+  kRelativePose,
+};
+inline constexpr std::size_t kFactorKinds = 10;
+
+/// "imu", "prior", "gps", "heading", "visual_pose", "weld", "non_holonomic", "zero_velocity",
+/// "odometer", "relative_pose"; "unknown" for a value that is no enumerator.
+[[nodiscard]] std::string_view to_string(FactorKind kind) noexcept;
+
+/// What is wrong with the numbers of a measurement.
+enum class InputFault : std::uint8_t {
+  kNone,
+  kNotFinite,      ///< a NaN or infinity
+  kBadCovariance,  ///< a standard deviation outside [1e-9, 1e9], or a covariance that is not
+                   ///< symmetric and positive definite
+  kBadInterval,    ///< `to_time` is not after `from_time`
+  kBadDirection,   ///< its norm differs from 1 by more than 1e-6
+};
+
+/// Antenna position. The lever arm is in `GlobalStates`.
+struct GpsMeasurement {
+  double time = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, in the map
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// Angle of the body's x axis about the map's z axis, from the map's x axis.
+struct HeadingMeasurement {
+  double time = 0;
+  double heading = 0;
+  double standard_deviation = 0;
+};
+
+/// Pose of the body in the rack frame.
+struct VisualPoseMeasurement {
+  double time = 0;
+  geometry::SE3 T_rack_body{};
+  /// [translation, in the rack frame; rotation, in the body frame (right)]
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+};
+
+/// A weld of known place passed by. Made by `PipeCentreLine::weld`, or by hand.
+struct WeldMeasurement {
+  double time = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, of the weld in the map
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit, of the pipe there, in the map
+  double along_deviation = 0;                            ///< m, along the pipe
+  double across_deviation = 0;                           ///< m, across it
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();      ///< m, of the weld sensor in the body
+};
+
+/// The body moves along its direction of travel (`GlobalStates::mount_yaw`, `mount_pitch`) only.
+struct NonHolonomicMeasurement {
+  double time = 0;
+  double lateral_deviation = 0;   ///< m/s
+  double vertical_deviation = 0;  ///< m/s
+};
+
+/// The body stands still.
+struct ZeroVelocityMeasurement {
+  double time = 0;
+  double standard_deviation = 0;  ///< m/s, per axis
+};
+
+/// Distance travelled along the direction of travel, forwards positive. The body goes along an arc.
+struct OdometerMeasurement {
+  double from_time = 0;
+  double to_time = 0;
+  double distance = 0;            ///< m, before the scale
+  double standard_deviation = 0;  ///< m
+  double across_deviation = 0;    ///< m, how far the body may slip sideways, and up or down
+};
+
+/// Motion of the body between two times.
+struct RelativePoseMeasurement {
+  double from_time = 0;
+  double to_time = 0;
+  geometry::SE3 T_from_to{};
+  /// [translation; rotation], both in the body frame at `to_time` (right)
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+};
+
+[[nodiscard]] InputFault check(const GpsMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const HeadingMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const VisualPoseMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const WeldMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const NonHolonomicMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const ZeroVelocityMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const OdometerMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const RelativePoseMeasurement& m) noexcept;
+
+/// A factor of `Rows` rows made of a measurement that `check` finds nothing wrong with; this is not
+/// checked. The derived classes differ in `evaluate` alone.
+template <class Measurement, FactorKind Kind, int Rows>
+class MeasuredFactor {
+ public:
+  using MeasurementType = Measurement;
+  static constexpr FactorKind kKind = Kind;
+  static constexpr int kRows = Rows;
+  /// Whether it ties the states at two times, `from_time` and `to_time`.
+  static constexpr bool kRelative =
+      Kind == FactorKind::kOdometer || Kind == FactorKind::kRelativePose;
+  using Residual = Eigen::Matrix<double, Rows, 1>;
+  using Derivatives = Jacobians<Rows>;
+
+  explicit MeasuredFactor(const Measurement& measurement) : measurement_(measurement) {}
+  [[nodiscard]] const Measurement& measurement() const noexcept { return measurement_; }
+
+ protected:
+  Measurement measurement_;
+  /// W with W^T W the inverse of the covariance.
+  Eigen::Matrix<double, Rows, Rows, Eigen::DontAlign> whitening_;
+};
+
+/// W (p + R l - z)
+class GpsFactor : public MeasuredFactor<GpsMeasurement, FactorKind::kGps, 3> {
+ public:
+  explicit GpsFactor(const GpsMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// (atan2(e_y, e_x) - z) / sigma in (-pi, pi] / sigma, e = R [1 0 0]^T. NaN, with its derivatives,
+/// where the body's x axis is within 1e-3 rad of the vertical.
+class HeadingFactor : public MeasuredFactor<HeadingMeasurement, FactorKind::kHeading, 1> {
+ public:
+  explicit HeadingFactor(const HeadingMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// W [R_r^T (p - p_r) - t; log(R_z^T R_r^T R)], with p_r, R_r the pose of the rack.
+class VisualPoseFactor : public MeasuredFactor<VisualPoseMeasurement, FactorKind::kVisualPose, 6> {
+ public:
+  explicit VisualPoseFactor(const VisualPoseMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// W (p + R l - z), with more certainty across the pipe or along it.
+class WeldFactor : public MeasuredFactor<WeldMeasurement, FactorKind::kWeld, 3> {
+ public:
+  explicit WeldFactor(const WeldMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// W (M^T R^T v) without its first row, M = Rz(mount yaw) Ry(mount pitch).
+class NonHolonomicFactor
+    : public MeasuredFactor<NonHolonomicMeasurement, FactorKind::kNonHolonomic, 2> {
+ public:
+  explicit NonHolonomicFactor(const NonHolonomicMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// v / sigma
+class ZeroVelocityFactor
+    : public MeasuredFactor<ZeroVelocityMeasurement, FactorKind::kZeroVelocity, 3> {
+ public:
+  explicit ZeroVelocityFactor(const ZeroVelocityMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// W (M^T (R_i + R_j)^T (p_j - p_i) / 2 - [s d sin(a) / a; 0; 0]), with s the scale, d the distance
+/// and a the angle of R_i^T R_j: exact for an arc of a circle whose axis is across the travel.
+class OdometerFactor : public MeasuredFactor<OdometerMeasurement, FactorKind::kOdometer, 3> {
+ public:
+  explicit OdometerFactor(const OdometerMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
+                                  const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// W [R_z^T (R_i^T (p_j - p_i) - t); log(R_z^T R_i^T R_j)]
+class RelativePoseFactor
+    : public MeasuredFactor<RelativePoseMeasurement, FactorKind::kRelativePose, 6> {
+ public:
+  explicit RelativePoseFactor(const RelativePoseMeasurement& measurement);
+  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
+                                  const GlobalStates& globals,
+                                  Derivatives* derivatives = nullptr) const;
+};
+
+/// What is known of a state beforehand: W local(mean, x).
+class PriorFactor {
+ public:
+  static constexpr FactorKind kKind = FactorKind::kPrior;
+  static constexpr int kRows = kStateSize;
+  using Residual = StateVector;
+
+  /// `covariance` over the tangent space at `mean`. Throws std::invalid_argument when the mean is
+  /// not finite or the covariance is not that of standard deviations in [1e-9, 1e9].
+  PriorFactor(const NavState& mean, const StateMatrix& covariance);
+  [[nodiscard]] Residual evaluate(const NavState& x, Jacobians<kRows>* derivatives = nullptr) const;
+  [[nodiscard]] const NavState& mean() const noexcept { return mean_; }
+
+ private:
+  NavState mean_;
+  StateMatrix whitening_;
+};
+
+/// Any factor that is made of a measurement.
+using AnyFactor =
+    std::variant<GpsFactor, HeadingFactor, VisualPoseFactor, WeldFactor, NonHolonomicFactor,
+                 ZeroVelocityFactor, OdometerFactor, RelativePoseFactor>;
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "pipescout/estimation/state.hpp"
+
+/// Preintegration of an inertial measurement unit on the manifold: Forster, Carlone, Dellaert and
+/// Scaramuzza, "On-Manifold Preintegration for Real-Time Visual-Inertial Odometry", IEEE T-RO
+/// 33(1), 2017. Equation numbers are those of that paper. Two things differ: the biases walk within
+/// the interval and their covariance with the motion is kept, and a specific force is turned by
+/// the rotation half way through its sample, not at its beginning.
+namespace pipescout::estimation {
+
+/// Mean angular rate and specific force over [time, time + duration).
+struct ImuSample {
+  double time = 0;                                           ///< s
+  double duration = 0;                                       ///< s, > 0
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();    ///< rad/s, in the body
+  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< m/s^2, in the body
+};
+
+/// Densities of white noise and of the biases' random walks. The defaults are those of a small
+/// MEMS unit.
+struct ImuNoise {
+  double gyro = 1.7e-4;              ///< rad/s/sqrt(Hz), in [1e-9, 10]
+  double accelerometer = 2e-3;       ///< m/s^2/sqrt(Hz), in [1e-9, 1000]
+  double gyro_bias = 2e-5;           ///< rad/s^2/sqrt(Hz), in [1e-9, 1]
+  double accelerometer_bias = 3e-3;  ///< m/s^3/sqrt(Hz), in [1e-9, 100]
+  double integration = 1e-5;         ///< m/sqrt(s): what sums in place of integrals leave; it
+                                     ///< keeps the covariance of one sample regular. In [1e-9, 1]
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+/// The motion between two times as the IMU saw it, in the body frame of the first: Delta p, R, v of
+/// equation (33), with derivatives by the biases and without a covariance.
+class ImuMotion {
+ public:
+  using BiasJacobian = Eigen::Matrix<double, 9, 6>;
+
+  ImuMotion() = default;  ///< of no duration
+  ImuMotion(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias)
+      : gyro_bias_(gyro_bias), accelerometer_bias_(accelerometer_bias) {}
+
+  /// Not checked: finite values, duration > 0.
+  void integrate(const Eigen::Vector3d& angular_rate, const Eigen::Vector3d& specific_force,
+                 double duration);
+
+  /// The state after the motion from `start`, whose biases it keeps; corrected to first order for
+  /// biases other than those integrated with, equation (44). `derivative`, when given, is that of
+  /// the result by `start`. `gravity` m/s^2, along -z of the map.
+  [[nodiscard]] NavState propagate(const NavState& start, double gravity,
+                                   StateMatrix* derivative = nullptr) const;
+
+  [[nodiscard]] double duration() const noexcept { return duration_; }
+  [[nodiscard]] const Eigen::Vector3d& position() const noexcept { return position_; }
+  [[nodiscard]] const geometry::SO3& rotation() const noexcept { return rotation_; }
+  [[nodiscard]] const Eigen::Vector3d& velocity() const noexcept { return velocity_; }
+  [[nodiscard]] const Eigen::Vector3d& gyro_bias() const noexcept { return gyro_bias_; }
+  [[nodiscard]] const Eigen::Vector3d& accelerometer_bias() const noexcept {
+    return accelerometer_bias_;
+  }
+  /// Of [position; rotation (right); velocity] by [gyro bias; accelerometer bias].
+  [[nodiscard]] const BiasJacobian& bias_jacobian() const noexcept { return bias_jacobian_; }
+
+ private:
+  double duration_ = 0;
+  geometry::SO3 rotation_{};
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accelerometer_bias_ = Eigen::Vector3d::Zero();
+  BiasJacobian bias_jacobian_ = BiasJacobian::Zero();
+};
+
+/// An ImuMotion with the covariance of [position; rotation; velocity; gyro bias; accelerometer
+/// bias] at its end, in the order of a state, given the state at its beginning.
+class ImuPreintegration {
+ public:
+  /// `noise` is not checked.
+  ImuPreintegration() = default;
+  ImuPreintegration(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias)
+      : motion_(gyro_bias, accelerometer_bias) {}
+
+  /// Not checked: finite values, duration > 0, a valid noise.
+  void integrate(const Eigen::Vector3d& angular_rate, const Eigen::Vector3d& specific_force,
+                 double duration, const ImuNoise& noise);
+
+  [[nodiscard]] const ImuMotion& motion() const noexcept { return motion_; }
+  [[nodiscard]] const StateMatrix& covariance() const noexcept { return covariance_; }
+
+ private:
+  ImuMotion motion_;
+  StateMatrix covariance_ = StateMatrix::Zero();
+};
+
+/// The factor between the states at both ends of a preintegration: equation (45), with the
+/// differences of the biases below it, whitened. 15 rows in the order of a state.
+class ImuFactor {
+ public:
+  static constexpr int kRows = kStateSize;
+  using Residual = Eigen::Matrix<double, kRows, 1>;
+
+  /// Throws std::invalid_argument when the covariance is not positive definite (no duration, NaN).
+  ImuFactor(const ImuPreintegration& preintegration, double gravity);
+
+  /// `from` and `to` of the derivatives, when given, are set; `globals` is left alone.
+  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
+                                  Jacobians<kRows>* jacobians = nullptr) const;
+
+  [[nodiscard]] const ImuMotion& motion() const noexcept { return motion_; }
+
+ private:
+  ImuMotion motion_;
+  double gravity_;
+  StateMatrix square_root_information_;  // lower triangular
+};
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "pipescout/geometry/se3.hpp"
+#include "pipescout/geometry/so3.hpp"
+
+/// What is estimated: the motion of one body and what hardly changes about its sensors and its
+/// surroundings. Frames: `map` (z up, gravity along -z), `body` (the IMU's), `rack`. SI units, rad.
+namespace pipescout::estimation {
+
+inline constexpr int kStateSize = 15;
+/// Places of the parts of a state in its tangent space.
+inline constexpr int kPosition = 0;
+inline constexpr int kRotation = 3;
+inline constexpr int kVelocity = 6;
+inline constexpr int kGyroBias = 9;
+inline constexpr int kAccelerometerBias = 12;
+
+inline constexpr int kGlobalSize = 12;
+/// Places of the parts of the global states in their tangent space.
+inline constexpr int kOdometerScale = 0;
+inline constexpr int kMountYaw = 1;
+inline constexpr int kMountPitch = 2;
+inline constexpr int kRackPosition = 3;
+inline constexpr int kRackRotation = 6;
+inline constexpr int kGpsLeverArm = 9;
+
+using StateVector = Eigen::Matrix<double, kStateSize, 1>;
+using StateMatrix = Eigen::Matrix<double, kStateSize, kStateSize>;
+using GlobalVector = Eigen::Matrix<double, kGlobalSize, 1>;
+
+/// The body at one time. Tangent space: [position; rotation; velocity; gyro bias; accelerometer
+/// bias]. Position and velocity are perturbed in the map frame, p' = p + d; the rotation in the
+/// body frame, R' = R exp(d).
+struct NavState {
+  geometry::SO3 R_map_body{};
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();            ///< m, of the body in the map
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();            ///< m/s, in the map
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();           ///< rad/s, measured minus true
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< m/s^2, measured minus true
+
+  /// This state moved by `d`. Throws std::invalid_argument when the rotation in `d` is not finite.
+  [[nodiscard]] NavState retract(const StateVector& d) const;
+  /// The `d` with retract(d) = other.
+  [[nodiscard]] StateVector local(const NavState& other) const noexcept;
+  [[nodiscard]] bool is_finite() const noexcept;
+  [[nodiscard]] geometry::SE3 T_map_body() const { return {R_map_body, position}; }
+};
+
+/// Slow states that all keyframes share. Tangent space: [odometer scale; mount yaw; mount pitch;
+/// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna].
+struct GlobalStates {
+  double odometer_scale = 1;  ///< true distance / that of the fused odometer
+  /// rad, direction of travel in the body, Rz(yaw) Ry(pitch) x
+  double mount_yaw = 0;
+  double mount_pitch = 0;
+  Eigen::Vector3d rack_position = Eigen::Vector3d::Zero();  ///< m, of the rack frame in the map
+  geometry::SO3 R_map_rack{};
+  Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
+
+  /// As those of NavState.
+  [[nodiscard]] GlobalStates retract(const GlobalVector& d) const;
+  [[nodiscard]] GlobalVector local(const GlobalStates& other) const noexcept;
+  [[nodiscard]] bool is_finite() const noexcept;
+};
+
+/// Derivatives of the residual of a factor of N rows. A factor of one time uses `from` alone.
+template <int N>
+struct Jacobians {
+  Eigen::Matrix<double, N, kStateSize> from = Eigen::Matrix<double, N, kStateSize>::Zero();
+  Eigen::Matrix<double, N, kStateSize> to = Eigen::Matrix<double, N, kStateSize>::Zero();
+  Eigen::Matrix<double, N, kGlobalSize> globals = Eigen::Matrix<double, N, kGlobalSize>::Zero();
+};
+
+}  // namespace pipescout::estimation

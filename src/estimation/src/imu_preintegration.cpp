@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation/imu_preintegration.hpp"
+
+#include <Eigen/Cholesky>
+#include <stdexcept>
+
+#include "refuse.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geometry::skew;
+using geometry::SO3;
+
+constexpr int kGyro = 0;  // columns of a BiasJacobian
+constexpr int kAccelerometer = 3;
+
+/// One sample's rotation and velocity, and what they depend on.
+struct SampleMotion {
+  SO3 rotation;
+  Vector3d velocity;            // in the frame at the beginning of the preintegration
+  Matrix3d rotation_by_rate;    // right, of `rotation` by the angular rate
+  Matrix3d velocity_by_before;  // of `velocity` by the rotation before the sample (right)
+  Matrix3d velocity_by_rate;
+  Matrix3d velocity_by_force;
+};
+
+SampleMotion sample_motion(const SO3& before, const Vector3d& rate, const Vector3d& force,
+                           double duration) {
+  const Vector3d half_turn = 0.5 * duration * rate;
+  const SO3 half = SO3::exp(half_turn);
+  const Matrix3d middle = (before * half).matrix();
+  const Matrix3d by_turn = -duration * middle * skew(force);
+  const Vector3d turn = duration * rate;
+  return {.rotation = half * half,
+          .velocity = duration * (middle * force),
+          .rotation_by_rate = duration * SO3::right_jacobian(turn),
+          .velocity_by_before = by_turn * half.matrix().transpose(),
+          .velocity_by_rate = 0.5 * duration * by_turn * SO3::right_jacobian(half_turn),
+          .velocity_by_force = duration * middle};
+}
+
+}  // namespace
+
+void ImuNoise::validate() const {
+  require("imu_noise.gyro", gyro, gyro >= 1e-9 && gyro <= 10, "[1e-9, 10]");
+  require("imu_noise.accelerometer", accelerometer, accelerometer >= 1e-9 && accelerometer <= 1000,
+          "[1e-9, 1000]");
+  require("imu_noise.gyro_bias", gyro_bias, gyro_bias >= 1e-9 && gyro_bias <= 1, "[1e-9, 1]");
+  require("imu_noise.accelerometer_bias", accelerometer_bias,
+          accelerometer_bias >= 1e-9 && accelerometer_bias <= 100, "[1e-9, 100]");
+  require("imu_noise.integration", integration, integration >= 1e-9 && integration <= 1,
+          "[1e-9, 1]");
+}
+
+void ImuMotion::integrate(const Vector3d& angular_rate, const Vector3d& specific_force,
+                          double duration) {
+  const SampleMotion sample = sample_motion(rotation_, angular_rate - gyro_bias_,
+                                            specific_force - accelerometer_bias_, duration);
+  auto by_position = bias_jacobian_.topRows<3>();
+  auto by_rotation = bias_jacobian_.middleRows<3>(3);
+  auto by_velocity = bias_jacobian_.bottomRows<3>();
+
+  Eigen::Matrix<double, 3, 6> velocity_change = sample.velocity_by_before * by_rotation;
+  velocity_change.middleCols<3>(kGyro) -= sample.velocity_by_rate;
+  velocity_change.middleCols<3>(kAccelerometer) -= sample.velocity_by_force;
+  by_position += duration * by_velocity + 0.5 * duration * velocity_change;
+  by_velocity += velocity_change;
+  by_rotation = (sample.rotation.matrix().transpose() * by_rotation).eval();
+  by_rotation.middleCols<3>(kGyro) -= sample.rotation_by_rate;
+
+  position_ += duration * (velocity_ + 0.5 * sample.velocity);
+  velocity_ += sample.velocity;
+  rotation_ = rotation_ * sample.rotation;
+  duration_ += duration;
+}
+
+NavState ImuMotion::propagate(const NavState& start, double gravity,
+                              StateMatrix* derivative) const {
+  Eigen::Matrix<double, 6, 1> bias_change;
+  bias_change << start.gyro_bias - gyro_bias_, start.accelerometer_bias - accelerometer_bias_;
+  const Eigen::Matrix<double, 9, 1> correction = bias_jacobian_ * bias_change;
+  const Vector3d moved = position_ + correction.head<3>();
+  const Vector3d turn = correction.segment<3>(3);
+  const SO3 turned = rotation_ * SO3::exp(turn);
+  const Vector3d gained = velocity_ + correction.tail<3>();
+  const Vector3d fall(0, 0, -gravity * duration_);
+  const Matrix3d r = start.R_map_body.matrix();
+
+  NavState end = start;
+  end.position += duration_ * (start.velocity + 0.5 * fall) + r * moved;
+  end.velocity += fall + r * gained;
+  end.R_map_body = start.R_map_body * turned;
+  if (derivative != nullptr) {
+    auto& d = *derivative;
+    d.setIdentity();
+    d.block<3, 3>(kPosition, kRotation) = -r * skew(moved);
+    d.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(duration_);
+    d.block<3, 6>(kPosition, kGyroBias) = r * bias_jacobian_.topRows<3>();
+    d.block<3, 3>(kRotation, kRotation) = turned.matrix().transpose();
+    d.block<3, 6>(kRotation, kGyroBias) =
+        SO3::right_jacobian(turn) * bias_jacobian_.middleRows<3>(3);
+    d.block<3, 3>(kVelocity, kRotation) = -r * skew(gained);
+    d.block<3, 6>(kVelocity, kGyroBias) = r * bias_jacobian_.bottomRows<3>();
+  }
+  return end;
+}
+
+void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& specific_force,
+                                  double duration, const ImuNoise& noise) {
+  const SampleMotion sample =
+      sample_motion(motion_.rotation(), angular_rate - motion_.gyro_bias(),
+                    specific_force - motion_.accelerometer_bias(), duration);
+  // The transition is the identity but for these rows, by rotation, velocity and biases.
+  Eigen::Matrix<double, 3, 9> of_velocity;  // by rotation, gyro bias, accelerometer bias
+  of_velocity << sample.velocity_by_before, -sample.velocity_by_rate, -sample.velocity_by_force;
+  const Matrix3d of_rotation = sample.rotation.matrix().transpose();
+
+  // F P, then (F P) F^T: the same operation on rows and on columns.
+  const auto transition = [&](auto&& rows) {
+    Eigen::Matrix<double, 3, kStateSize> change =
+        of_velocity.leftCols<3>() * rows.template middleRows<3>(kRotation);
+    change.noalias() += of_velocity.rightCols<6>() * rows.template bottomRows<6>();
+    rows.template middleRows<3>(kPosition) +=
+        duration * rows.template middleRows<3>(kVelocity) + 0.5 * duration * change;
+    rows.template middleRows<3>(kVelocity) += change;
+    rows.template middleRows<3>(kRotation) =
+        (of_rotation * rows.template middleRows<3>(kRotation) -
+         sample.rotation_by_rate * rows.template middleRows<3>(kGyroBias))
+            .eval();
+  };
+  transition(covariance_);
+  covariance_.transposeInPlace();
+  transition(covariance_);
+
+  // Noise of the rate and of the force acts as an error of the biases does during this sample.
+  const double rate_variance = noise.gyro * noise.gyro / duration;
+  const double force_variance = noise.accelerometer * noise.accelerometer / duration;
+  Eigen::Matrix<double, 9, 6> by_noise;
+  by_noise << 0.5 * duration * sample.velocity_by_rate, 0.5 * duration * sample.velocity_by_force,
+      sample.rotation_by_rate, Matrix3d::Zero(), sample.velocity_by_rate, sample.velocity_by_force;
+  covariance_.topLeftCorner<9, 9>().noalias() +=
+      rate_variance * by_noise.leftCols<3>() * by_noise.leftCols<3>().transpose() +
+      force_variance * by_noise.rightCols<3>() * by_noise.rightCols<3>().transpose();
+  covariance_.diagonal().segment<3>(kPosition).array() +=
+      duration * noise.integration * noise.integration;
+  covariance_.diagonal().segment<3>(kGyroBias).array() +=
+      duration * noise.gyro_bias * noise.gyro_bias;
+  covariance_.diagonal().segment<3>(kAccelerometerBias).array() +=
+      duration * noise.accelerometer_bias * noise.accelerometer_bias;
+  motion_.integrate(angular_rate, specific_force, duration);
+}
+
+ImuFactor::ImuFactor(const ImuPreintegration& preintegration, double gravity)
+    : motion_(preintegration.motion()), gravity_(gravity) {
+  const Eigen::LLT<StateMatrix> root(preintegration.covariance());
+  if (root.info() != Eigen::Success || !preintegration.covariance().allFinite()) {
+    throw std::invalid_argument("ImuFactor: the covariance is not positive definite");
+  }
+  square_root_information_ = root.matrixL().solve(StateMatrix::Identity());
+}
+
+ImuFactor::Residual ImuFactor::evaluate(const NavState& from, const NavState& to,
+                                        Jacobians<kRows>* jacobians) const {
+  Eigen::Matrix<double, 6, 1> bias_change;
+  bias_change << from.gyro_bias - motion_.gyro_bias(),
+      from.accelerometer_bias - motion_.accelerometer_bias();
+  const Eigen::Matrix<double, 9, 1> correction = motion_.bias_jacobian() * bias_change;
+  const Vector3d turn = correction.segment<3>(3);
+  const double duration = motion_.duration();
+  const Vector3d fall(0, 0, -gravity_ * duration);
+  const Matrix3d to_body = from.R_map_body.matrix().transpose();
+  const Vector3d moved =
+      to_body * (to.position - from.position - duration * (from.velocity + 0.5 * fall));
+  const Vector3d gained = to_body * (to.velocity - from.velocity - fall);
+  const SO3 between = from.R_map_body.inverse() * to.R_map_body;
+  const Vector3d angle = ((motion_.rotation() * SO3::exp(turn)).inverse() * between).log();
+
+  Residual r;
+  r.segment<3>(kPosition) = moved - motion_.position() - correction.head<3>();
+  r.segment<3>(kRotation) = angle;
+  r.segment<3>(kVelocity) = gained - motion_.velocity() - correction.tail<3>();
+  r.segment<3>(kGyroBias) = to.gyro_bias - from.gyro_bias;
+  r.segment<3>(kAccelerometerBias) = to.accelerometer_bias - from.accelerometer_bias;
+  if (jacobians != nullptr) {
+    auto& i = jacobians->from;
+    auto& j = jacobians->to;
+    const Matrix3d inverse = SO3::right_jacobian_inverse(angle);
+    i.setZero();
+    j.setZero();
+    i.block<3, 3>(kPosition, kPosition) = -to_body;
+    i.block<3, 3>(kPosition, kRotation) = skew(moved);
+    i.block<3, 3>(kPosition, kVelocity) = -duration * to_body;
+    i.block<3, 6>(kPosition, kGyroBias) = -motion_.bias_jacobian().topRows<3>();
+    j.block<3, 3>(kPosition, kPosition) = to_body;
+    i.block<3, 3>(kRotation, kRotation) = -inverse * between.matrix().transpose();
+    i.block<3, 6>(kRotation, kGyroBias) = -inverse * SO3::exp(angle).matrix().transpose() *
+                                          SO3::right_jacobian(turn) *
+                                          motion_.bias_jacobian().middleRows<3>(3);
+    j.block<3, 3>(kRotation, kRotation) = inverse;
+    i.block<3, 3>(kVelocity, kRotation) = skew(gained);
+    i.block<3, 3>(kVelocity, kVelocity) = -to_body;
+    i.block<3, 6>(kVelocity, kGyroBias) = -motion_.bias_jacobian().bottomRows<3>();
+    j.block<3, 3>(kVelocity, kVelocity) = to_body;
+    i.block<6, 6>(kGyroBias, kGyroBias).diagonal().setConstant(-1);
+    j.block<6, 6>(kGyroBias, kGyroBias).diagonal().setConstant(1);
+    i = (square_root_information_ * i).eval();
+    j = (square_root_information_ * j).eval();
+  }
+  return square_root_information_ * r;
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Factors between two times.
+#include <cmath>
+
+#include "direction_of_travel.hpp"
+#include "pipescout/estimation/factors.hpp"
+#include "square_root_information.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geometry::skew;
+using geometry::SO3;
+
+/// sin(a) / a and (d/da of it) / a, a >= 0.
+struct Sinc {
+  double value;
+  double slope;
+};
+
+Sinc sinc(double a) {
+  constexpr double kSmall = 1e-2;  // the next terms are below 1e-12 there
+  if (a < kSmall) {
+    const double q = a * a;
+    return {1 - q / 6 * (1 - q / 20), -1.0 / 3 + q / 30 * (1 - q / 28)};
+  }
+  const double value = std::sin(a) / a;
+  return {value, (std::cos(a) - value) / (a * a)};
+}
+
+}  // namespace
+
+OdometerFactor::OdometerFactor(const OdometerMeasurement& measurement)
+    : MeasuredFactor(measurement) {
+  const double across = 1 / measurement.across_deviation;
+  whitening_ = Vector3d(1 / measurement.standard_deviation, across, across).asDiagonal();
+}
+
+OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const NavState& to,
+                                                  const GlobalStates& globals,
+                                                  Derivatives* derivatives) const {
+  const DirectionOfTravel travel(globals);
+  const Matrix3d to_from = from.R_map_body.matrix().transpose();
+  const Matrix3d to_to = to.R_map_body.matrix().transpose();
+  const Vector3d moved = to.position - from.position;
+  const Vector3d seen_from = to_from * moved;
+  const Vector3d seen_to = to_to * moved;
+  const Vector3d in_body = 0.5 * (seen_from + seen_to);
+  const Vector3d turn = (from.R_map_body.inverse() * to.R_map_body).log();
+  const Sinc bend = sinc(turn.norm());
+  Vector3d r = travel.R_travel_body * in_body;
+  r.x() -= globals.odometer_scale * measurement_.distance * bend.value;
+  if (derivatives != nullptr) {
+    const Matrix3d whitened = whitening_ * travel.R_travel_body;
+    const Matrix3d by_position = 0.5 * whitened * (to_from + to_to);
+    derivatives->from.middleCols<3>(kPosition) = -by_position;
+    derivatives->to.middleCols<3>(kPosition) = by_position;
+    derivatives->from.middleCols<3>(kRotation) = 0.5 * whitened * skew(seen_from);
+    derivatives->to.middleCols<3>(kRotation) = 0.5 * whitened * skew(seen_to);
+    // The angle's gradient is the axis of the turn, at both ends.
+    const Vector3d by_turn =
+        whitening_(0, 0) * globals.odometer_scale * measurement_.distance * bend.slope * turn;
+    derivatives->from.block<1, 3>(0, kRotation) += by_turn.transpose();
+    derivatives->to.block<1, 3>(0, kRotation) -= by_turn.transpose();
+    derivatives->globals(0, kOdometerScale) =
+        -whitening_(0, 0) * measurement_.distance * bend.value;
+    derivatives->globals.col(kMountYaw) = whitening_ * travel.by_yaw * in_body;
+    derivatives->globals.col(kMountPitch) = whitening_ * travel.by_pitch * in_body;
+  }
+  return whitening_ * r;
+}
+
+RelativePoseFactor::RelativePoseFactor(const RelativePoseMeasurement& measurement)
+    : MeasuredFactor(measurement) {
+  whitening_ = whitening_of(measurement.covariance);
+}
+
+RelativePoseFactor::Residual RelativePoseFactor::evaluate(const NavState& from, const NavState& to,
+                                                          const GlobalStates& /*globals*/,
+                                                          Derivatives* derivatives) const {
+  const SO3 R_to_from = measurement_.T_from_to.rotation().inverse();
+  const Vector3d seen = from.R_map_body.inverse() * (to.position - from.position);
+  const SO3 between = from.R_map_body.inverse() * to.R_map_body;
+  const Vector3d angle = (R_to_from * between).log();
+  Residual r;
+  r << R_to_from * (seen - measurement_.T_from_to.translation()), angle;
+  if (derivatives != nullptr) {
+    const Matrix3d inverse = SO3::right_jacobian_inverse(angle);
+    const Eigen::Matrix<double, 6, 3> by_translation =
+        whitening_.leftCols<3>() * R_to_from.matrix();
+    const Eigen::Matrix<double, 6, 3> by_angle = whitening_.rightCols<3>() * inverse;
+    const Eigen::Matrix<double, 6, 3> by_position =
+        by_translation * from.R_map_body.matrix().transpose();
+    derivatives->from.middleCols<3>(kPosition) = -by_position;
+    derivatives->to.middleCols<3>(kPosition) = by_position;
+    derivatives->from.middleCols<3>(kRotation) =
+        by_translation * skew(seen) - by_angle * between.matrix().transpose();
+    derivatives->to.middleCols<3>(kRotation) = by_angle;
+  }
+  return whitening_ * r;
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation/state.hpp"
+
+#include <cmath>
+
+namespace pipescout::estimation {
+
+using geometry::SO3;
+
+NavState NavState::retract(const StateVector& d) const {
+  return {.R_map_body = R_map_body * SO3::exp(d.segment<3>(kRotation)),
+          .position = position + d.segment<3>(kPosition),
+          .velocity = velocity + d.segment<3>(kVelocity),
+          .gyro_bias = gyro_bias + d.segment<3>(kGyroBias),
+          .accelerometer_bias = accelerometer_bias + d.segment<3>(kAccelerometerBias)};
+}
+
+StateVector NavState::local(const NavState& other) const noexcept {
+  StateVector d;
+  d.segment<3>(kPosition) = other.position - position;
+  d.segment<3>(kRotation) = (R_map_body.inverse() * other.R_map_body).log();
+  d.segment<3>(kVelocity) = other.velocity - velocity;
+  d.segment<3>(kGyroBias) = other.gyro_bias - gyro_bias;
+  d.segment<3>(kAccelerometerBias) = other.accelerometer_bias - accelerometer_bias;
+  return d;
+}
+
+bool NavState::is_finite() const noexcept {
+  return R_map_body.quaternion().coeffs().allFinite() && position.allFinite() &&
+         velocity.allFinite() && gyro_bias.allFinite() && accelerometer_bias.allFinite();
+}
+
+GlobalStates GlobalStates::retract(const GlobalVector& d) const {
+  return {.odometer_scale = odometer_scale + d[kOdometerScale],
+          .mount_yaw = mount_yaw + d[kMountYaw],
+          .mount_pitch = mount_pitch + d[kMountPitch],
+          .rack_position = rack_position + d.segment<3>(kRackPosition),
+          .R_map_rack = R_map_rack * SO3::exp(d.segment<3>(kRackRotation)),
+          .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm)};
+}
+
+GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
+  GlobalVector d;
+  d[kOdometerScale] = other.odometer_scale - odometer_scale;
+  d[kMountYaw] = other.mount_yaw - mount_yaw;
+  d[kMountPitch] = other.mount_pitch - mount_pitch;
+  d.segment<3>(kRackPosition) = other.rack_position - rack_position;
+  d.segment<3>(kRackRotation) = (R_map_rack.inverse() * other.R_map_rack).log();
+  d.segment<3>(kGpsLeverArm) = other.gps_lever_arm - gps_lever_arm;
+  return d;
+}
+
+bool GlobalStates::is_finite() const noexcept {
+  return std::isfinite(odometer_scale) && std::isfinite(mount_yaw) && std::isfinite(mount_pitch) &&
+         rack_position.allFinite() && R_map_rack.quaternion().coeffs().allFinite() &&
+         gps_lever_arm.allFinite();
+}
+
+}  // namespace pipescout::estimation
