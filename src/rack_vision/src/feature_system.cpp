@@ -288,6 +288,9 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
   const bool on_pipe = point.pipe != PointObservation::kOnNoPipe;
   Eigen::Vector3d from_eye = point.place - view.centre;
   from_eye.x() += on_pipe ? state.offsets[point.pipe] : 0;
+  if (layout.map_error >= 0) {
+    from_eye += point.place_by_map_error * state.map_error;
+  }
   const Eigen::Vector3d in_camera = view.R_camera_rack * from_eye;
   if (!(in_camera.z() > kSmallestDepth)) {
     return;
@@ -334,6 +337,26 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
     scatter<2>(derivative, information, Eigen::Vector2d(information * residual),
                on_pipe ? layout.offset[point.pipe] : -1, layout, equations.point_information,
                equations.gradient);
+    if (layout.map_error >= 0) {
+      const Eigen::Matrix<double, 2, 6> by_map_error = by_place * point.place_by_map_error;
+      const Eigen::Matrix<double, 2, 6> weighted = information * by_map_error;
+      const int k = layout.map_error;
+      SystemMatrix& system = equations.point_information;
+      system.block<6, 6>(k, k) += by_map_error.transpose() * weighted;
+      equations.gradient.segment<6>(k) += weighted.transpose() * residual;
+      const auto couple = [&](int unknown, const auto& columns) {
+        const auto block = (columns.transpose() * weighted).eval();
+        system.block<decltype(block)::RowsAtCompileTime, 6>(unknown, k) += block;
+        system.block<6, decltype(block)::RowsAtCompileTime>(k, unknown) += block.transpose();
+      };
+      couple(0, derivative.template leftCols<6>());
+      if (on_pipe && layout.offset[point.pipe] >= 0) {
+        couple(layout.offset[point.pipe], derivative.template middleCols<1>(kOffsetColumn));
+      }
+      if constexpr (decltype(derivative)::ColsAtCompileTime == kWithIntrinsics) {
+        couple(layout.intrinsics, derivative.template rightCols<3>());
+      }
+    }
   };
   if (layout.intrinsics >= 0) {
     add(Rows<2, kWithIntrinsics>());

@@ -14,8 +14,9 @@ namespace pipescout::rack_vision {
 
 inline constexpr int kPoseUnknowns = 6;
 inline constexpr int kIntrinsicUnknowns = 3;
+inline constexpr int kMapErrorUnknowns = 6;
 inline constexpr int kMaxUnknowns =
-    kPoseUnknowns + static_cast<int>(kMaxPipes) + kIntrinsicUnknowns;
+    kPoseUnknowns + static_cast<int>(kMaxPipes) + kIntrinsicUnknowns + kMapErrorUnknowns;
 
 using SystemMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
@@ -26,13 +27,15 @@ struct SolverState {
   geometry::SE3 T_camera_rack;
   std::array<double, kMaxPipes> offsets{};
   Eigen::Vector3d intrinsics = Eigen::Vector3d::Zero();  ///< f_c, u_0, v_0
+  geometry::Vector6d map_error = geometry::Vector6d::Zero();
 };
 
-/// Where the unknowns stand: pose [dc; dphi], then offsets, then intrinsics.
+/// Where the unknowns stand: pose [dc; dphi], then offsets, then intrinsics, then the map's error.
 struct UnknownLayout {
   std::array<int, kMaxPipes> offset{};  ///< index of a pipe's offset; -1: it is fixed
   int offset_count = 0;
   int intrinsics = -1;  ///< index of the first; -1: they are fixed
+  int map_error = -1;   ///< index of the first; -1: it is none
   int size = kPoseUnknowns;
 };
 

@@ -3,13 +3,17 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <bitset>
 
 namespace pipescout::rack_vision {
 namespace {
 
 using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 
-constexpr double kAlikeImages = 25;
+constexpr int kJudgedSamples = 10;
+constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
+constexpr double kDoubtedShare = 0.35;
+constexpr int kImagesInDoubt = 25;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
@@ -25,6 +29,7 @@ OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
 
 void OffsetMemory::reset() {
   belief_ = {};
+  images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
       const auto pipe = static_cast<Eigen::Index>(i);
@@ -42,19 +47,55 @@ void OffsetMemory::predict(double dt) {
   }
 }
 
-void OffsetMemory::learn(const OffsetBelief& after) {
+bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
+  const auto row = static_cast<Eigen::Index>(pipe);
+  return belief_.covariance(row, row) > 0;
+}
+
+void OffsetMemory::forget(std::size_t pipe) {
+  const auto row = static_cast<Eigen::Index>(pipe);
+  belief_.mean[pipe] = 0;
+  belief_.covariance.row(row).setZero();
+  belief_.covariance.col(row).setZero();
+  belief_.covariance(row, row) = sigma_ * sigma_;
+}
+
+bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
+  if (support.searched < kJudgedSamples) {
+    return false;
+  }
+  if (support.found < kDoubtedShare * support.searched) {
+    if (++images_in_doubt_[pipe] >= kImagesInDoubt) {
+      images_in_doubt_[pipe] = 0;
+      forget(pipe);
+    }
+    return false;
+  }
+  images_in_doubt_[pipe] = 0;
+  return support.found >= kSupportedShare * support.searched;
+}
+
+void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,
+                         double alike_images) {
   OffsetVector step = OffsetVector::Zero();
   OffsetMatrix prior = OffsetMatrix::Identity();
   OffsetMatrix posterior = OffsetMatrix::Identity();
+  std::bitset<kMaxPipes> seen;
+  for (std::size_t i = 0; i < pipes_; ++i) {
+    seen[i] = may_move(i) && judge(i, support[i]);
+  }
   for (std::size_t i = 0; i < pipes_; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    if (belief_.covariance(row, row) <= 0) {
+    if (!seen[i]) {
       continue;
+    }
+    if (after.covariance(row, row) > belief_.covariance(row, row)) {
+      return;  // what the image says contradicts itself
     }
     step(row) = after.mean[i] - belief_.mean[i];
     for (std::size_t j = 0; j < pipes_; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      if (belief_.covariance(column, column) > 0) {
+      if (seen[j]) {
         prior(row, column) = belief_.covariance(row, column);
         posterior(row, column) = after.covariance(row, column);
       }
@@ -62,30 +103,28 @@ void OffsetMemory::learn(const OffsetBelief& after) {
   }
   prior = prior.llt().solve(OffsetMatrix::Identity()).eval();
   posterior = posterior.llt().solve(OffsetMatrix::Identity()).eval();
-  const OffsetMatrix information = prior + (posterior - prior) / kAlikeImages;
+  const OffsetMatrix information = prior + (posterior - prior) / alike_images;
   const OffsetMatrix covariance = information.llt().solve(OffsetMatrix::Identity());
-  const OffsetVector moved = covariance * (posterior * step) / kAlikeImages;
+  const OffsetVector moved = covariance * (posterior * step) / alike_images;
   if (!covariance.allFinite() || !moved.allFinite()) {
     return;
   }
   for (std::size_t i = 0; i < pipes_; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    if (belief_.covariance(row, row) <= 0) {
+    if (!seen[i]) {
       continue;
     }
     belief_.mean[i] += moved(row);
     for (std::size_t j = 0; j < pipes_; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      if (belief_.covariance(column, column) > 0 && j != i) {
-        belief_.covariance(row, column) = covariance(row, column);
+      if (j != i) {
+        // What hangs together with a pipe that was not seen is forgotten.
+        const double shared = seen[j] ? covariance(row, column) : 0.0;
+        belief_.covariance(row, column) = shared;
+        belief_.covariance(column, row) = shared;
       }
     }
-  }
-  for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    if (belief_.covariance(row, row) > 0) {
-      belief_.covariance(row, row) = std::max(covariance(row, row), kOffsetFloor * kOffsetFloor);
-    }
+    belief_.covariance(row, row) = std::max(covariance(row, row), kOffsetFloor * kOffsetFloor);
   }
 }
 

@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <span>
 
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 
 namespace pipescout::rack_vision {
+
+/// What an image shows of the contours of one pipe.
+struct PipeSupport {
+  int searched = 0;  ///< samples
+  int found = 0;     ///< where pose and offset have them
+};
 
 /// What is believed of the pipes' offsets from image to image.
 class OffsetMemory {
@@ -17,17 +25,24 @@ class OffsetMemory {
   void reset();
   /// After dt s, in which pipes may have moved.
   void predict(double dt);
-  /// Takes over the offsets of an image, which began with this belief. Errors of successive images
-  /// are alike (shading and paint stay where they are): each counts for one in kAlikeImages of what
-  /// it says.
-  void learn(const OffsetBelief& after);
+  /// Takes over the offsets of an image, which began with this belief, and of which it counts one
+  /// in `alike_images`: errors of successive images are alike. Nothing is learnt of a pipe whose
+  /// contours are not found; of one that is not where it is believed for a second, nothing is known
+  /// any more.
+  void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double alike_images);
 
   [[nodiscard]] const OffsetBelief& belief() const noexcept { return belief_; }
 
  private:
+  [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
+  void forget(std::size_t pipe);
+  /// Returns whether the image shows where the pipe is.
+  bool judge(std::size_t pipe, const PipeSupport& support);
+
   std::array<bool, kMaxPipes> movable_{};
   std::size_t pipes_ = 0;
   double sigma_ = 0;
+  std::array<int, kMaxPipes> images_in_doubt_{};
   OffsetBelief belief_;
 };
 

@@ -8,6 +8,16 @@ namespace {
 
 constexpr double kUsualSpeed = 0.5;         // m/s: the paper's cruise velocity
 constexpr double kUsualAngularSpeed = 0.3;  // rad/s: the paper's 0.2, and gusts
+// What makes points of other places and times wrong otherwise, per root of a second.
+constexpr double kMapDrift = 0.002;      // m
+constexpr double kMapTurn = 0.0005;      // rad
+constexpr double kTinyVariance = 1e-12;  // m^2
+
+constexpr int kY = 1;
+constexpr int kVelocity = 6;
+constexpr int kMap = 12;
+
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
 }  // namespace
 
@@ -23,28 +33,46 @@ geometry::SE3 moved_pose(const geometry::SE3& from, const geometry::Vector6d& di
           from.translation() + difference.head<3>()};
 }
 
-PoseBelief::PoseBelief(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance)
-    : pose_(T_rack_camera) {
+PoseBelief::PoseBelief(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance) {
+  restart(T_rack_camera, covariance);
+}
+
+void PoseBelief::restart(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance) {
+  pose_ = T_rack_camera;
+  velocity_.setZero();
+  const geometry::Matrix6d map = covariance_.block<6, 6>(kMap, kMap);
   covariance_.setZero();
   covariance_.topLeftCorner<6, 6>() = covariance;
   covariance_.diagonal().segment<3>(6).setConstant(kUsualSpeed * kUsualSpeed);
   covariance_.diagonal().segment<3>(9).setConstant(kUsualAngularSpeed * kUsualAngularSpeed);
+  covariance_.block<6, 6>(kMap, kMap) = map;
+}
+
+void PoseBelief::drift_map(double dt) {
+  if (!map().exists()) {
+    return;
+  }
+  auto map = covariance_.diagonal().segment<6>(kMap);
+  map.head<3>().array() += kMapDrift * kMapDrift * dt;
+  map.tail<3>().array() += kMapTurn * kMapTurn * dt;
+  map(kY) = 0;
 }
 
 void PoseBelief::predict(double dt, double acceleration_sigma, double angular_acceleration_sigma) {
   pose_ = moved_pose(pose_, velocity_ * dt);
   // F = [I, dt I; 0, I], applied by blocks.
-  covariance_.topRows<6>() += dt * covariance_.bottomRows<6>();
-  covariance_.leftCols<6>() += dt * covariance_.rightCols<6>();
+  covariance_.topRows<6>() += dt * covariance_.middleRows<6>(kVelocity);
+  covariance_.leftCols<6>() += dt * covariance_.middleCols<6>(kVelocity);
   for (int i = 0; i < 6; ++i) {
     const double sigma = i < 3 ? acceleration_sigma : angular_acceleration_sigma;
     const double position = 0.5 * dt * dt * sigma;
     const double velocity = dt * sigma;
     covariance_(i, i) += position * position;
-    covariance_(i, i + 6) += position * velocity;
-    covariance_(i + 6, i) += position * velocity;
-    covariance_(i + 6, i + 6) += velocity * velocity;
+    covariance_(i, i + kVelocity) += position * velocity;
+    covariance_(i + kVelocity, i) += position * velocity;
+    covariance_(i + kVelocity, i + kVelocity) += velocity * velocity;
   }
+  drift_map(dt);
 }
 
 void PoseBelief::predict(const geometry::SE3& T_previous_current,
@@ -61,31 +89,86 @@ void PoseBelief::predict(const geometry::SE3& T_previous_current,
   const geometry::Matrix6d motion = to_rack * covariance * to_rack.transpose();
   const geometry::Matrix6d pose =
       by_before * covariance_.topLeftCorner<6, 6>() * by_before.transpose() + motion;
+  const MapErrorBelief map = this->map();
   velocity_ = pose_difference(before, pose_) / dt;
   covariance_.setZero();
   covariance_.topLeftCorner<6, 6>() = pose;
-  covariance_.topRightCorner<6, 6>() = motion / dt;
-  covariance_.bottomLeftCorner<6, 6>() = motion / dt;
+  covariance_.block<6, 6>(0, kVelocity) = motion / dt;
+  covariance_.block<6, 6>(kVelocity, 0) = motion / dt;
   // Beyond the motion's own error: it is a mean over dt.
-  covariance_.bottomRightCorner<6, 6>() = motion / (dt * dt);
-  covariance_.diagonal().tail<6>() *= 1.5;
-  covariance_.diagonal().tail<6>().array() += 1e-4;
+  auto velocity = covariance_.block<6, 6>(kVelocity, kVelocity);
+  velocity = motion / (dt * dt);
+  velocity.diagonal() *= 1.5;
+  velocity.diagonal().array() += 1e-4;
+  set_map({map.covariance, by_before * map.with_pose});
+  drift_map(dt);
 }
 
-void PoseBelief::update(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance) {
+void PoseBelief::update(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance,
+                        const std::optional<MapErrorSolution>& map) {
   const geometry::Vector6d step = pose_difference(pose_, T_rack_camera);
-  const geometry::Matrix6d prior = covariance_.topLeftCorner<6, 6>();
-  const geometry::Matrix6d cross = covariance_.bottomLeftCorner<6, 6>();
-  // Regression of the velocity on the pose: what is learnt of the one tells about the other.
-  const geometry::Matrix6d regression = prior.ldlt().solve(cross.transpose()).transpose();
-  velocity_ += regression * step;
   pose_ = T_rack_camera;
-  covariance_.bottomRightCorner<6, 6>() -=
-      regression * (prior - covariance) * regression.transpose();
-  covariance_.topLeftCorner<6, 6>() = covariance;
-  covariance_.bottomLeftCorner<6, 6>() = regression * covariance;
-  covariance_.topRightCorner<6, 6>() = covariance_.bottomLeftCorner<6, 6>().transpose();
+  // Regression of the velocity on what was measured: what is learnt of the one tells about the
+  // other.
+  if (map) {
+    Matrix12d prior, posterior;
+    prior << covariance_.topLeftCorner<6, 6>(), covariance_.block<6, 6>(0, kMap),
+        covariance_.block<6, 6>(kMap, 0), covariance_.block<6, 6>(kMap, kMap);
+    posterior << covariance, map->with_pose, map->with_pose.transpose(), map->covariance;
+    Eigen::Matrix<double, 6, 12> cross;
+    cross << covariance_.block<6, 6>(kVelocity, 0), covariance_.block<6, 6>(kVelocity, kMap);
+    // The map has no error along y: see the anchor.
+    prior(6 + kY, 6 + kY) += kTinyVariance;
+    const Eigen::Matrix<double, 6, 12> regression =
+        prior.ldlt().solve(cross.transpose()).transpose();
+    velocity_ += regression.leftCols<6>() * step + regression.rightCols<6>() * map->mean;
+    covariance_.block<6, 6>(kVelocity, kVelocity) -=
+        regression * (prior - posterior) * regression.transpose();
+    cross = regression * posterior;
+    covariance_.topLeftCorner<6, 6>() = covariance;
+    covariance_.block<6, 6>(kVelocity, 0) = cross.leftCols<6>();
+    covariance_.block<6, 6>(0, kVelocity) = cross.leftCols<6>().transpose();
+    set_map({map->covariance, map->with_pose});
+    covariance_.block<6, 6>(kVelocity, kMap) = cross.rightCols<6>();
+    covariance_.block<6, 6>(kMap, kVelocity) = cross.rightCols<6>().transpose();
+  } else {
+    const geometry::Matrix6d prior = covariance_.topLeftCorner<6, 6>();
+    const geometry::Matrix6d regression =
+        prior.ldlt().solve(covariance_.block<6, 6>(0, kVelocity)).transpose();
+    velocity_ += regression * step;
+    covariance_.block<6, 6>(kVelocity, kVelocity) -=
+        regression * (prior - covariance) * regression.transpose();
+    covariance_.topLeftCorner<6, 6>() = covariance;
+    covariance_.block<6, 6>(kVelocity, 0) = regression * covariance;
+    covariance_.block<6, 6>(0, kVelocity) = covariance_.block<6, 6>(kVelocity, 0).transpose();
+    set_map({covariance_.block<6, 6>(kMap, kMap), geometry::Matrix6d::Zero()});
+  }
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+}
+
+void PoseBelief::begin_map() {
+  covariance_.middleRows<6>(kMap) = covariance_.topRows<6>();
+  covariance_.middleCols<6>(kMap) = covariance_.leftCols<6>();
+  covariance_.row(kMap + kY).setZero();
+  covariance_.col(kMap + kY).setZero();
+}
+
+void PoseBelief::set_map(const MapErrorBelief& map) {
+  covariance_.middleRows<6>(kMap).setZero();
+  covariance_.middleCols<6>(kMap).setZero();
+  covariance_.block<6, 6>(kMap, kMap) = map.covariance;
+  covariance_.block<6, 6>(0, kMap) = map.with_pose;
+  covariance_.block<6, 6>(kMap, 0) = map.with_pose.transpose();
+}
+
+MapErrorBelief PoseBelief::map() const {
+  return {covariance_.block<6, 6>(kMap, kMap), covariance_.block<6, 6>(0, kMap)};
+}
+
+geometry::Matrix6d PoseBelief::relative_covariance() const {
+  const geometry::Matrix6d shared = covariance_.block<6, 6>(0, kMap);
+  return covariance_.topLeftCorner<6, 6>() - shared - shared.transpose() +
+         covariance_.block<6, 6>(kMap, kMap);
 }
 
 void PoseBelief::shift_along(double y) {

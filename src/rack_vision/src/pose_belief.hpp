@@ -2,21 +2,33 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_vision/pose_solver.hpp"
 
 namespace pipescout::rack_vision {
 
-/// Pose and velocity of a camera with their joint covariance, for constant velocity disturbed by
-/// white accelerations. Errors of the pose are as in geometry_msgs/PoseWithCovariance (position
-/// along the rack's axes, rotation about the rack's fixed axes), those of the velocity likewise.
+/// What the points of the map are wrong by together: the error of the poses from which they were
+/// made, see MapErrorPrior. Its mean is zero: the map is corrected by what is found.
+struct MapErrorBelief {
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();  ///< zero: there is no map
+  geometry::Matrix6d with_pose = geometry::Matrix6d::Zero();   ///< rows: pose; columns: map error
+
+  [[nodiscard]] bool exists() const noexcept { return covariance(0, 0) > 0; }
+};
+
+/// Pose and velocity of a camera and the error of the map with their joint covariance, for constant
+/// velocity disturbed by white accelerations. Errors of the pose are as in
+/// geometry_msgs/PoseWithCovariance (position along the rack's axes, rotation about the rack's
+/// fixed axes), those of the velocity likewise.
 class PoseBelief {
  public:
-  using Matrix12d = Eigen::Matrix<double, 12, 12>;
-
   PoseBelief() = default;
   /// At this pose, with a velocity of which nothing is known but its usual size.
   PoseBelief(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
+  /// At another pose that has nothing to do with the one before; the map stays.
+  void restart(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
   /// `acceleration_sigma` m/s^2, `angular_acceleration_sigma` rad/s^2; dt in s.
   void predict(double dt, double acceleration_sigma, double angular_acceleration_sigma);
@@ -25,10 +37,18 @@ class PoseBelief {
   void predict(const geometry::SE3& T_previous_current, const geometry::Matrix6d& covariance,
                double dt);
   /// After a measurement that led from the predicted pose to this posterior, prior included.
-  void update(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
+  /// Without `map` it had nothing to do with the map, and how pose and map hang together is
+  /// forgotten.
+  void update(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance,
+              const std::optional<MapErrorSolution>& map);
+  /// A map is begun from this pose: their errors are one, but along y.
+  void begin_map();
 
   [[nodiscard]] const geometry::SE3& pose() const noexcept { return pose_; }
   [[nodiscard]] geometry::Matrix6d covariance() const { return covariance_.topLeftCorner<6, 6>(); }
+  [[nodiscard]] MapErrorBelief map() const;
+  /// Of the pose against the map.
+  [[nodiscard]] geometry::Matrix6d relative_covariance() const;
   /// [m/s along the rack's axes; rad/s about them]
   [[nodiscard]] const geometry::Vector6d& velocity() const noexcept { return velocity_; }
   /// Another place along y, of the same uncertainty.
@@ -37,9 +57,14 @@ class PoseBelief {
   void shift(const geometry::Vector6d& difference);
 
  private:
+  void drift_map(double dt);
+  /// Unrelated to the velocity.
+  void set_map(const MapErrorBelief& map);
+
   geometry::SE3 pose_;
   geometry::Vector6d velocity_ = geometry::Vector6d::Zero();
-  Matrix12d covariance_ = Matrix12d::Identity();
+  /// Pose, velocity, map error.
+  Eigen::Matrix<double, 18, 18> covariance_ = Eigen::Matrix<double, 18, 18>::Zero();
 };
 
 /// Difference `to` minus `from` of two poses T_rack_camera, in the terms of the covariances.

@@ -8,6 +8,7 @@
 
 #include "feature_system.hpp"
 #include "offset_prior.hpp"
+#include "pose_prior.hpp"
 #include "solution_covariance.hpp"
 
 namespace pipescout::rack_vision {
@@ -53,6 +54,10 @@ bool is_sound(const PoseProblem& problem) {
   }
   if (problem.pose_prior && !(is_finite(problem.pose_prior->T_camera_rack) &&
                               is_covariance(problem.pose_prior->information))) {
+    return false;
+  }
+  if (problem.map_error &&
+      !(problem.map_error->by_pose.allFinite() && is_covariance(problem.map_error->information))) {
     return false;
   }
   return !problem.intrinsics ||
@@ -163,27 +168,18 @@ void PoseSolver::Implementation::start(const PoseProblem& problem) {
     intrinsics_information_ =
         problem.intrinsics->covariance.llt().solve(Eigen::Matrix3d::Identity());
   }
+  if (problem.map_error) {
+    layout_.map_error = layout_.size;
+    layout_.size += kMapErrorUnknowns;
+    state_.map_error.setZero();
+  }
 }
 
 void PoseSolver::Implementation::add_priors(const PoseProblem& problem) {
   prior_.setZero(layout_.size, layout_.size);
   gradient_ = equations_.gradient;
   cost_ = equations_.cost;
-  if (problem.pose_prior) {
-    const auto& prior = *problem.pose_prior;
-    const geometry::SE3 T_rack_camera = state_.T_camera_rack.inverse();
-    const geometry::SE3 T_rack_prior = prior.T_camera_rack.inverse();
-    geometry::Vector6d difference;
-    difference << T_rack_camera.translation() - T_rack_prior.translation(),
-        (T_rack_camera.rotation() * T_rack_prior.rotation().inverse()).log();
-    geometry::Matrix6d derivative = geometry::Matrix6d::Identity();
-    derivative.bottomRightCorner<3, 3>() =
-        geometry::SO3::left_jacobian_inverse(difference.tail<3>());
-    const geometry::Matrix6d weighted = derivative.transpose() * prior.information;
-    prior_.topLeftCorner<6, 6>() += weighted * derivative;
-    gradient_.head<6>() += weighted * difference;
-    cost_ += 0.5 * difference.dot(prior.information * difference);
-  }
+  add_pose_prior(problem, state_, layout_, prior_, gradient_, cost_);
   offset_prior_.add(state_, prior_, gradient_, cost_);
   if (layout_.intrinsics >= 0) {
     const Eigen::Vector3d difference = state_.intrinsics - problem.intrinsics->mean;
@@ -231,6 +227,9 @@ void PoseSolver::Implementation::take_step() {
     state_.intrinsics += step_.segment<3>(layout_.intrinsics);
     // A focal length that a wild step turns round would mirror the image.
     state_.intrinsics[0] = std::max(state_.intrinsics[0], 1.0);
+  }
+  if (layout_.map_error >= 0) {
+    state_.map_error += step_.segment<6>(layout_.map_error);
   }
 }
 
@@ -315,6 +314,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   solution.offsets = problem.offsets;
   solution.intrinsics = problem.intrinsics;
   solution.pose_by_intrinsics.setZero();
+  solution.map_error.reset();
   solution.covariance.setZero();
   solution.covariance.diagonal().head<3>().setConstant(parameters_.largest_position_deviation *
                                                        parameters_.largest_position_deviation);

@@ -28,6 +28,8 @@ constexpr double kLeastFreshShare = 0.2;
 constexpr double kCovarianceFactor = 2.5;
 constexpr double kCovarianceFactorAtStart = 8;
 constexpr double kImagesUntilUnlike = 50;
+// Shading and paint stay where they are: what an image says of the offsets counts once in so many.
+constexpr double kAlikeImages = 25;
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&
@@ -104,6 +106,7 @@ class RackTracker::Implementation {
 
   void reset() {
     step_.forget();
+    pose_ = {};
     outcome_ = {};
     offsets_.reset();
     intrinsics_.reset();
@@ -125,7 +128,7 @@ class RackTracker::Implementation {
     relative.row(1).setZero();
     relative.col(1).setZero();
     relative(1, 1) = kRelativeVariance;
-    pose_ = PoseBelief(T_rack_camera, relative);
+    pose_.restart(T_rack_camera, relative);
     coasted_ = 0;
   }
 
@@ -187,7 +190,8 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief()};
+    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
+                             pose_.map()};
     if (starting_) {
       step_.find_from_far(image, before, outcome_);
     } else {
@@ -222,9 +226,12 @@ class RackTracker::Implementation {
       return;
     }
     pose_.shift_along(outcome_.shift_along);
-    pose_.update(outcome_.belief.T_rack_camera, outcome_.belief.covariance);
+    pose_.update(outcome_.belief.T_rack_camera, outcome_.belief.covariance, outcome_.map_error);
+    if (step_.map_points() == 0) {
+      pose_.begin_map();
+    }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_.learn(outcome_.belief.offsets);
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, starting_ ? 1 : kAlikeImages);
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -233,7 +240,7 @@ class RackTracker::Implementation {
     if (parameters_.estimate_intrinsics) {
       learn_intrinsics();
     }
-    step_.learn(image, outcome_);
+    step_.learn(image, outcome_, pose_.relative_covariance());
     improve_camera();
     fill(result);
     result.quality = quality();
@@ -260,6 +267,9 @@ class RackTracker::Implementation {
 
   void lose(std::string_view reason, RackTrackerResult& result) {
     ++counts_.losses;
+    if (probation_ > 0) {
+      offsets_.reset();  // as little as the pose, they may have been found
+    }
     state_ = TrackStatus::kLost;
     starting_ = false;
     lost_reason_ = reason;

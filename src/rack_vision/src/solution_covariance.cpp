@@ -128,6 +128,15 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       }
     }
   }
+  if (layout.map_error >= 0) {
+    const int k = layout.map_error;
+    MapErrorSolution& found = solution.map_error.emplace();
+    found.mean = state.map_error;
+    found.covariance = covariance.block<6, 6>(k, k);
+    found.covariance = (0.5 * (found.covariance + found.covariance.transpose())).eval();
+    found.with_pose =
+        0.5 * (covariance.block<6, 6>(0, k) + covariance.block<6, 6>(k, 0).transpose());
+  }
   if (layout.intrinsics >= 0) {
     const Eigen::Matrix3d block = covariance.block<3, 3>(layout.intrinsics, layout.intrinsics);
     solution.intrinsics = {state.intrinsics, 0.5 * (block + block.transpose())};

@@ -55,11 +55,9 @@ bool TextureMap::anchored_by_y(const Point& point) const noexcept {
 
 std::optional<TextureMap::Projection> TextureMap::project(
     const Point& point, const UncertainView& view) const noexcept {
-  const double offset = view.offsets.empty() ? 0.0 : view.offsets[point.pipe];
-  const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
   geometry::Matrix23d derivative;
   const std::optional<Eigen::Vector2d> pixel =
-      camera_.project(view.T_camera_rack * place, derivative);
+      camera_.project(view.T_camera_rack * point.place, derivative);
   if (!pixel || !camera_.contains(*pixel, kMargin)) {
     return std::nullopt;
   }
@@ -68,7 +66,7 @@ std::optional<TextureMap::Projection> TextureMap::project(
   projection.by_place = derivative * view.T_camera_rack.rotation().matrix();
   projection.scale.col(0) = projection.by_place * pipes_[point.pipe].direction;
   projection.scale.col(1) = projection.by_place * around(point);
-  projection.from_camera = place - view.T_camera_rack.inverse().translation();
+  projection.from_camera = point.place - view.T_camera_rack.inverse().translation();
   return projection;
 }
 
@@ -81,13 +79,11 @@ void TextureMap::choose(const UncertainView& view, const RackSurface& surface,
   const Eigen::Vector3d eye = view.T_camera_rack.inverse().translation();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Point& point = points_[i];
-    const double offset = view.offsets.empty() ? 0.0 : view.offsets[point.pipe];
-    const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
-    const Eigen::Vector3d to_eye = eye - place;
+    const Eigen::Vector3d to_eye = eye - point.place;
     if (point.normal.dot(to_eye) < parameters_.least_facing * to_eye.norm()) {
       continue;
     }
-    const std::optional<Eigen::Vector2d> pixel = camera_.project(view.T_camera_rack * place);
+    const std::optional<Eigen::Vector2d> pixel = camera_.project(view.T_camera_rack * point.place);
     if (!pixel || !camera_.contains(*pixel, kMargin)) {
       continue;
     }
@@ -125,9 +121,10 @@ void TextureMap::choose(const UncertainView& view, const RackSurface& surface,
     }
     const Point& point = points_[choice.point];
     const double offset = view.offsets.empty() ? 0.0 : view.offsets[point.pipe];
-    // Just above the surface: a place refined to a hair's breadth below it is not hidden.
+    // With its pipe, and just above the surface: a place refined to a hair's breadth below it is
+    // not hidden.
     const Eigen::Vector3d place =
-        point.place + offset * Eigen::Vector3d::UnitX() + 0.001 * point.normal;
+        point.place + (offset - point.offset) * Eigen::Vector3d::UnitX() + 0.001 * point.normal;
     if (surface.visible_at(place, point.normal, camera_, view.T_camera_rack, kMargin,
                            parameters_.least_facing)) {
       matches.push_back({.point = choice.point,
@@ -231,10 +228,11 @@ std::optional<double> TextureMap::observations(const std::vector<MatchedPoint>& 
         (anchored_by_y(point) ? worse * std::max(0.0, point.anchor_variance - best) : 0.0);
     const Eigen::Vector3d side = around(point);
     PointObservation& observation = points.emplace_back();
-    observation.pipe = point.pipe;
+    observation.pipe = PointObservation::kOnNoPipe;
     observation.place = point.place;
     observation.pixel = match.pixel;
     observation.sigma = match.sigma;
+    observation.place_by_map_error = by_map_error(point);
     observation.place_covariance =
         (point.own_variance + shared_along) * along * along.transpose() +
         (point.own_variance + found * point.around_variance) * side * side.transpose();

@@ -42,6 +42,18 @@ Eigen::Matrix<double, 3, 6> end_by_motion(const Eigen::Vector3d& from_camera,
 
 }  // namespace
 
+Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) noexcept {
+  Eigen::Matrix<double, 3, 6> result = end_by_motion(point.made_from, point.normal);
+  result.col(kY).setZero();
+  return result;
+}
+
+void TextureMap::correct(const geometry::Vector6d& map_error) noexcept {
+  for (Point& point : points_) {
+    point.place += by_map_error(point) * map_error;
+  }
+}
+
 TextureMap::PlaceVariance TextureMap::pose_variance(const Point& point,
                                                     const Eigen::Vector3d& from_camera,
                                                     const UncertainView& view) const noexcept {
@@ -91,8 +103,8 @@ void TextureMap::refine(Point& point, const UncertainView& view, const Projectio
   }
 
   const Pipe& pipe = pipes_[point.pipe];
-  const Eigen::Vector3d foot =
-      pipe.start + pipe.direction * pipe.direction.dot(point.place - pipe.start);
+  const Eigen::Vector3d start = pipe.start + point.offset * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d foot = start + pipe.direction * pipe.direction.dot(point.place - start);
   const double radius = (point.place - foot).norm();
   const Eigen::Vector3d moved = point.place - foot + move(1) * around(point);
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(point.place - foot, moved);
@@ -191,8 +203,8 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Ra
   }
   Point point;
   point.pipe = hit->body;
-  const double offset = view.offsets.empty() ? 0.0 : view.offsets[hit->body];
-  point.place = hit->point - offset * Eigen::Vector3d::UnitX();
+  point.offset = view.offsets.empty() ? 0.0 : view.offsets[hit->body];
+  point.place = hit->point;
   point.normal = hit->normal;
   const std::optional<Projection> projection = project(point, view);
   const double distance = projection ? projection->from_camera.norm() : 0;
@@ -202,6 +214,7 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Ra
     return;
   }
   point.stored_scale = projection->scale;
+  point.made_from = projection->from_camera;
   const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
   point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
                        parameters_.point_sigma * parameters_.point_sigma;

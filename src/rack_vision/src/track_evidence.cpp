@@ -68,6 +68,7 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
   TrackEvidence& evidence = outcome.evidence;
   evidence = {};
   evidence.residual_scale = solution_.residual_scale;
+  outcome.pipes = {};
   for (std::size_t first = 0; first < samples_.size();) {
     const std::uint32_t index = samples_[first].edge;
     const VisibleEdge* edge = rendered(searched_[index]);
@@ -82,6 +83,11 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
       }
     }
     first = i;
+    if (searched_[index].kind == EdgeKind::kPipe) {
+      PipeSupport& pipe = outcome.pipes[searched_[index].body];
+      pipe.searched += searched;
+      pipe.found += found;
+    }
     evidence.edge_samples += searched;
     evidence.edge_samples_found += found;
     evidence.edges += searched >= kJudgedSamples ? 1 : 0;
@@ -136,7 +142,8 @@ std::optional<TrackStep::Intrinsics> TrackStep::find_intrinsics(const Intrinsics
   return Intrinsics{*solution_.intrinsics, solution_.pose_by_intrinsics};
 }
 
-void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
+void TrackStep::learn(const ImageView& image, const StepOutcome& outcome,
+                      const geometry::Matrix6d& relative) {
   for (const SearchedSample& sample : samples_) {
     const EdgeId& id = searched_[sample.edge];
     const VisibleEdge* edge = rendered(id);
@@ -145,7 +152,11 @@ void TrackStep::learn(const ImageView& image, const StepOutcome& outcome) {
       edge_memory_.learn(id, candidate->contrast);
     }
   }
-  const UncertainView now = view(outcome.belief);
+  UncertainView now = view(outcome.belief);
+  now.covariance = relative;
+  if (outcome.map_error) {
+    map_.correct(outcome.map_error->mean);
+  }
   map_.learn(now, matches_, 2 * kInlierGate);
   matches_.clear();
   surface_.update(model_, now.offsets);

@@ -160,7 +160,6 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
   }
   outcome = {};
   accept(0, outcome);
-  outcome.belief.offsets = around.offsets;
   // What is known along y is the anchor; the pose itself is exact relative to what it will see.
   outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY) + anchor.value_or(0);
   outcome.belief.covariance.row(kY).setZero();
@@ -191,6 +190,7 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
 
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
+  map_error_ = before.map;
   outcome = {};
   outcome.belief = before;
   TrackBelief around = before;

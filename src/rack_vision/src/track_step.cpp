@@ -64,6 +64,18 @@ TextureMapParameters map_parameters(const RackTrackerParameters& parameters) {
   return map;
 }
 
+/// What the pose says of the map's error, from their joint covariance.
+MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_information) {
+  constexpr double kLeastDeviation = 1e-5;  // m; along y it has none
+  constexpr double kLeastTurn = 1e-6;       // rad
+  const Matrix6d by_pose = map.with_pose.transpose() * pose_information;
+  Matrix6d rest = map.covariance - by_pose * map.with_pose;
+  rest = (0.5 * (rest + rest.transpose())).eval();
+  rest.diagonal().head<3>().array() += kLeastDeviation * kLeastDeviation;
+  rest.diagonal().tail<3>().array() += kLeastTurn * kLeastTurn;
+  return {by_pose, rest.inverse()};
+}
+
 /// After a wide search a few points that agree are not enough.
 bool borne_out_by_texture(const StepOutcome& outcome) {
   return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
@@ -231,6 +243,9 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
   }
   problem.pose_prior = PosePrior{prior_pose.inverse(), prior_covariance.inverse()};
   problem.offsets = offsets;
+  if (with_points && !points_.empty() && map_error_.exists()) {
+    problem.map_error = map_error_prior(map_error_, problem.pose_prior->information);
+  }
   solver.solve(camera_, problem, solution_);
   return solution_.status == PoseStatus::kOk || solution_.status == PoseStatus::kUnobserved ||
          solution_.status == PoseStatus::kNotConverged;
@@ -283,6 +298,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
 }
 
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
+  map_error_ = before.map;
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
     // One support looks like another: texture knows better, where there is enough of it.
@@ -364,6 +380,7 @@ void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along
 void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.solved = true;
   outcome.status = solution_.status;
+  outcome.map_error = solution_.map_error;
   outcome.belief.T_rack_camera = solution_.T_camera_rack.inverse();
   outcome.belief.covariance = solution_.covariance;
   outcome.belief.offsets = solution_.offsets;

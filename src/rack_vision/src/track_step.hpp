@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "alignment_search.hpp"
+#include "offset_memory.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
@@ -16,6 +18,7 @@
 #include "pipescout/rack_vision/texture_map.hpp"
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
+#include "pose_belief.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -28,6 +31,7 @@ struct TrackBelief {
   geometry::Matrix6d covariance = geometry::Matrix6d::Identity();  ///< relative to the anchor
   double anchor_variance = 0;                                      ///< m^2, along y
   OffsetBelief offsets;
+  MapErrorBelief map{};
 };
 
 struct StepOutcome {
@@ -36,7 +40,10 @@ struct StepOutcome {
   /// Solved against the map alone, the place along y was moved by this to where supports have it,
   /// m. Contained in `belief`.
   double shift_along = 0;
+  /// Where the map took part: what it is found to be wrong by. Not yet taken out of it.
+  std::optional<MapErrorSolution> map_error;
   TrackEvidence evidence;
+  std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
   std::bitset<kMaxPipes> offset_observed;
   double inlier_share = 0;
@@ -56,8 +63,10 @@ class TrackStep {
   /// Finds the pose from edges alone, from a first guess that may be wrong by the parameters' start
   /// range. Not solved when no place explains the image, or when two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
-  /// Takes over what the last image taught: call it when its outcome is trusted.
-  void learn(const ImageView& image, const StepOutcome& outcome);
+  /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
+  /// covariance of the pose against the map.
+  void learn(const ImageView& image, const StepOutcome& outcome,
+             const geometry::Matrix6d& relative);
   void forget();
   /// What the edges of the last image, whose outcome this is, say of the intrinsics: not the
   /// texture, which was mapped through the camera that is in doubt. Nothing when they say nothing.
@@ -157,6 +166,7 @@ class TrackStep {
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
   PoseSolution solution_;
+  MapErrorBelief map_error_;  ///< before the image
 };
 
 }  // namespace pipescout::rack_vision

@@ -98,6 +98,38 @@ TEST_F(TextureMapTest, FindsPointsAgainAfterAKnownMotion) {
   EXPECT_LT(std::sqrt(square / static_cast<double>(found())), 0.4);
 }
 
+TEST_F(TextureMapTest, ABetterOffsetOfAPipeLeavesItsPointsWhereTheyWereSeen) {
+  grow(image_, view(first_));
+  std::vector<double> offsets(model_.pipes.size(), 0.01);
+  UncertainView better = view(first_);
+  better.offsets = offsets;
+  surface_.update(model_, offsets);
+  map_.choose(better, surface_, matches_);
+  ASSERT_GT(matches_.size(), 10U);
+  map_.match(image_.view(), better, 0, matches_.size(), matches_);
+  EXPECT_GT(found(), matches_.size() * 8 / 10);
+  for (const MatchedPoint& match : matches_) {
+    EXPECT_TRUE(!match.found || (match.pixel - match.predicted).norm() < 0.5);
+  }
+}
+
+TEST_F(TextureMapTest, ACorrectionMovesPointsAsThePoseThatTheyWereMadeFrom) {
+  grow(image_, view(first_));
+  geometry::Vector6d error;
+  error << 0.02, 0, 0.01, 0.004, -0.003, 0.002;
+  map_.correct(error);
+  const geometry::SE3 corrected(geometry::SO3::exp(error.tail<3>()) * first_.rotation(),
+                                first_.translation() + error.head<3>());
+  const UncertainView from = view(corrected);
+  map_.choose(from, surface_, matches_);
+  ASSERT_GT(matches_.size(), 10U);
+  map_.match(image_.view(), from, 0, matches_.size(), matches_);
+  EXPECT_GT(found(), matches_.size() * 8 / 10);
+  for (const MatchedPoint& match : matches_) {
+    EXPECT_TRUE(!match.found || (match.pixel - match.predicted).norm() < 0.5);
+  }
+}
+
 TEST_F(TextureMapTest, SearchesOnlyThoseThatItIsAskedFor) {
   grow(image_, view(first_));
   map_.choose(view(first_), surface_, matches_);

@@ -52,6 +52,9 @@ struct PointObservation {
   /// How well `place` is known, m^2, rack frame; positive semi-definite.
   Eigen::Matrix3d place_covariance = Eigen::Matrix3d::Zero();
 
+  /// How the error that all points share, see `MapErrorPrior`, moves `place`.
+  Eigen::Matrix<double, 3, 6> place_by_map_error = Eigen::Matrix<double, 3, 6>::Zero();
+
   static constexpr std::uint16_t kOnNoPipe = std::numeric_limits<std::uint16_t>::max();
 };
 
@@ -60,6 +63,22 @@ struct PosePrior {
   geometry::SE3 T_camera_rack;
   /// Inverse covariance, form as above; positive semi-definite: directions may be unknown.
   geometry::Matrix6d information = geometry::Matrix6d::Zero();
+};
+
+/// What all points are wrong by together: the error of the poses from which they were mapped, form
+/// as that of a pose. Known as it hangs together with the pose of this image: it is expected to be
+/// `by_pose` times the difference of the pose from the PosePrior.
+struct MapErrorPrior {
+  geometry::Matrix6d by_pose = geometry::Matrix6d::Zero();
+  /// Inverse covariance of what is left; positive semi-definite.
+  geometry::Matrix6d information = geometry::Matrix6d::Zero();
+};
+
+/// The same error after an image.
+struct MapErrorSolution {
+  geometry::Vector6d mean = geometry::Vector6d::Zero();
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+  geometry::Matrix6d with_pose = geometry::Matrix6d::Zero();  ///< rows: pose; columns: map error
 };
 
 using OffsetMatrix =
@@ -131,6 +150,8 @@ struct PoseProblem {
   OffsetBelief offsets{};
   /// Set: they are estimated too, by the same rule.
   std::optional<IntrinsicsBelief> intrinsics{};
+  /// Set: it is estimated too. Needs a `pose_prior` where `by_pose` is not zero.
+  std::optional<MapErrorPrior> map_error{};
 };
 
 enum class PoseStatus : std::uint8_t {
@@ -170,6 +191,7 @@ struct PoseSolution {
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
   std::optional<IntrinsicsBelief> intrinsics{};
+  std::optional<MapErrorSolution> map_error{};  ///< when it is estimated
   /// When they are estimated: how the pose that fits moves with them, form as above, m/px, rad/px.
   Eigen::Matrix<double, 6, 3> pose_by_intrinsics = Eigen::Matrix<double, 6, 3>::Zero();
 

@@ -19,11 +19,12 @@
 ///
 /// How a point's error is booked. What a point is wrong by comes from two sources: noise of its own
 /// pixels, and the pose from which it was made, which is wrong for all points made then. The second
-/// part does not average out. Along the rack's y axis, where nothing but points (and a support now
-/// and then) says where the camera is, it is carried as `anchor_variance`: how well the place
-/// along y is known at all. Poses are computed relative to the best anchored points in view, and
-/// new points inherit their anchor with what the chain adds to it; so a chain of points drifts and
-/// says so, and meeting old points again takes the drift back.
+/// part does not average out: it is one unknown of all points, estimated with the pose (see
+/// MapErrorPrior) and taken out by `correct`. Along the rack's y axis, where nothing but points
+/// (and a support now and then) says where the camera is, it is carried as `anchor_variance`: how
+/// well the place along y is known at all. Poses are computed relative to the best anchored points
+/// in view, and new points inherit their anchor with what the chain adds to it; so a chain of
+/// points drifts and says so, and meeting old points again takes the drift back.
 namespace pipescout::rack_vision {
 
 struct TextureMapParameters {
@@ -43,7 +44,8 @@ struct TextureMapParameters {
 /// From where an image is looked at, as far as it is known.
 struct UncertainView {
   geometry::SE3 T_camera_rack;
-  /// Of T_rack_camera, as in pose_solver.hpp; along y relative to the anchor.
+  /// Of T_rack_camera, as in pose_solver.hpp; along y relative to the anchor. To learn and to grow,
+  /// what the map does not share of it.
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
   double anchor_variance = 0;  ///< m^2
   PipeOffsets offsets;
@@ -89,6 +91,9 @@ class TextureMap {
   /// Makes points in cells that lack them.
   void grow(const ImageView& image, const UncertainView& view, const RackSurface& surface);
 
+  /// Moves all points by what they are found to be wrong by together: see MapErrorPrior.
+  void correct(const geometry::Vector6d& map_error) noexcept;
+
   /// Moves the points that were seen in the last image along y, and anchors them at least as well.
   void shift_seen(double along, double anchor_variance);
 
@@ -101,8 +106,10 @@ class TextureMap {
  private:
   struct Point {
     std::uint16_t pipe = 0;
-    Eigen::Vector3d place;   ///< rack frame, its pipe at offset 0
-    Eigen::Vector3d normal;  ///< outward
+    Eigen::Vector3d place;      ///< rack frame
+    double offset = 0;          ///< of its pipe, m, as believed when the point was made
+    Eigen::Vector3d made_from;  ///< from the camera to it when it was made, rack frame
+    Eigen::Vector3d normal;     ///< outward
     /// Derivative of the pixel by (along, around) when the patch was stored, px/m.
     Eigen::Matrix2d stored_scale;
     double own_variance = 0;     ///< m^2, in both directions on the surface
@@ -140,6 +147,8 @@ class TextureMap {
                                             const UncertainView& view) const noexcept;
   void refine(Point& point, const UncertainView& view, const Projection& projection,
               const MatchedPoint& match, const Eigen::Vector2d& error) const;
+  /// How an error of the pose from which it was made moves a point; not along y, see the anchor.
+  [[nodiscard]] static Eigen::Matrix<double, 3, 6> by_map_error(const Point& point) noexcept;
   [[nodiscard]] bool anchored_by_y(const Point& point) const noexcept;
   void add(const ImageView& image, const UncertainView& view, const RackSurface& surface,
            const Eigen::Vector2i& corner);
