@@ -303,6 +303,7 @@ class RackTracker::Implementation {
         (kCovarianceFactor + (kCovarianceFactorAtStart - kCovarianceFactor) *
                                  std::exp(-images_since_start_ / kImagesUntilUnlike)) *
         pose_.covariance();
+    result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
       result.covariance +=

@@ -128,6 +128,16 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       }
     }
   }
+  if (layout.offset_count > 0) {
+    const int n = layout.offset_count;
+    geometry::Matrix6d edges_of_pose = equations.edge_information.topLeftCorner<6, 6>();
+    edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, static_cast<int>(kMaxPipes)> by_offsets =
+        edges_of_pose.ldlt().solve(
+            equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n));
+    solution.covariance_by_offsets =
+        by_offsets * covariance.block(kPoseUnknowns, kPoseUnknowns, n, n) * by_offsets.transpose();
+  }
   if (layout.map_error >= 0) {
     const int k = layout.map_error;
     MapErrorSolution& found = solution.map_error.emplace();

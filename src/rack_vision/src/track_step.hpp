@@ -46,6 +46,7 @@ struct StepOutcome {
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
   std::bitset<kMaxPipes> offset_observed;
+  geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   double inlier_share = 0;
   int iterations = 0;
   int edge_samples = 0;

@@ -190,6 +190,9 @@ struct PoseSolution {
   /// when it is there; deviation 0: not compared.
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
+  /// What errors of the offsets make of a pose that edges like those of this image give:
+  /// covariance, m and rad. It does not average out over images.
+  geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   std::optional<IntrinsicsBelief> intrinsics{};
   std::optional<MapErrorSolution> map_error{};  ///< when it is estimated
   /// When they are estimated: how the pose that fits moves with them, form as above, m/px, rad/px.
