@@ -144,8 +144,8 @@ class MeasuredFactor {
 class GpsFactor : public MeasuredFactor<GpsMeasurement, FactorKind::kGps, 3> {
  public:
   explicit GpsFactor(const GpsMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// (atan2(e_y, e_x) - z) / sigma in (-pi, pi] / sigma, e = R [1 0 0]^T. NaN, with its derivatives,
@@ -153,24 +153,24 @@ class GpsFactor : public MeasuredFactor<GpsMeasurement, FactorKind::kGps, 3> {
 class HeadingFactor : public MeasuredFactor<HeadingMeasurement, FactorKind::kHeading, 1> {
  public:
   explicit HeadingFactor(const HeadingMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// W [R_r^T (p - p_r) - t; log(R_z^T R_r^T R)], with p_r, R_r the pose of the rack.
 class VisualPoseFactor : public MeasuredFactor<VisualPoseMeasurement, FactorKind::kVisualPose, 6> {
  public:
   explicit VisualPoseFactor(const VisualPoseMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// W (p + R l - z), with more certainty across the pipe or along it.
 class WeldFactor : public MeasuredFactor<WeldMeasurement, FactorKind::kWeld, 3> {
  public:
   explicit WeldFactor(const WeldMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// W (M^T R^T v) without its first row, M = Rz(mount yaw) Ry(mount pitch).
@@ -178,8 +178,8 @@ class NonHolonomicFactor
     : public MeasuredFactor<NonHolonomicMeasurement, FactorKind::kNonHolonomic, 2> {
  public:
   explicit NonHolonomicFactor(const NonHolonomicMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// v / sigma
@@ -187,8 +187,8 @@ class ZeroVelocityFactor
     : public MeasuredFactor<ZeroVelocityMeasurement, FactorKind::kZeroVelocity, 3> {
  public:
   explicit ZeroVelocityFactor(const ZeroVelocityMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& x, const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// W (M^T (R_i + R_j)^T (p_j - p_i) / 2 - [s d sin(a) / a; 0; 0]), with s the scale, d the distance
@@ -196,9 +196,8 @@ class ZeroVelocityFactor
 class OdometerFactor : public MeasuredFactor<OdometerMeasurement, FactorKind::kOdometer, 3> {
  public:
   explicit OdometerFactor(const OdometerMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
-                                  const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& from, const NavState& to, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// W [R_z^T (R_i^T (p_j - p_i) - t); log(R_z^T R_i^T R_j)]
@@ -206,9 +205,8 @@ class RelativePoseFactor
     : public MeasuredFactor<RelativePoseMeasurement, FactorKind::kRelativePose, 6> {
  public:
   explicit RelativePoseFactor(const RelativePoseMeasurement& measurement);
-  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
-                                  const GlobalStates& globals,
-                                  Derivatives* derivatives = nullptr) const;
+  Residual evaluate(const NavState& from, const NavState& to, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
 };
 
 /// What is known of a state beforehand: W local(mean, x).
@@ -221,7 +219,7 @@ class PriorFactor {
   /// `covariance` over the tangent space at `mean`. Throws std::invalid_argument when the mean is
   /// not finite or the covariance is not that of standard deviations in [1e-9, 1e9].
   PriorFactor(const NavState& mean, const StateMatrix& covariance);
-  [[nodiscard]] Residual evaluate(const NavState& x, Jacobians<kRows>* derivatives = nullptr) const;
+  Residual evaluate(const NavState& x, Jacobians<kRows>* derivatives = nullptr) const;
   [[nodiscard]] const NavState& mean() const noexcept { return mean_; }
 
  private:

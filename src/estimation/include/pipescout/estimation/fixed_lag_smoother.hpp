@@ -90,8 +90,7 @@ enum class ResetReason : std::uint8_t {
   kNone,
   kTimeJumpForwards,   ///< an update more than `max_step` after the last
   kTimeJumpBackwards,  ///< an update before the lag
-  kTimeNotFinite,
-  kNumericalFailure,  ///< the equations cannot be solved, though no single factor is to blame
+  kNumericalFailure,   ///< the equations cannot be solved, though no single factor is to blame
 };
 /// "none", "time_jump_forwards", ...; "unknown" for a value that is no enumerator.
 [[nodiscard]] std::string_view to_string(ResetReason reason) noexcept;
@@ -109,6 +108,7 @@ struct FactorReport {
 struct UpdateReport {
   bool initialised = false;  ///< there is an estimate
   bool new_keyframe = false;
+  bool time_refused = false;               ///< it was not finite: nothing was done
   ResetReason reset = ResetReason::kNone;  ///< why this update has forgotten all
   int iterations = 0;                      ///< linearisations
   int relinearised = 0;                 ///< states that were linearised anew, over all iterations
@@ -171,7 +171,8 @@ class FixedLagSmoother {
   [[nodiscard]] std::size_t keyframes() const noexcept;
   [[nodiscard]] double time(std::size_t keyframe) const noexcept;
   [[nodiscard]] const NavState& state(std::size_t keyframe) const noexcept;
-  /// Over the tangent space at the estimate. The cost grows with the distance to the newest.
+  /// Over the tangent space at the place of linearisation, which is within the thresholds of the
+  /// estimate. The cost grows with the distance to the newest.
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
 
   [[nodiscard]] const GlobalStates& globals() const noexcept;

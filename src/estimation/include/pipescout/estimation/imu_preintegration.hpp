@@ -107,8 +107,8 @@ class ImuFactor {
   ImuFactor(const ImuPreintegration& preintegration, double gravity);
 
   /// `from` and `to` of the derivatives, when given, are set; `globals` is left alone.
-  [[nodiscard]] Residual evaluate(const NavState& from, const NavState& to,
-                                  Jacobians<kRows>* jacobians = nullptr) const;
+  Residual evaluate(const NavState& from, const NavState& to,
+                    Jacobians<kRows>* jacobians = nullptr) const;
 
   [[nodiscard]] const ImuMotion& motion() const noexcept { return motion_; }
 

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation/fixed_lag_smoother.hpp"
+
+#include <array>
+#include <utility>
+
+#include "refuse.hpp"
+#include "smoother_implementation.hpp"
+
+namespace pipescout::estimation {
+
+std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
+  constexpr double kGate = 0.9999;
+  std::array<Robustness, kFactorKinds> all{};
+  for (const FactorKind kind :
+       {FactorKind::kGps, FactorKind::kHeading, FactorKind::kVisualPose, FactorKind::kWeld}) {
+    all[index_of(kind)].gate_probability = kGate;
+  }
+  return all;
+}
+
+void FixedLagSmootherParameters::validate() const {
+  const auto within = [](const char* field, double value, double low, double high,
+                         const char* range) {
+    require(field, value, value >= low && value <= high, range);
+  };
+  within("lag", lag, 0.01, 1000, "[0.01, 1000]");
+  within("max_keyframes", static_cast<double>(max_keyframes), 3, 1e4, "[3, 10000]");
+  within("max_factors_per_keyframe", static_cast<double>(max_factors_per_keyframe), 1, 1000,
+         "[1, 1000]");
+  within("max_waiting", static_cast<double>(max_waiting), 1, 1e5, "[1, 100000]");
+  within("max_imu_samples", static_cast<double>(max_imu_samples), 16, 1e7, "[16, 10000000]");
+  within("max_step", max_step, 1e-3, 100, "[1e-3, 100]");
+  within("max_held_imu", max_held_imu, 0, 1, "[0, 1]");
+  within("gravity", gravity, 0, 100, "[0, 100]");
+  imu_noise.validate();
+  within("coasting_acceleration", coasting_acceleration, 1e-6, 1000, "[1e-6, 1000]");
+  within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000, "[1e-6, 1000]");
+  if (!globals.is_finite()) {
+    throw std::invalid_argument("globals: one is not finite");
+  }
+  const auto deviation = [](const char* field, double value) {
+    require(field, value, value == 0 || (value >= 1e-9 && value <= 1e6), "{0} or [1e-9, 1e6]");
+  };
+  deviation("global_deviations.odometer_scale", global_deviations.odometer_scale);
+  deviation("global_deviations.mount_yaw", global_deviations.mount_yaw);
+  deviation("global_deviations.mount_pitch", global_deviations.mount_pitch);
+  deviation("global_deviations.rack_position", global_deviations.rack_position);
+  deviation("global_deviations.rack_rotation", global_deviations.rack_rotation);
+  deviation("global_deviations.gps_lever_arm", global_deviations.gps_lever_arm);
+  for (const Robustness& one : robustness) {
+    one.validate();
+  }
+  within("relinearisation.position", relinearisation.position, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.rotation", relinearisation.rotation, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.velocity", relinearisation.velocity, 1e-9, 10, "[1e-9, 10]");
+  within("relinearisation.gyro_bias", relinearisation.gyro_bias, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.accelerometer_bias", relinearisation.accelerometer_bias, 1e-9, 10,
+         "[1e-9, 10]");
+  within("max_iterations", max_iterations, 1, 100, "[1, 100]");
+}
+
+std::string_view to_string(Outcome outcome) noexcept {
+  constexpr std::array<std::string_view, kOutcomes> kNames = {
+      "accepted",  "waiting",       "gated",          "late",         "future",
+      "duplicate", "not_finite",    "bad_covariance", "bad_interval", "bad_direction",
+      "full",      "uninitialised", "quarantined"};
+  const auto i = static_cast<std::size_t>(outcome);
+  return i < kNames.size() ? kNames[i] : "unknown";
+}
+
+std::string_view to_string(ResetReason reason) noexcept {
+  switch (reason) {
+    case ResetReason::kNone:
+      return "none";
+    case ResetReason::kTimeJumpForwards:
+      return "time_jump_forwards";
+    case ResetReason::kTimeJumpBackwards:
+      return "time_jump_backwards";
+    case ResetReason::kNumericalFailure:
+      return "numerical_failure";
+  }
+  return "unknown";
+}
+
+FixedLagSmoother::FixedLagSmoother(const FixedLagSmootherParameters& parameters) {
+  parameters.validate();
+  implementation_ = std::make_unique<Implementation>(parameters);
+}
+FixedLagSmoother::~FixedLagSmoother() = default;
+FixedLagSmoother::FixedLagSmoother(FixedLagSmoother&&) noexcept = default;
+FixedLagSmoother& FixedLagSmoother::operator=(FixedLagSmoother&&) noexcept = default;
+
+void FixedLagSmoother::initialise(double time, const NavState& mean,
+                                  const StateMatrix& covariance) {
+  implementation_->initialise(time, mean, covariance);
+}
+Outcome FixedLagSmoother::add(const ImuSample& sample) noexcept {
+  return implementation_->add_imu(sample);
+}
+Outcome FixedLagSmoother::add(const GpsMeasurement& m) noexcept {
+  return implementation_->add<GpsFactor>(m);
+}
+Outcome FixedLagSmoother::add(const HeadingMeasurement& m) noexcept {
+  return implementation_->add<HeadingFactor>(m);
+}
+Outcome FixedLagSmoother::add(const VisualPoseMeasurement& m) noexcept {
+  return implementation_->add<VisualPoseFactor>(m);
+}
+Outcome FixedLagSmoother::add(const WeldMeasurement& m) noexcept {
+  return implementation_->add<WeldFactor>(m);
+}
+Outcome FixedLagSmoother::add(const NonHolonomicMeasurement& m) noexcept {
+  return implementation_->add<NonHolonomicFactor>(m);
+}
+Outcome FixedLagSmoother::add(const ZeroVelocityMeasurement& m) noexcept {
+  return implementation_->add<ZeroVelocityFactor>(m);
+}
+Outcome FixedLagSmoother::add(const OdometerMeasurement& m) noexcept {
+  return implementation_->add<OdometerFactor>(m);
+}
+Outcome FixedLagSmoother::add(const RelativePoseMeasurement& m) noexcept {
+  return implementation_->add<RelativePoseFactor>(m);
+}
+const UpdateReport& FixedLagSmoother::update(double time) noexcept {
+  implementation_->update(time);
+  return implementation_->report();
+}
+bool FixedLagSmoother::initialised() const noexcept {
+  return implementation_->size() > 0;
+}
+std::size_t FixedLagSmoother::keyframes() const noexcept {
+  return implementation_->size();
+}
+double FixedLagSmoother::time(std::size_t keyframe) const noexcept {
+  return std::as_const(*implementation_).keyframe(keyframe).time;
+}
+const NavState& FixedLagSmoother::state(std::size_t keyframe) const noexcept {
+  return std::as_const(*implementation_).keyframe(keyframe).estimate;
+}
+StateMatrix FixedLagSmoother::covariance(std::size_t keyframe) const noexcept {
+  return implementation_->covariance(keyframe);
+}
+const GlobalStates& FixedLagSmoother::globals() const noexcept {
+  return implementation_->globals();
+}
+Eigen::Matrix<double, kGlobalSize, kGlobalSize> FixedLagSmoother::global_covariance()
+    const noexcept {
+  return implementation_->global_covariance();
+}
+std::optional<FixedLagSmoother::Propagated> FixedLagSmoother::propagated() const noexcept {
+  return implementation_->propagated();
+}
+void FixedLagSmoother::report_factors(std::vector<FactorReport>& reports) const {
+  implementation_->report_factors(reports);
+}
+const OutcomeCounts& FixedLagSmoother::counts(FactorKind kind) const noexcept {
+  return implementation_->counts(kind);
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "smoother_implementation.hpp"
+
+#include <cmath>
+#include <exception>
+
+#include "refuse.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+/// Rows of the factors of one time, by kind; the gates' degrees.
+constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6};
+
+}  // namespace
+
+FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameters& parameters)
+    : parameters_(parameters), imu_(parameters.max_imu_samples) {
+  // One more than stay: the newest comes before the oldest goes.
+  ring_.resize(parameters.max_keyframes + 1);
+  old_deltas_.resize(ring_.size());
+  for (Keyframe& keyframe : ring_) {
+    keyframe.factors.reserve(parameters.max_factors_per_keyframe);
+  }
+  waiting_.reserve(parameters.max_waiting);
+  report_.factors.reserve(parameters.max_waiting);
+  for (std::size_t kind = 0; kind < kFactorKinds; ++kind) {
+    const double probability = parameters.robustness[kind].gate_probability;
+    gates_[kind] = probability < 1 ? chi_square_quantile(probability, kRows[kind]) : 0;
+  }
+  const GlobalDeviations& known = parameters.global_deviations;
+  const auto estimate = [&](int place, int size, double deviation) {
+    for (int i = place; deviation > 0 && i < place + size; ++i) {
+      estimated_.push_back(i);
+      global_information_[i] = 1 / (deviation * deviation);
+    }
+  };
+  estimate(kOdometerScale, 1, known.odometer_scale);
+  estimate(kMountYaw, 1, known.mount_yaw);
+  estimate(kMountPitch, 1, known.mount_pitch);
+  estimate(kRackPosition, 3, known.rack_position);
+  estimate(kRackRotation, 3, known.rack_rotation);
+  estimate(kGpsLeverArm, 3, known.gps_lever_arm);
+  globals_ = linear_globals_ = parameters.globals;
+}
+
+void FixedLagSmoother::Implementation::initialise(double time, const NavState& mean,
+                                                  const StateMatrix& covariance) {
+  require("time", time, true, "the finite numbers");
+  const PriorFactor prior(mean, covariance);
+  reset(ResetReason::kNone);
+  prior_ = prior;
+  first_ = 0;
+  count_ = 1;
+  Keyframe& first = newest();
+  first.time = time;
+  first.linear = first.estimate = mean;
+  first.delta.setZero();
+  first.linearised_delta.setZero();
+  first.link.reset();
+  first.factors.clear();
+  globals_ = linear_globals_ = parameters_.globals;
+  global_delta_.setZero();
+  linearised_global_delta_.setZero();
+  globals_bound_ = false;
+  linearise_prior();
+  linearise_clique(0);
+  eliminated_ = 0;
+  // A prior is regular: this cannot fail.
+  static_cast<void>(eliminate_chain(0));
+  ahead_ = ImuMotion(mean.gyro_bias, mean.accelerometer_bias);
+  ahead_time_ = time;
+  report_ = UpdateReport{.initialised = true, .factors = std::move(report_.factors)};
+}
+
+Outcome FixedLagSmoother::Implementation::count(FactorKind kind, Outcome outcome) noexcept {
+  ++counts_[index_of(kind)][static_cast<std::size_t>(outcome)];
+  return outcome;
+}
+
+void FixedLagSmoother::Implementation::reset(ResetReason reason) noexcept {
+  count_ = 0;
+  waiting_.clear();
+  imu_.clear();
+  prior_.reset();
+  report_.reset = reason;
+  report_.initialised = false;
+}
+
+void FixedLagSmoother::Implementation::drop_oldest() {
+  while (count_ > 2 && (newest().time - keyframe(0).time > parameters_.lag + kSameTime ||
+                        count_ == ring_.size())) {
+    Keyframe& oldest = keyframe(0);
+    if (estimated_.size() > 0 && !oldest.clique.own.corner.isZero(0)) {
+      globals_bound_ = true;
+    }
+    // What its elimination has left to the next is the Schur complement.
+    oldest.factors.clear();
+    oldest.link.reset();
+    first_ = (first_ + 1) % ring_.size();
+    --count_;
+    --eliminated_;
+    prior_.reset();
+    ++report_.marginalised;
+  }
+}
+
+void FixedLagSmoother::Implementation::update(double time) noexcept {
+  report_.factors.clear();
+  report_ = UpdateReport{.initialised = count_ > 0, .factors = std::move(report_.factors)};
+  if (!std::isfinite(time)) {
+    report_.time_refused = true;
+    return;
+  }
+  if (count_ == 0) {
+    return;
+  }
+  if (time > newest().time + parameters_.max_step) {
+    reset(ResetReason::kTimeJumpForwards);
+    return;
+  }
+  if (time < keyframe(0).time - kSameTime) {
+    reset(ResetReason::kTimeJumpBackwards);
+    return;
+  }
+  // Sound input leads to no exception; what is finite but absurd might, in an exponential map.
+  try {
+    if (time > newest().time + kSameTime) {
+      append_keyframe(time);
+    }
+    place_waiting();
+    solve();
+    if (count_ == 0) {
+      return;
+    }
+    note_fresh();
+    drop_oldest();
+    ahead_ = ImuMotion(newest().estimate.gyro_bias, newest().estimate.accelerometer_bias);
+    ahead_time_ = newest().time;
+    if (!imu_.empty() && imu_.end() > ahead_time_) {
+      carry_ahead(imu_.end());
+    }
+  } catch (const std::exception&) {
+    reset(ResetReason::kNumericalFailure);
+  }
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "chain_elimination.hpp"
+#include "imu_timeline.hpp"
+#include "pipescout/estimation/fixed_lag_smoother.hpp"
+
+namespace pipescout::estimation {
+
+/// Times that differ by less are one, s.
+inline constexpr double kSameTime = 1e-4;
+
+/// Place of a kind in arrays over all kinds.
+[[nodiscard]] inline std::size_t index_of(FactorKind kind) {
+  return static_cast<std::size_t>(kind);
+}
+
+/// A measurement with what ties it to the keyframes.
+struct PlacedFactor {
+  AnyFactor factor;
+  std::uint64_t fingerprint = 0;  // of its numbers
+  ImuMotion from{};               // from the keyframe to the measurement, or its `from_time`
+  ImuMotion to{};                 // to its `to_time`: from the next keyframe, or the same one
+  bool to_next = false;
+  bool fresh = true;  // came in with this update
+  double weight = 1;  // as linearised
+};
+
+[[nodiscard]] inline FactorKind kind_of(const AnyFactor& factor) {
+  return std::visit([](const auto& f) { return std::decay_t<decltype(f)>::kKind; }, factor);
+}
+
+/// What a factor says at one place. Rows beyond `rows` are not set.
+struct LinearFactor {
+  static constexpr int kMaxRows = 6;
+  int rows = 0;
+  Eigen::Matrix<double, kMaxRows, 1> residual;
+  // By rows, so that a row is 15 neighbours in memory.
+  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> from;
+  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> to;
+  Eigen::Matrix<double, kMaxRows, kGlobalSize> globals;
+};
+
+struct Keyframe {
+  double time = 0;
+  NavState linear{};    // where it is linearised
+  NavState estimate{};  // linear.retract(delta)
+  StateVector delta = StateVector::Zero();
+  StateVector linearised_delta = StateVector::Zero();  // `delta` when the residuals were taken
+  std::optional<ImuFactor> link{};                     // to the next keyframe
+  std::vector<PlacedFactor> factors{};
+  Clique clique{};
+  Message in{};  // from the keyframes before, or what is known beforehand
+  Eliminated eliminated{};
+  bool dirty = true;  // `clique` is not that of the factors
+};
+
+class FixedLagSmoother::Implementation {
+ public:
+  explicit Implementation(const FixedLagSmootherParameters& parameters);
+
+  void initialise(double time, const NavState& mean, const StateMatrix& covariance);
+  Outcome add_imu(const ImuSample& sample) noexcept;
+  template <class Factor>
+  Outcome add(const typename Factor::MeasurementType& measurement) noexcept;
+  void update(double time) noexcept;
+
+  // smoother_output.cpp
+  [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
+  [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
+  [[nodiscard]] std::optional<Propagated> propagated() const noexcept;
+  void report_factors(std::vector<FactorReport>& reports) const;
+
+  [[nodiscard]] const Keyframe& keyframe(std::size_t i) const noexcept {
+    return ring_[(first_ + i) % ring_.size()];
+  }
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+  [[nodiscard]] const GlobalStates& globals() const noexcept { return globals_; }
+  [[nodiscard]] const UpdateReport& report() const noexcept { return report_; }
+  [[nodiscard]] const OutcomeCounts& counts(FactorKind kind) const noexcept {
+    return counts_[index_of(kind)];
+  }
+
+ private:
+  [[nodiscard]] Keyframe& keyframe(std::size_t i) noexcept {
+    return ring_[(first_ + i) % ring_.size()];
+  }
+  [[nodiscard]] Keyframe& newest() noexcept { return keyframe(count_ - 1); }
+  [[nodiscard]] const Keyframe& newest() const noexcept { return keyframe(count_ - 1); }
+  Outcome count(FactorKind kind, Outcome outcome) noexcept;
+  void reset(ResetReason reason) noexcept;
+  /// Counts and reports.
+  void note(const PlacedFactor& factor, Outcome outcome, double chi_square);
+
+  // smoother_input.cpp
+  [[nodiscard]] bool is_known(std::uint64_t fingerprint) const noexcept;
+  void append_keyframe(double time);
+  void place_waiting();
+  [[nodiscard]] Outcome place(PlacedFactor& factor);
+  void note_fresh();
+  [[nodiscard]] FactorReport report_of(const PlacedFactor& factor) const;
+  [[nodiscard]] std::size_t keyframe_at(double time) const noexcept;
+  void set_motion(std::size_t keyframe, double time, ImuMotion& motion) const;
+  /// The chi-square of its difference from what is known without it; infinite when that cannot be
+  /// told.
+  [[nodiscard]] double innovation(const PlacedFactor& factor, std::size_t keyframe) const;
+  void integrate_link(Keyframe& from, double end);
+  void drop_oldest();
+  void carry_ahead(double until);
+
+  // smoother_linearise.cpp
+  /// The factor of keyframe `k`: derivatives where it is linearised, the residual as of there too.
+  void linearise(const PlacedFactor& factor, std::size_t k, LinearFactor& linear) const;
+  /// Squared norm of its residual at the estimate.
+  [[nodiscard]] double chi_square(const PlacedFactor& factor, std::size_t k) const;
+  [[nodiscard]] KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
+  void linearise_prior();
+  void linearise_clique(std::size_t k);
+  [[nodiscard]] CornerVector estimated_part(const GlobalVector& all) const;
+  [[nodiscard]] GlobalVector whole(const CornerVector& part) const;
+  [[nodiscard]] double cost() const;
+
+  // smoother_solve.cpp
+  void solve();
+  /// The chain without what is at fault; false when that is no single factor.
+  [[nodiscard]] bool eliminate_sound();
+  bool prepare();  // true: something is to be eliminated anew
+  void relinearise();
+  [[nodiscard]] bool eliminate_chain(double damping);
+  [[nodiscard]] bool blame_a_factor();
+  [[nodiscard]] bool substitute_all();
+  [[nodiscard]] bool substitute_globals();
+  [[nodiscard]] bool substitute_state(std::size_t k, const StateVector* next);
+  [[nodiscard]] bool step();
+  void remember();
+  void go_back();
+  /// J P J^T, with P the joint covariance of a keyframe's state and the estimated globals, from the
+  /// transposed derivatives by both.
+  template <int N>
+  [[nodiscard]] Eigen::Matrix<double, N, N> covariance_of(
+      std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state,
+      Eigen::Matrix<double, Eigen::Dynamic, N, 0, kGlobalSize, N> by_globals) const;
+
+  FixedLagSmootherParameters parameters_;
+  std::array<double, kFactorKinds> gates_{};  // chi-squares
+  std::array<OutcomeCounts, kFactorKinds> counts_{};
+  std::vector<PlacedFactor> waiting_{};
+  ImuTimeline imu_;
+  UpdateReport report_;
+
+  std::vector<Keyframe> ring_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  std::size_t eliminated_ = 0;  // keyframes from the oldest whose elimination stands
+  Message last_{};              // what the chain leaves to the globals
+  Corner corner_root_{};
+
+  GlobalStates globals_{};         // estimate
+  GlobalStates linear_globals_{};  // where they are linearised
+  GlobalVector global_delta_ = GlobalVector::Zero();
+  GlobalVector linearised_global_delta_ = GlobalVector::Zero();
+  std::vector<int> estimated_{};                            // which of the 12
+  GlobalVector global_information_ = GlobalVector::Zero();  // beforehand
+
+  std::optional<PriorFactor> prior_{};  // until the first keyframe has left
+  bool globals_bound_ = false;          // a factor with globals has left
+
+  // For steps that are taken back.
+  std::vector<StateVector> old_deltas_{};
+  GlobalVector old_global_delta_ = GlobalVector::Zero();
+
+  ImuMotion ahead_{};  // from the newest keyframe
+  double ahead_time_ = 0;
+};
+
+template <int N>
+Eigen::Matrix<double, N, N> FixedLagSmoother::Implementation::covariance_of(
+    std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state,
+    Eigen::Matrix<double, Eigen::Dynamic, N, 0, kGlobalSize, N> by_globals) const {
+  // With the root R of all the information, R^T R, it is |R^-T J^T|^2: one forward substitution
+  // along the chain from the keyframe on.
+  Eigen::Matrix<double, N, N> sum = Eigen::Matrix<double, N, N>::Zero();
+  for (; k < count_; ++k) {
+    const Eliminated& here = keyframe(k).eliminated;
+    solve_root(here, by_state);
+    sum.noalias() += by_state.transpose().lazyProduct(by_state);
+    if (by_globals.rows() > 0) {
+      by_globals.noalias() -= here.border.transpose().lazyProduct(by_state);
+    }
+    if (k + 1 < count_) {
+      by_state = (-here.cross.transpose().lazyProduct(by_state)).eval();
+    }
+  }
+  if (by_globals.rows() > 0) {
+    corner_root_.triangularView<Eigen::Lower>().solveInPlace(by_globals);
+    sum.noalias() += by_globals.transpose().lazyProduct(by_globals);
+  }
+  return sum;
+}
+
+}  // namespace pipescout::estimation

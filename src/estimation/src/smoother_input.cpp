@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+// From measurements to factors of keyframes.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "fingerprint.hpp"
+#include "smoother_implementation.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+/// Rates and forces that no sensor measures; sums over them could overflow.
+constexpr double kMostRate = 1e4;   // rad/s
+constexpr double kMostForce = 1e6;  // m/s^2
+
+struct Span {
+  double from;
+  double to;
+};
+
+template <class Measurement>
+Span span_of(const Measurement& m) {
+  if constexpr (requires { m.from_time; }) {
+    return {m.from_time, m.to_time};
+  } else {
+    return {m.time, m.time};
+  }
+}
+
+Span span_of(const AnyFactor& factor) {
+  return std::visit([](const auto& f) { return span_of(f.measurement()); }, factor);
+}
+
+Outcome outcome_of(InputFault fault) {
+  switch (fault) {
+    case InputFault::kNone:
+      break;
+    case InputFault::kNotFinite:
+      return Outcome::kNotFinite;
+    case InputFault::kBadCovariance:
+      return Outcome::kBadCovariance;
+    case InputFault::kBadInterval:
+      return Outcome::kBadInterval;
+    case InputFault::kBadDirection:
+      return Outcome::kBadDirection;
+  }
+  return Outcome::kWaiting;
+}
+
+/// What an IMU would have measured of a body that neither turns nor changes its velocity.
+Eigen::Vector3d resting_force(const geometry::SO3& R_map_body, double gravity) {
+  return R_map_body.inverse() * Eigen::Vector3d(0, 0, gravity);
+}
+
+}  // namespace
+
+Outcome FixedLagSmoother::Implementation::add_imu(const ImuSample& given) noexcept {
+  constexpr FactorKind kKind = FactorKind::kImu;
+  constexpr double kOverlap = 1e-9;
+  if (!(std::isfinite(given.time) && std::isfinite(given.duration) &&
+        given.angular_rate.cwiseAbs().maxCoeff() <= kMostRate &&
+        given.specific_force.cwiseAbs().maxCoeff() <= kMostForce &&
+        given.angular_rate.allFinite() && given.specific_force.allFinite())) {
+    return count(kKind, Outcome::kNotFinite);
+  }
+  if (!(given.duration > 0 && given.duration <= parameters_.max_step)) {
+    return count(kKind, Outcome::kBadInterval);
+  }
+  if (count_ == 0) {
+    return count(kKind, Outcome::kUninitialised);
+  }
+  if (given.time > newest().time + 2 * parameters_.max_step) {
+    return count(kKind, Outcome::kFuture);
+  }
+  ImuSample sample = given;
+  if (!imu_.empty()) {
+    const double overlap = imu_.end() - given.time;
+    if (given.time == imu_.newest().time) {
+      return count(kKind, Outcome::kDuplicate);
+    }
+    if (overlap >= given.duration - kOverlap) {
+      return count(kKind, Outcome::kLate);
+    }
+    if (overlap > 0) {
+      sample.time += overlap;
+      sample.duration -= overlap;
+    }
+  }
+  imu_.push(sample);
+  carry_ahead(imu_.end());
+  return count(kKind, Outcome::kAccepted);
+}
+
+template <class Factor>
+Outcome FixedLagSmoother::Implementation::add(
+    const typename Factor::MeasurementType& measurement) noexcept {
+  const InputFault fault = check(measurement);
+  if (fault != InputFault::kNone) {
+    return count(Factor::kKind, outcome_of(fault));
+  }
+  if (count_ == 0) {
+    return count(Factor::kKind, Outcome::kUninitialised);
+  }
+  const Span span = span_of(measurement);
+  if (span.from < keyframe(0).time - kSameTime) {
+    return count(Factor::kKind, Outcome::kLate);
+  }
+  if (span.to > newest().time + parameters_.max_step) {
+    return count(Factor::kKind, Outcome::kFuture);
+  }
+  const std::uint64_t fingerprint = fingerprint_of(measurement);
+  if (is_known(fingerprint)) {
+    return count(Factor::kKind, Outcome::kDuplicate);
+  }
+  if (waiting_.size() == parameters_.max_waiting) {
+    return count(Factor::kKind, Outcome::kFull);
+  }
+  waiting_.push_back({.factor = Factor(measurement), .fingerprint = fingerprint});
+  return Outcome::kWaiting;
+}
+
+template Outcome FixedLagSmoother::Implementation::add<GpsFactor>(const GpsMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<HeadingFactor>(
+    const HeadingMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<VisualPoseFactor>(
+    const VisualPoseMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<WeldFactor>(const WeldMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<NonHolonomicFactor>(
+    const NonHolonomicMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<ZeroVelocityFactor>(
+    const ZeroVelocityMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<OdometerFactor>(
+    const OdometerMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<RelativePoseFactor>(
+    const RelativePoseMeasurement&) noexcept;
+
+bool FixedLagSmoother::Implementation::is_known(std::uint64_t fingerprint) const noexcept {
+  const auto same = [&](const PlacedFactor& f) { return f.fingerprint == fingerprint; };
+  if (std::any_of(waiting_.begin(), waiting_.end(), same)) {
+    return true;
+  }
+  for (std::size_t k = 0; k < count_; ++k) {
+    const auto& factors = keyframe(k).factors;
+    if (std::any_of(factors.begin(), factors.end(), same)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noexcept {
+  std::size_t k = count_ - 1;
+  while (k > 0 && keyframe(k).time > time + kSameTime) {
+    --k;
+  }
+  return k;
+}
+
+void FixedLagSmoother::Implementation::set_motion(std::size_t k, double time,
+                                                  ImuMotion& motion) const {
+  const Keyframe& from = keyframe(k);
+  motion = ImuMotion(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  if (time <= from.time + kSameTime) {
+    return;
+  }
+  imu_.walk(
+      from.time, time, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
+        if (sample != nullptr) {
+          motion.integrate(sample->angular_rate, sample->specific_force, duration);
+        } else {
+          motion.integrate(
+              motion.gyro_bias(),
+              motion.accelerometer_bias() +
+                  resting_force(from.estimate.R_map_body * motion.rotation(), parameters_.gravity),
+              duration);
+        }
+      });
+}
+
+void FixedLagSmoother::Implementation::integrate_link(Keyframe& from, double end) {
+  ImuNoise coasting = parameters_.imu_noise;
+  coasting.gyro = parameters_.coasting_angular_rate;
+  coasting.accelerometer = parameters_.coasting_acceleration;
+  ImuPreintegration link(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  imu_.walk(
+      from.time, end, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
+        if (sample != nullptr) {
+          link.integrate(sample->angular_rate, sample->specific_force, duration,
+                         parameters_.imu_noise);
+        } else {
+          const auto R_map_body = from.estimate.R_map_body * link.motion().rotation();
+          link.integrate(
+              from.estimate.gyro_bias,
+              from.estimate.accelerometer_bias + resting_force(R_map_body, parameters_.gravity),
+              duration, coasting);
+          report_.coasted += duration;
+        }
+      });
+  from.link.emplace(link, parameters_.gravity);
+}
+
+void FixedLagSmoother::Implementation::append_keyframe(double time) {
+  Keyframe& from = newest();
+  integrate_link(from, time);
+  from.dirty = true;
+  eliminated_ = std::min(eliminated_, count_ - 1);
+  ++count_;
+  Keyframe& added = newest();
+  added.time = time;
+  added.linear = from.link->motion().propagate(from.estimate, parameters_.gravity);
+  added.estimate = added.linear;
+  added.delta.setZero();
+  added.linearised_delta.setZero();
+  added.link.reset();
+  added.factors.clear();
+  added.dirty = true;
+  report_.new_keyframe = true;
+}
+
+double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed,
+                                                    std::size_t k) const {
+  constexpr int kMost = LinearFactor::kMaxRows;
+  LinearFactor linear;
+  linear.from.setZero();
+  linear.globals.setZero();
+  linearise(placed, k, linear);
+  const auto globals = static_cast<Eigen::Index>(estimated_.size());
+  Eigen::Matrix<double, Eigen::Dynamic, kMost, 0, kGlobalSize, kMost> by_globals(globals, kMost);
+  Eigen::Matrix<double, kMost, 1> r = Eigen::Matrix<double, kMost, 1>::Zero();
+  for (int row = 0; row < linear.rows; ++row) {
+    const GlobalVector all = linear.globals.row(row);
+    by_globals.col(row) = estimated_part(all);
+    r[row] =
+        linear.residual[row] + linear.from.row(row).dot(keyframe(k).delta) + all.dot(global_delta_);
+  }
+  by_globals.rightCols(kMost - linear.rows).setZero();
+  Eigen::Matrix<double, kMost, kMost> s =
+      covariance_of<kMost>(k, linear.from.transpose(), by_globals);
+  s.diagonal().array() += 1;
+  const double chi_square = r.dot(s.llt().solve(r));
+  return std::isfinite(chi_square) ? chi_square : std::numeric_limits<double>::infinity();
+}
+
+Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
+  const Span span = span_of(placed.factor);
+  if (span.from < keyframe(0).time - kSameTime) {
+    return Outcome::kLate;
+  }
+  const std::size_t from = keyframe_at(span.from);
+  const std::size_t to = keyframe_at(span.to);
+  if (to > from + 1) {
+    return Outcome::kBadInterval;
+  }
+  Keyframe& place = keyframe(from);
+  if (place.factors.size() == parameters_.max_factors_per_keyframe) {
+    return Outcome::kFull;
+  }
+  placed.to_next = to != from;
+  set_motion(from, span.from, placed.from);
+  if (span.to != span.from) {
+    set_motion(to, span.to, placed.to);
+  }
+  const FactorKind kind = kind_of(placed.factor);
+  const double chi_square = this->chi_square(placed, from);
+  if (!std::isfinite(chi_square)) {
+    note(placed, Outcome::kQuarantined, chi_square);
+    return Outcome::kQuarantined;
+  }
+  if (parameters_.robustness[index_of(kind)].gate_probability < 1 && span.from == span.to) {
+    const double difference = innovation(placed, from);
+    if (difference > gates_[index_of(kind)]) {
+      note(placed, Outcome::kGated, difference);
+      return Outcome::kGated;
+    }
+  }
+  place.factors.push_back(placed);
+  place.dirty = true;
+  return Outcome::kAccepted;
+}
+
+void FixedLagSmoother::Implementation::place_waiting() {
+  const double latest = newest().time + kSameTime;
+  const auto place_those = [&](auto&& wanted) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+      if (wanted(waiting_[i])) {
+        const Outcome outcome = place(waiting_[i]);
+        if (outcome != Outcome::kAccepted && outcome != Outcome::kGated &&
+            outcome != Outcome::kQuarantined) {
+          note(waiting_[i], outcome, 0);
+        }
+      } else {
+        if (kept != i) {
+          waiting_[kept] = waiting_[i];
+        }
+        ++kept;
+      }
+    }
+    waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(kept), waiting_.end());
+  };
+  // What measures motion first: gates judge by it.
+  place_those([&](const PlacedFactor& f) {
+    const Span span = span_of(f.factor);
+    return span.to <= latest && span.from != span.to;
+  });
+  const bool gates = std::any_of(waiting_.begin(), waiting_.end(), [&](const PlacedFactor& f) {
+    return span_of(f.factor).to <= latest;
+  });
+  if (gates) {
+    prepare();
+    if (!eliminate_sound() || !substitute_globals() || !substitute_state(count_ - 1, nullptr)) {
+      throw std::runtime_error("the equations cannot be solved");
+    }
+  }
+  place_those([&](const PlacedFactor& f) { return span_of(f.factor).to <= latest; });
+}
+
+void FixedLagSmoother::Implementation::carry_ahead(double until) {
+  imu_.walk(ahead_time_, until, parameters_.max_held_imu,
+            [&](const ImuSample* sample, double duration) {
+              if (sample != nullptr) {
+                ahead_.integrate(sample->angular_rate, sample->specific_force, duration);
+              } else {
+                ahead_.integrate(ahead_.gyro_bias(),
+                                 ahead_.accelerometer_bias() +
+                                     resting_force(newest().estimate.R_map_body * ahead_.rotation(),
+                                                   parameters_.gravity),
+                                 duration);
+              }
+            });
+  ahead_time_ = std::max(ahead_time_, until);
+}
+
+}  // namespace pipescout::estimation

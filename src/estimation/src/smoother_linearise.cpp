@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// From factors to normal equations.
+#include <cmath>
+#include <type_traits>
+#include <variant>
+
+#include "smoother_implementation.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+/// A keyframe's state carried to the time of a measurement, with the derivative of that.
+struct Carried {
+  NavState state;
+  StateMatrix by_keyframe;  // of motions of some duration only
+};
+
+template <int N>
+void chain(const ImuMotion& motion, const StateMatrix& by_keyframe,
+           Eigen::Matrix<double, N, kStateSize>& derivative) {
+  if (motion.duration() > 0) {
+    derivative = (derivative * by_keyframe).eval();
+  }
+}
+
+NavState carry(const ImuMotion& motion, const NavState& from, double gravity,
+               StateMatrix* by_keyframe = nullptr) {
+  return motion.duration() > 0 ? motion.propagate(from, gravity, by_keyframe) : from;
+}
+
+}  // namespace
+
+void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std::size_t k,
+                                                 LinearFactor& linear) const {
+  const Keyframe& from = keyframe(k);
+  const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
+  const double gravity = parameters_.gravity;
+  std::visit(
+      [&](const auto& factor) {
+        using Factor = std::decay_t<decltype(factor)>;
+        constexpr int kRows = Factor::kRows;
+        typename Factor::Derivatives d;
+        typename Factor::Residual r;
+        StateMatrix by_from;
+        const NavState at_from = carry(placed.from, from.linear, gravity, &by_from);
+        if constexpr (Factor::kRelative) {
+          StateMatrix by_to;
+          const NavState at_to = carry(placed.to, to.linear, gravity, &by_to);
+          factor.evaluate(at_from, at_to, linear_globals_, &d);
+          r = factor.evaluate(carry(placed.from, from.estimate, gravity),
+                              carry(placed.to, to.estimate, gravity), globals_);
+          chain<kRows>(placed.to, by_to, d.to);
+          r.noalias() -= d.to * to.delta;
+        } else {
+          factor.evaluate(at_from, linear_globals_, &d);
+          r = factor.evaluate(carry(placed.from, from.estimate, gravity), globals_);
+        }
+        chain<kRows>(placed.from, by_from, d.from);
+        r.noalias() -= d.from * from.delta;
+        if (!estimated_.empty()) {
+          r.noalias() -= d.globals * global_delta_;
+        }
+        if (Factor::kRelative && !placed.to_next) {
+          d.from += d.to;
+          d.to.setZero();
+        }
+        linear.rows = kRows;
+        linear.residual.head<kRows>() = r;
+        linear.from.template topRows<kRows>() = d.from;
+        linear.to.template topRows<kRows>() = d.to;
+        linear.globals.template topRows<kRows>() = d.globals;
+      },
+      placed.factor);
+}
+
+double FixedLagSmoother::Implementation::chi_square(const PlacedFactor& placed,
+                                                    std::size_t k) const {
+  const Keyframe& from = keyframe(k);
+  const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
+  const double gravity = parameters_.gravity;
+  return std::visit(
+      [&](const auto& factor) {
+        const NavState at_from = carry(placed.from, from.estimate, gravity);
+        if constexpr (std::decay_t<decltype(factor)>::kRelative) {
+          return factor.evaluate(at_from, carry(placed.to, to.estimate, gravity), globals_)
+              .squaredNorm();
+        } else {
+          return factor.evaluate(at_from, globals_).squaredNorm();
+        }
+      },
+      placed.factor);
+}
+
+KernelValue FixedLagSmoother::Implementation::kernel(const PlacedFactor& placed,
+                                                     double chi_square) const {
+  const Robustness& robustness = parameters_.robustness[index_of(kind_of(placed.factor))];
+  return evaluate(robustness.kernel, std::sqrt(chi_square), robustness.width);
+}
+
+CornerVector FixedLagSmoother::Implementation::estimated_part(const GlobalVector& all) const {
+  CornerVector part(static_cast<Eigen::Index>(estimated_.size()));
+  for (Eigen::Index i = 0; i < part.size(); ++i) {
+    part[i] = all[estimated_[static_cast<std::size_t>(i)]];
+  }
+  return part;
+}
+
+GlobalVector FixedLagSmoother::Implementation::whole(const CornerVector& part) const {
+  GlobalVector all = GlobalVector::Zero();
+  for (Eigen::Index i = 0; i < part.size(); ++i) {
+    all[estimated_[static_cast<std::size_t>(i)]] = part[i];
+  }
+  return all;
+}
+
+void FixedLagSmoother::Implementation::linearise_prior() {
+  Message& in = keyframe(0).in;
+  const auto globals = static_cast<int>(estimated_.size());
+  if (prior_) {
+    Jacobians<kStateSize> d;
+    prior_->evaluate(keyframe(0).linear, &d);
+    const StateVector r = prior_->evaluate(keyframe(0).estimate) - d.from * keyframe(0).delta;
+    in.set_zero(globals);
+    in.h = d.from.transpose() * d.from;
+    in.b = -d.from.transpose() * r;
+  }
+  if (globals_bound_ || globals == 0) {
+    return;
+  }
+  // Nothing but their own prior is known of the globals, so that it can be taken anew.
+  Eigen::Matrix<double, kGlobalSize, kGlobalSize> d =
+      Eigen::Matrix<double, kGlobalSize, kGlobalSize>::Identity();
+  const GlobalVector there = parameters_.globals.local(linear_globals_);
+  d.block<3, 3>(kRackRotation, kRackRotation) =
+      geometry::SO3::right_jacobian_inverse(there.segment<3>(kRackRotation));
+  const GlobalVector r = parameters_.globals.local(globals_) - d * global_delta_;
+  for (int i = 0; i < globals; ++i) {
+    const GlobalVector row = d.row(estimated_[static_cast<std::size_t>(i)]);
+    const CornerVector part = estimated_part(row);
+    const double information = global_information_[estimated_[static_cast<std::size_t>(i)]];
+    if (i == 0) {
+      in.corner.setZero();
+      in.corner_b.setZero();
+    }
+    in.corner += information * part * part.transpose();
+    in.corner_b -= information * r[estimated_[static_cast<std::size_t>(i)]] * part;
+  }
+}
+
+void FixedLagSmoother::Implementation::linearise_clique(std::size_t k) {
+  Keyframe& from = keyframe(k);
+  const auto globals = static_cast<int>(estimated_.size());
+  from.clique.set_zero(globals);
+  from.linearised_delta = from.delta;
+  from.dirty = false;
+  if (from.link) {
+    const Keyframe& to = keyframe(k + 1);
+    Jacobians<ImuFactor::kRows> d;
+    from.link->evaluate(from.linear, to.linear, &d);
+    const StateVector r =
+        from.link->evaluate(from.estimate, to.estimate) - d.from * from.delta - d.to * to.delta;
+    const Block by_from = d.from;
+    const Block by_to = d.to;
+    const CornerVector none(0);
+    for (int row = 0; row < kStateSize; ++row) {
+      add_row(from.clique, by_from.data() + row * kStateSize, by_to.data() + row * kStateSize, none,
+              r[row]);
+    }
+  }
+  LinearFactor linear;
+  for (PlacedFactor& placed : from.factors) {
+    linearise(placed, k, linear);
+    placed.weight = kernel(placed, chi_square(placed, k)).weight;
+    const double scale = std::sqrt(placed.weight);
+    if (!std::isfinite(scale) || !linear.residual.head(linear.rows).allFinite() ||
+        !linear.from.topRows(linear.rows).allFinite()) {
+      placed.weight = 0;  // undefined here: a heading of a body that points up
+      continue;
+    }
+    for (int row = 0; row < linear.rows; ++row) {
+      linear.from.row(row) *= scale;
+      linear.to.row(row) *= scale;
+      const GlobalVector by_globals = scale * linear.globals.row(row);
+      const double* to = placed.to_next ? linear.to.data() + row * kStateSize : nullptr;
+      add_row(from.clique, linear.from.data() + row * kStateSize, to, estimated_part(by_globals),
+              scale * linear.residual[row]);
+    }
+  }
+}
+
+double FixedLagSmoother::Implementation::cost() const {
+  const Keyframe& oldest = keyframe(0);
+  const CornerVector globals = estimated_part(global_delta_);
+  double sum = 0.5 * oldest.delta.dot(oldest.in.h * oldest.delta) - oldest.in.b.dot(oldest.delta);
+  if (globals.size() > 0) {
+    sum += 0.5 * globals.dot(oldest.in.corner * globals) - oldest.in.corner_b.dot(globals) +
+           oldest.delta.dot(oldest.in.border * globals);
+  }
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Keyframe& from = keyframe(k);
+    if (from.link) {
+      sum += 0.5 * from.link->evaluate(from.estimate, keyframe(k + 1).estimate).squaredNorm();
+    }
+    for (const PlacedFactor& placed : from.factors) {
+      if (placed.weight > 0) {
+        sum += kernel(placed, chi_square(placed, k)).cost;
+      }
+    }
+  }
+  return sum;
+}
+
+}  // namespace pipescout::estimation
