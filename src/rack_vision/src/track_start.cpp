@@ -21,13 +21,15 @@ constexpr double kFarthest = 150;     // px: within which the unknown place alon
 constexpr double kMuchWorse = 10;     // log-likelihood: places that need not be tried
 constexpr double kAlongStep = 1.5;    // px
 constexpr double kSameAlong = 0.005;  // m
-constexpr double kClearlyBetterAlong = 4;  // log-likelihood
-constexpr double kDistinct = 8;            // px, between what is seen from two places
-constexpr double kLeastShare = 0.4;        // of what is looked for
-constexpr double kClearlyBetter = 0.12;    // of the share of samples found, over other places
-constexpr double kCertainPlace = 0.06;     // m, one sigma across and in height
-constexpr double kCertainTurn = 0.03;      // rad
-constexpr double kNoLessSure = 1.2;        // deviation after the image by that before it
+constexpr double kClearlyBetterAlong = 4;   // log-likelihood
+constexpr double kDistinct = 8;             // px, between what is seen from two places
+constexpr double kLeastShare = 0.4;         // of what is looked for
+constexpr double kClearlyBetter = 0.12;     // of the share of samples found, over other places
+constexpr double kAlikeAtStart = 8;         // images
+constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
+constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;       // rad
+constexpr double kNoLessSure = 1.2;         // deviation after the image by that before it
 constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
@@ -160,6 +162,10 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
   }
   outcome = {};
   accept(0, outcome);
+  // What is wrong with the contours in this image will be wrong with them in the next ones.
+  const Matrix6d before = around.covariance.inverse();
+  outcome.belief.covariance =
+      (before + (outcome.belief.covariance.inverse() - before) / kAlikeAtStart).inverse();
   // What is known along y is the anchor; the pose itself is exact relative to what it will see.
   outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY) + anchor.value_or(0);
   outcome.belief.covariance.row(kY).setZero();
@@ -200,6 +206,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   StepOutcome tried;
   StepOutcome best;
   double best_share = -1;
+  double best_merit = 0;
   double rival_share = -1;
   Start best_start;
   for (const Start& start : starts_) {
@@ -219,7 +226,9 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     }
     const double share = found_share(tried.evidence);
     const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
-    if (share > best_share) {
+    const double merit = share - kShareByChiSquare * moved.dot(information * moved);
+    if (same ? merit > best_merit : share > best_share) {
+      best_merit = merit;
       rival_share = same ? rival_share : best_share;
       best_share = share;
       best = tried;
