@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chain_elimination.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pipescout::estimation {
@@ -9,62 +10,172 @@ namespace {
 /// Pivots below this part of their diagonal are rounding.
 constexpr double kLeastPivot = 1e-13;
 
-/// to -= factor * from, 15 numbers each.
-inline void subtract(double* to, double factor, const double* from) {
-  for (int i = 0; i < kStateSize; ++i) {
-    to[i] -= factor * from[i];
+/// to += factor * from, `count` numbers each.
+inline void add(double* __restrict to, double factor, const double* __restrict from, int count) {
+  for (int i = 0; i < count; ++i) {
+    to[i] += factor * from[i];
   }
 }
 
-/// The Cholesky factor of `a`, of which the lower triangle is read, into `eliminated`.
-bool factorise_state(const Block& a, Eliminated& eliminated) {
-  // Right-looking, over the upper triangle by rows: the transposed factor.
-  Block upper = a.transpose();
-  for (int k = 0; k < kStateSize; ++k) {
-    const double pivot = upper(k, k);
-    if (!(pivot > kLeastPivot * a(k, k)) || !std::isfinite(pivot)) {
+/// Square matrices by rows, `stride` numbers apart; of symmetric ones the upper triangle is read.
+struct Rows {
+  double* data;
+  int stride;
+  [[nodiscard]] double* row(int i) const { return data + i * stride; }
+};
+
+/// The root U of a = U^T U in its place, and the inverses of its diagonal. False when it has none.
+bool factorise_rows(const Rows& a, int size, double* inverse_diagonal) {
+  for (int k = 0; k < size; ++k) {
+    inverse_diagonal[k] = a.row(k)[k];
+  }
+  for (int k = 0; k < size; ++k) {
+    double* const row = a.row(k);
+    const double pivot = row[k];
+    if (!(pivot > kLeastPivot * inverse_diagonal[k]) || !std::isfinite(pivot)) {
       return false;
     }
     const double scale = 1 / std::sqrt(pivot);
-    eliminated.inverse_diagonal[k] = scale;
-    double* row = upper.data() + k * kStateSize;
-    for (int j = 0; j < kStateSize; ++j) {
+    inverse_diagonal[k] = scale;
+    for (int j = k; j < size; ++j) {
       row[j] *= scale;
     }
-    for (int i = k + 1; i < kStateSize; ++i) {
-      subtract(upper.data() + i * kStateSize, row[i], row);
+    for (int i = k + 1; i < size; ++i) {
+      add(a.row(i) + i, -row[i], row + i, size - i);
     }
   }
-  eliminated.root = upper.transpose();
   return true;
 }
 
-bool eliminate_state(const Clique& clique, const Message& in, const Damping& damping,
-                     Eliminated& eliminated) {
-  Block a = clique.own.h + in.h;
-  eliminated.y = clique.own.b + in.b;
-  if (damping.factor > 0) {
-    const StateVector added = damping.factor * a.diagonal();
-    a.diagonal() += added;
-    eliminated.y += added.cwiseProduct(damping.centre);
+/// U^-T x in place; x has `columns` columns.
+void forward(const Rows& root, const double* inverse_diagonal, int size, const Rows& x,
+             int columns) {
+  for (int i = 0; i < size; ++i) {
+    double* const row = x.row(i);
+    for (int c = 0; c < columns; ++c) {
+      row[c] *= inverse_diagonal[i];
+    }
+    for (int j = i + 1; j < size; ++j) {
+      add(x.row(j), -root.row(i)[j], row, columns);
+    }
   }
-  if (!factorise_state(a, eliminated)) {
+}
+
+Rows rows_of(Block& block) {
+  return {block.data(), kStateSize};
+}
+
+/// Information about a state without its link to the next.
+struct Unlinked {
+  Block h;
+  Border border;
+  StateVector b;
+};
+
+Unlinked unlinked(const Clique& clique, const Message& in, const Damping& damping) {
+  Unlinked m{
+      .h = clique.own.h + in.h, .border = clique.own.border + in.border, .b = clique.own.b + in.b};
+  if (damping.factor > 0) {
+    const StateVector added = damping.factor * (m.h.diagonal() + clique.link_h.diagonal());
+    m.h.diagonal() += added;
+    m.b += added.cwiseProduct(damping.centre);
+  }
+  return m;
+}
+
+bool factorise_state(const Block& h, Eliminated& eliminated) {
+  eliminated.root = h;
+  if (!factorise_rows(rows_of(eliminated.root), kStateSize, eliminated.inverse_diagonal.data())) {
     return false;
   }
   solve_root(eliminated, eliminated.y);
-  eliminated.border = clique.own.border + in.border;
   solve_root(eliminated, eliminated.border);
   return true;
 }
 
-void pass_on_corner(const Clique& clique, const Message& in, const Eliminated& eliminated,
-                    Message& out) {
+/// What a state without its link says through the rows of the link, to the next and the globals.
+bool pass_on(const Clique& clique, const Message& in, Unlinked& m, Message& out) {
+  constexpr int kMost = Clique::kMaxRows;
+  constexpr int kColumns = kMost + 1 + kGlobalSize;
+  const int rows = clique.rows;
+  const auto globals = static_cast<int>(m.border.cols());
+
+  // U_m^-T [F_i^T, b, border]
+  double inverse[kMost];
+  const Rows root = rows_of(m.h);
+  if (!factorise_rows(root, kStateSize, inverse)) {
+    return false;
+  }
+  double z_data[kStateSize * kColumns];
+  const Rows z{z_data, kColumns};
+  for (int i = 0; i < kStateSize; ++i) {
+    double* const row = z.row(i);
+    for (int r = 0; r < rows; ++r) {
+      row[r] = clique.from(r, i);
+    }
+    row[rows] = m.b[i];
+    for (int g = 0; g < globals; ++g) {
+      row[rows + 1 + g] = m.border(i, g);
+    }
+  }
+  forward(root, inverse, kStateSize, z, rows + 1 + globals);
+
+  // S = 1 + F_i M^-1 F_i^T, and the rows as they are once the state is gone: [F_j, r, F_g].
+  constexpr int kRight = kStateSize + 1 + kGlobalSize;
+  double s_data[kMost * kMost];
+  double v_data[kMost * kRight];
+  const Rows s{s_data, kMost};
+  const Rows v{v_data, kRight};
+  for (int r = 0; r < rows; ++r) {
+    std::fill(s.row(r), s.row(r) + rows, 0.0);
+    s.row(r)[r] = 1;
+    std::copy_n(clique.to.data() + r * kStateSize, kStateSize, v.row(r));
+    v.row(r)[kStateSize] = clique.residual[r];
+    std::copy_n(clique.globals.data() + r * kGlobalSize, globals, v.row(r) + kStateSize + 1);
+  }
+  for (int i = 0; i < kStateSize; ++i) {
+    const double* const row = z.row(i);
+    for (int r = 0; r < rows; ++r) {
+      add(s.row(r) + r, row[r], row + r, rows - r);
+      v.row(r)[kStateSize] += row[r] * row[rows];
+      add(v.row(r) + kStateSize + 1, -row[r], row + rows + 1, globals);
+    }
+  }
+  if (!factorise_rows(s, rows, inverse)) {
+    return false;
+  }
+  forward(s, inverse, rows, v, kStateSize + 1 + globals);
+
+  out.h.setZero();
+  out.b.setZero();
+  out.border.setZero(kStateSize, globals);
   out.corner = in.corner + clique.own.corner;
   out.corner_b = in.corner_b + clique.own.corner_b;
-  if (out.corner_b.size() > 0) {
-    out.corner.noalias() -= eliminated.border.transpose().lazyProduct(eliminated.border);
-    out.corner_b.noalias() -= eliminated.border.transpose().lazyProduct(eliminated.y);
+  for (int r = 0; r < rows; ++r) {
+    const double* const row = v.row(r);
+    for (int i = 0; i < kStateSize; ++i) {
+      add(out.h.data() + i * kStateSize, row[i], row, kStateSize);
+    }
+    add(out.b.data(), -row[kStateSize], row, kStateSize);
+    for (int g = 0; g < globals; ++g) {
+      const double by_global = row[kStateSize + 1 + g];
+      add(out.border.data() + g * kStateSize, by_global, row, kStateSize);
+      out.corner_b[g] -= by_global * row[kStateSize];
+      for (int other = 0; other < globals; ++other) {
+        out.corner(other, g) += by_global * row[kStateSize + 1 + other];
+      }
+    }
   }
+  for (int i = 0; i < kStateSize; ++i) {
+    const double* const row = z.row(i) + rows;
+    for (int g = 0; g < globals; ++g) {
+      out.corner_b[g] -= row[1 + g] * row[0];
+      for (int other = 0; other < globals; ++other) {
+        out.corner(other, g) -= row[1 + g] * row[1 + other];
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -77,50 +188,74 @@ void Message::set_zero(int globals) {
   corner_b.setZero(globals);
 }
 
-void Clique::set_zero(int globals) {
-  own.set_zero(globals);
+void Clique::set_zero(int number_of_globals) {
+  own.set_zero(number_of_globals);
+  rows = 0;
+  link_h.setZero();
   cross.setZero();
-  next.setZero();
-  next_border.setZero(kStateSize, globals);
-  next_b.setZero();
+  link_border.setZero(kStateSize, number_of_globals);
+  link_b.setZero();
+}
+
+void add_row(Clique& clique, const double* from, const double* to, const CornerVector& globals,
+             double residual) {
+  const bool link = to != nullptr;
+  Block& h = link ? clique.link_h : clique.own.h;
+  StateVector& b = link ? clique.link_b : clique.own.b;
+  Border& border = link ? clique.link_border : clique.own.border;
+  for (int i = 0; i < kStateSize; ++i) {
+    if (from[i] != 0) {
+      add(h.data() + i * kStateSize, from[i], from, kStateSize);
+      b[i] -= from[i] * residual;
+      if (link) {
+        add(clique.cross.data() + i * kStateSize, from[i], to, kStateSize);
+      }
+    }
+  }
+  for (Eigen::Index g = 0; g < globals.size(); ++g) {
+    if (globals[g] != 0) {
+      add(border.data() + g * kStateSize, globals[g], from, kStateSize);
+      if (!link) {
+        clique.own.corner.col(g) += globals[g] * globals;
+        clique.own.corner_b[g] -= globals[g] * residual;
+      }
+    }
+  }
+  if (link) {
+    std::copy_n(from, kStateSize, clique.from.data() + clique.rows * kStateSize);
+    std::copy_n(to, kStateSize, clique.to.data() + clique.rows * kStateSize);
+    std::copy_n(globals.data(), globals.size(), clique.globals.data() + clique.rows * kGlobalSize);
+    clique.residual[clique.rows] = residual;
+    ++clique.rows;
+  }
 }
 
 bool eliminate(const Clique& clique, const Message& in, const Damping& damping,
                Eliminated& eliminated, Message& out) {
-  if (!eliminate_state(clique, in, damping, eliminated)) {
+  Unlinked m = unlinked(clique, in, damping);
+  eliminated.y = m.b + clique.link_b;
+  eliminated.border = m.border + clique.link_border;
+  if (!factorise_state(m.h + clique.link_h, eliminated)) {
     return false;
   }
   eliminated.cross = clique.cross;
-  out.h = clique.next;
-  out.b = clique.next_b;
-  out.border = clique.next_border;
-  double* cross = eliminated.cross.data();
-  for (int i = 0; i < kStateSize; ++i) {
-    double* row = cross + i * kStateSize;
-    for (int j = 0; j < kStateSize; ++j) {
-      row[j] *= eliminated.inverse_diagonal[i];
-    }
-    for (int j = i + 1; j < kStateSize; ++j) {
-      subtract(cross + j * kStateSize, eliminated.root(j, i), row);
-    }
-    for (int j = 0; j < kStateSize; ++j) {
-      subtract(out.h.data() + j * kStateSize, row[j], row);
-    }
-    subtract(out.b.data(), eliminated.y[i], row);
-  }
-  if (out.corner_b.size() > 0 || clique.own.corner_b.size() > 0) {
-    out.border.noalias() -= eliminated.cross.transpose().lazyProduct(eliminated.border);
-  }
-  pass_on_corner(clique, in, eliminated, out);
-  return true;
+  forward(rows_of(eliminated.root), eliminated.inverse_diagonal.data(), kStateSize,
+          rows_of(eliminated.cross), kStateSize);
+  return pass_on(clique, in, m, out);
 }
 
 bool eliminate_last(const Clique& clique, const Message& in, const Damping& damping,
                     Eliminated& eliminated, Message& out) {
-  if (!eliminate_state(clique, in, damping, eliminated)) {
+  const Unlinked m = unlinked(clique, in, damping);
+  eliminated.y = m.b;
+  eliminated.border = m.border;
+  if (!factorise_state(m.h, eliminated)) {
     return false;
   }
-  pass_on_corner(clique, in, eliminated, out);
+  out.corner = in.corner + clique.own.corner;
+  out.corner_b = in.corner_b + clique.own.corner_b;
+  out.corner.noalias() -= eliminated.border.transpose().lazyProduct(eliminated.border);
+  out.corner_b.noalias() -= eliminated.border.transpose().lazyProduct(eliminated.y);
   return true;
 }
 
@@ -134,11 +269,12 @@ StateVector substitute(const Eliminated& eliminated, const StateVector* next,
     x.noalias() -= eliminated.border.lazyProduct(globals);
   }
   for (int i = kStateSize - 1; i >= 0; --i) {
-    x[i] *= eliminated.inverse_diagonal[i];
-    const double* row = eliminated.root.data() + i * kStateSize;
-    for (int j = 0; j < i; ++j) {
-      x[j] -= x[i] * row[j];
+    const double* const row = eliminated.root.data() + i * kStateSize;
+    double rest = x[i];
+    for (int j = i + 1; j < kStateSize; ++j) {
+      rest -= row[j] * x[j];
     }
+    x[i] = rest * eliminated.inverse_diagonal[i];
   }
   return x;
 }
@@ -164,33 +300,6 @@ bool factorise(Corner& corner) {
     }
   }
   return true;
-}
-
-void add_row(Clique& clique, const double* from, const double* to, const CornerVector& globals,
-             double residual) {
-  for (int i = 0; i < kStateSize; ++i) {
-    if (from[i] != 0) {
-      subtract(clique.own.h.data() + i * kStateSize, -from[i], from);
-      clique.own.b[i] -= from[i] * residual;
-      if (to != nullptr) {
-        subtract(clique.cross.data() + i * kStateSize, -from[i], to);
-      }
-    }
-    if (to != nullptr && to[i] != 0) {
-      subtract(clique.next.data() + i * kStateSize, -to[i], to);
-      clique.next_b[i] -= to[i] * residual;
-    }
-  }
-  for (Eigen::Index g = 0; g < globals.size(); ++g) {
-    if (globals[g] != 0) {
-      subtract(clique.own.border.data() + g * kStateSize, -globals[g], from);
-      if (to != nullptr) {
-        subtract(clique.next_border.data() + g * kStateSize, -globals[g], to);
-      }
-      clique.own.corner.col(g) += globals[g] * globals;
-      clique.own.corner_b[g] -= globals[g] * residual;
-    }
-  }
 }
 
 }  // namespace pipescout::estimation

@@ -29,24 +29,33 @@ struct Message {
   void set_zero(int globals);
 };
 
-/// What the factors of one state, of its link to the next, and of the globals add up to.
+/// The factors of one state, of its link to the next, and of the globals. Those of the state alone
+/// are summed up; the rows that link it are kept: `from` d + `to` d_next + `globals` d_globals +
+/// `residual`, each of covariance 1.
 struct Clique {
+  static constexpr int kMaxRows = 33;
   Message own;
-  Block cross;  // state by next state
-  Block next;
-  Border next_border;
-  StateVector next_b;
+  int rows = 0;
+  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> from;
+  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> to;
+  Eigen::Matrix<double, kMaxRows, kGlobalSize, Eigen::RowMajor> globals;  // the first so many
+  Eigen::Matrix<double, kMaxRows, 1> residual;
+  // Sums over the rows, as far as they concern the state.
+  Block link_h;
+  Block cross;
+  Border link_border;
+  StateVector link_b;
 
   void set_zero(int globals);
 };
 
-/// What is left of a state's equations: L^T d = y - cross d_next - border d_globals, with
-/// L L^T its information.
+/// What is left of a state's equations: U d = y - cross d_next - border d_globals, with U^T U its
+/// information.
 struct Eliminated {
-  Block root;  // L in the lower triangle, nothing of use above it
+  Block root;  // U in the upper triangle, nothing of use below it
   StateVector inverse_diagonal;
-  Block cross;    // L^-1 times that of the clique
-  Border border;  // L^-1 times that of clique and message
+  Block cross;
+  Border border;
   StateVector y;
 };
 
@@ -56,8 +65,12 @@ struct Damping {
   StateVector centre = StateVector::Zero();
 };
 
-/// Eliminates a state that has a next one. False when its information is not positive definite to
-/// rounding; the outputs are not to be used then.
+/// Eliminates a state that has a next one; there must be a row for each direction of that. False
+/// when the information is not positive definite to rounding; the outputs are not to be used then.
+///
+/// Links may be a billion times surer than what is known of the states themselves, so that the
+/// difference by which a Schur complement is defined would be rounding. With M the information
+/// without the link and F_i, F_j its rows it is F_j^T (1 + F_i M^-1 F_i^T)^-1 F_j, which has none.
 [[nodiscard]] bool eliminate(const Clique& clique, const Message& in, const Damping& damping,
                              Eliminated& eliminated, Message& out);
 
@@ -72,19 +85,19 @@ struct Damping {
 /// Cholesky factor of the globals' own information, lower triangular, in place. False as above.
 [[nodiscard]] bool factorise(Corner& corner);
 
-/// x with L x = x, in place, for the columns of x.
+/// U^-T x in place, for the columns of x.
 template <class Columns>
 void solve_root(const Eliminated& eliminated, Columns& x) {
   for (int i = 0; i < kStateSize; ++i) {
     x.row(i) *= eliminated.inverse_diagonal[i];
     for (int j = i + 1; j < kStateSize; ++j) {
-      x.row(j) -= eliminated.root(j, i) * x.row(i);
+      x.row(j) -= eliminated.root(i, j) * x.row(i);
     }
   }
 }
 
-/// Adds one row of a factor, residual + from d + to d_next + globals d_globals. `to` may be null;
-/// zeros are skipped.
+/// Adds one row of a factor, residual + from d + to d_next + globals d_globals. `to` may be null:
+/// no link. Zeros are skipped. Not checked: no more than Clique::kMaxRows links.
 void add_row(Clique& clique, const double* from, const double* to, const CornerVector& globals,
              double residual);
 

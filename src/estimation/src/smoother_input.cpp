@@ -34,6 +34,21 @@ Span span_of(const AnyFactor& factor) {
   return std::visit([](const auto& f) { return span_of(f.measurement()); }, factor);
 }
 
+int rows_of(const AnyFactor& factor) {
+  return std::visit([](const auto& f) { return std::decay_t<decltype(f)>::kRows; }, factor);
+}
+
+/// Beside those of the IMU.
+constexpr int kMaxRelativeRows = Clique::kMaxRows - ImuFactor::kRows;
+
+int rows_to_next(const Keyframe& keyframe) {
+  int rows = 0;
+  for (const PlacedFactor& placed : keyframe.factors) {
+    rows += placed.to_next ? rows_of(placed.factor) : 0;
+  }
+  return rows;
+}
+
 Outcome outcome_of(InputFault fault) {
   switch (fault) {
     case InputFault::kNone:
@@ -259,6 +274,9 @@ Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
     return Outcome::kFull;
   }
   placed.to_next = to != from;
+  if (placed.to_next && rows_to_next(place) + rows_of(placed.factor) > kMaxRelativeRows) {
+    return Outcome::kFull;
+  }
   set_motion(from, span.from, placed.from);
   if (span.to != span.from) {
     set_motion(to, span.to, placed.to);

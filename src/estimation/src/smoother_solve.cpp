@@ -14,19 +14,20 @@ constexpr double kWeightChange = 0.05;
 constexpr double kFarthestStep = 1e6;
 
 bool exceeds(const StateVector& d, const RelinearisationThresholds& most) {
-  const auto largest = [&](int part) { return d.segment<3>(part).cwiseAbs().maxCoeff(); };
-  return largest(kPosition) > most.position || largest(kRotation) > most.rotation ||
-         largest(kVelocity) > most.velocity || largest(kGyroBias) > most.gyro_bias ||
-         largest(kAccelerometerBias) > most.accelerometer_bias;
+  // Norms: turning the map must not change what is linearised anew.
+  const auto size = [&](int part) { return d.segment<3>(part).norm(); };
+  return size(kPosition) > most.position || size(kRotation) > most.rotation ||
+         size(kVelocity) > most.velocity || size(kGyroBias) > most.gyro_bias ||
+         size(kAccelerometerBias) > most.accelerometer_bias;
 }
 
 bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
   constexpr double kScale = 1e-3;
   return std::abs(d[kOdometerScale]) > kScale || std::abs(d[kMountYaw]) > most.rotation ||
          std::abs(d[kMountPitch]) > most.rotation ||
-         d.segment<3>(kRackPosition).cwiseAbs().maxCoeff() > most.position ||
-         d.segment<3>(kRackRotation).cwiseAbs().maxCoeff() > most.rotation ||
-         d.segment<3>(kGpsLeverArm).cwiseAbs().maxCoeff() > most.position;
+         d.segment<3>(kRackPosition).norm() > most.position ||
+         d.segment<3>(kRackRotation).norm() > most.rotation ||
+         d.segment<3>(kGpsLeverArm).norm() > most.position;
 }
 
 }  // namespace

@@ -77,7 +77,8 @@ enum class Outcome : std::uint8_t {
   kBadInterval,    ///< `to_time` not after `from_time`, or not in the same or the next keyframe
                    ///< interval
   kBadDirection,   ///< see InputFault
-  kFull,           ///< no room: see the parameters
+  kFull,           ///< no room: see the parameters; or more than 18 rows of relative measurements
+                   ///< between two keyframes
   kUninitialised,  ///< there is no state yet
   kQuarantined,    ///< it would have made the equations singular, or its derivatives are not finite
 };
