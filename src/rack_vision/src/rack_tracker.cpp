@@ -23,8 +23,11 @@ constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
-// What alike errors of successive images add to the covariance, measured.
+// What alike errors of successive images add to the covariance, measured: the first images after a
+// start are most alike.
 constexpr double kCovarianceFactor = 2.5;
+constexpr double kCovarianceFactorAtStart = 8;
+constexpr double kImagesUntilUnlike = 50;
 // Shading and paint stay where they are: what an image says of the offsets counts once in so many.
 constexpr double kAlikeImages = 25;
 
@@ -56,6 +59,7 @@ class RackTracker::Implementation {
     state_ = TrackStatus::kCoasting;
     starting_ = true;
     probation_ = kProbation;
+    images_since_start_ = 0;
     last_stamp_.reset();
     leapt_stamp_.reset();
     return true;
@@ -231,6 +235,7 @@ class RackTracker::Implementation {
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
+    ++images_since_start_;
     coasted_ = 0;
     if (parameters_.estimate_intrinsics) {
       learn_intrinsics();
@@ -294,7 +299,10 @@ class RackTracker::Implementation {
   void fill(RackTrackerResult& result) {
     result = blank();
     result.T_rack_camera = pose_.pose();
-    result.covariance = kCovarianceFactor * pose_.covariance();
+    result.covariance =
+        (kCovarianceFactor + (kCovarianceFactorAtStart - kCovarianceFactor) *
+                                 std::exp(-images_since_start_ / kImagesUntilUnlike)) *
+        pose_.covariance();
     result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
@@ -320,6 +328,7 @@ class RackTracker::Implementation {
   TrackStatus state_ = TrackStatus::kNotStarted;
   bool starting_ = false;  ///< no image has borne out the pose that was given
   int probation_ = 0;      ///< images that still have to bear it out as well as the first one
+  int images_since_start_ = 0;
   int coasted_ = 0;
   std::string_view lost_reason_;
   PoseBelief pose_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipescout/rack_vision/texture_map.hpp"
+#include "ray_motion.hpp"
 #include "texture_corner.hpp"
 
 namespace pipescout::rack_vision {
@@ -28,23 +29,14 @@ constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
 
 constexpr int kY = 1;
 
-/// How motion [dc; dphi] of the camera moves the place where a ray meets a tangent plane: its end
-/// moves by dc + dphi x from_camera, and slides along the ray back into the plane.
-Eigen::Matrix<double, 3, 6> end_by_motion(const Eigen::Vector3d& from_camera,
-                                          const Eigen::Vector3d& normal) noexcept {
-  Eigen::Matrix<double, 3, 6> end;
-  end.leftCols<3>().setIdentity();
-  end.rightCols<3>() = -geometry::skew(from_camera);
-  const Eigen::Matrix3d slide =
-      Eigen::Matrix3d::Identity() - from_camera * normal.transpose() / normal.dot(from_camera);
-  return slide * end;
-}
-
 }  // namespace
 
-Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) noexcept {
+Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) const noexcept {
   Eigen::Matrix<double, 3, 6> result = end_by_motion(point.made_from, point.normal);
   result.col(kY).setZero();
+  if (anchored_by_y(point)) {
+    result.row(kY) -= point.made_middle;
+  }
   return result;
 }
 
@@ -57,17 +49,12 @@ void TextureMap::correct(const geometry::Vector6d& map_error) noexcept {
 TextureMap::PlaceVariance TextureMap::pose_variance(const Point& point,
                                                     const Eigen::Vector3d& from_camera,
                                                     const UncertainView& view) const noexcept {
-  using Row = Eigen::Matrix<double, 1, 6>;
+  using Row = MotionRow;
   const auto variance = [&view](const Row& row) {
     return std::max(0.0, (row * view.covariance * row.transpose()).value());
   };
   const Eigen::Matrix<double, 3, 6> hit = end_by_motion(from_camera, point.normal);
-  // Where the optical axis meets the level of the point.
-  const Eigen::Vector3d axis = view.T_camera_rack.rotation().inverse() * Eigen::Vector3d::UnitZ();
-  const double depth = axis.z() != 0 ? from_camera.z() / axis.z() : 0;
-  const Row middle = end_by_motion(depth > 0 ? Eigen::Vector3d(depth * axis) : from_camera,
-                                   Eigen::Vector3d::UnitZ())
-                         .row(kY);
+  const Row middle = middle_by_motion(view.T_camera_rack.inverse());
   const Row along = pipes_[point.pipe].direction.transpose() * hit;
   const Row around = this->around(point).transpose() * hit;
   return {variance(middle), variance(anchored_by_y(point) ? Row(hit.row(kY) - middle) : along),
@@ -215,6 +202,8 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Ra
   }
   point.stored_scale = projection->scale;
   point.made_from = projection->from_camera;
+  point.made_middle = middle_by_motion(view.T_camera_rack.inverse());
+  point.made_middle(kY) = 0;
   const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
   point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
                        parameters_.point_sigma * parameters_.point_sigma;

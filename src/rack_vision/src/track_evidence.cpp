@@ -5,6 +5,8 @@
 #include <cmath>
 #include <span>
 
+#include "pose_belief.hpp"
+#include "ray_motion.hpp"
 #include "track_step.hpp"
 
 namespace pipescout::rack_vision {
@@ -106,15 +108,18 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
 }
 
 void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
-  const double said = solution_.covariance(kY, kY);
-  const double believed = belief.anchor_variance + belief.covariance(kY, kY);
+  // In the middle of the view: there the other errors of the pose do not matter.
+  const MotionRow middle = middle_by_motion(belief.T_rack_camera);
+  const double said = (middle * solution_.covariance * middle.transpose()).value();
+  const double relative = (middle * belief.covariance * middle.transpose()).value();
+  const double believed = belief.anchor_variance + relative;
   const double reached = said + kAnchorFloor * kAnchorFloor;
   if (said > kSupportsSay * kSupportsSay || believed < 4 * reached ||
-      belief.covariance(kY, kY) > belief.anchor_variance) {
+      relative > belief.anchor_variance) {
     return;  // not better than what is known, or what is wrong is the prediction, not the map
   }
   const double shift =
-      solution_.T_camera_rack.inverse().translation().y() - belief.T_rack_camera.translation().y();
+      middle.dot(pose_difference(belief.T_rack_camera, solution_.T_camera_rack.inverse()));
   if (shift * shift > 9 * (believed + said)) {
     return;  // those are the edges of another support
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pose_belief.hpp"
+#include "ray_motion.hpp"
 #include "track_step.hpp"
 
 namespace pipescout::rack_vision {
@@ -25,6 +26,8 @@ constexpr double kClearlyBetterAlong = 4;   // log-likelihood
 constexpr double kDistinct = 8;             // px, between what is seen from two places
 constexpr double kLeastShare = 0.4;         // of what is looked for
 constexpr double kClearlyBetter = 0.12;     // of the share of samples found, over other places
+constexpr double kGoodShare = 0.65;         // below it other places must be still worse,
+constexpr double kDoubtByShare = 0.5;       // by this much of what is missing
 constexpr double kAlikeAtStart = 8;         // images
 constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
 constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
@@ -166,11 +169,17 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
   const Matrix6d before = around.covariance.inverse();
   outcome.belief.covariance =
       (before + (outcome.belief.covariance.inverse() - before) / kAlikeAtStart).inverse();
-  // What is known along y is the anchor; the pose itself is exact relative to what it will see.
-  outcome.belief.anchor_variance = outcome.belief.covariance(kY, kY) + anchor.value_or(0);
-  outcome.belief.covariance.row(kY).setZero();
-  outcome.belief.covariance.col(kY).setZero();
-  outcome.belief.covariance(kY, kY) = kRelativeVariance;
+  // What is known along y of the middle of the view is the anchor; there the pose is exact relative
+  // to what it will see, whatever its other errors are.
+  MotionRow middle = middle_by_motion(outcome.belief.T_rack_camera);
+  outcome.belief.anchor_variance =
+      (middle * outcome.belief.covariance * middle.transpose()).value() + anchor.value_or(0);
+  middle(kY) = 0;
+  Matrix6d with_the_others = Matrix6d::Identity();
+  with_the_others.row(kY) = -middle;
+  outcome.belief.covariance =
+      (with_the_others * outcome.belief.covariance * with_the_others.transpose()).eval();
+  outcome.belief.covariance(kY, kY) += kRelativeVariance;
   return true;
 }
 
@@ -237,7 +246,8 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
       rival_share = std::max(rival_share, share);
     }
   }
-  if (best_share - rival_share < kClearlyBetter) {
+  const double clearly = kClearlyBetter + kDoubtByShare * std::max(0.0, kGoodShare - best_share);
+  if (best_share - rival_share < clearly) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
   }

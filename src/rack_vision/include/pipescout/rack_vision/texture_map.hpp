@@ -109,7 +109,10 @@ class TextureMap {
     Eigen::Vector3d place;      ///< rack frame
     double offset = 0;          ///< of its pipe, m, as believed when the point was made
     Eigen::Vector3d made_from;  ///< from the camera to it when it was made, rack frame
-    Eigen::Vector3d normal;     ///< outward
+    /// How errors of the pose from which it was made, but the one along y, moved the middle of what
+    /// was seen along y.
+    Eigen::Matrix<double, 1, 6> made_middle;
+    Eigen::Vector3d normal;  ///< outward
     /// Derivative of the pixel by (along, around) when the patch was stored, px/m.
     Eigen::Matrix2d stored_scale;
     double own_variance = 0;     ///< m^2, in both directions on the surface
@@ -147,8 +150,9 @@ class TextureMap {
                                             const UncertainView& view) const noexcept;
   void refine(Point& point, const UncertainView& view, const Projection& projection,
               const MatchedPoint& match, const Eigen::Vector2d& error) const;
-  /// How an error of the pose from which it was made moves a point; not along y, see the anchor.
-  [[nodiscard]] static Eigen::Matrix<double, 3, 6> by_map_error(const Point& point) noexcept;
+  /// How an error of the pose from which it was made moves a point: along y against the middle of
+  /// what was seen with it, which is the anchor's business.
+  [[nodiscard]] Eigen::Matrix<double, 3, 6> by_map_error(const Point& point) const noexcept;
   [[nodiscard]] bool anchored_by_y(const Point& point) const noexcept;
   void add(const ImageView& image, const UncertainView& view, const RackSurface& surface,
            const Eigen::Vector2i& corner);
