@@ -151,6 +151,9 @@ Eigen::Matrix<double, kGlobalSize, kGlobalSize> FixedLagSmoother::global_covaria
 std::optional<FixedLagSmoother::Propagated> FixedLagSmoother::propagated() const noexcept {
   return implementation_->propagated();
 }
+StateMatrix FixedLagSmoother::propagated_covariance() const noexcept {
+  return implementation_->propagated_covariance();
+}
 void FixedLagSmoother::report_factors(std::vector<FactorReport>& reports) const {
   implementation_->report_factors(reports);
 }

@@ -26,7 +26,7 @@ class ImuTimeline {
   /// sample stands for what is missing after it for `hold` seconds; null: nothing is known.
   template <class Visit>
   void walk(double begin, double end, double hold, Visit&& visit) const {
-    constexpr double kNothing = 1e-9;  // s; rounding of times of day
+    constexpr double kNothing = 1e-6;  // s; seconds since 1970 are rounded to 2e-7
     const auto step = [&](const ImuSample* sample, double until) {
       if (until - begin > kNothing) {
         visit(sample, until - begin);

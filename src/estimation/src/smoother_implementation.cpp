@@ -68,7 +68,7 @@ void FixedLagSmoother::Implementation::initialise(double time, const NavState& m
   eliminated_ = 0;
   // A prior is regular: this cannot fail.
   static_cast<void>(eliminate_chain(0));
-  ahead_ = ImuMotion(mean.gyro_bias, mean.accelerometer_bias);
+  ahead_ = ImuPreintegration(mean.gyro_bias, mean.accelerometer_bias);
   ahead_time_ = time;
   report_ = UpdateReport{.initialised = true, .factors = std::move(report_.factors)};
 }
@@ -91,7 +91,7 @@ void FixedLagSmoother::Implementation::drop_oldest() {
   while (count_ > 2 && (newest().time - keyframe(0).time > parameters_.lag + kSameTime ||
                         count_ == ring_.size())) {
     Keyframe& oldest = keyframe(0);
-    if (estimated_.size() > 0 && !oldest.clique.own.corner.isZero(0)) {
+    if (!oldest.clique.own.corner.isZero(0) || !oldest.clique.link_border.isZero(0)) {
       globals_bound_ = true;
     }
     // What its elimination has left to the next is the Schur complement.
@@ -135,7 +135,7 @@ void FixedLagSmoother::Implementation::update(double time) noexcept {
     }
     note_fresh();
     drop_oldest();
-    ahead_ = ImuMotion(newest().estimate.gyro_bias, newest().estimate.accelerometer_bias);
+    ahead_ = ImuPreintegration(newest().estimate.gyro_bias, newest().estimate.accelerometer_bias);
     ahead_time_ = newest().time;
     if (!imu_.empty() && imu_.end() > ahead_time_) {
       carry_ahead(imu_.end());

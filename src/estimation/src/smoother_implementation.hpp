@@ -76,6 +76,7 @@ class FixedLagSmoother::Implementation {
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
   [[nodiscard]] std::optional<Propagated> propagated() const noexcept;
+  [[nodiscard]] StateMatrix propagated_covariance() const noexcept;
   void report_factors(std::vector<FactorReport>& reports) const;
 
   [[nodiscard]] const Keyframe& keyframe(std::size_t i) const noexcept {
@@ -107,11 +108,13 @@ class FixedLagSmoother::Implementation {
   void note_fresh();
   [[nodiscard]] FactorReport report_of(const PlacedFactor& factor) const;
   [[nodiscard]] std::size_t keyframe_at(double time) const noexcept;
-  void set_motion(std::size_t keyframe, double time, ImuMotion& motion) const;
+  [[nodiscard]] ImuMotion motion_to(std::size_t keyframe, double time) const;
   /// The chi-square of its difference from what is known without it; infinite when that cannot be
   /// told.
   [[nodiscard]] double innovation(const PlacedFactor& factor, std::size_t keyframe) const;
-  void integrate_link(Keyframe& from, double end);
+  /// Integrates from `begin` to `end` after `start`, the state at which the integration began.
+  /// Returns the time of which the IMU says nothing.
+  double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
   void drop_oldest();
   void carry_ahead(double until);
 
@@ -176,7 +179,7 @@ class FixedLagSmoother::Implementation {
   std::vector<StateVector> old_deltas_{};
   GlobalVector old_global_delta_ = GlobalVector::Zero();
 
-  ImuMotion ahead_{};  // from the newest keyframe
+  ImuPreintegration ahead_{};  // from the newest keyframe
   double ahead_time_ = 0;
 };
 

@@ -65,11 +65,6 @@ Outcome outcome_of(InputFault fault) {
   return Outcome::kWaiting;
 }
 
-/// What an IMU would have measured of a body that neither turns nor changes its velocity.
-Eigen::Vector3d resting_force(const geometry::SO3& R_map_body, double gravity) {
-  return R_map_body.inverse() * Eigen::Vector3d(0, 0, gravity);
-}
-
 }  // namespace
 
 Outcome FixedLagSmoother::Implementation::add_imu(const ImuSample& given) noexcept {
@@ -174,52 +169,43 @@ std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noe
   return k;
 }
 
-void FixedLagSmoother::Implementation::set_motion(std::size_t k, double time,
-                                                  ImuMotion& motion) const {
-  const Keyframe& from = keyframe(k);
-  motion = ImuMotion(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
-  if (time <= from.time + kSameTime) {
-    return;
-  }
-  imu_.walk(
-      from.time, time, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
-        if (sample != nullptr) {
-          motion.integrate(sample->angular_rate, sample->specific_force, duration);
-        } else {
-          motion.integrate(
-              motion.gyro_bias(),
-              motion.accelerometer_bias() +
-                  resting_force(from.estimate.R_map_body * motion.rotation(), parameters_.gravity),
-              duration);
-        }
-      });
-}
-
-void FixedLagSmoother::Implementation::integrate_link(Keyframe& from, double end) {
+double FixedLagSmoother::Implementation::integrate(const NavState& start, double begin, double end,
+                                                   ImuPreintegration& sum) const {
   ImuNoise coasting = parameters_.imu_noise;
   coasting.gyro = parameters_.coasting_angular_rate;
   coasting.accelerometer = parameters_.coasting_acceleration;
-  ImuPreintegration link(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
-  imu_.walk(
-      from.time, end, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
-        if (sample != nullptr) {
-          link.integrate(sample->angular_rate, sample->specific_force, duration,
-                         parameters_.imu_noise);
-        } else {
-          const auto R_map_body = from.estimate.R_map_body * link.motion().rotation();
-          link.integrate(
-              from.estimate.gyro_bias,
-              from.estimate.accelerometer_bias + resting_force(R_map_body, parameters_.gravity),
-              duration, coasting);
-          report_.coasted += duration;
-        }
-      });
-  from.link.emplace(link, parameters_.gravity);
+  double coasted = 0;
+  imu_.walk(begin, end, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
+    if (sample != nullptr) {
+      sum.integrate(sample->angular_rate, sample->specific_force, duration, parameters_.imu_noise);
+      return;
+    }
+    // As an IMU would measure a body that neither turns nor changes its velocity.
+    const ImuMotion& motion = sum.motion();
+    const geometry::SO3 R_map_body = start.R_map_body * motion.rotation();
+    sum.integrate(motion.gyro_bias(),
+                  motion.accelerometer_bias() +
+                      R_map_body.inverse() * Eigen::Vector3d(0, 0, parameters_.gravity),
+                  duration, coasting);
+    coasted += duration;
+  });
+  return coasted;
+}
+
+ImuMotion FixedLagSmoother::Implementation::motion_to(std::size_t k, double time) const {
+  const Keyframe& from = keyframe(k);
+  ImuPreintegration sum(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  if (time > from.time + kSameTime) {
+    integrate(from.estimate, from.time, time, sum);
+  }
+  return sum.motion();
 }
 
 void FixedLagSmoother::Implementation::append_keyframe(double time) {
   Keyframe& from = newest();
-  integrate_link(from, time);
+  ImuPreintegration link(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  report_.coasted = integrate(from.estimate, from.time, time, link);
+  from.link.emplace(link, parameters_.gravity);
   from.dirty = true;
   eliminated_ = std::min(eliminated_, count_ - 1);
   ++count_;
@@ -277,9 +263,9 @@ Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
   if (placed.to_next && rows_to_next(place) + rows_of(placed.factor) > kMaxRelativeRows) {
     return Outcome::kFull;
   }
-  set_motion(from, span.from, placed.from);
+  placed.from = motion_to(from, span.from);
   if (span.to != span.from) {
-    set_motion(to, span.to, placed.to);
+    placed.to = motion_to(to, span.to);
   }
   const FactorKind kind = kind_of(placed.factor);
   const double chi_square = this->chi_square(placed, from);
@@ -337,18 +323,7 @@ void FixedLagSmoother::Implementation::place_waiting() {
 }
 
 void FixedLagSmoother::Implementation::carry_ahead(double until) {
-  imu_.walk(ahead_time_, until, parameters_.max_held_imu,
-            [&](const ImuSample* sample, double duration) {
-              if (sample != nullptr) {
-                ahead_.integrate(sample->angular_rate, sample->specific_force, duration);
-              } else {
-                ahead_.integrate(ahead_.gyro_bias(),
-                                 ahead_.accelerometer_bias() +
-                                     resting_force(newest().estimate.R_map_body * ahead_.rotation(),
-                                                   parameters_.gravity),
-                                 duration);
-              }
-            });
+  integrate(newest().estimate, ahead_time_, until, ahead_);
   ahead_time_ = std::max(ahead_time_, until);
 }
 

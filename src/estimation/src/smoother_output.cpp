@@ -33,7 +33,18 @@ std::optional<FixedLagSmoother::Propagated> FixedLagSmoother::Implementation::pr
     return std::nullopt;
   }
   return Propagated{.time = ahead_time_,
-                    .state = ahead_.propagate(newest().estimate, parameters_.gravity)};
+                    .state = ahead_.motion().propagate(newest().estimate, parameters_.gravity)};
+}
+
+StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noexcept {
+  StateMatrix by_newest;
+  ahead_.motion().propagate(newest().estimate, parameters_.gravity, &by_newest);
+  const Eigen::Matrix3d r = newest().estimate.R_map_body.matrix();
+  StateMatrix to_map = StateMatrix::Identity();
+  to_map.block<3, 3>(kPosition, kPosition) = r;
+  to_map.block<3, 3>(kVelocity, kVelocity) = r;
+  return by_newest * covariance(count_ - 1) * by_newest.transpose() +
+         to_map * ahead_.covariance() * to_map.transpose();
 }
 
 FactorReport FixedLagSmoother::Implementation::report_of(const PlacedFactor& placed) const {

@@ -27,13 +27,14 @@ struct GlobalDeviations {
   double gps_lever_arm = 0;  ///< m, per axis
 };
 
-/// How far a state may move from where it was linearised.
+/// How far a state may move from where it was linearised. Only rotations bend the equations:
+/// positions, velocities and biases matter as far as they are turned.
 struct RelinearisationThresholds {
-  double position = 0.02;            ///< m
-  double rotation = 0.005;           ///< rad
-  double velocity = 0.05;            ///< m/s
-  double gyro_bias = 0.005;          ///< rad/s
-  double accelerometer_bias = 0.05;  ///< m/s^2
+  double position = 0.1;            ///< m, in [1e-9, 1]
+  double rotation = 0.01;           ///< rad, in [1e-9, 1]
+  double velocity = 0.2;            ///< m/s, in [1e-9, 10]
+  double gyro_bias = 0.005;         ///< rad/s, in [1e-9, 1]
+  double accelerometer_bias = 0.2;  ///< m/s^2, in [1e-9, 10]
 };
 
 struct FixedLagSmootherParameters {
@@ -42,7 +43,7 @@ struct FixedLagSmootherParameters {
   std::size_t max_factors_per_keyframe = 16;  ///< in [1, 1000]
   std::size_t max_waiting = 64;               ///< measurements between updates; in [1, 100000]
   std::size_t max_imu_samples = 2048;         ///< within the lag; in [16, 10000000]
-  double max_step = 1;                        ///< s, between keyframes; more is a jump of time
+  double max_step = 1;         ///< s, between keyframes; more is a jump of time; in [1e-3, 100]
   double max_held_imu = 0.03;  ///< s, that the last IMU sample stands for those missing;
                                ///< in [0, 1]
   double gravity = 9.81;       ///< m/s^2, in [0, 100]
@@ -187,6 +188,8 @@ class FixedLagSmoother {
     NavState state{};
   };
   [[nodiscard]] std::optional<Propagated> propagated() const noexcept;
+  /// That of `propagated()`. Not checked: initialised.
+  [[nodiscard]] StateMatrix propagated_covariance() const noexcept;
 
   /// Factors in the equations now, oldest first, chi-squares at the estimate; IMU factors included.
   /// Clears `reports`.

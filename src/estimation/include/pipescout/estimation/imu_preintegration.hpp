@@ -51,8 +51,8 @@ class ImuMotion {
   /// The state after the motion from `start`, whose biases it keeps; corrected to first order for
   /// biases other than those integrated with, equation (44). `derivative`, when given, is that of
   /// the result by `start`. `gravity` m/s^2, along -z of the map.
-  [[nodiscard]] NavState propagate(const NavState& start, double gravity,
-                                   StateMatrix* derivative = nullptr) const;
+  NavState propagate(const NavState& start, double gravity,
+                     StateMatrix* derivative = nullptr) const;
 
   [[nodiscard]] double duration() const noexcept { return duration_; }
   [[nodiscard]] const Eigen::Vector3d& position() const noexcept { return position_; }
