@@ -64,7 +64,7 @@ double chi_square_quantile(double probability, int degrees) {
   while (chi_square_probability(high, degrees) < probability && high < 1e4) {
     high *= 2;
   }
-  while (high - low > 1e-10 * (1 + low)) {
+  while (high - low > 1e-12 * high) {
     const double middle = 0.5 * (low + high);
     (chi_square_probability(middle, degrees) < probability ? low : high) = middle;
   }

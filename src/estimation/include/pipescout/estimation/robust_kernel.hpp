@@ -32,7 +32,7 @@ struct KernelValue {
 /// not checked.
 [[nodiscard]] double chi_square_probability(double value, int degrees) noexcept;
 
-/// Its inverse, within 1e-9 of the value. Throws std::invalid_argument unless `degrees` is in
+/// Its inverse, within 1e-12 of its value. Throws std::invalid_argument unless `degrees` is in
 /// [1, 100] and `probability` in (0, 1).
 [[nodiscard]] double chi_square_quantile(double probability, int degrees);
 
