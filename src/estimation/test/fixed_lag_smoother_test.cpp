@@ -131,6 +131,51 @@ TEST(FixedLagSmootherTest, SharedStatesAreAsGoodAsTheySay) {
   EXPECT_NEAR(sum / kSeeds, 9, 3 * 0.95);
 }
 
+TEST(FixedLagSmootherTest, LearnsNothingAboutWhatCannotBeSeen) {
+  // Odometry and IMU alone say nothing about position and heading in the map. Without consistent
+  // linearisation their information would grow all the same.
+  constexpr int kKeyframes = 100;
+  const SimulatedFlight flight(8, kKeyframes);
+  FixedLagSmootherParameters parameters = test::flight_parameters();
+  parameters.lag = 0.5;
+  FixedLagSmoother smoother(parameters);
+  // A velocity that is known in the map tells the heading, once the odometry has it in the body.
+  StateMatrix first_covariance = flight.first_covariance;
+  first_covariance.diagonal().segment<3>(kVelocity).setConstant(1e4);
+  smoother.initialise(0, flight.first, first_covariance);
+  for (int k = 0; k < kKeyframes; ++k) {
+    flight.feed(smoother, k, false, false, true);
+    const StateMatrix covariance = newest_covariance(smoother);
+    const Eigen::Matrix3d r = newest(smoother).R_map_body.matrix();
+    const Eigen::Matrix3d turn = r * covariance.block<3, 3>(kRotation, kRotation) * r.transpose();
+    constexpr double kLinearisation = 1e-3;
+    EXPECT_GT(std::sqrt(turn(2, 2)), 0.03 * (1 - kLinearisation)) << k;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_GT(std::sqrt(covariance(i, i)), 0.2 * (1 - kLinearisation)) << k;
+    }
+  }
+}
+
+TEST(FixedLagSmootherTest, TheGateRefusesTheShareItIsSetTo) {
+  constexpr int kSeeds = 10;
+  constexpr int kKeyframes = 60;
+  FixedLagSmootherParameters parameters = test::flight_parameters();
+  parameters.robustness[static_cast<std::size_t>(FactorKind::kGps)].gate_probability = 0.9;
+  double gated = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const SimulatedFlight flight(static_cast<std::uint64_t>(seed), kKeyframes);
+    FixedLagSmoother smoother(parameters);
+    smoother.initialise(0, flight.first, flight.first_covariance);
+    for (int k = 0; k < kKeyframes; ++k) {
+      flight.feed(smoother, k, true, true, true);
+    }
+    gated += static_cast<double>(
+        smoother.counts(FactorKind::kGps)[static_cast<std::size_t>(Outcome::kGated)]);
+  }
+  // Deviation of the share of 600: sqrt(0.09 / 600) = 0.012.
+  EXPECT_NEAR(gated / (kSeeds * kKeyframes), 0.1, 3 * 0.012);
+}
+
 TEST(FixedLagSmootherTest, ALongerLagChangesTheNewestStateHardly) {
   // Marginalisation loses nothing but what linearisation costs.
   constexpr int kKeyframes = 80;

@@ -150,8 +150,11 @@ class FixedLagSmoother {
   /// parameters. Throws std::invalid_argument when the time is not finite, and as PriorFactor.
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
 
-  /// In order of time; may overlap or leave gaps. Refused: not finite, no duration (kBadInterval),
-  /// at or before the end of the last one (kLate, kDuplicate).
+  /// In order of time; may overlap or leave gaps. Refused: not finite, or of a size that no sensor
+  /// measures (kNotFinite: above 1e4 rad/s, 1e6 m/s^2); no duration or one above `max_step`
+  /// (kBadInterval); at or before the end of the last one (kLate, kDuplicate); more than twice
+  /// `max_step` after the newest keyframe (kFuture). Those of the time before a keyframe have to
+  /// come before its update: later they change no more.
   Outcome add(const ImuSample& sample) noexcept;
   /// kWaiting, or why it is refused.
   Outcome add(const GpsMeasurement& m) noexcept;
@@ -164,8 +167,8 @@ class FixedLagSmoother {
   Outcome add(const RelativePoseMeasurement& m) noexcept;
 
   /// Adds a keyframe at `time` and all waiting measurements up to it, drops what leaves the lag,
-  /// and solves. At or before the newest keyframe, but within the lag: no new keyframe; late
-  /// measurements go in. The report is valid until the next update.
+  /// and solves. Less than 1e-4 s after the newest keyframe, or before it but within the lag: no
+  /// new keyframe; late measurements go in. The report is valid until the next update.
   const UpdateReport& update(double time) noexcept;
 
   [[nodiscard]] bool initialised() const noexcept;
