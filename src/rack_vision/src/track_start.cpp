@@ -32,6 +32,7 @@ constexpr double kAlikeAtStart = 8;         // images
 constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
 constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;       // rad
+constexpr double kFarthestAlong = 3;        // deviations before the image
 constexpr double kNoLessSure = 1.2;         // deviation after the image by that before it
 constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
@@ -230,6 +231,9 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
       continue;
     }
     const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
+    if (std::abs(moved(kY)) > kFarthestAlong * before_sigma(kY)) {
+      continue;  // those are the edges of another support, or its other edges
+    }
     if (sigma(0) > kNoLessSure * before_sigma(0) || sigma(2) > kNoLessSure * before_sigma(2)) {
       continue;  // it contradicts what was known: the residuals say so
     }

@@ -115,8 +115,9 @@ TEST_F(TextureMapTest, ABetterOffsetOfAPipeLeavesItsPointsWhereTheyWereSeen) {
 
 TEST_F(TextureMapTest, ACorrectionMovesPointsAsThePoseThatTheyWereMadeFrom) {
   grow(image_, view(first_));
+  // No turn about x: what that moves along y in the middle of the view is the anchor's.
   geometry::Vector6d error;
-  error << 0.02, 0, 0.01, 0.004, -0.003, 0.002;
+  error << 0.02, 0, 0.01, 0, -0.003, 0.002;
   map_.correct(error);
   const geometry::SE3 corrected(geometry::SO3::exp(error.tail<3>()) * first_.rotation(),
                                 first_.translation() + error.head<3>());
@@ -128,6 +129,22 @@ TEST_F(TextureMapTest, ACorrectionMovesPointsAsThePoseThatTheyWereMadeFrom) {
   for (const MatchedPoint& match : matches_) {
     EXPECT_TRUE(!match.found || (match.pixel - match.predicted).norm() < 0.5);
   }
+}
+
+TEST_F(TextureMapTest, ACorrectionLeavesTheMiddleOfTheViewWhereItIsAlongThePipes) {
+  grow(image_, view(first_));
+  geometry::Vector6d error = geometry::Vector6d::Zero();
+  error(3) = 0.005;
+  map_.correct(error);
+  // The camera turns about the middle of what it sees: at z = 0, straight below.
+  const geometry::SO3 turned = geometry::SO3::exp(error.tail<3>()) * first_.rotation();
+  const Eigen::Vector3d height(0, 0, first_.translation().z());
+  const UncertainView from =
+      view({turned, first_.translation() - height + geometry::SO3::exp(error.tail<3>()) * height});
+  map_.choose(from, surface_, matches_);
+  ASSERT_GT(matches_.size(), 10U);
+  map_.match(image_.view(), from, 0, matches_.size(), matches_);
+  EXPECT_GT(found(), matches_.size() * 8 / 10);
 }
 
 TEST_F(TextureMapTest, SearchesOnlyThoseThatItIsAskedFor) {
