@@ -137,7 +137,11 @@ class FixedLagSmoother::Implementation {
   bool prepare();  // true: something is to be eliminated anew
   void relinearise();
   [[nodiscard]] bool eliminate_chain(double damping);
-  [[nodiscard]] bool blame_a_factor();
+  /// By which of the factors that came in with this update is taken for the culprit.
+  enum class Blame : std::uint8_t { kInformation, kResidual };
+  [[nodiscard]] bool blame_a_factor(Blame blame);
+  /// After a step that went to where no estimate is of use.
+  [[nodiscard]] bool go_back_and_blame();
   [[nodiscard]] bool substitute_all();
   [[nodiscard]] bool substitute_globals();
   [[nodiscard]] bool substitute_state(std::size_t k, const StateVector* next);

@@ -315,7 +315,12 @@ void FixedLagSmoother::Implementation::place_waiting() {
   });
   if (gates) {
     prepare();
-    if (!eliminate_sound() || !substitute_globals() || !substitute_state(count_ - 1, nullptr)) {
+    remember();
+    bool sound = eliminate_sound();
+    while (sound && !(substitute_globals() && substitute_state(count_ - 1, nullptr))) {
+      sound = go_back_and_blame();
+    }
+    if (!sound) {
       throw std::runtime_error("the equations cannot be solved");
     }
   }

@@ -204,7 +204,7 @@ bool FixedLagSmoother::Implementation::step() {
   return true;  // nowhere to go from here
 }
 
-bool FixedLagSmoother::Implementation::blame_a_factor() {
+bool FixedLagSmoother::Implementation::blame_a_factor(Blame blame) {
   std::size_t frame = count_;
   std::size_t worst = 0;
   double most = -1;
@@ -215,10 +215,15 @@ bool FixedLagSmoother::Implementation::blame_a_factor() {
       if (!placed.fresh) {
         continue;
       }
-      linearise(placed, k, linear);
-      const double information = linear.from.topRows(linear.rows).squaredNorm();
-      if (information > most) {
-        most = information;
+      double guilt = 0;
+      if (blame == Blame::kInformation) {
+        linearise(placed, k, linear);
+        guilt = linear.from.topRows(linear.rows).squaredNorm();
+      } else {
+        guilt = chi_square(placed, k);
+      }
+      if (guilt > most) {
+        most = guilt;
         frame = k;
         worst = i;
       }
@@ -237,12 +242,21 @@ bool FixedLagSmoother::Implementation::blame_a_factor() {
 
 bool FixedLagSmoother::Implementation::eliminate_sound() {
   while (!eliminate_chain(0)) {
-    if (!blame_a_factor()) {
+    if (!blame_a_factor(Blame::kInformation)) {
       return false;
     }
     prepare();
   }
   return true;
+}
+
+bool FixedLagSmoother::Implementation::go_back_and_blame() {
+  go_back();
+  if (!blame_a_factor(Blame::kResidual)) {
+    return false;
+  }
+  prepare();
+  return eliminate_sound();
 }
 
 void FixedLagSmoother::Implementation::solve() {
@@ -256,9 +270,11 @@ void FixedLagSmoother::Implementation::solve() {
       return;
     }
     ++report_.iterations;
-    if (!step()) {
-      reset(ResetReason::kNumericalFailure);
-      return;
+    while (!step()) {
+      if (!go_back_and_blame()) {
+        reset(ResetReason::kNumericalFailure);
+        return;
+      }
     }
   }
   // After damped steps, for marginals and covariances.

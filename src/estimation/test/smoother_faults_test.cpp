@@ -265,6 +265,28 @@ TEST_F(SmootherFaultsTest, AFactorThatDrownsAllOthersIsQuarantined) {
   EXPECT_LT(error(smoother, 29), 0.15);
 }
 
+TEST_F(SmootherFaultsTest, WhatLeadsOutOfTheWorldIsQuarantined) {
+  // No gates here. Both are finite, and their covariances are sound.
+  FixedLagSmoother smoother = flown(20);
+  smoother.add(gps(1.9, Vector3d(1e9, 0, 0)));
+  RelativePoseMeasurement leap = flight_.odometry[20];
+  leap.T_from_to = geometry::SE3(SO3(), Vector3d(0, 1e9, 0));
+  smoother.add(leap);
+  for (int k = 20; k < 30; ++k) {
+    const UpdateReport& report = flight_.feed(smoother, k, true, true, true);
+    EXPECT_EQ(report.reset, ResetReason::kNone);
+    if (k == 20) {
+      EXPECT_EQ(
+          std::count_if(report.factors.begin(), report.factors.end(),
+                        [](const FactorReport& f) { return f.outcome == Outcome::kQuarantined; }),
+          2);
+    }
+  }
+  EXPECT_EQ(counted(smoother, FactorKind::kGps, Outcome::kQuarantined), 1U);
+  EXPECT_EQ(counted(smoother, FactorKind::kRelativePose, Outcome::kQuarantined), 1U);
+  EXPECT_LT(error(smoother, 29), 0.15);
+}
+
 TEST_F(SmootherFaultsTest, WithoutTheImuItCoastsAndSaysSo) {
   FixedLagSmoother smoother = flown(30);
   const double before = smoother.covariance(smoother.keyframes() - 1)(kVelocity, kVelocity);

@@ -81,7 +81,8 @@ enum class Outcome : std::uint8_t {
   kFull,           ///< no room: see the parameters; or more than 18 rows of relative measurements
                    ///< between two keyframes
   kUninitialised,  ///< there is no state yet
-  kQuarantined,    ///< it would have made the equations singular, or its derivatives are not finite
+  kQuarantined,    ///< it would have made the equations singular or have led the estimate more than
+                   ///< 1e6 (SI) away, or its derivatives are not finite
 };
 inline constexpr std::size_t kOutcomes = 13;
 /// "accepted", "waiting", "gated", ...; "unknown" for a value that is no enumerator.
