@@ -9,12 +9,6 @@
 namespace pipescout::estimation {
 namespace {
 
-/// A keyframe's state carried to the time of a measurement, with the derivative of that.
-struct Carried {
-  NavState state;
-  StateMatrix by_keyframe;  // of motions of some duration only
-};
-
 template <int N>
 void chain(const ImuMotion& motion, const StateMatrix& by_keyframe,
            Eigen::Matrix<double, N, kStateSize>& derivative) {
@@ -23,6 +17,8 @@ void chain(const ImuMotion& motion, const StateMatrix& by_keyframe,
   }
 }
 
+/// A keyframe's state carried to the time of a measurement; the derivative is set for motions of
+/// some duration only.
 NavState carry(const ImuMotion& motion, const NavState& from, double gravity,
                StateMatrix* by_keyframe = nullptr) {
   return motion.duration() > 0 ? motion.propagate(from, gravity, by_keyframe) : from;

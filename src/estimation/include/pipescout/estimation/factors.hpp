@@ -220,7 +220,6 @@ class PriorFactor {
   /// not finite or the covariance is not that of standard deviations in [1e-9, 1e9].
   PriorFactor(const NavState& mean, const StateMatrix& covariance);
   Residual evaluate(const NavState& x, Jacobians<kRows>* derivatives = nullptr) const;
-  [[nodiscard]] const NavState& mean() const noexcept { return mean_; }
 
  private:
   NavState mean_;

@@ -196,7 +196,7 @@ class FixedLagSmoother {
   [[nodiscard]] StateMatrix propagated_covariance() const noexcept;
 
   /// Factors in the equations now, oldest first, chi-squares at the estimate; IMU factors included.
-  /// Clears `reports`.
+  /// Clears `reports`; allocates where that has no room.
   void report_factors(std::vector<FactorReport>& reports) const;
   [[nodiscard]] const OutcomeCounts& counts(FactorKind kind) const noexcept;
 
