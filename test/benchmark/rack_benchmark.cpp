@@ -94,7 +94,8 @@ class Ours {
       : flight_(flight), tracker_(benchmark_rack(), flight.camera) {}
 
   void start(std::size_t index) {
-    // The peer takes the first pose for exact; ours is told that it is good to 1 mm and 0.06 degrees.
+    // The peer takes the first pose for exact; ours is told that it is good to 1 mm and 0.06
+    // degrees.
     constexpr double kVariance = 1e-6;
     tracker_.set_pose(flight_.T_rack_camera[index], kVariance * geometry::Matrix6d::Identity());
     if (index == 0) {
