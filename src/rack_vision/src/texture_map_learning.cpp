@@ -41,8 +41,18 @@ Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) const n
 }
 
 void TextureMap::correct(const geometry::Vector6d& map_error) noexcept {
+  // As by_map_error has it, for thousands of points.
+  Eigen::Vector3d moved = map_error.head<3>();
+  moved(kY) = 0;
+  const Eigen::Vector3d turned = map_error.tail<3>();
   for (Point& point : points_) {
-    point.place += by_map_error(point) * map_error;
+    const Eigen::Vector3d& ray = point.made_from;
+    const Eigen::Vector3d end = moved + turned.cross(ray);
+    Eigen::Vector3d step = end - ray * (point.normal.dot(end) / point.normal.dot(ray));
+    if (anchored_by_y(point)) {
+      step(kY) -= point.made_middle.dot(map_error);
+    }
+    point.place += step;
   }
 }
 
