@@ -17,6 +17,7 @@ from mission import pipescout, recorded
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/rack_test_{os.getpid()}"
 TIMEOUT = 280  # s, of a run
+OFFSETS_FOUND = 3.0  # s, from the start
 
 
 def run(composition, folder, *arguments):
@@ -39,15 +40,21 @@ def check(folder):
     found = figures(folder)
     assert found["way_points_done"] == found["way_points"] == 4, found
     assert found["losses"] == 0, found
-    assert found["tracked_percent"] >= 99.0, found
-    assert found["position_median_m"] <= 0.02, found
+    # It starts 5 cm beside where it says it does, over pipes that lie 15 mm beside where the file has
+    # them: until their offsets are found, an image now and then does not bear out the pose.
+    images = recorded(folder, "state.csv")
+    begin = float(images[0]["stamp"])
+    untracked = [row for row in images
+                 if row["status"] != "tracking" and float(row["stamp"]) > begin + OFFSETS_FOUND]
+    assert not untracked, untracked
+    assert found["tracked_percent"] >= 95.0, found
+    assert found["position_median_m"] <= 0.01, found
     assert found["orientation_median_deg"] <= 0.3, found
-    # Where the pipes really lie, and not where the rack file has them. A stripe on the ground beside P3
-    # draws its offset by 7 mm.
+    # Where the pipes really lie, and not where the rack file has them.
     true_offsets = {"P2": 0.012, "P3": -0.008, "P4": 0.015}
     last = {row["pipe"]: float(row["offset"]) for row in recorded(folder, "offsets.csv")}
     for pipe, offset in true_offsets.items():
-        assert abs(last[pipe] - offset) < 0.010, (pipe, last)
+        assert abs(last[pipe] - offset) < 0.005, (pipe, last)
 
 
 def check_pictures(folder):

@@ -13,7 +13,7 @@ using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 constexpr int kJudgedSamples = 10;
 constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
 constexpr double kDoubtedShare = 0.35;
-constexpr int kImagesInDoubt = 25;
+constexpr int kImagesInDoubt = 10;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 

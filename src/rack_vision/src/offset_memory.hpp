@@ -27,8 +27,8 @@ class OffsetMemory {
   void predict(double dt);
   /// Takes over the offsets of an image, which began with this belief, and of which it counts one
   /// in `alike_images`: errors of successive images are alike. Nothing is learnt of a pipe whose
-  /// contours are not found; of one that is not where it is believed for a second, nothing is known
-  /// any more.
+  /// contours are not found; of one that is not where it is believed in ten images, nothing is
+  /// known any more.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double alike_images);
 
   [[nodiscard]] const OffsetBelief& belief() const noexcept { return belief_; }
