@@ -14,6 +14,7 @@ import argparse
 import json
 import math
 import pathlib
+import subprocess
 import sys
 import tempfile
 
@@ -25,7 +26,7 @@ COMPOSITION = pathlib.Path(__file__).resolve().parents[2] / "launch_scripts/rack
 LARGEST_DISTANCE = 0.03  # m
 LARGEST_TURN = 1.0  # degrees
 STAY = 0.5  # s
-TIMEOUT = 600  # s, of a flight
+TIMEOUT = 300  # s, of a flight
 
 
 def way_points():
@@ -75,10 +76,15 @@ def main():
     rows = []
     wanted = within = 0
     for seed in range(options.first, options.first + options.flights):
-        with tempfile.TemporaryDirectory() as scratch:
-            row = fly(seed, options.arguments, pathlib.Path(scratch) / "mission")
+        wanted += len(way_points())
+        try:
+            with tempfile.TemporaryDirectory() as scratch:
+                row = fly(seed, options.arguments, pathlib.Path(scratch) / "mission")
+        except (AssertionError, subprocess.TimeoutExpired) as failure:
+            print(f"seed {seed}: not completed, {failure}", flush=True)
+            rows.append({"seed": seed, "errors": []})
+            continue
         rows.append(row)
-        wanted += int(row["way_points"])
         kept = sum(distance <= LARGEST_DISTANCE and turn <= LARGEST_TURN
                    for distance, turn in row["errors"])
         within += kept
