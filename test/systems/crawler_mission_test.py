@@ -7,13 +7,12 @@ simulation.
 """
 
 import csv
-import json
 import os
 import pathlib
 import shutil
 import sys
 
-from mission import pipescout, recorded
+from mission import figures, pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/crawler_test_{os.getpid()}"
@@ -30,15 +29,8 @@ def run(composition, folder, *arguments):
               "--param", "crawler_simulation.length:=300.0", *arguments, timeout=TIMEOUT)
 
 
-def figures(folder):
-    all_figures = json.loads((folder / "summary.json").read_text())["figures"]
-    prefix = f"{NAMESPACE[1:]}.crawler_"
-    return {name[len(prefix):]: value for name, value in all_figures.items()
-            if name.startswith(prefix)}
-
-
 def check(folder):
-    found = figures(folder)
+    found = figures(folder, f"{NAMESPACE[1:]}.crawler_")
     assert abs(found["distance_m"] - 300.0) < 1.5, found
     assert found["wrong_joint"] == 0, found
     assert found["welds_to_lock"] <= 15, found

@@ -2,6 +2,7 @@
 """What tests of missions share: running `pipescout` as a user does, and reading what it recorded."""
 
 import csv
+import json
 import os
 import subprocess
 
@@ -20,3 +21,9 @@ def recorded(folder, name):
     assert len(files) == 1, files
     with files[0].open(newline="") as file:
         return list(csv.DictReader(file))
+
+
+def figures(folder, prefix):
+    """Those of the mission's summary whose name begins with the prefix, without it."""
+    found = json.loads((folder / "summary.json").read_text())["figures"]
+    return {name[len(prefix):]: value for name, value in found.items() if name.startswith(prefix)}

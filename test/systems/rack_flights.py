@@ -20,7 +20,7 @@ import tempfile
 
 import yaml
 
-from mission import pipescout, recorded
+from mission import figures, pipescout, recorded
 
 COMPOSITION = pathlib.Path(__file__).resolve().parents[2] / "launch_scripts/rack.yaml"
 LARGEST_DISTANCE = 0.03  # m
@@ -29,7 +29,7 @@ STAY = 0.5  # s
 TIMEOUT = 300  # s, of a flight
 
 
-def way_points():
+def way_points_to_keep():
     for component in yaml.safe_load(COMPOSITION.read_text())["components"]:
         flat = component["parameters"].get("way_points")
         if flat:
@@ -52,17 +52,15 @@ def errors(truth, done, way_point):
     return distance, math.degrees(turn)
 
 
-def fly(seed, arguments, folder):
+def fly(seed, way_points, arguments, folder):
     pipescout("run", COMPOSITION, "--out", folder, f"seed:={seed}", *arguments, timeout=TIMEOUT)
-    figures = json.loads((folder / "summary.json").read_text())["figures"]
-    figures = {name.split("rack_", 1)[1]: value for name, value in figures.items()
-               if "rack_" in name}
+    found = figures(folder, "rack_")
     truth = recorded(folder, "truth.csv")
-    kept = [errors(truth, float(row["stamp"]), way_points()[int(row["done"]) - 1])
+    kept = [errors(truth, float(row["stamp"]), way_points[int(row["done"]) - 1])
             for row in recorded(folder, "way_points.csv") if int(row["done"]) > 0]
-    return {"seed": seed, "way_points": figures["way_points"], "errors": kept,
-            "losses": figures["losses"], "tracked_percent": figures["tracked_percent"],
-            "position_median_m": figures["position_median_m"]}
+    return {"seed": seed, "way_points": found["way_points"], "errors": kept,
+            "losses": found["losses"], "tracked_percent": found["tracked_percent"],
+            "position_median_m": found["position_median_m"]}
 
 
 def main():
@@ -73,13 +71,15 @@ def main():
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("arguments", nargs="*", metavar="NAME:=VALUE")
     options = parser.parse_args()
+    way_points = way_points_to_keep()
     rows = []
     wanted = within = 0
     for seed in range(options.first, options.first + options.flights):
-        wanted += len(way_points())
+        wanted += len(way_points)
         try:
             with tempfile.TemporaryDirectory() as scratch:
-                row = fly(seed, options.arguments, pathlib.Path(scratch) / "mission")
+                row = fly(seed, way_points, options.arguments,
+                          pathlib.Path(scratch) / "mission")
         except (AssertionError, subprocess.TimeoutExpired) as failure:
             print(f"seed {seed}: not completed, {failure}", flush=True)
             rows.append({"seed": seed, "errors": []})
@@ -94,13 +94,13 @@ def main():
               f"{distance:.4f} m {turn:.3f} deg; pose of {row['tracked_percent']:.1f} % of the "
               f"images, {row['losses']:.0f} losses, median error "
               f"{row['position_median_m']:.4f} m", flush=True)
-    figures = {"flight_way_points": wanted, "flight_way_points_kept": within,
-               "flight_way_points_kept_percent": 100 * within / wanted}
-    for name, value in figures.items():
+    totals = {"flight_way_points": wanted, "flight_way_points_kept": within,
+              "flight_way_points_kept_percent": 100 * within / wanted}
+    for name, value in totals.items():
         print(f"{name} {value:g}")
     if options.json:
         options.json.write_text(json.dumps({
-            "figures": figures, "rows": rows,
+            "figures": totals, "rows": rows,
             "seeds": list(range(options.first, options.first + options.flights))}, indent=1))
     return 0 if within == wanted else 1
 

@@ -6,13 +6,12 @@ closed through them. Judges what was recorded against the truth of the simulatio
     rack_mission_test.py CASE LAUNCH_SCRIPTS SCRATCH
 """
 
-import json
 import os
 import pathlib
 import shutil
 import sys
 
-from mission import pipescout, recorded
+from mission import figures, pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/rack_test_{os.getpid()}"
@@ -29,15 +28,8 @@ def run(composition, folder, *arguments):
     pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
 
 
-def figures(folder):
-    all_figures = json.loads((folder / "summary.json").read_text())["figures"]
-    prefix = f"{NAMESPACE[1:]}.rack_"
-    return {name[len(prefix):]: value for name, value in all_figures.items()
-            if name.startswith(prefix)}
-
-
 def check(folder):
-    found = figures(folder)
+    found = figures(folder, f"{NAMESPACE[1:]}.rack_")
     assert found["way_points_done"] == found["way_points"] == 4, found
     assert found["losses"] == 0, found
     # It starts 5 cm beside where it says it does, over pipes that lie 15 mm beside where the file has

@@ -32,16 +32,15 @@ void OffsetMemory::reset() {
   images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
-      const auto pipe = static_cast<Eigen::Index>(i);
-      belief_.covariance(pipe, pipe) = sigma_ * sigma_;
+      forget(i);
     }
   }
 }
 
 void OffsetMemory::predict(double dt) {
   for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto pipe = static_cast<Eigen::Index>(i);
-    if (belief_.covariance(pipe, pipe) > 0) {
+    if (may_move(i)) {
+      const auto pipe = static_cast<Eigen::Index>(i);
       belief_.covariance(pipe, pipe) += kOffsetDrift * kOffsetDrift * dt;
     }
   }

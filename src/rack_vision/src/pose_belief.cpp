@@ -104,45 +104,48 @@ void PoseBelief::predict(const geometry::SE3& T_previous_current,
   drift_map(dt);
 }
 
+template <int N>
+Eigen::Matrix<double, 6, N> PoseBelief::learn_velocity(
+    const Eigen::Matrix<double, N, N>& prior, const Eigen::Matrix<double, N, N>& posterior,
+    const Eigen::Matrix<double, 6, N>& of_velocity, const Eigen::Matrix<double, N, 1>& step) {
+  // Its regression on what was measured: what is learnt of the one tells about the other.
+  const Eigen::Matrix<double, 6, N> regression =
+      prior.ldlt().solve(of_velocity.transpose()).transpose();
+  velocity_ += regression * step;
+  covariance_.block<6, 6>(kVelocity, kVelocity) -=
+      regression * (prior - posterior) * regression.transpose();
+  return regression * posterior;
+}
+
 void PoseBelief::update(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance,
                         const std::optional<MapErrorSolution>& map) {
   const geometry::Vector6d step = pose_difference(pose_, T_rack_camera);
   pose_ = T_rack_camera;
-  // Regression of the velocity on what was measured: what is learnt of the one tells about the
-  // other.
+  Eigen::Matrix<double, 6, 12> of_velocity = Eigen::Matrix<double, 6, 12>::Zero();
+  MapErrorBelief now = this->map();
   if (map) {
     Matrix12d prior, posterior;
-    prior << covariance_.topLeftCorner<6, 6>(), covariance_.block<6, 6>(0, kMap),
-        covariance_.block<6, 6>(kMap, 0), covariance_.block<6, 6>(kMap, kMap);
-    posterior << covariance, map->with_pose, map->with_pose.transpose(), map->covariance;
-    Eigen::Matrix<double, 6, 12> cross;
-    cross << covariance_.block<6, 6>(kVelocity, 0), covariance_.block<6, 6>(kVelocity, kMap);
+    prior << covariance_.topLeftCorner<6, 6>(), now.with_pose, now.with_pose.transpose(),
+        now.covariance;
     // The map has no error along y: see the anchor.
     prior(6 + kY, 6 + kY) += kTinyVariance;
-    const Eigen::Matrix<double, 6, 12> regression =
-        prior.ldlt().solve(cross.transpose()).transpose();
-    velocity_ += regression.leftCols<6>() * step + regression.rightCols<6>() * map->mean;
-    covariance_.block<6, 6>(kVelocity, kVelocity) -=
-        regression * (prior - posterior) * regression.transpose();
-    cross = regression * posterior;
-    covariance_.topLeftCorner<6, 6>() = covariance;
-    covariance_.block<6, 6>(kVelocity, 0) = cross.leftCols<6>();
-    covariance_.block<6, 6>(0, kVelocity) = cross.leftCols<6>().transpose();
-    set_map({map->covariance, map->with_pose});
-    covariance_.block<6, 6>(kVelocity, kMap) = cross.rightCols<6>();
-    covariance_.block<6, 6>(kMap, kVelocity) = cross.rightCols<6>().transpose();
+    posterior << covariance, map->with_pose, map->with_pose.transpose(), map->covariance;
+    of_velocity << covariance_.block<6, 6>(kVelocity, 0), covariance_.block<6, 6>(kVelocity, kMap);
+    Eigen::Matrix<double, 12, 1> steps;
+    steps << step, map->mean;
+    of_velocity = learn_velocity<12>(prior, posterior, of_velocity, steps);
+    now = {map->covariance, map->with_pose};
   } else {
-    const geometry::Matrix6d prior = covariance_.topLeftCorner<6, 6>();
-    const geometry::Matrix6d regression =
-        prior.ldlt().solve(covariance_.block<6, 6>(0, kVelocity)).transpose();
-    velocity_ += regression * step;
-    covariance_.block<6, 6>(kVelocity, kVelocity) -=
-        regression * (prior - covariance) * regression.transpose();
-    covariance_.topLeftCorner<6, 6>() = covariance;
-    covariance_.block<6, 6>(kVelocity, 0) = regression * covariance;
-    covariance_.block<6, 6>(0, kVelocity) = covariance_.block<6, 6>(kVelocity, 0).transpose();
-    set_map({covariance_.block<6, 6>(kMap, kMap), geometry::Matrix6d::Zero()});
+    of_velocity.leftCols<6>() = learn_velocity<6>(covariance_.topLeftCorner<6, 6>(), covariance,
+                                                  covariance_.block<6, 6>(kVelocity, 0), step);
+    now.with_pose.setZero();
   }
+  covariance_.topLeftCorner<6, 6>() = covariance;
+  set_map(now);
+  covariance_.block<6, 6>(kVelocity, 0) = of_velocity.leftCols<6>();
+  covariance_.block<6, 6>(0, kVelocity) = of_velocity.leftCols<6>().transpose();
+  covariance_.block<6, 6>(kVelocity, kMap) = of_velocity.rightCols<6>();
+  covariance_.block<6, 6>(kMap, kVelocity) = of_velocity.rightCols<6>().transpose();
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
 }
 

@@ -58,6 +58,13 @@ class PoseBelief {
 
  private:
   void drift_map(double dt);
+  /// After a measurement of N coordinates that moved them by `step`; `of_velocity`: covariance of
+  /// the velocity with them. Returns that after it.
+  template <int N>
+  Eigen::Matrix<double, 6, N> learn_velocity(const Eigen::Matrix<double, N, N>& prior,
+                                             const Eigen::Matrix<double, N, N>& posterior,
+                                             const Eigen::Matrix<double, 6, N>& of_velocity,
+                                             const Eigen::Matrix<double, N, 1>& step);
   /// Unrelated to the velocity.
   void set_map(const MapErrorBelief& map);
 

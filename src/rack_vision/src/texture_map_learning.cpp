@@ -31,53 +31,56 @@ constexpr int kY = 1;
 
 }  // namespace
 
-Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) const noexcept {
-  Eigen::Matrix<double, 3, 6> result = end_by_motion(point.made_from, point.normal);
-  result.col(kY).setZero();
+Eigen::Vector3d TextureMap::step_by_map_error(const Point& point,
+                                              const geometry::Vector6d& map_error) const noexcept {
+  Eigen::Vector3d end = map_error.head<3>();
+  end(kY) = 0;
+  end += map_error.tail<3>().cross(point.made_from);
+  Eigen::Vector3d step =
+      end - point.made_from * (point.normal.dot(end) / point.normal.dot(point.made_from));
   if (anchored_by_y(point)) {
-    result.row(kY) -= point.made_middle;
+    step(kY) -= point.made_middle.dot(map_error);
+  }
+  return step;
+}
+
+Eigen::Matrix<double, 3, 6> TextureMap::by_map_error(const Point& point) const noexcept {
+  Eigen::Matrix<double, 3, 6> result;
+  for (int i = 0; i < 6; ++i) {
+    result.col(i) = step_by_map_error(point, geometry::Vector6d::Unit(i));
   }
   return result;
 }
 
 void TextureMap::correct(const geometry::Vector6d& map_error) noexcept {
-  // As by_map_error has it, for thousands of points.
-  Eigen::Vector3d moved = map_error.head<3>();
-  moved(kY) = 0;
-  const Eigen::Vector3d turned = map_error.tail<3>();
   for (Point& point : points_) {
-    const Eigen::Vector3d& ray = point.made_from;
-    const Eigen::Vector3d end = moved + turned.cross(ray);
-    Eigen::Vector3d step = end - ray * (point.normal.dot(end) / point.normal.dot(ray));
-    if (anchored_by_y(point)) {
-      step(kY) -= point.made_middle.dot(map_error);
-    }
-    point.place += step;
+    point.place += step_by_map_error(point, map_error);
   }
 }
 
 TextureMap::PlaceVariance TextureMap::pose_variance(const Point& point,
                                                     const Eigen::Vector3d& from_camera,
-                                                    const UncertainView& view) const noexcept {
-  using Row = MotionRow;
-  const auto variance = [&view](const Row& row) {
+                                                    const UncertainView& view,
+                                                    const MotionRow& middle) const noexcept {
+  const auto variance = [&view](const MotionRow& row) {
     return std::max(0.0, (row * view.covariance * row.transpose()).value());
   };
   const Eigen::Matrix<double, 3, 6> hit = end_by_motion(from_camera, point.normal);
-  const Row middle = middle_by_motion(view.T_camera_rack.inverse());
-  const Row along = pipes_[point.pipe].direction.transpose() * hit;
-  const Row around = this->around(point).transpose() * hit;
-  return {variance(middle), variance(anchored_by_y(point) ? Row(hit.row(kY) - middle) : along),
+  const MotionRow along = pipes_[point.pipe].direction.transpose() * hit;
+  const MotionRow around = this->around(point).transpose() * hit;
+  return {variance(middle),
+          variance(anchored_by_y(point) ? MotionRow(hit.row(kY) - middle) : along),
           variance(around)};
 }
 
-void TextureMap::refine(Point& point, const UncertainView& view, const Projection& projection,
-                        const MatchedPoint& match, const Eigen::Vector2d& error) const {
+void TextureMap::refine(Point& point, const UncertainView& view, const MotionRow& middle,
+                        const Projection& projection, const MatchedPoint& match,
+                        const Eigen::Vector2d& error) const {
   const Eigen::Matrix2d surface_from_pixel = projection.scale.inverse();
   const Eigen::Vector2d seen = surface_from_pixel * error;  // along, around
   const Eigen::Vector2d per_pixel =
       (surface_from_pixel * surface_from_pixel.transpose()).diagonal();
-  const PlaceVariance pose = pose_variance(point, projection.from_camera, view);
+  const PlaceVariance pose = pose_variance(point, projection.from_camera, view, middle);
   const Eigen::Vector2d noise =
       per_pixel * match.sigma * match.sigma + Eigen::Vector2d(pose.along, pose.around);
   const Eigen::Vector2d own_gain =
@@ -111,6 +114,7 @@ void TextureMap::refine(Point& point, const UncertainView& view, const Projectio
 
 int TextureMap::learn(const UncertainView& view, const std::vector<MatchedPoint>& matches,
                       double gate) {
+  const MotionRow middle = middle_by_motion(view.T_camera_rack.inverse());
   int agreed = 0;
   for (const MatchedPoint& match : matches) {
     Point& point = points_[match.point];
@@ -125,7 +129,7 @@ int TextureMap::learn(const UncertainView& view, const std::vector<MatchedPoint>
           seen ? Eigen::Vector2d(*seen - projection->pixel) : Eigen::Vector2d::Constant(gate);
       agrees = error.norm() < gate;
       if (agrees) {
-        refine(point, view, *projection, match, error);
+        refine(point, view, middle, *projection, match, error);
         point.seen = image_;
         ++agreed;
       }
@@ -152,6 +156,7 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
   // In haste where there is little to hold on to.
   const auto held = std::ranges::count_if(occupied_, [](std::uint8_t count) { return count > 0; });
   const int wanted = parameters_.cells_per_frame * (held < kFewPoints ? kHaste : 1);
+  const MotionRow middle = middle_by_motion(view.T_camera_rack.inverse());
   int looked_through = 0;
   for (int i = 0; i < cells && looked_through < wanted; ++i) {
     const int cell = next_cell_;
@@ -160,8 +165,8 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
       continue;
     }
     const Eigen::Vector2i low((cell % columns_) * side, (cell / columns_) * side);
-    const Eigen::Vector2d middle = low.cast<double>().array() + 0.5 * side;
-    const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, middle);
+    const Eigen::Vector2d inside = low.cast<double>().array() + 0.5 * side;
+    const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, inside);
     if (!hit || hit->kind != EdgeKind::kPipe) {
       continue;
     }
@@ -176,13 +181,13 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
     }
     const std::optional<Eigen::Vector2i> corner = strongest_corner(image, inner, inner_side, least);
     if (corner) {
-      add(image, view, surface, *corner);
+      add(image, view, middle, surface, *corner);
     }
   }
 }
 
-void TextureMap::add(const ImageView& image, const UncertainView& view, const RackSurface& surface,
-                     const Eigen::Vector2i& corner) {
+void TextureMap::add(const ImageView& image, const UncertainView& view, const MotionRow& middle,
+                     const RackSurface& surface, const Eigen::Vector2i& corner) {
   const Eigen::Vector2d pixel = corner.cast<double>();
   const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, pixel);
   if (!hit || hit->kind != EdgeKind::kPipe || !hit->on_side_of_pipe) {
@@ -212,12 +217,12 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Ra
   }
   point.stored_scale = projection->scale;
   point.made_from = projection->from_camera;
-  point.made_middle = middle_by_motion(view.T_camera_rack.inverse());
+  point.made_middle = middle;
   point.made_middle(kY) = 0;
   const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
   point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
                        parameters_.point_sigma * parameters_.point_sigma;
-  const PlaceVariance pose = pose_variance(point, projection->from_camera, view);
+  const PlaceVariance pose = pose_variance(point, projection->from_camera, view, middle);
   point.anchor_variance = anchored_by_y(point) ? view.anchor_variance + pose.anchor : 0.0;
   point.along_variance = pose.along;
   point.around_variance = pose.around;

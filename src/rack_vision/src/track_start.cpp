@@ -225,8 +225,10 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     }
     const geometry::Vector6d moved =
         pose_difference(around.T_rack_camera, tried.belief.T_rack_camera);
+    const double chi_square = moved.dot(information * moved);
+    const double share = found_share(tried.evidence);
     const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-    if (moved.dot(information * moved) > kImprobable || found_share(tried.evidence) < kLeastShare ||
+    if (chi_square > kImprobable || share < kLeastShare ||
         std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
       continue;
     }
@@ -237,9 +239,8 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     if (sigma(0) > kNoLessSure * before_sigma(0) || sigma(2) > kNoLessSure * before_sigma(2)) {
       continue;  // it contradicts what was known: the residuals say so
     }
-    const double share = found_share(tried.evidence);
     const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
-    const double merit = share - kShareByChiSquare * moved.dot(information * moved);
+    const double merit = share - kShareByChiSquare * chi_square;
     if (same ? merit > best_merit : share > best_share) {
       best_merit = merit;
       rival_share = same ? rival_share : best_share;

@@ -104,6 +104,8 @@ class TextureMap {
   void clear() noexcept;
 
  private:
+  /// What motion [dc; dphi] of the camera does to one coordinate.
+  using MotionRow = Eigen::Matrix<double, 1, 6>;
   struct Point {
     std::uint16_t pipe = 0;
     Eigen::Vector3d place;      ///< rack frame
@@ -111,7 +113,7 @@ class TextureMap {
     Eigen::Vector3d made_from;  ///< from the camera to it when it was made, rack frame
     /// How errors of the pose from which it was made, but the one along y, moved the middle of what
     /// was seen along y.
-    Eigen::Matrix<double, 1, 6> made_middle;
+    MotionRow made_middle;
     Eigen::Vector3d normal;  ///< outward
     /// Derivative of the pixel by (along, around) when the patch was stored, px/m.
     Eigen::Matrix2d stored_scale;
@@ -140,22 +142,27 @@ class TextureMap {
   [[nodiscard]] std::optional<Projection> project(const Point& point,
                                                   const UncertainView& view) const noexcept;
   [[nodiscard]] Eigen::Vector3d around(const Point& point) const noexcept;
-  /// What an error of the pose makes of a point's place, m^2.
+  /// What an error of the pose makes of a point's place, m^2. `middle`: what it makes of the middle
+  /// of the view along y.
   struct PlaceVariance {
     double anchor = 0;  ///< along y, in the middle of the image
     double along = 0;   ///< along the pipe; pipes along y: beside what it does in the middle
     double around = 0;
   };
   [[nodiscard]] PlaceVariance pose_variance(const Point& point, const Eigen::Vector3d& from_camera,
-                                            const UncertainView& view) const noexcept;
-  void refine(Point& point, const UncertainView& view, const Projection& projection,
-              const MatchedPoint& match, const Eigen::Vector2d& error) const;
+                                            const UncertainView& view,
+                                            const MotionRow& middle) const noexcept;
+  void refine(Point& point, const UncertainView& view, const MotionRow& middle,
+              const Projection& projection, const MatchedPoint& match,
+              const Eigen::Vector2d& error) const;
   /// How an error of the pose from which it was made moves a point: along y against the middle of
   /// what was seen with it, which is the anchor's business.
+  [[nodiscard]] Eigen::Vector3d step_by_map_error(
+      const Point& point, const geometry::Vector6d& map_error) const noexcept;
   [[nodiscard]] Eigen::Matrix<double, 3, 6> by_map_error(const Point& point) const noexcept;
   [[nodiscard]] bool anchored_by_y(const Point& point) const noexcept;
-  void add(const ImageView& image, const UncertainView& view, const RackSurface& surface,
-           const Eigen::Vector2i& corner);
+  void add(const ImageView& image, const UncertainView& view, const MotionRow& middle,
+           const RackSurface& surface, const Eigen::Vector2i& corner);
   void make_room(const UncertainView& view);
 
   std::vector<Pipe> pipes_;
