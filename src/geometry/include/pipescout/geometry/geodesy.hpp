@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+/// Between places on the Earth and a local frame: the WGS 84 ellipsoid, by GeographicLib.
+namespace pipescout::geometry {
+
+/// As sensor_msgs/NavSatFix gives it.
+struct GeodeticPosition {
+  double latitude = 0;   ///< degrees, north positive, in [-90, 90]
+  double longitude = 0;  ///< degrees, east positive, in [-540, 540]
+  double altitude = 0;   ///< m above the ellipsoid, not above sea level
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+/// A Cartesian frame that touches the ellipsoid's normal at its datum: x east, y north, z up there
+/// (REP 103). Far from the datum z is no longer up: 1 km away by 0.16 mrad, and the Earth lies
+/// 8 cm below the plane.
+class LocalFrame {
+ public:
+  /// The datum becomes (0, 0, 0). Throws as GeodeticPosition::validate.
+  explicit LocalFrame(const GeodeticPosition& datum);
+
+  [[nodiscard]] const GeodeticPosition& datum() const noexcept { return datum_; }
+  /// m. Throws as GeodeticPosition::validate.
+  [[nodiscard]] Eigen::Vector3d position(const GeodeticPosition& geodetic) const;
+  /// The inverse. Throws std::invalid_argument when `position` (m) is not finite.
+  [[nodiscard]] GeodeticPosition geodetic(const Eigen::Vector3d& position) const;
+  /// The rotation from east, north, up at a place, in which GPS receivers give their covariance, to
+  /// this frame. Throws as GeodeticPosition::validate.
+  [[nodiscard]] Eigen::Matrix3d axes_at(const GeodeticPosition& geodetic) const;
+
+  /// The rotation from geocentric (Earth-centred, Earth-fixed) axes to those of this frame.
+  [[nodiscard]] const Eigen::Matrix3d& R_local_geocentric() const noexcept {
+    return R_local_geocentric_;
+  }
+  /// Of a geocentric position, m.
+  [[nodiscard]] Eigen::Vector3d from_geocentric(const Eigen::Vector3d& position) const noexcept;
+
+ private:
+  GeodeticPosition datum_;
+  Eigen::Vector3d origin_;  // geocentric, m
+  Eigen::Matrix3d R_local_geocentric_;
+};
+
+}  // namespace pipescout::geometry
