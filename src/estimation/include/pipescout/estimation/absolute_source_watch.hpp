@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "pipescout/estimation/start_alignment.hpp"
+
+/// Whether a source of absolute measurements is to be believed: it is taken up again after an
+/// outage, or after it was found wrong, only when it has borne itself out.
+namespace pipescout::estimation {
+
+enum class SourceState : std::uint8_t {
+  kAbsent,     ///< nothing has come from it for `outage`
+  kCandidate,  ///< it has come back; what it says is compared, and not used
+  kTrusted,    ///< used
+  kDoubted,    ///< it was trusted and has contradicted several times running; compared, not used
+};
+/// "absent", "candidate", "trusted", "doubted"; "unknown" for a value that is no enumerator.
+[[nodiscard]] std::string_view to_string(SourceState state) noexcept;
+
+struct SourceWatchParameters {
+  double outage = 5;            ///< s without an accepted measurement; in [0.1, 1000]
+  std::size_t doubt_after = 8;  ///< measurements gated in a row; in [1, 10000]
+  std::size_t agreeing = 5;  ///< measurements that must agree before it is trusted; in [2, 10000]
+  double agreeing_time = 1;  ///< s that they must span; in [0, 1000]
+  double gate_probability = 0.999;  ///< share of good ones that count as agreeing; in (0.5, 1)
+  /// Dead reckoning is taken to be off by no less than this share of the way since the last trusted
+  /// measurement, one standard deviation; in [0, 1].
+  double drift_share = 0.01;
+  double drift_floor = 0.5;  ///< m (rad for headings), the same while standing; in [0, 1000]
+  /// A source that agrees with the motion, but not with the state, moves the state after so long:
+  /// s, in [1, 1e6]. In this time it must have agreed all along.
+  double takeover = 60;
+  /// The same where the state had been borne out by the same source and the odometer was there: the
+  /// longer of this and of twice the time for which the source had borne the state out.
+  double confirmed_takeover = 600;  ///< s, in [1, 1e6]
+  double confirmation = 30;         ///< s of trust after which a state is borne out; in [0, 1e6]
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+/// A measurement of a position, against what dead reckoning says.
+struct WatchedFix {
+  double time = 0;
+  Eigen::Vector3d measured = Eigen::Vector3d::Zero();   ///< m, in the map
+  Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();   ///< m, the same point in `odom`
+  double deviation = 1;                                 ///< m, of `measured`, the worst axis
+  Eigen::Vector3d predicted = Eigen::Vector3d::Zero();  ///< m, the same point by the state
+  double predicted_deviation = 1;                       ///< m, of `predicted`, the worst axis
+  double way = 0;                                       ///< m travelled so far by dead reckoning
+  bool witnessed = false;  ///< the odometer was there since the last one
+};
+
+/// What is to be done with a measurement.
+enum class Verdict : std::uint8_t {
+  kUse,       ///< as a measurement of a trusted source
+  kHold,      ///< not at all
+  kAcquire,   ///< the source has become trusted with this one: the state may have to be widened
+  kTakeOver,  ///< the state is wrong: to be moved to where the source says
+};
+
+/// The state machine of one source of positions:
+///
+///     absent -> candidate -> trusted -> doubted -> trusted
+///                               |          |
+///                               +-> absent <+
+///
+/// A candidate's fixes must agree with each other and with the motion that dead reckoning has seen
+/// meanwhile, and lie within what dead reckoning can be off since the last trusted measurement.
+/// Those that are farther away are never taken as such, however consistent: they take over after
+/// `takeover` or `confirmed_takeover` only. So nothing is captured by a cluster of wrong fixes that
+/// lasts for minutes, and nothing is locked out for ever.
+///
+/// Pure; no allocation.
+class AbsoluteSourceWatch {
+ public:
+  /// Throws as SourceWatchParameters::validate.
+  explicit AbsoluteSourceWatch(const SourceWatchParameters& parameters);
+
+  /// A measurement has come; times need not be in order, older ones than the newest are held
+  /// unless trusted.
+  Verdict judge(const WatchedFix& fix) noexcept;
+  /// What the smoother's gate made of a measurement that was to be used.
+  void note_accepted(double time, double way) noexcept;
+  void note_gated(double time) noexcept;
+  /// The state stands on this source from now on: it was started from it.
+  void trust(double time, double way) noexcept;
+  /// All that was learnt about the source is forgotten.
+  void forget() noexcept;
+  /// Time goes on: a source that is silent becomes absent.
+  void expire(double time) noexcept;
+
+  [[nodiscard]] SourceState state() const noexcept { return state_; }
+  /// Where the candidate would place dead reckoning; nothing while it cannot say.
+  [[nodiscard]] std::optional<TrackAlignment::Result> claim() const noexcept;
+  /// Since when its fixes have agreed; NaN: they do not.
+  [[nodiscard]] double agreeing_since() const noexcept;
+  [[nodiscard]] double last_accepted() const noexcept { return last_accepted_; }
+  /// m that dead reckoning may be off after `way`, one standard deviation.
+  [[nodiscard]] double drift(double way) const noexcept;
+
+ private:
+  void begin_candidate(const WatchedFix& fix) noexcept;
+
+  SourceWatchParameters parameters_;
+  double gate_ = 0;
+  SourceState state_ = SourceState::kAbsent;
+  double last_accepted_ = std::numeric_limits<double>::quiet_NaN();
+  double last_seen_ = std::numeric_limits<double>::quiet_NaN();
+  double trusted_way_ = 0;  // where `way` was when it was last accepted
+  double borne_out_ = 0;    // s for which it has been trusted since the state was placed
+  std::size_t gated_running_ = 0;
+  std::size_t agreeing_ = 0;  // of the candidate
+  std::size_t within_ = 0;    // of those, the ones within reach of dead reckoning, running
+  double first_within_ = 0;
+  double since_ = std::numeric_limits<double>::quiet_NaN();
+  std::size_t strayed_ = 0;  // running
+  bool witnessed_ = false;
+  TrackAlignment track_{};
+};
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+
+#include "pipescout/geometry/so3.hpp"
+
+/// How a vehicle finds out at its start how it stands: level from gravity, heading from motion.
+namespace pipescout::estimation {
+
+/// The rotation whose body z axis points up as `specific_force` (m/s^2, in the body, of a body that
+/// does not accelerate) says, with a yaw of 0. Nothing when the force is not finite or below 1e-3.
+[[nodiscard]] std::optional<geometry::SO3> level(const Eigen::Vector3d& specific_force) noexcept;
+
+/// Yaw and translation between a track that was reckoned in a level frame and the same track as an
+/// absolute source has measured it: least squares for
+///
+///     measured = [c -s; s c] reckoned + offset + drift * (time - first time)
+///
+/// with c, s, offset and drift free but for a prior on the drift: the speed with which the
+/// reckoned track may be off. Linear, closed form, by sums: constant memory. c^2 + s^2 is 1 for
+/// tracks of one motion, which is how others are found out. Heights are averaged.
+class TrackAlignment {
+ public:
+  /// `drift_deviation` m/s, 0: the reckoned track does not drift. `reckoning_share`: its error, as
+  /// a share of its length; added to the covariance.
+  explicit TrackAlignment(double drift_deviation = 0, double reckoning_share = 0)
+      : drift_deviation_(drift_deviation), reckoning_share_(reckoning_share) {}
+
+  /// Both m; `deviation` m, > 0, of both together, per axis. Not checked: finite values.
+  void add(double time, const Eigen::Vector3d& measured, const Eigen::Vector3d& reckoned,
+           double deviation) noexcept;
+
+  struct Result {
+    double yaw = 0;            ///< rad: measured frame from reckoned frame, about z
+    double yaw_deviation = 0;  ///< rad; pi when the track is too short to say
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m: measured = Rz(yaw) reckoned + offset,
+                                                       ///< at the newest pair
+    double offset_deviation = 0;  ///< m, per axis, at the newest pair with the yaw known
+    Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< m/s, in the measured frame
+    double scale = 1;                                 ///< hypot(c, s)
+    double scale_deviation = 0;
+    double chi_square = 0;  ///< of the residuals, with degrees of freedom:
+    int degrees = 0;
+  };
+  /// Nothing with fewer than 3 pairs.
+  [[nodiscard]] std::optional<Result> solve() const noexcept;
+  /// The same with a yaw that is known: offset and chi-square alone; with one pair already.
+  [[nodiscard]] std::optional<Result> solve(double yaw) const noexcept;
+
+  [[nodiscard]] std::size_t pairs() const noexcept { return pairs_; }
+  [[nodiscard]] double first_time() const noexcept { return first_time_; }
+  [[nodiscard]] double newest_time() const noexcept { return newest_time_; }
+  /// m, between the outermost reckoned points along x and y.
+  [[nodiscard]] double extent() const noexcept;
+
+ private:
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+  double drift_deviation_;
+  double reckoning_share_;
+  std::size_t pairs_ = 0;
+  double first_time_ = 0;
+  double newest_time_ = 0;
+  Eigen::Vector3d first_measured_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d first_reckoned_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d newest_reckoned_ = Eigen::Vector3d::Zero();
+  Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d high_ = Eigen::Vector2d::Zero();
+  Matrix6 information_ = Matrix6::Zero();  // of [c; s; offset; drift]
+  Vector6 vector_ = Vector6::Zero();
+  double sum_ = 0;     // of squares of the measured, whitened
+  double weight_ = 0;  // heights
+  double height_ = 0;
+};
+
+}  // namespace pipescout::estimation
