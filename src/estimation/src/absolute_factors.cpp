@@ -22,14 +22,20 @@ GpsFactor::GpsFactor(const GpsMeasurement& measurement) : MeasuredFactor(measure
 
 GpsFactor::Residual GpsFactor::evaluate(const NavState& x, const GlobalStates& globals,
                                         Derivatives* derivatives) const {
-  const Vector3d& lever = globals.gps_lever_arm;
+  const double offset = globals.gps_time_offset;
+  const Vector3d swing = measurement_.angular_rate.cross(globals.gps_lever_arm);
+  const Vector3d lever = globals.gps_lever_arm + offset * swing;
   if (derivatives != nullptr) {
     const Matrix3d turned = whitening_ * x.R_map_body.matrix();
     derivatives->from.middleCols<3>(kPosition) = whitening_;
     derivatives->from.middleCols<3>(kRotation) = -turned * skew(lever);
-    derivatives->globals.middleCols<3>(kGpsLeverArm) = turned;
+    derivatives->from.middleCols<3>(kVelocity) = offset * whitening_;
+    derivatives->globals.middleCols<3>(kGpsLeverArm) =
+        turned + offset * turned * skew(measurement_.angular_rate);
+    derivatives->globals.col(kGpsTimeOffset) = whitening_ * (x.velocity + x.R_map_body * swing);
   }
-  return whitening_ * (x.position + x.R_map_body * lever - measurement_.position);
+  return whitening_ *
+         (x.position + offset * x.velocity + x.R_map_body * lever - measurement_.position);
 }
 
 HeadingFactor::HeadingFactor(const HeadingMeasurement& measurement) : MeasuredFactor(measurement) {
@@ -110,12 +116,16 @@ NonHolonomicFactor::Residual NonHolonomicFactor::evaluate(const NavState& x,
                                                           const GlobalStates& globals,
                                                           Derivatives* derivatives) const {
   const DirectionOfTravel travel(globals);
-  const Vector3d in_body = x.R_map_body.inverse() * x.velocity;
+  const Vector3d origin = x.R_map_body.inverse() * x.velocity;
+  const Vector3d in_body =
+      origin + (measurement_.angular_rate - x.gyro_bias).cross(measurement_.sensor);
   if (derivatives != nullptr) {
     const auto across = [&](const Matrix3d& m) { return (whitening_ * m.bottomRows<2>()).eval(); };
-    derivatives->from.middleCols<3>(kRotation) = across(travel.R_travel_body * skew(in_body));
+    derivatives->from.middleCols<3>(kRotation) = across(travel.R_travel_body * skew(origin));
     derivatives->from.middleCols<3>(kVelocity) =
         across(travel.R_travel_body * x.R_map_body.matrix().transpose());
+    derivatives->from.middleCols<3>(kGyroBias) =
+        across(travel.R_travel_body * skew(measurement_.sensor));
     derivatives->globals.col(kMountYaw) = whitening_ * (travel.by_yaw * in_body).tail<2>();
     derivatives->globals.col(kMountPitch) = whitening_ * (travel.by_pitch * in_body).tail<2>();
   }
@@ -134,6 +144,20 @@ ZeroVelocityFactor::Residual ZeroVelocityFactor::evaluate(const NavState& x,
     derivatives->from.middleCols<3>(kVelocity) = whitening_;
   }
   return whitening_ * x.velocity;
+}
+
+ZeroAngularRateFactor::ZeroAngularRateFactor(const ZeroAngularRateMeasurement& measurement)
+    : MeasuredFactor(measurement) {
+  whitening_ = Matrix3d::Identity() / measurement.standard_deviation;
+}
+
+ZeroAngularRateFactor::Residual ZeroAngularRateFactor::evaluate(const NavState& x,
+                                                                const GlobalStates& /*globals*/,
+                                                                Derivatives* derivatives) const {
+  if (derivatives != nullptr) {
+    derivatives->from.middleCols<3>(kGyroBias) = -whitening_;
+  }
+  return whitening_ * (measurement_.angular_rate - x.gyro_bias);
 }
 
 PriorFactor::PriorFactor(const NavState& mean, const StateMatrix& covariance) : mean_(mean) {

@@ -11,7 +11,7 @@
 namespace pipescout::estimation {
 
 using Block = Eigen::Matrix<double, kStateSize, kStateSize, Eigen::RowMajor>;
-/// 15 x number of global states that are estimated, at most 12.
+/// 15 x number of global states that are estimated, at most all.
 using Border =
     Eigen::Matrix<double, kStateSize, Eigen::Dynamic, Eigen::ColMajor, kStateSize, kGlobalSize>;
 using Corner = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kGlobalSize,

@@ -56,6 +56,9 @@ inline std::uint64_t fingerprint_of(const NonHolonomicMeasurement& m) {
 inline std::uint64_t fingerprint_of(const ZeroVelocityMeasurement& m) {
   return Fingerprint(FactorKind::kZeroVelocity).add(m.time).value();
 }
+inline std::uint64_t fingerprint_of(const ZeroAngularRateMeasurement& m) {
+  return Fingerprint(FactorKind::kZeroAngularRate).add(m.time).add(m.angular_rate).value();
+}
 inline std::uint64_t fingerprint_of(const OdometerMeasurement& m) {
   return Fingerprint(FactorKind::kOdometer).add(m.from_time).add(m.to_time).add(m.distance).value();
 }

@@ -48,6 +48,7 @@ void FixedLagSmootherParameters::validate() const {
   deviation("global_deviations.rack_position", global_deviations.rack_position);
   deviation("global_deviations.rack_rotation", global_deviations.rack_rotation);
   deviation("global_deviations.gps_lever_arm", global_deviations.gps_lever_arm);
+  deviation("global_deviations.gps_time_offset", global_deviations.gps_time_offset);
   for (const Robustness& one : robustness) {
     one.validate();
   }
@@ -121,6 +122,9 @@ Outcome FixedLagSmoother::add(const OdometerMeasurement& m) noexcept {
 }
 Outcome FixedLagSmoother::add(const RelativePoseMeasurement& m) noexcept {
   return implementation_->add<RelativePoseFactor>(m);
+}
+Outcome FixedLagSmoother::add(const ZeroAngularRateMeasurement& m) noexcept {
+  return implementation_->add<ZeroAngularRateFactor>(m);
 }
 const UpdateReport& FixedLagSmoother::update(double time) noexcept {
   implementation_->update(time);

@@ -32,7 +32,8 @@ InputFault verdict(bool all_finite, bool good_covariance) {
 }  // namespace
 
 InputFault check(const GpsMeasurement& m) noexcept {
-  return verdict(finite({m.time}) && m.position.allFinite() && m.covariance.allFinite(),
+  return verdict(finite({m.time}) && m.position.allFinite() && m.covariance.allFinite() &&
+                     m.angular_rate.allFinite(),
                  is_covariance(m.covariance));
 }
 
@@ -57,7 +58,8 @@ InputFault check(const WeldMeasurement& m) noexcept {
 }
 
 InputFault check(const NonHolonomicMeasurement& m) noexcept {
-  return verdict(finite({m.time, m.lateral_deviation, m.vertical_deviation}),
+  return verdict(finite({m.time, m.lateral_deviation, m.vertical_deviation}) &&
+                     m.sensor.allFinite() && m.angular_rate.allFinite(),
                  is_deviation(m.lateral_deviation) && is_deviation(m.vertical_deviation));
 }
 
@@ -65,9 +67,15 @@ InputFault check(const ZeroVelocityMeasurement& m) noexcept {
   return verdict(finite({m.time, m.standard_deviation}), is_deviation(m.standard_deviation));
 }
 
+InputFault check(const ZeroAngularRateMeasurement& m) noexcept {
+  return verdict(finite({m.time, m.standard_deviation}) && m.angular_rate.allFinite(),
+                 is_deviation(m.standard_deviation));
+}
+
 InputFault check(const OdometerMeasurement& m) noexcept {
   const InputFault fault = verdict(
-      finite({m.from_time, m.to_time, m.distance, m.standard_deviation, m.across_deviation}),
+      finite({m.from_time, m.to_time, m.distance, m.standard_deviation, m.across_deviation}) &&
+          m.sensor.allFinite(),
       is_deviation(m.standard_deviation) && is_deviation(m.across_deviation));
   return fault == InputFault::kNone && m.to_time <= m.from_time ? InputFault::kBadInterval : fault;
 }
@@ -101,6 +109,8 @@ std::string_view to_string(FactorKind kind) noexcept {
       return "odometer";
     case FactorKind::kRelativePose:
       return "relative_pose";
+    case FactorKind::kZeroAngularRate:
+      return "zero_angular_rate";
   }
   return "unknown";
 }

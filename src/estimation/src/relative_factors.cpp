@@ -44,10 +44,14 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
   const DirectionOfTravel travel(globals);
   const Matrix3d to_from = from.R_map_body.matrix().transpose();
   const Matrix3d to_to = to.R_map_body.matrix().transpose();
+  const Vector3d& sensor = measurement_.sensor;
+  const Vector3d at_from = from.R_map_body * sensor;
+  const Vector3d at_to = to.R_map_body * sensor;
   const Vector3d moved = to.position - from.position;
-  const Vector3d seen_from = to_from * moved;
-  const Vector3d seen_to = to_to * moved;
-  const Vector3d in_body = 0.5 * (seen_from + seen_to);
+  // How each end sees the way from its own origin, and to it.
+  const Vector3d from_origin = to_from * (moved + at_to);
+  const Vector3d to_origin = to_to * (moved - at_from);
+  const Vector3d in_body = 0.5 * (from_origin + to_origin);
   const Vector3d turn = (from.R_map_body.inverse() * to.R_map_body).log();
   const Sinc bend = sinc(turn.norm());
   Vector3d r = travel.R_travel_body * in_body;
@@ -57,8 +61,10 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
     const Matrix3d by_position = 0.5 * whitened * (to_from + to_to);
     derivatives->from.middleCols<3>(kPosition) = -by_position;
     derivatives->to.middleCols<3>(kPosition) = by_position;
-    derivatives->from.middleCols<3>(kRotation) = 0.5 * whitened * skew(seen_from);
-    derivatives->to.middleCols<3>(kRotation) = 0.5 * whitened * skew(seen_to);
+    derivatives->from.middleCols<3>(kRotation) =
+        0.5 * whitened * (skew(from_origin) + to_to * from.R_map_body.matrix() * skew(sensor));
+    derivatives->to.middleCols<3>(kRotation) =
+        0.5 * whitened * (skew(to_origin) - to_from * to.R_map_body.matrix() * skew(sensor));
     // The angle's gradient is the axis of the turn, at both ends.
     const Vector3d by_turn =
         whitening_(0, 0) * globals.odometer_scale * measurement_.distance * bend.slope * turn;

@@ -10,7 +10,7 @@ namespace pipescout::estimation {
 namespace {
 
 /// Rows of the factors of one time, by kind; the gates' degrees.
-constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6};
+constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6, 3};
 
 }  // namespace
 
@@ -41,6 +41,7 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   estimate(kRackPosition, 3, known.rack_position);
   estimate(kRackRotation, 3, known.rack_rotation);
   estimate(kGpsLeverArm, 3, known.gps_lever_arm);
+  estimate(kGpsTimeOffset, 1, known.gps_time_offset);
   globals_ = linear_globals_ = parameters.globals;
 }
 

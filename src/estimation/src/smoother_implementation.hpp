@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "chain_elimination.hpp"
-#include "imu_timeline.hpp"
+#include "pipescout/estimation/carried_factor.hpp"
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
+#include "pipescout/estimation/imu_timeline.hpp"
 
 namespace pipescout::estimation {
 
@@ -26,8 +27,7 @@ inline constexpr double kSameTime = 1e-4;
 struct PlacedFactor {
   AnyFactor factor;
   std::uint64_t fingerprint = 0;  // of its numbers
-  ImuMotion from{};               // from the keyframe to the measurement, or its `from_time`
-  ImuMotion to{};                 // to its `to_time`: from the next keyframe, or the same one
+  CarryingMotions motions{};
   bool to_next = false;
   bool fresh = true;  // came in with this update
   double weight = 1;  // as linearised
@@ -41,6 +41,7 @@ struct PlacedFactor {
 struct LinearFactor {
   static constexpr int kMaxRows = 6;
   int rows = 0;
+  double chi_square = 0;  // at the estimate
   Eigen::Matrix<double, kMaxRows, 1> residual;
   // By rows, so that a row is 15 neighbours in memory.
   Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> from;
@@ -173,7 +174,7 @@ class FixedLagSmoother::Implementation {
   GlobalStates linear_globals_{};  // where they are linearised
   GlobalVector global_delta_ = GlobalVector::Zero();
   GlobalVector linearised_global_delta_ = GlobalVector::Zero();
-  std::vector<int> estimated_{};                            // which of the 12
+  std::vector<int> estimated_{};                            // which of all
   GlobalVector global_information_ = GlobalVector::Zero();  // beforehand
 
   std::optional<PriorFactor> prior_{};  // until the first keyframe has left

@@ -146,6 +146,8 @@ template Outcome FixedLagSmoother::Implementation::add<OdometerFactor>(
     const OdometerMeasurement&) noexcept;
 template Outcome FixedLagSmoother::Implementation::add<RelativePoseFactor>(
     const RelativePoseMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<ZeroAngularRateFactor>(
+    const ZeroAngularRateMeasurement&) noexcept;
 
 bool FixedLagSmoother::Implementation::is_known(std::uint64_t fingerprint) const noexcept {
   const auto same = [&](const PlacedFactor& f) { return f.fingerprint == fingerprint; };
@@ -171,25 +173,13 @@ std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noe
 
 double FixedLagSmoother::Implementation::integrate(const NavState& start, double begin, double end,
                                                    ImuPreintegration& sum) const {
-  ImuNoise coasting = parameters_.imu_noise;
-  coasting.gyro = parameters_.coasting_angular_rate;
-  coasting.accelerometer = parameters_.coasting_acceleration;
-  double coasted = 0;
-  imu_.walk(begin, end, parameters_.max_held_imu, [&](const ImuSample* sample, double duration) {
-    if (sample != nullptr) {
-      sum.integrate(sample->angular_rate, sample->specific_force, duration, parameters_.imu_noise);
-      return;
-    }
-    // As an IMU would measure a body that neither turns nor changes its velocity.
-    const ImuMotion& motion = sum.motion();
-    const geometry::SO3 R_map_body = start.R_map_body * motion.rotation();
-    sum.integrate(motion.gyro_bias(),
-                  motion.accelerometer_bias() +
-                      R_map_body.inverse() * Eigen::Vector3d(0, 0, parameters_.gravity),
-                  duration, coasting);
-    coasted += duration;
-  });
-  return coasted;
+  ImuIntegration how{.noise = parameters_.imu_noise,
+                     .coasting = parameters_.imu_noise,
+                     .max_held = parameters_.max_held_imu,
+                     .gravity = parameters_.gravity};
+  how.coasting.gyro = parameters_.coasting_angular_rate;
+  how.coasting.accelerometer = parameters_.coasting_acceleration;
+  return imu_.integrate(how, start.R_map_body, begin, end, sum);
 }
 
 ImuMotion FixedLagSmoother::Implementation::motion_to(std::size_t k, double time) const {
@@ -263,9 +253,9 @@ Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
   if (placed.to_next && rows_to_next(place) + rows_of(placed.factor) > kMaxRelativeRows) {
     return Outcome::kFull;
   }
-  placed.from = motion_to(from, span.from);
+  placed.motions.from = motion_to(from, span.from);
   if (span.to != span.from) {
-    placed.to = motion_to(to, span.to);
+    placed.motions.to = motion_to(to, span.to);
   }
   const FactorKind kind = kind_of(placed.factor);
   const double chi_square = this->chi_square(placed, from);

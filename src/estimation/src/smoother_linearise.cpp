@@ -7,24 +7,6 @@
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
-namespace {
-
-template <int N>
-void chain(const ImuMotion& motion, const StateMatrix& by_keyframe,
-           Eigen::Matrix<double, N, kStateSize>& derivative) {
-  if (motion.duration() > 0) {
-    derivative = (derivative * by_keyframe).eval();
-  }
-}
-
-/// A keyframe's state carried to the time of a measurement; the derivative is set for motions of
-/// some duration only.
-NavState carry(const ImuMotion& motion, const NavState& from, double gravity,
-               StateMatrix* by_keyframe = nullptr) {
-  return motion.duration() > 0 ? motion.propagate(from, gravity, by_keyframe) : from;
-}
-
-}  // namespace
 
 void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std::size_t k,
                                                  LinearFactor& linear) const {
@@ -36,23 +18,15 @@ void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std
         using Factor = std::decay_t<decltype(factor)>;
         constexpr int kRows = Factor::kRows;
         typename Factor::Derivatives d;
-        typename Factor::Residual r;
-        StateMatrix by_from;
-        const NavState at_from = carry(placed.from, from.linear, gravity, &by_from);
-        if constexpr (Factor::kRelative) {
-          StateMatrix by_to;
-          const NavState at_to = carry(placed.to, to.linear, gravity, &by_to);
-          factor.evaluate(at_from, at_to, linear_globals_, &d);
-          r = factor.evaluate(carry(placed.from, from.estimate, gravity),
-                              carry(placed.to, to.estimate, gravity), globals_);
-          chain<kRows>(placed.to, by_to, d.to);
-          r.noalias() -= d.to * to.delta;
-        } else {
-          factor.evaluate(at_from, linear_globals_, &d);
-          r = factor.evaluate(carry(placed.from, from.estimate, gravity), globals_);
-        }
-        chain<kRows>(placed.from, by_from, d.from);
+        evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_, gravity,
+                         &d);
+        typename Factor::Residual r =
+            evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_, gravity);
+        linear.chi_square = r.squaredNorm();
         r.noalias() -= d.from * from.delta;
+        if constexpr (Factor::kRelative) {
+          r.noalias() -= d.to * to.delta;
+        }
         if (!estimated_.empty()) {
           r.noalias() -= d.globals * global_delta_;
         }
@@ -76,13 +50,9 @@ double FixedLagSmoother::Implementation::chi_square(const PlacedFactor& placed,
   const double gravity = parameters_.gravity;
   return std::visit(
       [&](const auto& factor) {
-        const NavState at_from = carry(placed.from, from.estimate, gravity);
-        if constexpr (std::decay_t<decltype(factor)>::kRelative) {
-          return factor.evaluate(at_from, carry(placed.to, to.estimate, gravity), globals_)
-              .squaredNorm();
-        } else {
-          return factor.evaluate(at_from, globals_).squaredNorm();
-        }
+        return evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_,
+                                gravity)
+            .squaredNorm();
       },
       placed.factor);
 }
@@ -166,7 +136,7 @@ void FixedLagSmoother::Implementation::linearise_clique(std::size_t k) {
   LinearFactor linear;
   for (PlacedFactor& placed : from.factors) {
     linearise(placed, k, linear);
-    placed.weight = kernel(placed, chi_square(placed, k)).weight;
+    placed.weight = kernel(placed, linear.chi_square).weight;
     const double scale = std::sqrt(placed.weight);
     if (!std::isfinite(scale) || !linear.residual.head(linear.rows).allFinite() ||
         !linear.from.topRows(linear.rows).allFinite()) {

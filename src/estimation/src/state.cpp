@@ -36,7 +36,8 @@ GlobalStates GlobalStates::retract(const GlobalVector& d) const {
           .mount_pitch = mount_pitch + d[kMountPitch],
           .rack_position = rack_position + d.segment<3>(kRackPosition),
           .R_map_rack = R_map_rack * SO3::exp(d.segment<3>(kRackRotation)),
-          .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm)};
+          .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm),
+          .gps_time_offset = gps_time_offset + d[kGpsTimeOffset]};
 }
 
 GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
@@ -47,13 +48,14 @@ GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
   d.segment<3>(kRackPosition) = other.rack_position - rack_position;
   d.segment<3>(kRackRotation) = (R_map_rack.inverse() * other.R_map_rack).log();
   d.segment<3>(kGpsLeverArm) = other.gps_lever_arm - gps_lever_arm;
+  d[kGpsTimeOffset] = other.gps_time_offset - gps_time_offset;
   return d;
 }
 
 bool GlobalStates::is_finite() const noexcept {
   return std::isfinite(odometer_scale) && std::isfinite(mount_yaw) && std::isfinite(mount_pitch) &&
          rack_position.allFinite() && R_map_rack.quaternion().coeffs().allFinite() &&
-         gps_lever_arm.allFinite();
+         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset);
 }
 
 }  // namespace pipescout::estimation

@@ -62,7 +62,7 @@ class ChainEliminationTest : public testing::TestWithParam<int> {};
 
 TEST_P(ChainEliminationTest, SolvesTheDenseEquations) {
   constexpr int kStates = 5;
-  for (const int globals : {0, 1, 7, 12}) {
+  for (const int globals : {0, 1, 7, 13}) {
     for (const double damping : {0.0, 0.3}) {
       const RandomChain chain(static_cast<std::uint64_t>(GetParam()), kStates, globals);
       Damping towards{.factor = damping, .centre = StateVector::Constant(0.5)};

@@ -174,6 +174,7 @@ struct DualGlobals {
   Dual3 rack_position;
   Dual33 rack_rotation;
   Dual3 lever;
+  Dual time_offset;
 
   explicit DualGlobals(const GlobalStates& g)
       : scale(Dual::variable(g.odometer_scale, kGlobalPlace + kOdometerScale)),
@@ -183,7 +184,8 @@ struct DualGlobals {
         rack_rotation(
             constant(g.R_map_rack.matrix()) *
             small_rotation(variables(Eigen::Vector3d::Zero(), kGlobalPlace + kRackRotation))),
-        lever(variables(g.gps_lever_arm, kGlobalPlace + kGpsLeverArm)) {}
+        lever(variables(g.gps_lever_arm, kGlobalPlace + kGpsLeverArm)),
+        time_offset(Dual::variable(g.gps_time_offset, kGlobalPlace + kGpsTimeOffset)) {}
 
   /// From the body to a frame whose x axis is the direction of travel.
   [[nodiscard]] Dual33 travel() const {

@@ -48,7 +48,8 @@ class FactorsTest : public testing::TestWithParam<int> {
             .mount_pitch = draw(0.3),
             .rack_position = vector(5),
             .R_map_rack = rotation(1),
-            .gps_lever_arm = vector(1)};
+            .gps_lever_arm = vector(1),
+            .gps_time_offset = draw(0.2)};
   }
 
   /// `plain` is the residual before it is whitened with the inverse root of `covariance`.
@@ -111,12 +112,20 @@ class FactorsTest : public testing::TestWithParam<int> {
 };
 
 TEST_P(FactorsTest, Gps) {
-  const GpsMeasurement m{.time = 1, .position = vector(10), .covariance = covariance<3>()};
+  const GpsMeasurement m{.time = 1,
+                         .position = vector(10),
+                         .covariance = covariance<3>(),
+                         .angular_rate = vector(0.5)};
   const NavState x = state();
   const GlobalStates g = globals();
   const DualState dx(x, test::kFromPlace);
+  const DualGlobals dg(g);
+  const Dual3 swing = test::cross_matrix(constant(m.angular_rate)) * dg.lever;
   check_absolute<GpsFactor>(
-      m, x, g, list({dx.p + dx.r * DualGlobals(g).lever - constant(m.position)}), m.covariance);
+      m, x, g,
+      list({dx.p + dg.time_offset * dx.v + dx.r * (dg.lever + dg.time_offset * swing) -
+            constant(m.position)}),
+      m.covariance);
 }
 
 TEST_P(FactorsTest, Heading) {
@@ -169,11 +178,17 @@ TEST_P(FactorsTest, Weld) {
 }
 
 TEST_P(FactorsTest, NonHolonomic) {
-  const NonHolonomicMeasurement m{.time = 1, .lateral_deviation = 0.1, .vertical_deviation = 0.2};
+  const NonHolonomicMeasurement m{.time = 1,
+                                  .lateral_deviation = 0.1,
+                                  .vertical_deviation = 0.2,
+                                  .sensor = vector(1),
+                                  .angular_rate = vector(0.5)};
   const NavState x = state();
   const GlobalStates g = globals();
   const DualState dx(x, test::kFromPlace);
-  const Dual3 seen = DualGlobals(g).travel() * (transpose(dx.r) * dx.v);
+  const Dual3 swing =
+      test::cross_matrix(constant(m.angular_rate) - dx.gyro_bias) * constant(m.sensor);
+  const Dual3 seen = DualGlobals(g).travel() * (transpose(dx.r) * dx.v + swing);
   check_absolute<NonHolonomicFactor>(m, x, g, {seen[1], seen[2]},
                                      Eigen::Vector2d(0.01, 0.04).asDiagonal());
 }
@@ -185,12 +200,22 @@ TEST_P(FactorsTest, ZeroVelocity) {
                                      0.01 * Eigen::Matrix3d::Identity());
 }
 
+TEST_P(FactorsTest, ZeroAngularRate) {
+  const ZeroAngularRateMeasurement m{
+      .time = 1, .angular_rate = vector(0.1), .standard_deviation = 0.01};
+  const NavState x = state();
+  check_absolute<ZeroAngularRateFactor>(
+      m, x, {}, list({constant(m.angular_rate) - DualState(x, test::kFromPlace).gyro_bias}),
+      1e-4 * Eigen::Matrix3d::Identity());
+}
+
 TEST_P(FactorsTest, Odometer) {
   const OdometerMeasurement m{.from_time = 1,
                               .to_time = 2,
                               .distance = draw(1),
                               .standard_deviation = 0.1,
-                              .across_deviation = 0.2};
+                              .across_deviation = 0.2,
+                              .sensor = vector(1)};
   const NavState from = state();
   NavState to = from.retract(StateVector::NullaryExpr([&] { return draw(0.5); }));
   const GlobalStates g = globals();
@@ -198,7 +223,9 @@ TEST_P(FactorsTest, Odometer) {
   const DualState dj(to, test::kToPlace);
   const DualGlobals dg(g);
   const Dual a = test::angle_of(transpose(di.r) * dj.r);
-  Dual3 plain = dg.travel() * (Dual(0.5) * ((transpose(di.r) + transpose(dj.r)) * (dj.p - di.p)));
+  const Dual3 sensor = constant(m.sensor);
+  const Dual3 moved = dj.p + dj.r * sensor - di.p - di.r * sensor;
+  Dual3 plain = dg.travel() * (Dual(0.5) * ((transpose(di.r) + transpose(dj.r)) * moved));
   plain[0] = plain[0] - dg.scale * m.distance * sin(a) / a;
   check_relative<OdometerFactor>(m, from, to, g, list({plain}),
                                  Vector3d(0.01, 0.04, 0.04).asDiagonal());
@@ -299,6 +326,11 @@ TEST(MeasurementsTest, BadNumbersAreNamed) {
             InputFault::kBadCovariance);
   EXPECT_EQ(check(ZeroVelocityMeasurement{.time = 0, .standard_deviation = -1}),
             InputFault::kBadCovariance);
+  EXPECT_EQ(check(ZeroAngularRateMeasurement{.time = 0, .standard_deviation = 0}),
+            InputFault::kBadCovariance);
+  EXPECT_EQ(check(ZeroAngularRateMeasurement{
+                .time = 0, .angular_rate = Vector3d(nan, 0, 0), .standard_deviation = 1}),
+            InputFault::kNotFinite);
   EXPECT_EQ(check(NonHolonomicMeasurement{.time = 0, .lateral_deviation = 1}),
             InputFault::kBadCovariance);
   EXPECT_EQ(check(OdometerMeasurement{.from_time = 1,

@@ -92,7 +92,7 @@ TEST(FixedLagSmootherTest, FindsPoseOfTheRackAndLeverArm) {
   }
   const GlobalVector error = smoother.globals().local(truth);
   const GlobalVector deviations = smoother.global_covariance().diagonal().cwiseSqrt();
-  for (int i = kRackPosition; i < kGlobalSize; ++i) {
+  for (int i = kRackPosition; i < kGpsTimeOffset; ++i) {
     EXPECT_LT(std::abs(error[i]), 4 * deviations[i]) << i;
   }
   EXPECT_LT(deviations.segment<3>(kRackPosition).maxCoeff(), 0.1);

@@ -20,12 +20,13 @@ TEST(SmootherHeapTest, NothingIsAllocatedAfterConstruction) {
                                   .mount_pitch = 0.1,
                                   .rack_position = 0.1,
                                   .rack_rotation = 0.1,
-                                  .gps_lever_arm = 0.1};
+                                  .gps_lever_arm = 0.1,
+                                  .gps_time_offset = 0.1};
   FixedLagSmoother smoother(parameters);
   std::vector<FactorReport> reports;
   reports.reserve(1000);
 
-  const test::HeapGuard guard;
+  const odometry::test::HeapGuard guard;
   smoother.initialise(0, flight.first, flight.first_covariance);
   for (int k = 0; k < kKeyframes; ++k) {
     const double time = test::SimulatedFlight::time_of(k);

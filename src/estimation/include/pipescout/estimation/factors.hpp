@@ -28,11 +28,12 @@ enum class FactorKind : std::uint8_t {
   kZeroVelocity,
   kOdometer,
   kRelativePose,
+  kZeroAngularRate,
 };
-inline constexpr std::size_t kFactorKinds = 10;
+inline constexpr std::size_t kFactorKinds = 11;
 
 /// "imu", "prior", "gps", "heading", "visual_pose", "weld", "non_holonomic", "zero_velocity",
-/// "odometer", "relative_pose"; "unknown" for a value that is no enumerator.
+/// "odometer", "relative_pose", "zero_angular_rate"; "unknown" for a value that is no enumerator.
 [[nodiscard]] std::string_view to_string(FactorKind kind) noexcept;
 
 /// What is wrong with the numbers of a measurement.
@@ -45,11 +46,14 @@ enum class InputFault : std::uint8_t {
   kBadDirection,   ///< its norm differs from 1 by more than 1e-6
 };
 
-/// Antenna position. The lever arm is in `GlobalStates`.
+/// Antenna position. Lever arm and time offset are in `GlobalStates`.
 struct GpsMeasurement {
   double time = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, in the map
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// rad/s, in the body, at that time; 0 where it is not known. It moves the antenna during the
+  /// time offset, so that the bias of a gyro does not matter.
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();
 };
 
 /// Angle of the body's x axis about the map's z axis, from the map's x axis.
@@ -77,11 +81,15 @@ struct WeldMeasurement {
   Eigen::Vector3d sensor = Eigen::Vector3d::Zero();      ///< m, of the weld sensor in the body
 };
 
-/// The body moves along its direction of travel (`GlobalStates::mount_yaw`, `mount_pitch`) only.
+/// A point of the body, its wheels' or tracks', moves along the direction of travel
+/// (`GlobalStates::mount_yaw`, `mount_pitch`) only.
 struct NonHolonomicMeasurement {
   double time = 0;
-  double lateral_deviation = 0;   ///< m/s
-  double vertical_deviation = 0;  ///< m/s
+  double lateral_deviation = 0;                            ///< m/s
+  double vertical_deviation = 0;                           ///< m/s
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();        ///< m, of the point in the body
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as the gyro has it; counts
+                                                           ///< where the point is not the origin
 };
 
 /// The body stands still.
@@ -90,13 +98,22 @@ struct ZeroVelocityMeasurement {
   double standard_deviation = 0;  ///< m/s, per axis
 };
 
-/// Distance travelled along the direction of travel, forwards positive. The body goes along an arc.
+/// The body does not turn.
+struct ZeroAngularRateMeasurement {
+  double time = 0;
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as the gyro has it
+  double standard_deviation = 0;                           ///< rad/s, per axis
+};
+
+/// Distance that a point of the body, the wheel, has travelled along the direction of travel,
+/// forwards positive. It goes along an arc.
 struct OdometerMeasurement {
   double from_time = 0;
   double to_time = 0;
   double distance = 0;            ///< m, before the scale
   double standard_deviation = 0;  ///< m
-  double across_deviation = 0;    ///< m, how far the body may slip sideways, and up or down
+  double across_deviation = 0;    ///< m, how far the point may slip sideways, and up or down
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();  ///< m, of the point in the body
 };
 
 /// Motion of the body between two times.
@@ -114,6 +131,7 @@ struct RelativePoseMeasurement {
 [[nodiscard]] InputFault check(const WeldMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const NonHolonomicMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const ZeroVelocityMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const ZeroAngularRateMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const OdometerMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const RelativePoseMeasurement& m) noexcept;
 
@@ -140,7 +158,8 @@ class MeasuredFactor {
   Eigen::Matrix<double, Rows, Rows, Eigen::DontAlign> whitening_;
 };
 
-/// W (p + R l - z)
+/// W (p + t v + R (l + t w x l) - z), with l the lever arm, t the time offset and w the angular
+/// rate.
 class GpsFactor : public MeasuredFactor<GpsMeasurement, FactorKind::kGps, 3> {
  public:
   explicit GpsFactor(const GpsMeasurement& measurement);
@@ -173,7 +192,8 @@ class WeldFactor : public MeasuredFactor<WeldMeasurement, FactorKind::kWeld, 3> 
                     Derivatives* derivatives = nullptr) const;
 };
 
-/// W (M^T R^T v) without its first row, M = Rz(mount yaw) Ry(mount pitch).
+/// W (M^T (R^T v + (w - b) x s)) without its first row; M = Rz(mount yaw) Ry(mount pitch), s the
+/// point, w the angular rate and b the bias of the gyro.
 class NonHolonomicFactor
     : public MeasuredFactor<NonHolonomicMeasurement, FactorKind::kNonHolonomic, 2> {
  public:
@@ -191,8 +211,18 @@ class ZeroVelocityFactor
                     Derivatives* derivatives = nullptr) const;
 };
 
-/// W (M^T (R_i + R_j)^T (p_j - p_i) / 2 - [s d sin(a) / a; 0; 0]), with s the scale, d the distance
-/// and a the angle of R_i^T R_j: exact for an arc of a circle whose axis is across the travel.
+/// (w - b) / sigma, b the bias of the gyro
+class ZeroAngularRateFactor
+    : public MeasuredFactor<ZeroAngularRateMeasurement, FactorKind::kZeroAngularRate, 3> {
+ public:
+  explicit ZeroAngularRateFactor(const ZeroAngularRateMeasurement& measurement);
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
+};
+
+/// W (M^T (R_i + R_j)^T (q_j - q_i) / 2 - [k d sin(a) / a; 0; 0]), with q = p + R s the place of
+/// the point in the map, k the scale, d the distance and a the angle of R_i^T R_j: exact for an arc
+/// of a circle whose axis is across the travel.
 class OdometerFactor : public MeasuredFactor<OdometerMeasurement, FactorKind::kOdometer, 3> {
  public:
   explicit OdometerFactor(const OdometerMeasurement& measurement);
@@ -229,6 +259,6 @@ class PriorFactor {
 /// Any factor that is made of a measurement.
 using AnyFactor =
     std::variant<GpsFactor, HeadingFactor, VisualPoseFactor, WeldFactor, NonHolonomicFactor,
-                 ZeroVelocityFactor, OdometerFactor, RelativePoseFactor>;
+                 ZeroVelocityFactor, OdometerFactor, RelativePoseFactor, ZeroAngularRateFactor>;
 
 }  // namespace pipescout::estimation

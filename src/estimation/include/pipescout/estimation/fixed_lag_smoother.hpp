@@ -20,11 +20,12 @@ namespace pipescout::estimation {
 /// initial value and out of the equations. Each in {0} or [1e-9, 1e6].
 struct GlobalDeviations {
   double odometer_scale = 0;
-  double mount_yaw = 0;      ///< rad
-  double mount_pitch = 0;    ///< rad
-  double rack_position = 0;  ///< m, per axis
-  double rack_rotation = 0;  ///< rad, per axis
-  double gps_lever_arm = 0;  ///< m, per axis
+  double mount_yaw = 0;        ///< rad
+  double mount_pitch = 0;      ///< rad
+  double rack_position = 0;    ///< m, per axis
+  double rack_rotation = 0;    ///< rad, per axis
+  double gps_lever_arm = 0;    ///< m, per axis
+  double gps_time_offset = 0;  ///< s
 };
 
 /// How far a state may move from where it was linearised. Only rotations bend the equations:
@@ -166,6 +167,7 @@ class FixedLagSmoother {
   Outcome add(const ZeroVelocityMeasurement& m) noexcept;
   Outcome add(const OdometerMeasurement& m) noexcept;
   Outcome add(const RelativePoseMeasurement& m) noexcept;
+  Outcome add(const ZeroAngularRateMeasurement& m) noexcept;
 
   /// Adds a keyframe at `time` and all waiting measurements up to it, drops what leaves the lag,
   /// and solves. Less than 1e-4 s after the newest keyframe, or before it but within the lag: no
@@ -182,7 +184,7 @@ class FixedLagSmoother {
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
 
   [[nodiscard]] const GlobalStates& globals() const noexcept;
-  /// 12 x 12; zero rows and columns for what is not estimated.
+  /// 13 x 13; zero rows and columns for what is not estimated.
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
 
   /// The newest keyframe carried on by all IMU samples since; its time. Without a state: not

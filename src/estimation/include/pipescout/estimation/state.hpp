@@ -18,7 +18,7 @@ inline constexpr int kVelocity = 6;
 inline constexpr int kGyroBias = 9;
 inline constexpr int kAccelerometerBias = 12;
 
-inline constexpr int kGlobalSize = 12;
+inline constexpr int kGlobalSize = 13;
 /// Places of the parts of the global states in their tangent space.
 inline constexpr int kOdometerScale = 0;
 inline constexpr int kMountYaw = 1;
@@ -26,6 +26,7 @@ inline constexpr int kMountPitch = 2;
 inline constexpr int kRackPosition = 3;
 inline constexpr int kRackRotation = 6;
 inline constexpr int kGpsLeverArm = 9;
+inline constexpr int kGpsTimeOffset = 12;
 
 using StateVector = Eigen::Matrix<double, kStateSize, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateSize, kStateSize>;
@@ -50,7 +51,8 @@ struct NavState {
 };
 
 /// Slow states that all keyframes share. Tangent space: [odometer scale; mount yaw; mount pitch;
-/// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna].
+/// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna; time
+/// offset of the GPS].
 struct GlobalStates {
   double odometer_scale = 1;  ///< true distance / that of the fused odometer
   /// rad, direction of travel in the body, Rz(yaw) Ry(pitch) x
@@ -59,6 +61,7 @@ struct GlobalStates {
   Eigen::Vector3d rack_position = Eigen::Vector3d::Zero();  ///< m, of the rack frame in the map
   geometry::SO3 R_map_rack{};
   Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
+  double gps_time_offset = 0;  ///< s, by which a position is taken later than it is stamped
 
   /// As those of NavState.
   [[nodiscard]] GlobalStates retract(const GlobalVector& d) const;

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "pipescout/estimation/imu_preintegration.hpp"
+
+namespace pipescout::estimation {
+
+/// Motions of an IMU from keyframes to the times of a measurement; of no duration where these are
+/// the same.
+struct CarryingMotions {
+  ImuMotion from{};  ///< to the measurement, or its `from_time`
+  ImuMotion to{};    ///< to its `to_time`; from the next keyframe, or from the same one
+};
+
+/// The residual of a factor of factors.hpp whose measurement lies after the keyframes, and its
+/// derivatives by the states there: equation (44) chained with the factor's own. Derivatives as in
+/// factors.hpp. A factor of one time leaves `to` alone. `gravity` m/s^2.
+template <class Factor>
+typename Factor::Residual evaluate_carried(const Factor& factor, const CarryingMotions& motions,
+                                           const NavState& from, const NavState& to,
+                                           const GlobalStates& globals, double gravity,
+                                           typename Factor::Derivatives* derivatives = nullptr) {
+  StateMatrix by_from;
+  StateMatrix by_to;
+  const auto carry = [&](const ImuMotion& motion, const NavState& state, StateMatrix& derivative) {
+    return motion.duration() > 0
+               ? motion.propagate(state, gravity, derivatives != nullptr ? &derivative : nullptr)
+               : state;
+  };
+  typename Factor::Residual residual;
+  if constexpr (Factor::kRelative) {
+    residual = factor.evaluate(carry(motions.from, from, by_from), carry(motions.to, to, by_to),
+                               globals, derivatives);
+    if (derivatives != nullptr && motions.to.duration() > 0) {
+      derivatives->to = (derivatives->to * by_to).eval();
+    }
+  } else {
+    residual = factor.evaluate(carry(motions.from, from, by_from), globals, derivatives);
+  }
+  if (derivatives != nullptr && motions.from.duration() > 0) {
+    derivatives->from = (derivatives->from * by_from).eval();
+  }
+  return residual;
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "pipescout/estimation/imu_preintegration.hpp"
+
+namespace pipescout::estimation {
+
+/// How samples of an IMU become motion. Not checked.
+struct ImuIntegration {
+  ImuNoise noise{};
+  /// Where the IMU says nothing the velocity and the rotation walk at random.
+  ImuNoise coasting{};
+  double max_held = 0;    ///< s, that a sample stands for those missing after it
+  double gravity = 9.81;  ///< m/s^2
+};
+
+/// The newest samples of an IMU, in order and without overlap, in bounded memory: the oldest give
+/// way. Nothing allocates after construction. Frames and units as in ImuSample.
+class ImuTimeline {
+ public:
+  /// Room for `capacity` samples, at least 1; not checked.
+  explicit ImuTimeline(std::size_t capacity) : samples_(capacity) {}
+
+  void clear() noexcept { count_ = 0; }
+  /// Not checked: begins at or after the end of the newest.
+  void push(const ImuSample& sample) noexcept;
+  [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
+  /// s, of the newest sample; not checked: there is one.
+  [[nodiscard]] double end() const noexcept { return end_of(at(count_ - 1)); }
+  [[nodiscard]] const ImuSample& newest() const noexcept { return at(count_ - 1); }
+
+  /// Calls visit(sample or null, duration) for each stretch from `begin` to `end`, in order. A
+  /// sample stands for what is missing after it for `hold` seconds; null: nothing is known.
+  template <class Visit>
+  void walk(double begin, double end, double hold, Visit&& visit) const;
+
+  /// Integrates from `begin` to `end` on to `sum`, which began at a body turned by `R_map_body`.
+  /// Returns the time, s, of which the IMU says nothing.
+  double integrate(const ImuIntegration& how, const geometry::SO3& R_map_body, double begin,
+                   double end, ImuPreintegration& sum) const;
+
+ private:
+  [[nodiscard]] static double end_of(const ImuSample& s) noexcept { return s.time + s.duration; }
+  [[nodiscard]] const ImuSample& at(std::size_t i) const noexcept {
+    return samples_[(first_ + i) % samples_.size()];
+  }
+  [[nodiscard]] std::size_t first_ending_after(double time) const noexcept;
+
+  std::vector<ImuSample> samples_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+template <class Visit>
+void ImuTimeline::walk(double begin, double end, double hold, Visit&& visit) const {
+  constexpr double kNothing = 1e-6;  // s; seconds since 1970 are rounded to 2e-7
+  const auto step = [&](const ImuSample* sample, double until) {
+    if (until - begin > kNothing) {
+      visit(sample, until - begin);
+      begin = until;
+    }
+  };
+  std::size_t i = first_ending_after(begin);
+  const ImuSample* before = i > 0 ? &at(i - 1) : nullptr;
+  for (; end - begin > kNothing; ++i) {
+    const ImuSample* const sample = i < count_ ? &at(i) : nullptr;
+    const double next = sample != nullptr ? std::min(sample->time, end) : end;
+    if (before != nullptr) {
+      step(before, std::min(next, end_of(*before) + hold));
+    }
+    step(nullptr, next);
+    if (sample == nullptr) {
+      break;
+    }
+    step(sample, std::min(end_of(*sample), end));
+    before = sample;
+  }
+}
+
+}  // namespace pipescout::estimation
