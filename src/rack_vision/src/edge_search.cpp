@@ -6,6 +6,7 @@
 #include <numbers>
 #include <span>
 
+#include "bilinear.hpp"
 #include "limb_profile.hpp"
 #include "parameter_range.hpp"
 
@@ -17,24 +18,10 @@ constexpr int kLongestProfile = 2 * static_cast<int>(kLongestSearch) + 2 * kMost
 // Mean over this far to both sides along the edge: halves what noise and texture do to a sample.
 constexpr double kSideStep = 2.0;
 constexpr int kSideSteps = 2;
+constexpr std::size_t kBeside = 2 * kSideSteps + 1;
 constexpr double kImageBlur = 0.88;  // px: a good lens, the pixels' own size, the interpolation
 constexpr int kSupportShare = 3;
 constexpr double kStepSigma = 0.1;  // px, of a plain step
-
-/// Grey level at (u, v), which must have a pixel to its right and one below.
-float bilinear(const ImageView& image, float u, float v) noexcept {
-  const int iu = static_cast<int>(u);
-  const int iv = static_cast<int>(v);
-  const float fu = u - static_cast<float>(iu);
-  const float fv = v - static_cast<float>(iv);
-  const std::uint8_t* upper = image.row(iv) + iu;
-  const std::uint8_t* lower = upper + image.stride;
-  const auto a = static_cast<float>(upper[0]);
-  const auto b = static_cast<float>(lower[0]);
-  const float top = a + fu * (static_cast<float>(upper[1]) - a);
-  const float bottom = b + fu * (static_cast<float>(lower[1]) - b);
-  return top + fv * (bottom - top);
-}
 
 struct Span {
   int first = 0;
@@ -171,26 +158,36 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     return;
   }
   sample.searched = true;
-  std::array<float, kLongestProfile> profile;
+  BilinearSamples<kBeside * kLongestProfile> samples;
   for (int i = 0; i < length; ++i) {
     const Eigen::Vector2d at = middle + (span.first + i) * direction;
-    float sum = 0;
     for (int j = -kSideSteps; j <= kSideSteps; ++j) {
-      sum += bilinear(image, static_cast<float>(at.x() + j * side.x()),
-                      static_cast<float>(at.y() + j * side.y()));
+      samples.add(static_cast<float>(at.x() + j * side.x()),
+                  static_cast<float>(at.y() + j * side.y()));
     }
-    profile[static_cast<std::size_t>(i)] = sum / static_cast<float>(2 * kSideSteps + 1);
   }
-  std::array<float, kLongestProfile> response;
+  std::array<float, kBeside * kLongestProfile> values;
+  samples.read(image, values);
+  std::array<float, kLongestProfile> profile;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) {
+    float sum = 0;
+    for (std::size_t j = 0; j < kBeside; ++j) {
+      sum += values[i * kBeside + j];
+    }
+    profile[i] = sum / static_cast<float>(kBeside);
+  }
+  std::array<float, kLongestProfile> response{};
+  for (int j = 0; j < taps; ++j) {
+    const float weight = filter_[static_cast<std::size_t>(j)];
+    for (int i = taps; i < length - taps; ++i) {
+      response[static_cast<std::size_t>(i)] +=
+          weight * (profile[static_cast<std::size_t>(i + j + 1)] -
+                    profile[static_cast<std::size_t>(i - j - 1)]);
+    }
+  }
   float strongest = 0;
   for (int i = taps; i < length - taps; ++i) {
-    float sum = 0;
-    for (int j = 0; j < taps; ++j) {
-      sum += filter_[static_cast<std::size_t>(j)] * (profile[static_cast<std::size_t>(i + j + 1)] -
-                                                     profile[static_cast<std::size_t>(i - j - 1)]);
-    }
-    response[static_cast<std::size_t>(i)] = sum;
-    strongest = std::max(strongest, std::abs(sum));
+    strongest = std::max(strongest, std::abs(response[static_cast<std::size_t>(i)]));
   }
   const double least = std::max(parameters_.least_contrast / contrast_per_response_,
                                 parameters_.least_share * static_cast<double>(strongest));

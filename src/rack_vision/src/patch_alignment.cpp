@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bilinear.hpp"
+
 namespace pipescout::rack_vision {
 namespace {
 
@@ -126,7 +128,7 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
   if (!(reach.maxCoeff() < kStoredHalf)) {
     return false;
   }
-  std::array<float, kSide * kSide> values;
+  BilinearSamples<kSide * kSide> samples;
   const auto step_u = static_cast<float>(stored_from_current(0, 0));
   const auto step_v = static_cast<float>(stored_from_current(1, 0));
   for (int row = 0; row < kSide; ++row) {
@@ -135,19 +137,12 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
     auto u = static_cast<float>(start.x());
     auto v = static_cast<float>(start.y());
     for (int i = 0; i < kSide; ++i, u += step_u, v += step_v) {
-      const int iu = static_cast<int>(u);
-      const int iv = static_cast<int>(v);
-      const float fu = u - static_cast<float>(iu);
-      const float fv = v - static_cast<float>(iv);
-      const std::uint8_t* upper = stored.pixels.data() + iv * kStoredPatchSide + iu;
-      const std::uint8_t* lower = upper + kStoredPatchSide;
-      const float top = static_cast<float>(upper[0]) +
-                        fu * (static_cast<float>(upper[1]) - static_cast<float>(upper[0]));
-      const float bottom = static_cast<float>(lower[0]) +
-                           fu * (static_cast<float>(lower[1]) - static_cast<float>(lower[0]));
-      values[static_cast<std::size_t>(row * kSide + i)] = top + fv * (bottom - top);
+      samples.add(u, v);
     }
   }
+  std::array<float, kSide * kSide> values;
+  samples.read({stored.pixels.data(), kStoredPatchSide, kStoredPatchSide, kStoredPatchSide},
+               values);
   float mean = 0;
   for (int row = 0; row < kPatchSide; ++row) {
     for (int i = 0; i < kPatchSide; ++i) {
