@@ -17,33 +17,41 @@ constexpr double kLongestWalk = 2.5;        // px, of an alignment
 constexpr double kConverged = 0.005;        // px, last step
 constexpr float kLeastEnergyRatio = 0.02F;  // of the gradient's smaller eigenvalue to contrast
 
+/// kArea rounded up to what fills whole vectors. What is beyond kArea is zero.
+constexpr int kPaddedArea = 128;
+template <typename Value>
+using Padded = std::array<Value, kPaddedArea>;
+
 struct WindowSums {
   std::int32_t sum = 0;
   std::int32_t squares = 0;
   std::int32_t product = 0;
 };
 
-WindowSums window_sums(const ImageView& image, const WarpedPatch& patch, int u, int v) noexcept {
+WindowSums window_sums(const ImageView& image, const Padded<std::int16_t>& values, int u,
+                       int v) noexcept {
+  Padded<std::uint8_t> pixels{};
+  for (int row = 0; row < kPatchSide; ++row) {
+    std::copy_n(image.row(v - kHalf + row) + (u - kHalf), kPatchSide,
+                pixels.begin() + row * kPatchSide);
+  }
   WindowSums sums;
-  const std::int16_t* values = patch.rounded.data();
-  for (int row = 0; row < kPatchSide; ++row, values += kPatchSide) {
-    const std::uint8_t* pixels = image.row(v - kHalf + row) + (u - kHalf);
-    for (int i = 0; i < kPatchSide; ++i) {
-      const std::int32_t pixel = pixels[i];
-      sums.sum += pixel;
-      sums.squares += pixel * pixel;
-      sums.product += pixel * values[i];
-    }
+  for (std::size_t i = 0; i < kPaddedArea; ++i) {
+    const std::int16_t pixel = pixels[i];
+    sums.sum += pixel;
+    sums.squares += pixel * pixel;
+    sums.product += pixel * values[i];
   }
   return sums;
 }
 
-double correlation_at(const ImageView& image, const WarpedPatch& patch, int u, int v) noexcept {
-  const WindowSums sums = window_sums(image, patch, u, v);
+/// `values` and `energy`: of the patch, rounded.
+double correlation_at(const ImageView& image, const Padded<std::int16_t>& values, double energy,
+                      int u, int v) noexcept {
+  const WindowSums sums = window_sums(image, values, u, v);
   // The patch has no mean, so that of the window drops out of the product.
   const double variance =
       static_cast<double>(sums.squares) - static_cast<double>(sums.sum) * sums.sum / kArea;
-  const double energy = static_cast<double>(patch.energy);
   return variance > kArea ? sums.product / std::sqrt(variance * energy) : -1.0;
 }
 
@@ -194,11 +202,14 @@ PatchMatch search_patch(const ImageView& image, const WarpedPatch& patch,
   const int first_v = bound(low.y(), kHalf, image.height - 1 - kHalf);
   const int last_v = bound(high.y(), kHalf, image.height - 1 - kHalf);
   best.correlation = -1;
+  Padded<std::int16_t> values{};
+  std::ranges::copy(patch.rounded, values.begin());
+  const auto energy = static_cast<double>(patch.energy);
   int best_u = first_u;
   int best_v = first_v;
   for (int v = first_v; v <= last_v; ++v) {
     for (int u = first_u; u <= last_u; ++u) {
-      const double correlation = correlation_at(image, patch, u, v);
+      const double correlation = correlation_at(image, values, energy, u, v);
       const bool near = std::abs(u - best_u) <= 2 && std::abs(v - best_v) <= 2;
       if (correlation > best.correlation) {
         if (!near) {
