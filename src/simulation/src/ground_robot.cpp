@@ -61,15 +61,15 @@ GroundRobot::GroundRobot(const GroundRobotParameters& parameters, Terrain terrai
   state_[kX] = place.x();
   state_[kY] = place.y();
   state_[kYaw] = yaw;
-  const Ground under = ground();
-  state_[kZ] = under.place[0] + parameters_.ride_height;
-  state_[kPitch] = under.place[1];
-  state_[kRoll] = under.place[2];
+  ground_ = ground_under(state_);
+  state_[kZ] = ground_.place[0] + parameters_.ride_height;
+  state_[kPitch] = ground_.place[1];
+  state_[kRoll] = ground_.place[2];
   for (Wheel& wheel : wheels_) {
     wheel.scale = 1 + parameters_.wheel_scale_error * internal::normal(engine_);
     draw_burst(wheel);
   }
-  measure(derivative(state_, under, 0));
+  measure(derivative(state_, ground_));
 }
 
 void GroundRobot::command(const GroundRobotCommand& command) noexcept {
@@ -82,21 +82,20 @@ void GroundRobot::command(const GroundRobotCommand& command) noexcept {
       std::clamp(command.yaw_rate, -parameters_.largest_yaw_rate, parameters_.largest_yaw_rate);
 }
 
-GroundRobot::Ground GroundRobot::ground() const noexcept {
+GroundRobot::Ground GroundRobot::ground_under(const State& state) const noexcept {
   const double base = parameters_.wheel_base;
   const double track = parameters_.track;
-  const double c = std::cos(state_[kYaw]);
-  const double s = std::sin(state_[kYaw]);
+  const double c = std::cos(state[kYaw]);
+  const double s = std::sin(state[kYaw]);
   const Vector2d forward(c, s);
   const Vector2d left(-s, c);
-  const Vector2d velocity =
-      state_[kSpeed] * std::cos(state_[kPitch]) * forward + state_[kSide] * left;
+  const Vector2d velocity = state[kSpeed] * std::cos(state[kPitch]) * forward + state[kSide] * left;
   Eigen::Matrix<double, kWheels, 2> heights;  // and how fast they change
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(kWheels); ++i) {
     const double ahead = i < 2 ? base / 2 : -base / 2;
     const double aside = i % 2 == 0 ? track / 2 : -track / 2;
-    const Terrain::Place under = terrain_.at(state_.head<2>() + ahead * forward + aside * left);
-    const Vector2d passing = velocity + state_[kYawRate] * (ahead * left - aside * forward);
+    const Terrain::Place under = terrain_.at(state.head<2>() + ahead * forward + aside * left);
+    const Vector2d passing = velocity + state[kYawRate] * (ahead * left - aside * forward);
     heights.row(i) << under.height, under.gradient.dot(passing);
   }
   const Eigen::RowVector2d mean = heights.colwise().mean();
@@ -115,8 +114,7 @@ GroundRobot::Ground GroundRobot::ground() const noexcept {
   return result;
 }
 
-GroundRobot::State GroundRobot::derivative(const State& state, const Ground& ground,
-                                           double time) const {
+GroundRobot::State GroundRobot::derivative(const State& state, const Ground& ground) const {
   const double cy = std::cos(state[kYaw]);
   const double sy = std::sin(state[kYaw]);
   const double level_speed = state[kSpeed] * std::cos(state[kPitch]);
@@ -124,7 +122,7 @@ GroundRobot::State GroundRobot::derivative(const State& state, const Ground& gro
   const double wanted =
       std::clamp((command_.speed - state[kSpeed]) / parameters_.drive_time,
                  -parameters_.largest_acceleration, parameters_.largest_acceleration);
-  Vector3d at_rest = ground.place + time * ground.rate;  // heave, pitch, roll
+  Vector3d at_rest = ground.place;  // heave, pitch, roll
   at_rest[0] += parameters_.ride_height;
   at_rest[1] -= parameters_.lean * state[kAcceleration];
   at_rest[2] += parameters_.lean * towards_left;
@@ -190,15 +188,21 @@ void GroundRobot::measure(const State& derivative) {
 }
 
 void GroundRobot::step() {
-  const Ground under = ground();
-  const State k1 = derivative(state_, under, 0);
-  const State k2 = derivative(state_ + kStep / 2 * k1, under, kStep / 2);
-  const State k3 = derivative(state_ + kStep / 2 * k2, under, kStep / 2);
-  const State k4 = derivative(state_ + kStep * k3, under, kStep);
+  const State begin = state_;
+  const State k1 = derivative(begin, ground_);
+  // Of the place at the end only the square of the step is missing: some um.
+  const Ground next = ground_under(begin + kStep * k1);
+  Ground half;  // cubic between both
+  half.place = (ground_.place + next.place) / 2 + kStep / 8 * (ground_.rate - next.rate);
+  half.rate = 1.5 / kStep * (next.place - ground_.place) - (ground_.rate + next.rate) / 4;
+  const State k2 = derivative(begin + kStep / 2 * k1, half);
+  const State k3 = derivative(begin + kStep / 2 * k2, half);
+  const State k4 = derivative(begin + kStep * k3, next);
   state_ += kStep / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  ground_ = next;
   ++steps_;
-  measure(derivative(state_, under, kStep));
-  turn_wheels();
+  measure(derivative(state_, ground_));
+  turn_wheels(state_[kDistance] - begin[kDistance], state_[kYaw] - begin[kYaw]);
 }
 
 void GroundRobot::draw_burst(Wheel& wheel) {
@@ -212,21 +216,22 @@ void GroundRobot::draw_burst(Wheel& wheel) {
   wheel.burst = parameters_.slip_most * internal::uniform(engine_);
 }
 
-void GroundRobot::turn_wheels() {
+void GroundRobot::turn_wheels(double moved, double turned) {
   const double traction = state_[kAcceleration] - kGravity * std::sin(state_[kPitch]);
   for (std::size_t i = 0; i < kWheels; ++i) {
     Wheel& wheel = wheels_[i];
     const double aside = (i % 2 == 0 ? 0.5 : -0.5) * parameters_.track;
-    const double moved = kStep * (state_[kSpeed] - aside * state_[kYawRate]);
-    wheel.path += std::abs(moved);
+    const double rolled = moved - aside * turned;
+    wheel.path += std::abs(rolled);
     if (wheel.path >= wheel.burst_end && wheel.path >= wheel.burst_begin) {
       draw_burst(wheel);
     }
     const double burst = wheel.path >= wheel.burst_begin ? wheel.burst : 0;
     // Under traction a wheel turns on, when braking it turns less, whichever way it goes.
     wheel.turned +=
-        moved * wheel.scale * (1 + burst) + parameters_.traction_slip * traction * std::abs(moved) +
-        parameters_.wheel_noise * std::sqrt(std::abs(moved)) * internal::normal(engine_);
+        rolled * wheel.scale * (1 + burst) +
+        parameters_.traction_slip * traction * std::abs(rolled) +
+        parameters_.wheel_noise * std::sqrt(std::abs(rolled)) * internal::normal(engine_);
   }
 }
 

@@ -71,7 +71,7 @@ class GroundRobot {
   void command(const GroundRobotCommand& command) noexcept;
   [[nodiscard]] std::size_t bad_commands() const noexcept { return bad_commands_; }
 
-  /// A step of 2 ms (fourth-order Runge-Kutta; the ground under a wheel goes on at its slope).
+  /// A step of 2 ms (fourth-order Runge-Kutta).
   void step();
   static constexpr double kStep = 0.002;  ///< s
 
@@ -117,16 +117,17 @@ class GroundRobot {
     double path = 0;         ///< m
   };
 
-  [[nodiscard]] Ground ground() const noexcept;
-  [[nodiscard]] State derivative(const State& state, const Ground& ground, double time) const;
+  [[nodiscard]] Ground ground_under(const State& state) const noexcept;
+  [[nodiscard]] State derivative(const State& state, const Ground& ground) const;
   void measure(const State& derivative);
-  void turn_wheels();
+  void turn_wheels(double moved, double turned);
   void draw_burst(Wheel& wheel);
 
   GroundRobotParameters parameters_;
   Terrain terrain_;
   std::mt19937_64 engine_;
   State state_ = State::Zero();
+  Ground ground_;
   GroundRobotCommand command_;
   BodyMotion motion_;
   std::array<Wheel, kWheels> wheels_{};

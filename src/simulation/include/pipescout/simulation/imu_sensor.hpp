@@ -13,7 +13,7 @@
 /// cut off at the range and rounded to the resolution. The bias is a constant, flicker noise and a
 /// random walk. Flicker: Gauss-Markov processes of equal variance, with time constants 4 times
 /// apart from 1/16 s to 4096 s. The sum of so many has a spectrum of 1/f between, and an Allan
-/// deviation that is flat, as deep as the deviation of one of them (the ripple is below 1 %).
+/// deviation that is flat, as high as the deviation of one of them: within 3 % from 1 to 1000 s.
 namespace pipescout::simulation {
 
 /// Three axes of one kind. Unit u: rad/s for a gyro, m/s^2 for an accelerometer. Deviations are
