@@ -58,6 +58,9 @@ void FixedLagSmootherParameters::validate() const {
   within("relinearisation.gyro_bias", relinearisation.gyro_bias, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.accelerometer_bias", relinearisation.accelerometer_bias, 1e-9, 10,
          "[1e-9, 10]");
+  within("relinearisation.odometer_scale", relinearisation.odometer_scale, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.mount", relinearisation.mount, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.gps_time_offset", relinearisation.gps_time_offset, 1e-9, 1, "[1e-9, 1]");
   within("max_iterations", max_iterations, 1, 100, "[1, 100]");
 }
 
@@ -95,6 +98,9 @@ FixedLagSmoother& FixedLagSmoother::operator=(FixedLagSmoother&&) noexcept = def
 void FixedLagSmoother::initialise(double time, const NavState& mean,
                                   const StateMatrix& covariance) {
   implementation_->initialise(time, mean, covariance);
+}
+void FixedLagSmoother::restart(double time, const NavState& mean, const StateMatrix& covariance) {
+  implementation_->restart(time, mean, covariance);
 }
 Outcome FixedLagSmoother::add(const ImuSample& sample) noexcept {
   return implementation_->add_imu(sample);

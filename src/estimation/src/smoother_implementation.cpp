@@ -42,7 +42,8 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   estimate(kRackRotation, 3, known.rack_rotation);
   estimate(kGpsLeverArm, 3, known.gps_lever_arm);
   estimate(kGpsTimeOffset, 1, known.gps_time_offset);
-  globals_ = linear_globals_ = parameters.globals;
+  given_globals_ = globals_ = linear_globals_ = parameters.globals;
+  given_information_ = global_information_;
 }
 
 void FixedLagSmoother::Implementation::initialise(double time, const NavState& mean,
@@ -50,6 +51,35 @@ void FixedLagSmoother::Implementation::initialise(double time, const NavState& m
   require("time", time, true, "the finite numbers");
   const PriorFactor prior(mean, covariance);
   reset(ResetReason::kNone);
+  parameters_.globals = given_globals_;
+  global_information_ = given_information_;
+  begin(time, mean, prior);
+}
+
+void FixedLagSmoother::Implementation::restart(double time, const NavState& mean,
+                                               const StateMatrix& covariance) {
+  if (count_ == 0) {
+    initialise(time, mean, covariance);
+    return;
+  }
+  require("time", time, true, "the finite numbers");
+  const PriorFactor prior(mean, covariance);
+  parameters_.globals = globals_;
+  const GlobalVector variances = global_covariance().diagonal();
+  for (const int i : estimated_) {
+    global_information_[i] = 1 / variances[i];
+  }
+  if (time != newest().time) {
+    reset(ResetReason::kNone);
+  }
+  begin(time, mean, prior);
+  if (!imu_.empty() && imu_.end() > ahead_time_) {
+    carry_ahead(imu_.end());
+  }
+}
+
+void FixedLagSmoother::Implementation::begin(double time, const NavState& mean,
+                                             const PriorFactor& prior) {
   prior_ = prior;
   first_ = 0;
   count_ = 1;

@@ -68,6 +68,7 @@ class FixedLagSmoother::Implementation {
   explicit Implementation(const FixedLagSmootherParameters& parameters);
 
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
+  void restart(double time, const NavState& mean, const StateMatrix& covariance);
   Outcome add_imu(const ImuSample& sample) noexcept;
   template <class Factor>
   Outcome add(const typename Factor::MeasurementType& measurement) noexcept;
@@ -96,6 +97,7 @@ class FixedLagSmoother::Implementation {
   }
   [[nodiscard]] Keyframe& newest() noexcept { return keyframe(count_ - 1); }
   [[nodiscard]] const Keyframe& newest() const noexcept { return keyframe(count_ - 1); }
+  void begin(double time, const NavState& mean, const PriorFactor& prior);
   Outcome count(FactorKind kind, Outcome outcome) noexcept;
   void reset(ResetReason reason) noexcept;
   /// Counts and reports.
@@ -176,6 +178,9 @@ class FixedLagSmoother::Implementation {
   GlobalVector linearised_global_delta_ = GlobalVector::Zero();
   std::vector<int> estimated_{};                            // which of all
   GlobalVector global_information_ = GlobalVector::Zero();  // beforehand
+  // As constructed: what is known beforehand is what was estimated, after a restart.
+  GlobalStates given_globals_{};
+  GlobalVector given_information_ = GlobalVector::Zero();
 
   std::optional<PriorFactor> prior_{};  // until the first keyframe has left
   bool globals_bound_ = false;          // a factor with globals has left

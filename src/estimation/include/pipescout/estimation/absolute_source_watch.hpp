@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <string_view>
 
 #include "pipescout/estimation/start_alignment.hpp"
@@ -24,37 +23,41 @@ enum class SourceState : std::uint8_t {
 [[nodiscard]] std::string_view to_string(SourceState state) noexcept;
 
 struct SourceWatchParameters {
-  double outage = 5;            ///< s without an accepted measurement; in [0.1, 1000]
-  std::size_t doubt_after = 8;  ///< measurements gated in a row; in [1, 10000]
-  std::size_t agreeing = 5;  ///< measurements that must agree before it is trusted; in [2, 10000]
-  double agreeing_time = 1;  ///< s that they must span; in [0, 1000]
+  double outage = 5;                ///< s without an accepted measurement; in [0.1, 1000]
+  std::size_t doubt_after = 8;      ///< measurements gated in a row; in [1, 10000]
+  std::size_t agreeing = 5;         ///< measurements that must agree to be trusted; in [2, 10000]
+  double agreeing_time = 1;         ///< s that they must span; in [0, 1000]
   double gate_probability = 0.999;  ///< share of good ones that count as agreeing; in (0.5, 1)
-  /// Dead reckoning is taken to be off by no less than this share of the way since the last trusted
-  /// measurement, one standard deviation; in [0, 1].
+  /// Dead reckoning since the last trusted measurement is taken to be off by no less than this
+  /// share of its way, one standard deviation; in [0, 1].
   double drift_share = 0.01;
-  double drift_floor = 0.5;  ///< m (rad for headings), the same while standing; in [0, 1000]
-  /// A source that agrees with the motion, but not with the state, moves the state after so long:
-  /// s, in [1, 1e6]. In this time it must have agreed all along.
+  double drift_floor = 0.5;  ///< m (rad for headings), the least of it; in [0, 1000]
+  /// Without an odometer, by no less than this speed for 30 s at most; m/s (rad/s), in [0, 100].
+  double drift_speed = 1;
+  /// A source that agrees with the motion, but not with the state, moves the state when it has
+  /// agreed for so long; s, in [1, 1e6].
   double takeover = 60;
-  /// The same where the state had been borne out by the same source and the odometer was there: the
-  /// longer of this and of twice the time for which the source had borne the state out.
+  /// The same where absolute measurements had borne the state out for `confirmation` seconds.
   double confirmed_takeover = 600;  ///< s, in [1, 1e6]
-  double confirmation = 30;         ///< s of trust after which a state is borne out; in [0, 1e6]
+  double confirmation = 30;         ///< s, in [0, 1e6]
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// A measurement of a position, against what dead reckoning says.
+/// A measurement of a position, against what dead reckoning says. For headings: x alone, rad.
 struct WatchedFix {
   double time = 0;
   Eigen::Vector3d measured = Eigen::Vector3d::Zero();   ///< m, in the map
-  Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();   ///< m, the same point in `odom`
   double deviation = 1;                                 ///< m, of `measured`, the worst axis
+  Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();   ///< m, the same point in `odom`
+  double velocity_deviation = 0;                        ///< m/s, of the motion of `reckoned`
   Eigen::Vector3d predicted = Eigen::Vector3d::Zero();  ///< m, the same point by the state
   double predicted_deviation = 1;                       ///< m, of `predicted`, the worst axis
-  double way = 0;                                       ///< m travelled so far by dead reckoning
-  bool witnessed = false;  ///< the odometer was there since the last one
+  double way = 0;                                       ///< m, travelled so far by dead reckoning
+  bool witnessed = true;                                ///< the odometer is there
+  double borne_out = 0;    ///< s for which absolute positions have agreed with the state
+  bool contested = false;  ///< another source of positions is trusted, and agrees with the state
 };
 
 /// What is to be done with a measurement.
@@ -74,8 +77,8 @@ enum class Verdict : std::uint8_t {
 /// A candidate's fixes must agree with each other and with the motion that dead reckoning has seen
 /// meanwhile, and lie within what dead reckoning can be off since the last trusted measurement.
 /// Those that are farther away are never taken as such, however consistent: they take over after
-/// `takeover` or `confirmed_takeover` only. So nothing is captured by a cluster of wrong fixes that
-/// lasts for minutes, and nothing is locked out for ever.
+/// `takeover` or `confirmed_takeover` only, and not while another source contests it. So nothing is
+/// captured by a cluster of wrong fixes that lasts for minutes, and nothing is locked out for ever.
 ///
 /// Pure; no allocation.
 class AbsoluteSourceWatch {
@@ -83,46 +86,48 @@ class AbsoluteSourceWatch {
   /// Throws as SourceWatchParameters::validate.
   explicit AbsoluteSourceWatch(const SourceWatchParameters& parameters);
 
-  /// A measurement has come; times need not be in order, older ones than the newest are held
-  /// unless trusted.
+  /// A measurement has come. Of a candidate those older than the newest are held.
   Verdict judge(const WatchedFix& fix) noexcept;
+  /// While there is no state: compares the fix with those before and the motion.
+  void compare(const WatchedFix& fix) noexcept;
   /// What the smoother's gate made of a measurement that was to be used.
   void note_accepted(double time, double way) noexcept;
-  void note_gated(double time) noexcept;
+  void note_gated() noexcept;
   /// The state stands on this source from now on: it was started from it.
   void trust(double time, double way) noexcept;
-  /// All that was learnt about the source is forgotten.
-  void forget() noexcept;
+  /// The state has been placed anew by something else; what the source says is to be compared.
+  void distrust(double time, double way) noexcept;
   /// Time goes on: a source that is silent becomes absent.
   void expire(double time) noexcept;
 
   [[nodiscard]] SourceState state() const noexcept { return state_; }
-  /// Where the candidate would place dead reckoning; nothing while it cannot say.
-  [[nodiscard]] std::optional<TrackAlignment::Result> claim() const noexcept;
-  /// Since when its fixes have agreed; NaN: they do not.
-  [[nodiscard]] double agreeing_since() const noexcept;
+  [[nodiscard]] const TrackAlignment& track() const noexcept { return track_; }
+  /// s for which its fixes have agreed with the motion, and how many; 0 of a trusted source.
+  [[nodiscard]] double agreed_for() const noexcept;
+  [[nodiscard]] std::size_t agreeing() const noexcept { return track_.pairs(); }
   [[nodiscard]] double last_accepted() const noexcept { return last_accepted_; }
-  /// m that dead reckoning may be off after `way`, one standard deviation.
-  [[nodiscard]] double drift(double way) const noexcept;
+  /// What dead reckoning is taken to be off at least at a fix, one standard deviation.
+  [[nodiscard]] double drift(const WatchedFix& fix) const noexcept;
 
  private:
   void begin_candidate(const WatchedFix& fix) noexcept;
+  [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
+  [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
 
   SourceWatchParameters parameters_;
   double gate_ = 0;
   SourceState state_ = SourceState::kAbsent;
   double last_accepted_ = std::numeric_limits<double>::quiet_NaN();
   double last_seen_ = std::numeric_limits<double>::quiet_NaN();
-  double trusted_way_ = 0;  // where `way` was when it was last accepted
-  double borne_out_ = 0;    // s for which it has been trusted since the state was placed
+  double trusted_since_ = std::numeric_limits<double>::quiet_NaN();  // or the state was placed
+  double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
-  std::size_t agreeing_ = 0;  // of the candidate
-  std::size_t within_ = 0;    // of those, the ones within reach of dead reckoning, running
-  double first_within_ = 0;
-  double since_ = std::numeric_limits<double>::quiet_NaN();
-  std::size_t strayed_ = 0;  // running
-  bool witnessed_ = false;
+  // Of the candidate.
   TrackAlignment track_{};
+  WatchedFix first_{};
+  std::size_t strayed_ = 0;  // running
+  std::size_t within_ = 0;   // within reach, running
+  double first_within_ = 0;
 };
 
 }  // namespace pipescout::estimation

@@ -36,6 +36,9 @@ struct RelinearisationThresholds {
   double velocity = 0.2;            ///< m/s, in [1e-9, 10]
   double gyro_bias = 0.005;         ///< rad/s, in [1e-9, 1]
   double accelerometer_bias = 0.2;  ///< m/s^2, in [1e-9, 10]
+  double odometer_scale = 1e-3;     ///< in [1e-9, 1]
+  double mount = 1e-3;              ///< rad, yaw and pitch, in [1e-9, 1]
+  double gps_time_offset = 0.01;    ///< s, in [1e-9, 1]
 };
 
 struct FixedLagSmootherParameters {
@@ -151,6 +154,9 @@ class FixedLagSmoother {
   /// Forgets all but the counts and starts with one keyframe. Global states start as in the
   /// parameters. Throws std::invalid_argument when the time is not finite, and as PriorFactor.
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
+  /// The same, but global states go on from their estimates, with their standard deviations; at the
+  /// time of the newest keyframe IMU samples and waiting measurements are kept.
+  void restart(double time, const NavState& mean, const StateMatrix& covariance);
 
   /// In order of time; may overlap or leave gaps. Refused: not finite, or of a size that no sensor
   /// measures (kNotFinite: above 1e4 rad/s, 1e6 m/s^2); no duration or one above `max_step`

@@ -21,7 +21,7 @@ namespace pipescout::estimation {
 ///
 /// with c, s, offset and drift free but for a prior on the drift: the speed with which the
 /// reckoned track may be off. Linear, closed form, by sums: constant memory. c^2 + s^2 is 1 for
-/// tracks of one motion, which is how others are found out. Heights are averaged.
+/// tracks of one motion, which is how others are found out. Heights have an offset and a drift too.
 class TrackAlignment {
  public:
   /// `drift_deviation` m/s, 0: the reckoned track does not drift. `reckoning_share`: its error, as
@@ -39,7 +39,7 @@ class TrackAlignment {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m: measured = Rz(yaw) reckoned + offset,
                                                        ///< at the newest pair
     double offset_deviation = 0;  ///< m, per axis, at the newest pair with the yaw known
-    Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< m/s, in the measured frame
+    Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< m/s, in the measured frame
     double scale = 1;                                 ///< hypot(c, s)
     double scale_deviation = 0;
     double chi_square = 0;  ///< of the residuals, with degrees of freedom:
@@ -60,11 +60,16 @@ class TrackAlignment {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+  /// Translation, drift and height at the newest pair, given [c; s; offset; drift].
+  [[nodiscard]] Result at_newest(const Vector6& x, double yaw) const noexcept;
+  [[nodiscard]] double drift_information() const noexcept;
+
   double drift_deviation_;
   double reckoning_share_;
   std::size_t pairs_ = 0;
   double first_time_ = 0;
   double newest_time_ = 0;
+  // Sums are about the first pair, for their accuracy.
   Eigen::Vector3d first_measured_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d first_reckoned_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d newest_reckoned_ = Eigen::Vector3d::Zero();
@@ -72,9 +77,10 @@ class TrackAlignment {
   Eigen::Vector2d high_ = Eigen::Vector2d::Zero();
   Matrix6 information_ = Matrix6::Zero();  // of [c; s; offset; drift]
   Vector6 vector_ = Vector6::Zero();
-  double sum_ = 0;     // of squares of the measured, whitened
-  double weight_ = 0;  // heights
-  double height_ = 0;
+  double sum_ = 0;  // of the squares of what is measured, whitened
+  // Heights: [offset; drift].
+  Eigen::Matrix2d height_information_ = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d height_vector_ = Eigen::Vector2d::Zero();
 };
 
 }  // namespace pipescout::estimation

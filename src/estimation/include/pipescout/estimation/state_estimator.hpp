@@ -75,28 +75,30 @@ struct StartParameters {
   double largest_gyro_bias = 0.02;
   double accelerometer_bias_deviation = 0.1;  ///< m/s^2, in [1e-6, 10]
   double largest_tilt = 0.8;                  ///< rad, of body z from the vertical; in [0.01, pi/2]
-  double gravity_tolerance =
-      0.1;  ///< share that the mean force may differ from gravity by; [0.01, 0.5]
+  double gravity_tolerance = 0.1;      ///< share that the mean force may differ from gravity by; in
+                                       ///< [0.01, 0.5]
   double moving_tilt_deviation = 0.1;  ///< rad, when it does not stand still; in [1e-3, 1]
   double largest_speed = 5;  ///< m/s, a vehicle that does not stand still may have; in [0, 100]
   double heading_deviation = 0.15;  ///< rad, that a heading from motion needs; in [1e-3, 1]
-  std::size_t position_fixes = 5;   ///< GPS positions before one is believed; in [1, 1000]
+  std::size_t position_fixes = 5;   ///< GPS positions that must agree first; in [1, 1000]
   double longest_alignment = 120;   ///< s, after which a heading from motion is sought afresh;
                                     ///< in [1, 10000]
-  /// The body's x axis points along a weld's `direction` (or, with a mean below 0, against it).
+  /// The body's x axis points along a weld's `direction`.
   bool heading_from_weld = false;
   double weld_heading_deviation = 0.05;  ///< rad, in [1e-4, 1]
 };
 
 struct OdometerUse {
-  double deviation = 0.005;        ///< m, added to each increment; in [1e-6, 10]
-  double share = 0.005;            ///< of the increment, added; in [0, 1]
-  double across_deviation = 0.02;  ///< m, sideways slip between keyframes; in [1e-6, 100]
-  double no_consensus_factor =
-      10;                     ///< on deviations without consensus, 0: not used; in {0},[1,1e3]
-  double largest_speed = 30;  ///< m/s; more between two readings is a reset of the counter;
-                              ///< in [0.1, 1000]
-  double largest_gap = 0.5;   ///< s between readings that are interpolated; in [0.01, 10]
+  double deviation = 0.005;         ///< m, added to each increment's; in [1e-6, 10]
+  double share = 0.005;             ///< of the increment, added; in [0, 1]
+  double across_deviation = 0.02;   ///< m, sideways slip between keyframes; in [1e-6, 100]
+  double no_consensus_factor = 10;  ///< on deviations without consensus; 0: not used; in {0} or
+                                    ///< [1, 1000]
+  double largest_speed = 30;        ///< m/s; more between two readings is a reset of the counter;
+                                    ///< in [0.1, 1000]
+  double largest_gap = 0.5;         ///< s between readings that are interpolated; in [0.01, 10]
+  /// m, in the body: the point whose way is measured, and which keeps to the direction of travel.
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
 };
 
 struct StandstillUse {
@@ -107,22 +109,31 @@ struct StandstillUse {
   double still_rate = 0.01;      ///< rad/s, standard deviation and mean less bias; in [1e-6, 10]
   double still_force = 0.1;      ///< m/s^2, standard deviation; in [1e-6, 100]
   double velocity_deviation = 0.01;  ///< m/s, of the zero velocity; in [1e-6, 10]
+  double rate_deviation = 2e-3;      ///< rad/s, of the zero angular rate; in [1e-6, 10]
 };
 
 struct StateEstimatorParameters {
   FixedLagSmootherParameters smoother{};
-  geometry::SO3 R_body_imu{};    ///< from the axes of the IMU to those of the body
-  double keyframe_period = 0.1;  ///< s, in [0.005, 10]
-  double imu_silence = 0.3;      ///< s without readings, then it coasts; in [0.01, 10]
-  double longest_coasting = 30;  ///< s of it before the state is given up; in [0.1, 1e4]
-  double longest_jump = 10;      ///< s, of time: the state goes on, widened; in [0, 1e4]
+  geometry::SO3 R_body_imu{};       ///< from the axes of the IMU to those of the body
+  double specific_force_scale = 1;  ///< what makes m/s^2 of the readings: 9.80665 for an IMU in g;
+                                    ///< in [1e-3, 1e3]
+  double largest_rate = 40;         ///< rad/s; readings above it are refused; in [0.1, 1e4]
+  double largest_force = 400;       ///< m/s^2, the same; in [1, 1e6]
+  /// A reading that differs by more from the one before is used when the next bears it out.
+  double spike_rate = 3;          ///< rad/s, in [0.01, 1e4]
+  double spike_force = 15;        ///< m/s^2, in [0.1, 1e6]
+  double largest_imu_gap = 0.05;  ///< s between readings that are joined, in [1e-4, 1]
+  double keyframe_period = 0.1;   ///< s, in [0.005, 10]
+  double imu_silence = 0.3;       ///< s without readings, then it coasts; in [0.01, 10]
+  double longest_coasting = 30;   ///< s of it before the state is given up; in [0.1, 1e4]
+  double longest_jump = 10;       ///< s, of time: the state goes on, widened; in [0, 1e4]
   StartParameters start{};
   OdometerUse odometer{};
   StandstillUse standstill{};
   SourceWatchParameters gps{};
   SourceWatchParameters visual_pose{.agreeing = 3, .agreeing_time = 0.2, .drift_floor = 0.1};
   SourceWatchParameters heading{.agreeing = 5, .agreeing_time = 1, .drift_floor = 0.1};
-  /// Of non-holonomic factors at each keyframe; 0: none. In {0} or [1e-6, 100].
+  /// Of non-holonomic factors at each keyframe; both 0: none. In {0} or [1e-6, 100].
   double lateral_deviation = 0;   ///< m/s
   double vertical_deviation = 0;  ///< m/s
   /// The body keeps to this line, as near as so many m, in [1e-6, 100].
@@ -154,10 +165,11 @@ enum class WaitsFor : std::uint8_t {
   kNothing,
   kImu,       ///< no readings, or none for long
   kLevel,     ///< `levelling` seconds of readings
-  kPosition,  ///< GPS, a visual pose, a weld or a given pose
+  kPlace,     ///< GPS, a visual pose, a weld or a given pose
   kHeading,   ///< a heading, visual pose, weld or given pose, or motion with GPS
   kMounting,  ///< a fault that a parameter mends
 };
+/// "nothing", "imu", "level", "place", "heading", "mounting"; "unknown".
 [[nodiscard]] std::string_view to_string(WaitsFor what) noexcept;
 
 enum class RestartReason : std::uint8_t {
@@ -170,6 +182,8 @@ enum class RestartReason : std::uint8_t {
   kTakenOver,          ///< the state was wrong: moved to where a source has long said it is
 };
 inline constexpr std::size_t kRestartReasons = 7;
+/// "none", "time_jump_forwards", "time_jump_backwards", "numerical_failure", "lost", "reacquired",
+/// "taken_over"; "unknown".
 [[nodiscard]] std::string_view to_string(RestartReason reason) noexcept;
 
 struct SourceStatus {

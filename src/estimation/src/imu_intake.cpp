@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "imu_intake.hpp"
+
+namespace pipescout::estimation {
+
+ImuIntake::ImuIntake(const StateEstimatorParameters& parameters)
+    : R_body_imu_(parameters.R_body_imu),
+      scale_(parameters.specific_force_scale),
+      largest_rate_(parameters.largest_rate),
+      largest_force_(parameters.largest_force),
+      spike_rate_(parameters.spike_rate),
+      spike_force_(parameters.spike_force),
+      largest_gap_(parameters.largest_imu_gap),
+      clock_(parameters.smoother.max_step) {}
+
+void ImuIntake::forget() noexcept {
+  clock_.forget();
+  last_.reset();
+  held_.reset();
+  dropped_ = 0;
+}
+
+bool ImuIntake::near(const ImuReading& a, const ImuReading& b) const noexcept {
+  return (a.angular_rate - b.angular_rate).norm() <= spike_rate_ &&
+         (a.specific_force - b.specific_force).norm() <= spike_force_;
+}
+
+void ImuIntake::join(const ImuReading& to, Taken& taken) noexcept {
+  const double duration = to.time - last_->time;
+  if (duration <= largest_gap_) {
+    taken.samples[taken.count++] = {last_->time, duration,
+                                    0.5 * (last_->angular_rate + to.angular_rate),
+                                    0.5 * (last_->specific_force + to.specific_force)};
+  }
+  last_ = to;
+}
+
+ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
+  constexpr std::size_t kMostDropped = 3;  // then it is the motion that is violent
+  if (!(std::isfinite(reading.time) && reading.angular_rate.allFinite() &&
+        reading.specific_force.allFinite())) {
+    return {.outcome = Outcome::kNotFinite};
+  }
+  const ImuReading now = {reading.time, R_body_imu_ * (scale_ * reading.specific_force),
+                          R_body_imu_ * reading.angular_rate};
+  if (now.specific_force.norm() > largest_force_ || now.angular_rate.norm() > largest_rate_) {
+    return {.outcome = Outcome::kGated};
+  }
+  Taken taken;
+  switch (clock_.judge(now.time)) {
+    case ClockWatch::Step::kNext:
+      break;
+    case ClockWatch::Step::kLate:
+      return {.outcome = Outcome::kLate};
+    case ClockWatch::Step::kDuplicate:
+      return {.outcome = Outcome::kDuplicate};
+    case ClockWatch::Step::kSuspicious:
+      return {.outcome = now.time > clock_.newest() ? Outcome::kFuture : Outcome::kLate};
+    case ClockWatch::Step::kJump:
+      last_ = now;
+      held_.reset();
+      taken.jumped = true;
+      return taken;
+  }
+  if (!last_) {
+    last_ = now;
+    return taken;
+  }
+  if (held_ && near(*held_, now)) {
+    join(*held_, taken);
+  } else if (!near(*last_, now) && dropped_ < kMostDropped) {
+    dropped_ += held_ ? 1 : 0;
+    taken.outcome = held_ ? Outcome::kGated : Outcome::kWaiting;
+    held_ = now;
+    return taken;
+  } else if (held_) {
+    taken.outcome = Outcome::kGated;
+  }
+  held_.reset();
+  dropped_ = 0;
+  join(now, taken);
+  return taken;
+}
+
+}  // namespace pipescout::estimation

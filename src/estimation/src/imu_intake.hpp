@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "clock_watch.hpp"
+#include "pipescout/estimation/state_estimator.hpp"
+
+namespace pipescout::estimation {
+
+/// From instantaneous readings of an IMU to mean values over intervals, in the body. What differs
+/// much from the reading before waits for the next one to bear it out.
+class ImuIntake {
+ public:
+  /// Not checked.
+  explicit ImuIntake(const StateEstimatorParameters& parameters);
+
+  struct Taken {
+    Outcome outcome = Outcome::kWaiting;  // kGated: a spike, the reading before this one, or this
+    bool jumped = false;                  // of time, to this reading; there are no samples
+    std::size_t count = 0;
+    std::array<ImuSample, 2> samples{};  // `count` of them
+  };
+  Taken add(const ImuReading& reading) noexcept;
+
+  /// Time goes on from the next reading.
+  void forget() noexcept;
+  /// NaN before the first.
+  [[nodiscard]] double newest() const noexcept { return clock_.newest(); }
+
+ private:
+  [[nodiscard]] bool near(const ImuReading& a, const ImuReading& b) const noexcept;
+  void join(const ImuReading& to, Taken& taken) noexcept;
+
+  geometry::SO3 R_body_imu_;
+  double scale_;
+  double largest_rate_;
+  double largest_force_;
+  double spike_rate_;
+  double spike_force_;
+  double largest_gap_;
+  ClockWatch clock_;
+  std::optional<ImuReading> last_{};  // in the body
+  std::optional<ImuReading> held_{};
+  std::size_t dropped_ = 0;  // running
+};
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <numbers>
+#include <stdexcept>
+
+#include "pipescout/estimation/state_estimator.hpp"
+#include "refuse.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+void within(const char* field, double value, double low, double high, const char* range) {
+  require(field, value, value >= low && value <= high, range);
+}
+
+template <std::size_t N, class Enumeration>
+std::string_view name_of(const std::array<std::string_view, N>& names, Enumeration value) {
+  const auto i = static_cast<std::size_t>(value);
+  return i < N ? names[i] : "unknown";
+}
+
+void validate_start(const StartParameters& p) {
+  within("start.levelling", p.levelling, 0.1, 60, "[0.1, 60]");
+  within("start.still_rate", p.still_rate, 1e-6, 10, "[1e-6, 10]");
+  within("start.still_force", p.still_force, 1e-6, 100, "[1e-6, 100]");
+  within("start.largest_gyro_bias", p.largest_gyro_bias, 1e-6, 1, "[1e-6, 1]");
+  within("start.accelerometer_bias_deviation", p.accelerometer_bias_deviation, 1e-6, 10,
+         "[1e-6, 10]");
+  within("start.largest_tilt", p.largest_tilt, 0.01, std::numbers::pi / 2, "[0.01, pi/2]");
+  within("start.gravity_tolerance", p.gravity_tolerance, 0.01, 0.5, "[0.01, 0.5]");
+  within("start.moving_tilt_deviation", p.moving_tilt_deviation, 1e-3, 1, "[1e-3, 1]");
+  within("start.largest_speed", p.largest_speed, 0, 100, "[0, 100]");
+  within("start.heading_deviation", p.heading_deviation, 1e-3, 1, "[1e-3, 1]");
+  within("start.position_fixes", static_cast<double>(p.position_fixes), 1, 1000, "[1, 1000]");
+  within("start.longest_alignment", p.longest_alignment, 1, 1e4, "[1, 10000]");
+  within("start.weld_heading_deviation", p.weld_heading_deviation, 1e-4, 1, "[1e-4, 1]");
+}
+
+void validate_odometer(const OdometerUse& p) {
+  within("odometer.deviation", p.deviation, 1e-6, 10, "[1e-6, 10]");
+  within("odometer.share", p.share, 0, 1, "[0, 1]");
+  within("odometer.across_deviation", p.across_deviation, 1e-6, 100, "[1e-6, 100]");
+  require(
+      "odometer.no_consensus_factor", p.no_consensus_factor,
+      p.no_consensus_factor == 0 || (p.no_consensus_factor >= 1 && p.no_consensus_factor <= 1000),
+      "{0} or [1, 1000]");
+  within("odometer.largest_speed", p.largest_speed, 0.1, 1000, "[0.1, 1000]");
+  within("odometer.largest_gap", p.largest_gap, 0.01, 10, "[0.01, 10]");
+  within("odometer.sensor", p.sensor.norm(), 0, 100, "[0, 100]");
+}
+
+void validate_standstill(const StandstillUse& p) {
+  within("standstill.window", p.window, 0.05, 10, "[0.05, 10]");
+  within("standstill.still_distance", p.still_distance, 1e-9, 1, "[1e-9, 1]");
+  within("standstill.still_rate", p.still_rate, 1e-6, 10, "[1e-6, 10]");
+  within("standstill.still_force", p.still_force, 1e-6, 100, "[1e-6, 100]");
+  within("standstill.velocity_deviation", p.velocity_deviation, 1e-6, 10, "[1e-6, 10]");
+  within("standstill.rate_deviation", p.rate_deviation, 1e-6, 10, "[1e-6, 10]");
+}
+
+void validate_watch(const char* source, const SourceWatchParameters& watch) {
+  try {
+    watch.validate();
+  } catch (const std::invalid_argument& wrong) {
+    throw std::invalid_argument(std::string(source) + "." + wrong.what());
+  }
+}
+
+}  // namespace
+
+void StateEstimatorParameters::validate() const {
+  try {
+    smoother.validate();
+  } catch (const std::invalid_argument& wrong) {
+    throw std::invalid_argument(std::string("smoother.") + wrong.what());
+  }
+  within("specific_force_scale", specific_force_scale, 1e-3, 1e3, "[1e-3, 1000]");
+  within("largest_rate", largest_rate, 0.1, 1e4, "[0.1, 1e4]");
+  within("largest_force", largest_force, 1, 1e6, "[1, 1e6]");
+  within("spike_rate", spike_rate, 0.01, 1e4, "[0.01, 1e4]");
+  within("spike_force", spike_force, 0.1, 1e6, "[0.1, 1e6]");
+  within("largest_imu_gap", largest_imu_gap, 1e-4, 1, "[1e-4, 1]");
+  within("keyframe_period", keyframe_period, 0.005, 10, "[0.005, 10]");
+  require("keyframe_period", keyframe_period, keyframe_period <= smoother.max_step,
+          "[0.005, smoother.max_step]");
+  within("imu_silence", imu_silence, 0.01, 10, "[0.01, 10]");
+  within("longest_coasting", longest_coasting, 0.1, 1e4, "[0.1, 1e4]");
+  within("longest_jump", longest_jump, 0, 1e4, "[0, 1e4]");
+  validate_start(start);
+  validate_odometer(odometer);
+  validate_standstill(standstill);
+  validate_watch("gps", gps);
+  validate_watch("visual_pose", visual_pose);
+  validate_watch("heading", heading);
+  const auto speed = [](const char* field, double value) {
+    require(field, value, value == 0 || (value >= 1e-6 && value <= 100), "{0} or [1e-6, 100]");
+  };
+  speed("lateral_deviation", lateral_deviation);
+  speed("vertical_deviation", vertical_deviation);
+  if ((lateral_deviation == 0) != (vertical_deviation == 0)) {
+    throw std::invalid_argument("vertical_deviation: 0 without lateral_deviation, or that without");
+  }
+  within("centre_line_deviation", centre_line_deviation, 1e-6, 100, "[1e-6, 100]");
+}
+
+StateEstimatorParameters StateEstimatorParameters::ground_robot() {
+  StateEstimatorParameters p;
+  p.smoother.global_deviations.odometer_scale = 0.02;
+  p.smoother.global_deviations.mount_yaw = 0.02;
+  p.smoother.global_deviations.mount_pitch = 0.02;
+  p.lateral_deviation = 0.1;
+  p.vertical_deviation = 0.1;
+  p.standstill.by_odometer = true;
+  return p;
+}
+
+StateEstimatorParameters StateEstimatorParameters::uav() {
+  StateEstimatorParameters p;
+  p.start.largest_speed = 1;
+  return p;
+}
+
+StateEstimatorParameters StateEstimatorParameters::crawler() {
+  StateEstimatorParameters p;
+  p.smoother.global_deviations.odometer_scale = 0.01;
+  p.lateral_deviation = 0.01;
+  p.vertical_deviation = 0.01;
+  p.odometer.across_deviation = 0.005;
+  p.odometer.largest_speed = 5;
+  p.standstill.by_odometer = true;
+  p.start.heading_from_weld = true;
+  p.start.largest_speed = 1;
+  return p;
+}
+
+std::string_view to_string(Source source) noexcept {
+  constexpr std::array<std::string_view, kSources> kNames = {
+      "imu", "odometer", "relative_pose", "gps", "visual_pose", "heading", "weld"};
+  return name_of(kNames, source);
+}
+
+std::string_view to_string(Phase phase) noexcept {
+  constexpr std::array<std::string_view, 5> kNames = {"starting", "aligning", "running", "coasting",
+                                                      "fault"};
+  return name_of(kNames, phase);
+}
+
+std::string_view to_string(WaitsFor what) noexcept {
+  constexpr std::array<std::string_view, 6> kNames = {"nothing", "imu",     "level",
+                                                      "place",   "heading", "mounting"};
+  return name_of(kNames, what);
+}
+
+std::string_view to_string(RestartReason reason) noexcept {
+  constexpr std::array<std::string_view, kRestartReasons> kNames = {
+      "none", "time_jump_forwards", "time_jump_backwards", "numerical_failure",
+      "lost", "reacquired",         "taken_over"};
+  return name_of(kNames, reason);
+}
+
+}  // namespace pipescout::estimation
