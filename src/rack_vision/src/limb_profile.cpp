@@ -48,28 +48,25 @@ LimbProfile::LimbProfile(double blur_sigma) : places_(static_cast<std::size_t>(k
         qr.matrixQR().topRows<kShapes>().triangularView<Eigen::Upper>();
     // The step is the last coefficient: minus it is background minus what is just within.
     Place& table = places_[static_cast<std::size_t>(k)];
-    for (int shape = 0; shape < kShapes; ++shape) {
-      const auto s = static_cast<std::size_t>(shape);
-      for (int i = 0; i < kLength; ++i) {
-        table.shapes[s][static_cast<std::size_t>(i)] = static_cast<float>(q(i, shape));
-      }
-      table.step[s] = 0;
+    for (int i = 0; i < kLength; ++i) {
+      table.shapes[static_cast<std::size_t>(i)] << q.row(i).cast<float>().transpose().array(), 0;
     }
-    table.step[kShapes - 1] = static_cast<float>(-1 / r(kShapes - 1, kShapes - 1));
+    table.step = static_cast<float>(-1 / r(kShapes - 1, kShapes - 1));
   }
 }
 
-float LimbProfile::explained(int place, std::span<const float, kLength> centred) const noexcept {
+LimbProfile::PerShape LimbProfile::products(
+    int place, std::span<const float, kLength> centred) const noexcept {
   const Place& table = places_[static_cast<std::size_t>(place)];
-  float sum = 0;
-  for (const auto& shape : table.shapes) {
-    float product = 0;
-    for (std::size_t i = 0; i < kLength; ++i) {
-      product += shape[i] * centred[i];
-    }
-    sum += product * product;
+  PerShape sums = PerShape::Zero();
+  for (std::size_t i = 0; i < kLength; ++i) {
+    sums += table.shapes[i] * centred[i];
   }
-  return sum;
+  return sums;
+}
+
+float LimbProfile::explained(int place, std::span<const float, kLength> centred) const noexcept {
+  return products(place, centred).square().sum();
 }
 
 LimbProfile::Fit LimbProfile::fit(std::span<const float, kLength> window) const noexcept {
@@ -118,14 +115,8 @@ LimbProfile::Fit LimbProfile::fit(std::span<const float, kLength> window) const 
     fit.sigma = std::min(fit.sigma, std::sqrt(2 * static_cast<double>(-variance / bend)) / kSteps);
   }
   fit.place = kFirst + (middle + offset) / kSteps;
-  const Place& table = places_[static_cast<std::size_t>(middle)];
-  for (std::size_t shape = 0; shape < kShapes; ++shape) {
-    float product = 0;
-    for (std::size_t i = 0; i < kLength; ++i) {
-      product += table.shapes[shape][i] * centred[i];
-    }
-    fit.contrast += static_cast<double>(table.step[shape] * product);
-  }
+  fit.contrast = static_cast<double>(places_[static_cast<std::size_t>(middle)].step *
+                                     products(middle, centred)[kShapes - 1]);
   return fit;
 }
 

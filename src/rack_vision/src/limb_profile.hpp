@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <span>
 #include <vector>
@@ -38,12 +39,17 @@ class LimbProfile {
   static constexpr int kSteps = 8;  ///< of the place, per px
   static constexpr int kPlaces = static_cast<int>((kLast - kFirst) * kSteps) + 1;
   static constexpr int kShapes = 3;
-  /// Orthonormal shapes for one place of the contour, and how to get the step from them.
+  /// One value per shape, and one that is zero: whole vectors are faster.
+  using PerShape = Eigen::Array4f;
+  static_assert(kShapes < PerShape::SizeAtCompileTime);
+  /// Orthonormal shapes for one place of the contour, and the step per product with the last one.
   struct Place {
-    std::array<std::array<float, kLength>, kShapes> shapes;
-    std::array<float, kShapes> step;
+    std::array<PerShape, kLength> shapes;
+    float step = 0;
   };
 
+  [[nodiscard]] PerShape products(int place,
+                                  std::span<const float, kLength> centred) const noexcept;
   [[nodiscard]] float explained(int place, std::span<const float, kLength> centred) const noexcept;
 
   std::vector<Place> places_;
