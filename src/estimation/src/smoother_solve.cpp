@@ -22,13 +22,12 @@ bool exceeds(const StateVector& d, const RelinearisationThresholds& most) {
 }
 
 bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
-  constexpr double kScale = 1e-3;
-  constexpr double kTime = 0.01;  // s
-  return std::abs(d[kOdometerScale]) > kScale || std::abs(d[kMountYaw]) > most.rotation ||
-         std::abs(d[kMountPitch]) > most.rotation ||
+  return std::abs(d[kOdometerScale]) > most.odometer_scale || std::abs(d[kMountYaw]) > most.mount ||
+         std::abs(d[kMountPitch]) > most.mount ||
          d.segment<3>(kRackPosition).norm() > most.position ||
          d.segment<3>(kRackRotation).norm() > most.rotation ||
-         d.segment<3>(kGpsLeverArm).norm() > most.position || std::abs(d[kGpsTimeOffset]) > kTime;
+         d.segment<3>(kGpsLeverArm).norm() > most.position ||
+         std::abs(d[kGpsTimeOffset]) > most.gps_time_offset;
 }
 
 }  // namespace

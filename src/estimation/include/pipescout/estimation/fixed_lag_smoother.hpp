@@ -17,7 +17,9 @@
 namespace pipescout::estimation {
 
 /// Standard deviations of what is known beforehand of the global states; 0 keeps a part at its
-/// initial value and out of the equations. Each in {0} or [1e-9, 1e6].
+/// initial value and out of the equations. Each in {0} or [1e-9, 1e6]. The mount angles hide behind
+/// the heading: while they are sought, states must not be linearised farther off than 1e-3 rad
+/// (RelinearisationThresholds::rotation), or they come out wrong by several deviations.
 struct GlobalDeviations {
   double odometer_scale = 0;
   double mount_yaw = 0;        ///< rad
