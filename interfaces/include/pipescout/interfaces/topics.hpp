@@ -16,6 +16,7 @@ class Odometry;
 }
 namespace pipescout_msgs::msg {
 class EddyCurrentSamples;
+class EstimatorState;
 class FusedOdometer;
 class MissionStatus;
 class OdometerReadings;
@@ -33,7 +34,12 @@ class Clock;
 namespace sensor_msgs::msg {
 class CameraInfo;
 class Image;
+class Imu;
+class NavSatFix;
 }  // namespace sensor_msgs::msg
+namespace tf2_msgs::msg {
+class TFMessage;
+}
 
 /// The catalogue: the one place where a topic's name, type and QoS are written down. The types are
 /// only declared here; include the message's own header to use them.
@@ -75,9 +81,21 @@ inline const Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kRackPoseHint{
 /// Velocity that a flying robot shall take, in its levelled body frame.
 inline const Topic<geometry_msgs::msg::TwistStamped> kVelocityCommand{"cmd_vel_stamped",
                                                                       QoS::reliable(10)};
-/// The one state of the robot, from the estimator.
+/// Angular rate and specific force, from the driver, and the position of the GPS antenna.
+inline const Topic<sensor_msgs::msg::Imu> kImu{"imu/data", QoS::reliable(200)};
+inline const Topic<sensor_msgs::msg::NavSatFix> kGpsFix{"gps/fix", QoS::reliable(50)};
+/// The one state of the robot in the map, from the estimator.
 inline const Topic<nav_msgs::msg::Odometry> kOdometryFiltered{"odometry/filtered",
                                                               QoS::reliable(100)};
+/// Why it believes that, once per keyframe.
+inline const Topic<pipescout_msgs::msg::EstimatorState> kEstimatorState{"estimator/state",
+                                                                        QoS::reliable(100)};
+/// Pose of the robot in the map, to start from: from an operator. The name is that of rviz.
+inline const Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kInitialPose{"initialpose",
+                                                                               QoS::reliable(10)};
+/// Where the robot really is, from a simulator, in the map. Never published by a robot.
+inline const Topic<nav_msgs::msg::Odometry> kTrueOdometry{"ground_truth/odometry",
+                                                          QoS::reliable(100)};
 /// Progress and completion of components, for the host and the operator. Kept for late joiners: the
 /// last word of a component must not be lost because it was said before they were discovered.
 inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
@@ -85,6 +103,10 @@ inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/s
 
 /// Simulated time, for nodes with `use_sim_time`.
 inline const Topic<rosgraph_msgs::msg::Clock> kClock{"/clock", QoS::reliable(10)};
+/// Transforms between frames, from whoever knows them; those that never change kept for late
+/// joiners.
+inline const Topic<tf2_msgs::msg::TFMessage> kTf{"/tf", QoS::reliable(100)};
+inline const Topic<tf2_msgs::msg::TFMessage> kTfStatic{"/tf_static", QoS::latched(1)};
 inline const Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
                                                                        QoS::reliable(10)};
 /// As rcl: kept for late joiners, forgotten after ten seconds.

@@ -1,0 +1,509 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/state_estimator/estimator_settings.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+
+#include "pipescout/state_estimator/centre_line_file.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using estimation::FactorKind;
+using estimation::RobustKernel;
+using estimation::StateEstimatorParameters;
+
+constexpr FloatingPointRange kSeconds{0.0, 86400.0};
+constexpr FloatingPointRange kMetres{-1e4, 1e4};
+constexpr FloatingPointRange kPositive{1e-9, 1e6};
+constexpr FloatingPointRange kNotNegative{0.0, 1e6};
+constexpr FloatingPointRange kShare{0.0, 1.0};
+constexpr FloatingPointRange kAngle{-2 * M_PI, 2 * M_PI};
+constexpr std::array kKernels{RobustKernel::kNone, RobustKernel::kHuber, RobustKernel::kCauchy,
+                              RobustKernel::kSaliency};
+
+StateEstimatorParameters preset(const std::string& name) {
+  if (name == "ground_robot") {
+    return StateEstimatorParameters::ground_robot();
+  }
+  if (name == "uav") {
+    return StateEstimatorParameters::uav();
+  }
+  if (name == "crawler") {
+    return StateEstimatorParameters::crawler();
+  }
+  throw ParameterError(
+      "preset", "parameter 'preset': '" + name + "' is none of 'ground_robot', 'uav', 'crawler'");
+}
+
+RobustKernel kernel(const std::string& parameter, const std::string& name) {
+  for (const RobustKernel kernel : kKernels) {
+    if (to_string(kernel) == name) {
+      return kernel;
+    }
+  }
+  throw std::invalid_argument("parameter '" + parameter + "': '" + name +
+                              "' is none of 'none', 'huber', 'cauchy', 'saliency'");
+}
+
+/// The values of a parameter that is empty or has three finite ones.
+std::optional<Eigen::Vector3d> three(const Parameter<std::vector<double>>& parameter) {
+  const std::vector<double>& values = *parameter.share();
+  if (values.empty()) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d result =
+      values.size() == 3 ? Eigen::Vector3d(values[0], values[1], values[2])
+                         : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (!result.allFinite()) {
+    throw std::invalid_argument("parameter '" + parameter.name() +
+                                "' must be empty or three finite numbers");
+  }
+  return result;
+}
+
+Eigen::Vector3d three_or_zero(const Parameter<std::vector<double>>& parameter) {
+  return three(parameter).value_or(Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+
+EstimatorParameters::EstimatorParameters(Parameters& parameters) {
+  const auto name = parameters.declare<std::string>(
+      "preset", "ground_robot",
+      {.description = "robot whose defaults all others have: ground_robot, uav or crawler",
+       .read_only = true});
+  defaults_ = preset(name.get());
+  declare_frames(parameters);
+  declare_messages(parameters);
+  declare_sensors(parameters);
+  declare_start(parameters);
+  declare_smoother(parameters);
+  declare_use(parameters);
+  declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
+  declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
+  declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
+}
+
+void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
+                               std::function<double&(Estimator&)> field, FloatingPointRange range,
+                               const std::string& description) {
+  const auto parameter = parameters.declare<double>(
+      name, field(defaults_), {.description = description, .floating_point_range = range});
+  reals_.push_back({parameter, std::move(field)});
+}
+
+void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
+                               std::function<bool&(Estimator&)> field,
+                               const std::string& description) {
+  const auto parameter =
+      parameters.declare<bool>(name, field(defaults_), {.description = description});
+  booleans_.push_back({parameter, std::move(field)});
+}
+
+void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
+                               std::function<std::size_t&(Estimator&)> field, IntegerRange range,
+                               const std::string& description) {
+  const auto parameter = parameters.declare<std::size_t>(
+      name, field(defaults_), {.description = description, .integer_range = range});
+  counts_.push_back({parameter, std::move(field)});
+}
+
+void EstimatorParameters::declare_frames(Parameters& parameters) {
+  map_frame_ = parameters.declare<std::string>("map_frame", "map",
+                                               {.description = "frame of odometry/filtered"});
+  odom_frame_ = parameters.declare<std::string>(
+      "odom_frame", "odom", {.description = "frame in which the robot never jumps (REP 105)"});
+  base_frame_ =
+      parameters.declare<std::string>("base_frame", "base_link", {.description = "of the robot"});
+  rack_frame_ =
+      parameters.declare<std::string>("rack_frame", "rack", {.description = "frame of rack/pose"});
+  publish_tf_ = parameters.declare<bool>(
+      "publish_tf", true,
+      {.description = "publish map -> odom, odom -> base and, with visual poses, map -> rack"});
+  publish_period_ = parameters.declare<double>(
+      "publish_period", 0.0,
+      {.description = "s between two states; 0: one at each reading of the IMU",
+       .floating_point_range = kSeconds});
+}
+
+void EstimatorParameters::declare_messages(Parameters& parameters) {
+  maximum_age_ = parameters.declare<double>(
+      "maximum_age", 1.0,
+      {.description = "s, messages with an older stamp are counted as stale; 0: any age is right",
+       .floating_point_range = kSeconds});
+  maximum_lead_ = parameters.declare<double>(
+      "maximum_lead", 0.1,
+      {.description = "s, messages with a stamp further ahead of the clock are refused",
+       .floating_point_range = kSeconds});
+  silent_after_ = parameters.declare<double>(
+      "silent_after", 2.0,
+      {.description = "s without a reading of the IMU, after which that is counted",
+       .floating_point_range = kPositive});
+}
+
+void EstimatorParameters::declare_sensors(Parameters& parameters) {
+  const auto place = [&parameters](const char* name, const char* what) {
+    return parameters.declare<std::vector<double>>(
+        name, {},
+        {.description = std::string("m, x y z of ") + what + " in the base frame; empty: 0 0 0"});
+  };
+  imu_position_ = place("imu.position", "the IMU");
+  imu_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
+      "imu.roll_pitch_yaw", {}, {.description = "rad, of the IMU in the base frame; empty: 0 0 0"});
+  bind(
+      parameters, "imu.gyro_noise", [](auto& p) -> double& { return p.smoother.imu_noise.gyro; },
+      {1e-9, 10}, "rad/s/sqrt(Hz)");
+  bind(
+      parameters, "imu.accelerometer_noise",
+      [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer; }, {1e-9, 1000},
+      "m/s^2/sqrt(Hz)");
+  bind(
+      parameters, "imu.gyro_bias_walk",
+      [](auto& p) -> double& { return p.smoother.imu_noise.gyro_bias; }, {1e-9, 1},
+      "rad/s^2/sqrt(Hz)");
+  bind(
+      parameters, "imu.accelerometer_bias_walk",
+      [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer_bias; }, {1e-9, 100},
+      "m/s^3/sqrt(Hz)");
+  bind(
+      parameters, "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100},
+      "m/s^2, at the place");
+
+  gps_antenna_ = place("gps.position", "the antenna");
+  datum_ = parameters.declare<std::vector<double>>(
+      "datum", {},
+      {.description =
+           "latitude and longitude in degrees and altitude in m of the origin of the map; "
+           "empty: the first fix"});
+  gps_deviation_ = parameters.declare<double>(
+      "gps.deviation", 2.0,
+      {.description = "m, per axis, of fixes that do not say; 0: those are refused",
+       .floating_point_range = kNotNegative});
+  least_gps_deviation_ = parameters.declare<double>(
+      "gps.least_deviation", 0.01,
+      {.description = "m, per axis: fixes that claim to be better count as this",
+       .floating_point_range = kPositive});
+
+  heading_from_imu_ = parameters.declare<bool>(
+      "heading.from_imu", false,
+      {.description = "take headings from the orientation in imu/data, as a compass gives it"});
+  heading_deviation_ = parameters.declare<double>(
+      "heading.deviation", 0.1,
+      {.description = "rad, of orientations that do not say", .floating_point_range = kPositive});
+
+  camera_position_ = place("camera.position", "the camera");
+  camera_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
+      "camera.roll_pitch_yaw", {},
+      {.description = "rad, of the optical frame in the base frame; empty: looks straight down, "
+                      "the upper border of the image forward"});
+  rack_position_ = parameters.declare<std::vector<double>>(
+      "rack.position", {}, {.description = "m, of the rack frame in the map; empty: 0 0 0"});
+  rack_heading_ = parameters.declare<double>(
+      "rack.heading", 0.0,
+      {.description = "rad, from the map's x axis to the rack's", .floating_point_range = kAngle});
+  bind(
+      parameters, "rack.position_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.rack_position; }, kNotNegative,
+      "m, per axis; 0: the rack is where it is said to be");
+  bind(
+      parameters, "rack.rotation_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.rack_rotation; }, kNotNegative,
+      "rad, per axis; 0: as above");
+
+  weld_sensor_ = place("weld.position", "the weld probe");
+  least_weld_probability_ = parameters.declare<double>(
+      "weld.least_probability", 0.99,
+      {.description = "welds that are less certain to be the one they are taken for are not used",
+       .floating_point_range = kShare});
+  weld_deviation_ = parameters.declare<double>(
+      "weld.across_deviation", 0.05,
+      {.description = "m, of the probe from the centre line", .floating_point_range = kPositive});
+  centre_line_ = parameters.declare<std::string>(
+      "centre_line", "",
+      {.description = "CSV file with the points x, y, z (m, in the map) of the pipe's centre line; "
+                      "empty: none, and welds are not used"});
+  centre_line_first_chainage_ = parameters.declare<double>(
+      "centre_line.first_chainage", 0.0,
+      {.description = "m, of its first point", .floating_point_range = {{-1e7, 1e7}}});
+  bind(
+      parameters, "centre_line.deviation",
+      [](auto& p) -> double& { return p.centre_line_deviation; }, {1e-6, 100},
+      "m, of the body from the centre line");
+}
+
+void EstimatorParameters::declare_start(Parameters& parameters) {
+  start_position_ = parameters.declare<std::vector<double>>(
+      "start.position", {}, {.description = "m, of the base in the map; empty: unknown"});
+  start_position_deviation_ = parameters.declare<double>(
+      "start.position_deviation", 0.5,
+      {.description = "m, per axis", .floating_point_range = FloatingPointRange{1e-3, 1e4}});
+  start_heading_ = parameters.declare<std::vector<double>>(
+      "start.heading", {},
+      {.description =
+           "rad, of the base's x axis from the map's, and its standard deviation; empty: "
+           "unknown"});
+  bind(
+      parameters, "start.levelling", [](auto& p) -> double& { return p.start.levelling; },
+      {0.1, 60}, "s of IMU readings that gravity is taken from");
+  bind(
+      parameters, "start.still_rate", [](auto& p) -> double& { return p.start.still_rate; },
+      {1e-6, 10}, "rad/s, standard deviation of the gyro that counts as standing still");
+  bind(
+      parameters, "start.still_force", [](auto& p) -> double& { return p.start.still_force; },
+      {1e-6, 100}, "m/s^2, the same of the accelerometer");
+  bind(
+      parameters, "start.largest_gyro_bias",
+      [](auto& p) -> double& { return p.start.largest_gyro_bias; }, {1e-6, 1},
+      "rad/s, a mean rate above it is a turn");
+  bind(
+      parameters, "start.accelerometer_bias_deviation",
+      [](auto& p) -> double& { return p.start.accelerometer_bias_deviation; }, {1e-6, 10}, "m/s^2");
+  bind(
+      parameters, "start.largest_tilt", [](auto& p) -> double& { return p.start.largest_tilt; },
+      {0.01, M_PI_2}, "rad: gravity further from the base's z axis is a fault of the mounting");
+  bind(
+      parameters, "start.gravity_tolerance",
+      [](auto& p) -> double& { return p.start.gravity_tolerance; }, {0.01, 0.5},
+      "share by which the mean specific force may differ from gravity");
+  bind(
+      parameters, "start.largest_speed", [](auto& p) -> double& { return p.start.largest_speed; },
+      {0, 100}, "m/s, that a robot which does not stand still may have");
+  bind(
+      parameters, "start.heading_deviation",
+      [](auto& p) -> double& { return p.start.heading_deviation; }, {1e-3, 1},
+      "rad, that a heading from motion must be better than");
+  bind(
+      parameters, "start.position_fixes",
+      [](auto& p) -> std::size_t& { return p.start.position_fixes; }, {1, 1000},
+      "GPS positions before one is believed");
+  bind(
+      parameters, "start.longest_alignment",
+      [](auto& p) -> double& { return p.start.longest_alignment; }, {1, 10000},
+      "s, after which a heading from motion is sought afresh");
+  bind(
+      parameters, "start.heading_from_weld",
+      [](auto& p) -> bool& { return p.start.heading_from_weld; },
+      "the base's x axis points along the pipe, towards greater chainage");
+}
+
+void EstimatorParameters::declare_smoother(Parameters& parameters) {
+  bind(
+      parameters, "lag", [](auto& p) -> double& { return p.smoother.lag; }, {0.01, 1000},
+      "s that are estimated together; later measurements are refused");
+  bind(
+      parameters, "keyframe_period", [](auto& p) -> double& { return p.keyframe_period; },
+      {0.005, 10}, "s between keyframes");
+  bind(
+      parameters, "imu_silence", [](auto& p) -> double& { return p.imu_silence; }, {0.01, 10},
+      "s without readings of the IMU, then the state coasts on the other sensors");
+  bind(
+      parameters, "longest_coasting", [](auto& p) -> double& { return p.longest_coasting; },
+      {0.1, 1e4}, "s of that before the state is given up");
+  bind(
+      parameters, "longest_jump", [](auto& p) -> double& { return p.longest_jump; }, {0, 1e4},
+      "s that the time may jump; after longer jumps it starts again");
+  bind(
+      parameters, "odometer.scale_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.odometer_scale; }, kNotNegative,
+      "how far the scale of the fused odometer may be from 1; 0: it is 1");
+  bind(
+      parameters, "odometer.mount_yaw",
+      [](auto& p) -> double& { return p.smoother.globals.mount_yaw; }, kAngle,
+      "rad, of the direction of travel in the base frame");
+  bind(
+      parameters, "odometer.mount_yaw_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.mount_yaw; }, kNotNegative,
+      "rad; 0: it is known");
+  bind(
+      parameters, "odometer.mount_pitch_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.mount_pitch; }, kNotNegative,
+      "rad, the same up and down");
+  bind(
+      parameters, "gps.position_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.gps_lever_arm; }, kNotNegative,
+      "m, per axis, how far the antenna may be from gps.position; 0: it is there");
+}
+
+void EstimatorParameters::declare_use(Parameters& parameters) {
+  bind(
+      parameters, "odometer.deviation", [](auto& p) -> double& { return p.odometer.deviation; },
+      {1e-6, 10}, "m, added to each step between keyframes");
+  bind(
+      parameters, "odometer.share", [](auto& p) -> double& { return p.odometer.share; }, kShare,
+      "of the step, added");
+  bind(
+      parameters, "odometer.across_deviation",
+      [](auto& p) -> double& { return p.odometer.across_deviation; }, {1e-6, 100},
+      "m, sideways slip between keyframes");
+  bind(
+      parameters, "odometer.no_consensus_factor",
+      [](auto& p) -> double& { return p.odometer.no_consensus_factor; }, {0, 1000},
+      "on the deviations where the odometers contradict each other; 0: not used then");
+  bind(
+      parameters, "odometer.largest_speed",
+      [](auto& p) -> double& { return p.odometer.largest_speed; }, {0.1, 1000},
+      "m/s, faster is a reset of its counter");
+  bind(
+      parameters, "standstill.by_odometer",
+      [](auto& p) -> bool& { return p.standstill.by_odometer; },
+      "the robot stands where the distance does not change and the gyro is quiet");
+  bind(
+      parameters, "standstill.by_imu", [](auto& p) -> bool& { return p.standstill.by_imu; },
+      "and where gyro and accelerometer are quiet; not for robots that hover or roll evenly");
+  bind(
+      parameters, "standstill.window", [](auto& p) -> double& { return p.standstill.window; },
+      {0.05, 10}, "s for which it must be so");
+  bind(
+      parameters, "standstill.rate", [](auto& p) -> double& { return p.standstill.still_rate; },
+      {1e-6, 10}, "rad/s that count as quiet");
+  bind(
+      parameters, "standstill.force", [](auto& p) -> double& { return p.standstill.still_force; },
+      {1e-6, 100}, "m/s^2, the same");
+  bind(
+      parameters, "non_holonomic.lateral_deviation",
+      [](auto& p) -> double& { return p.lateral_deviation; }, {0, 100},
+      "m/s, how fast the robot may slip sideways; 0: it may go any way");
+  bind(
+      parameters, "non_holonomic.vertical_deviation",
+      [](auto& p) -> double& { return p.vertical_deviation; }, {0, 100},
+      "m/s, the same up and down");
+}
+
+void EstimatorParameters::declare_watch(Parameters& parameters, const std::string& source,
+                                        estimation::SourceWatchParameters Estimator::*watch,
+                                        FactorKind kind) {
+  const auto robustness = static_cast<std::size_t>(kind);
+  bind(
+      parameters, source + ".gate",
+      [robustness](auto& p) -> double& {
+        return p.smoother.robustness[robustness].gate_probability;
+      },
+      kShare, "share of good measurements that the consistency gate lets through; 1: no gate");
+  kernels_.push_back(
+      {kind, parameters.declare<std::string>(
+                 source + ".kernel",
+                 std::string(to_string(defaults_.smoother.robustness[robustness].kernel)),
+                 {.description = "robust kernel: none, huber, cauchy or saliency"})});
+  bind(
+      parameters, source + ".kernel_width",
+      [robustness](auto& p) -> double& { return p.smoother.robustness[robustness].width; },
+      {1e-3, 1e3}, "of the kernel, in standard deviations");
+  bind(
+      parameters, source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; },
+      {0.1, 1000}, "s without a measurement after which it must bear itself out anew");
+  bind(
+      parameters, source + ".doubt_after",
+      [watch](auto& p) -> std::size_t& { return (p.*watch).doubt_after; }, {1, 10000},
+      "measurements against the state in a row after which it is no longer used");
+  bind(
+      parameters, source + ".agreeing",
+      [watch](auto& p) -> std::size_t& { return (p.*watch).agreeing; }, {2, 10000},
+      "measurements that must agree before it is used");
+  bind(
+      parameters, source + ".agreeing_time",
+      [watch](auto& p) -> double& { return (p.*watch).agreeing_time; }, {0, 1000},
+      "s that these must span");
+  bind(
+      parameters, source + ".drift_share",
+      [watch](auto& p) -> double& { return (p.*watch).drift_share; }, kShare,
+      "of the way, that dead reckoning may be off: a source farther away is not believed");
+  bind(
+      parameters, source + ".drift_floor",
+      [watch](auto& p) -> double& { return (p.*watch).drift_floor; }, {0, 1000},
+      "m (rad for headings), the same while standing");
+  bind(
+      parameters, source + ".takeover", [watch](auto& p) -> double& { return (p.*watch).takeover; },
+      {1, 1e6}, "s of agreeing with the motion after which it moves a state that it contradicts");
+  bind(
+      parameters, source + ".confirmed_takeover",
+      [watch](auto& p) -> double& { return (p.*watch).confirmed_takeover; }, {1, 1e6},
+      "s, the same where it had borne out the state itself");
+}
+
+std::optional<estimation::GivenPose> EstimatorParameters::start() const {
+  estimation::GivenPose result;
+  if (const auto position = three(start_position_)) {
+    result.position = *position;
+    result.position_deviation = start_position_deviation_.get();
+  }
+  if (const std::vector<double>& heading = *start_heading_.share(); !heading.empty()) {
+    if (heading.size() != 2 || !std::isfinite(heading[0]) ||
+        !(heading[1] >= 1e-4 && heading[1] <= 1)) {
+      throw std::invalid_argument(
+          "parameter 'start.heading' must be empty or two numbers: an angle and its standard "
+          "deviation in [0.0001, 1] rad");
+    }
+    result.heading = heading[0];
+    result.heading_deviation = heading[1];
+  }
+  if (!result.position && !result.heading) {
+    return std::nullopt;
+  }
+  return result;
+}
+
+EstimatorSettings EstimatorParameters::read() const {
+  EstimatorSettings result;
+  result.map_frame = map_frame_.get();
+  result.odom_frame = odom_frame_.get();
+  result.base_frame = base_frame_.get();
+  result.rack_frame = rack_frame_.get();
+  result.publish_tf = publish_tf_.get();
+  result.publish_period = from_seconds(publish_period_.get());
+  result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
+  result.silent_after = silent_after_.get();
+  if (const auto datum = three(datum_)) {
+    result.datum = geometry::GeodeticPosition{datum->x(), datum->y(), datum->z()};
+    try {
+      result.datum->validate();
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(std::string("parameter 'datum': ") + error.what());
+    }
+  }
+  result.gps_deviation = gps_deviation_.get();
+  result.least_gps_deviation = least_gps_deviation_.get();
+  result.heading_from_imu = heading_from_imu_.get();
+  result.heading_deviation = heading_deviation_.get();
+  result.least_weld_probability = least_weld_probability_.get();
+  result.weld_deviation = weld_deviation_.get();
+  result.weld_sensor = three_or_zero(weld_sensor_);
+  result.gps_antenna = three_or_zero(gps_antenna_);
+  result.imu = three_or_zero(imu_position_);
+  // The upper border of the image forward: x of the optical frame is to the right, z down.
+  const Eigen::Vector3d downward(M_PI, 0, -M_PI_2);
+  result.T_base_camera = geometry::SE3(
+      geometry::SO3::from_roll_pitch_yaw(three(camera_roll_pitch_yaw_).value_or(downward)),
+      three_or_zero(camera_position_));
+  result.start = start();
+
+  Estimator& estimator = result.estimator = defaults_;
+  for (const Bound<double>& bound : reals_) {
+    bound.field(estimator) = bound.parameter.get();
+  }
+  for (const Bound<bool>& bound : booleans_) {
+    bound.field(estimator) = bound.parameter.get();
+  }
+  for (const Bound<std::size_t>& bound : counts_) {
+    bound.field(estimator) = bound.parameter.get();
+  }
+  for (const Kernel& bound : kernels_) {
+    estimator.smoother.robustness[static_cast<std::size_t>(bound.kind)].kernel =
+        kernel(bound.parameter.name(), bound.parameter.get());
+  }
+  estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
+  estimator.smoother.globals.gps_lever_arm = result.gps_antenna - result.imu;
+  estimator.smoother.globals.rack_position = three_or_zero(rack_position_);
+  estimator.smoother.globals.R_map_rack = geometry::SO3::about_z(rack_heading_.get());
+  if (const std::string file = centre_line_.get(); !file.empty()) {
+    estimator.centre_line = read_centre_line(file, centre_line_first_chainage_.get());
+  }
+  estimator.validate();
+  return result;
+}
+
+}  // namespace pipescout
