@@ -15,10 +15,10 @@ std::uint64_t fingerprint(const ImageView& image) noexcept {
     const std::uint8_t* row = image.row(v);
     int u = 0;
     for (; u + 32 <= image.width; u += 32) {
-      std::array<std::uint64_t, 4> words;
-      std::memcpy(words.data(), row + u, sizeof(words));
       for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
-        lanes[lane] = (lanes[lane] ^ words[lane]) * kFactor;
+        std::uint64_t word = 0;
+        std::memcpy(&word, row + u + lane * sizeof(word), sizeof(word));
+        lanes[lane] = (lanes[lane] ^ word) * kFactor;
         lanes[lane] ^= lanes[lane] >> 29U;
       }
     }
