@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_simulation/rack_flight.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pipescout {
 
@@ -37,7 +39,15 @@ RackFlight::RackFlight(const RackFlightParameters& parameters)
       uav_(parameters.uav, parameters.start_position, parameters.start_yaw, mean_wind(parameters),
            parameters.seed),
       light_(parameters.light, parameters.seed),
-      renderer_(seeded_scene(parameters), geometry::Camera(parameters.camera), parameters.sensor) {}
+      renderer_(seeded_scene(parameters), geometry::Camera(parameters.camera), parameters.sensor) {
+  if (parameters.imu) {
+    steps_per_sample_ = static_cast<std::uint64_t>(
+        std::max(1LL, std::llround(parameters.imu->period / Uav::kStep)));
+    simulation::ImuParameters sampled = *parameters.imu;
+    sampled.period = static_cast<double>(steps_per_sample_) * Uav::kStep;
+    imu_.emplace(sampled, parameters.seed);
+  }
+}
 
 void RackFlight::fly_until(double time) {
   const auto wanted = static_cast<std::int64_t>(std::llround(time / Uav::kStep));
@@ -47,7 +57,17 @@ void RackFlight::fly_until(double time) {
     }
     uav_.step(gust_);
     ++steps_;
+    if (imu_ && steps_ % steps_per_sample_ == 0) {
+      const simulation::UavState& state = uav_.state();
+      imu_samples_.push_back({.time = state.time,
+                              .reading = imu_->measure({.angular_rate = state.angular_rate,
+                                                        .specific_force = state.specific_force})});
+    }
   }
+}
+
+std::vector<RackFlight::ImuSample> RackFlight::take_imu_samples() {
+  return std::exchange(imu_samples_, {});
 }
 
 void RackFlight::render(std::uint64_t frame, std::span<std::uint8_t> grey) {

@@ -12,6 +12,7 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/rack_localizer/rack_file.hpp"
 
 namespace pipescout {
@@ -23,6 +24,7 @@ using simulation::Uav;
 /// Of the simulated clock: a stamp of zero means "no time" to some.
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr const char* kCameraFrame = "camera_optical";
+constexpr const char* kBaseFrame = "base_link";
 constexpr std::size_t kDistortionCoefficients = 5;
 
 constexpr FloatingPointRange kShare{0.0, 0.8};
@@ -44,11 +46,30 @@ Eigen::Vector3d vector(const char* parameter, const std::vector<double>& values)
   return {values[0], values[1], values[2]};
 }
 
+/// Of a grade of IMU that parameter `imu` names.
+std::optional<simulation::ImuParameters> imu_errors(const std::string& grade) {
+  if (grade == "none") {
+    return std::nullopt;
+  }
+  if (grade == "tactical") {
+    return simulation::ImuParameters::tactical();
+  }
+  if (grade == "industrial") {
+    return simulation::ImuParameters::industrial();
+  }
+  if (grade == "consumer") {
+    return simulation::ImuParameters::consumer();
+  }
+  throw std::invalid_argument("parameter 'imu': '" + grade +
+                              "' is none of 'none', 'tactical', 'industrial', 'consumer'");
+}
+
 }  // namespace
 
 RackSimulation::RackSimulation(ComponentOptions options) : Component(std::move(options)) {
   declare_run_parameters();
   declare_flight_parameters();
+  declare_imu_parameters();
   declare_camera_parameters();
 }
 
@@ -133,6 +154,17 @@ void RackSimulation::declare_flight_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 1.0}});
 }
 
+void RackSimulation::declare_imu_parameters() {
+  imu_ = parameters().declare<std::string>(
+      "imu", "industrial",
+      {.description = "errors of the IMU at base_link: tactical, industrial or consumer; none: "
+                      "there is no IMU"});
+  imu_rate_ =
+      parameters().declare<double>("imu_rate", 200.0,
+                                   {.description = "Hz; the period is rounded to ms",
+                                    .floating_point_range = FloatingPointRange{10.0, 1000.0}});
+}
+
 void RackSimulation::declare_camera_parameters() {
   const geometry::CameraParameters camera;
   const simulation::ImageSensor sensor;
@@ -199,6 +231,10 @@ RackFlightParameters RackSimulation::flight_parameters() const {
   result.wind.direction = wind_direction_.get();
   result.wind.height = result.start_position.z() - ground_height_.get();
   result.uav.velocity_error = velocity_error_.get();
+  result.imu = imu_errors(imu_.get());
+  if (result.imu) {
+    result.imu->period = 1.0 / imu_rate_.get();
+  }
 
   result.camera.width = width_.get();
   result.camera.height = height_.get();
@@ -250,6 +286,8 @@ CallbackReturn RackSimulation::on_configure() {
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
   truth_publisher_ = create_publisher(topics::kTrueRackPose);
+  true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
+  imu_publisher_ = create_publisher(topics::kImu);
   camera_info_publisher_ = create_publisher(topics::kCameraInfo, {.matched = matched});
   image_publisher_ = create_publisher(topics::kCameraImage, {.matched = matched});
   command_subscription_ = create_subscription(
@@ -280,6 +318,8 @@ CallbackReturn RackSimulation::on_cleanup() {
   command_subscription_ = {};
   clock_publisher_ = {};
   truth_publisher_ = {};
+  true_odometry_publisher_ = {};
+  imu_publisher_ = {};
   camera_info_publisher_ = {};
   image_publisher_ = {};
   flight_.reset();
@@ -340,6 +380,8 @@ void RackSimulation::publish_image(Time stamp) {
   Clock clock;
   clock.clock(to_message(stamp));
   clock_publisher_.publish(std::move(clock));
+  publish_imu();
+  publish_true_odometry(stamp);
 
   auto truth = std::make_unique<Pose>();
   truth->header().stamp(to_message(stamp));
@@ -363,6 +405,28 @@ void RackSimulation::publish_image(Time stamp) {
                        static_cast<std::size_t>(camera_.height));
   flight_->render(images_, image->data());
   image_publisher_.publish(std::move(image));
+}
+
+void RackSimulation::publish_imu() {
+  for (const RackFlight::ImuSample& sample : flight_->take_imu_samples()) {
+    auto message = std::make_unique<Imu>(
+        imu_message(sample.reading.angular_rate, sample.reading.specific_force));
+    message->header().stamp(to_message(at(sample.time)));
+    message->header().frame_id(kBaseFrame);
+    imu_publisher_.publish(std::move(message));
+  }
+}
+
+void RackSimulation::publish_true_odometry(Time stamp) {
+  const simulation::UavState& state = flight_->uav();
+  const Eigen::Vector3d velocity = state.T_rack_body.rotation().inverse() * state.velocity;
+  auto message = std::make_unique<Odometry>();
+  message->header().stamp(to_message(stamp));
+  message->header().frame_id(frame_);
+  message->child_frame_id(kBaseFrame);
+  message->pose().pose(to_message(state.T_rack_body));
+  message->twist().twist(twist_message(velocity, state.angular_rate));
+  true_odometry_publisher_.publish(std::move(message));
 }
 
 void RackSimulation::on_command(const Twist& message) {

@@ -9,6 +9,7 @@
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
 
 namespace pipescout {
 
@@ -25,21 +26,9 @@ namespace fix_constants = sensor_msgs::msg::NavSatFix_Constants;
 /// m; a height that is not known.
 constexpr double kUnknownHeight = 1e4;
 
-Eigen::Vector3d vector(const geometry_msgs::msg::Vector3& message) {
-  return {message.x(), message.y(), message.z()};
-}
-
-geometry_msgs::msg::Vector3 vector(const Eigen::Vector3d& v) {
-  geometry_msgs::msg::Vector3 message;
-  message.x(v.x());
-  message.y(v.y());
-  message.z(v.z());
-  return message;
-}
-
 /// Variances that rounding has made negative count as none.
-Eigen::Vector3d deviations(const Eigen::Vector3d& variances) {
-  return variances.cwiseMax(0).cwiseSqrt();
+geometry_msgs::msg::Vector3 deviations(const Eigen::Vector3d& variances) {
+  return to_message(Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt()));
 }
 
 void add_sources(const estimation::EstimatorStatus& status,
@@ -72,12 +61,11 @@ void add_states(const estimation::FixedLagSmoother& smoother,
   const std::size_t newest = smoother.keyframes() - 1;
   const estimation::NavState& state = smoother.state(newest);
   const estimation::StateMatrix covariance = smoother.covariance(newest);
-  message.gyro_bias(vector(state.gyro_bias));
-  message.gyro_bias_deviation(
-      vector(deviations(covariance.diagonal().segment<3>(estimation::kGyroBias))));
-  message.accelerometer_bias(vector(state.accelerometer_bias));
+  message.gyro_bias(to_message(state.gyro_bias));
+  message.gyro_bias_deviation(deviations(covariance.diagonal().segment<3>(estimation::kGyroBias)));
+  message.accelerometer_bias(to_message(state.accelerometer_bias));
   message.accelerometer_bias_deviation(
-      vector(deviations(covariance.diagonal().segment<3>(estimation::kAccelerometerBias))));
+      deviations(covariance.diagonal().segment<3>(estimation::kAccelerometerBias)));
   const estimation::GlobalStates& globals = smoother.globals();
   const auto global_covariance = smoother.global_covariance();
   message.odometer_scale(globals.odometer_scale);
@@ -96,8 +84,8 @@ void add_states(const estimation::FixedLagSmoother& smoother,
 
 estimation::ImuReading imu_reading(const sensor_msgs::msg::Imu& message, double time) {
   return {.time = time,
-          .specific_force = vector(message.linear_acceleration()),
-          .angular_rate = vector(message.angular_velocity())};
+          .specific_force = from_message(message.linear_acceleration()),
+          .angular_rate = from_message(message.angular_velocity())};
 }
 
 std::optional<estimation::HeadingMeasurement> heading(const sensor_msgs::msg::Imu& message,
@@ -189,7 +177,7 @@ geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_chi
   message.header().stamp(to_message(stamp));
   message.header().frame_id(parent);
   message.child_frame_id(child);
-  message.transform().translation(vector(T_parent_child.translation()));
+  message.transform().translation(to_message(T_parent_child.translation()));
   message.transform().rotation(pose.orientation());
   return message;
 }

@@ -13,6 +13,7 @@
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
 #include "sensor_mounting.hpp"
 
 namespace pipescout {
@@ -367,13 +368,7 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
   message->child_frame_id(settings_.base_frame);
   message->pose().pose(to_message(motion.T_map_base));
   message->pose().covariance(to_message(motion.pose_covariance));
-  auto& twist = message->twist().twist();
-  twist.linear().x(motion.twist(0));
-  twist.linear().y(motion.twist(1));
-  twist.linear().z(motion.twist(2));
-  twist.angular().x(motion.twist(3));
-  twist.angular().y(motion.twist(4));
-  twist.angular().z(motion.twist(5));
+  message->twist().twist(twist_message(motion.twist.head<3>(), motion.twist.tail<3>()));
   message->twist().covariance(to_message(motion.twist_covariance));
   odometry_publisher_.publish(std::move(message));
 }

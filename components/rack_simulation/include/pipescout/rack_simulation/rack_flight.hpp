@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <pipescout/geometry/camera.hpp>
 #include <pipescout/geometry/se3.hpp>
 #include <pipescout/simulation/dryden_wind.hpp>
+#include <pipescout/simulation/imu_sensor.hpp>
 #include <pipescout/simulation/rack_image.hpp>
 #include <pipescout/simulation/rack_image_light.hpp>
 #include <pipescout/simulation/uav.hpp>
 #include <span>
+#include <vector>
 
 namespace pipescout {
 
@@ -19,6 +22,9 @@ struct RackFlightParameters {
   simulation::RackLightParameters light{};
   simulation::DrydenWindParameters wind{};  ///< its period is ten steps of the UAV
   simulation::UavParameters uav{};
+  /// At the origin of base_link, with its axes; its period is rounded to steps of the UAV. Nothing:
+  /// there is none.
+  std::optional<simulation::ImuParameters> imu{};
   geometry::SE3 T_base_camera{};
   Eigen::Vector3d start_position = Eigen::Vector3d::Zero();  ///< m, of the UAV in the rack frame
   double start_yaw = 0.0;                                    ///< rad
@@ -37,6 +43,12 @@ class RackFlight {
   /// Flies on to a time, s from the start, to the nearest step of 1 ms; nothing for one that has
   /// passed.
   void fly_until(double time);
+  struct ImuSample {
+    double time = 0;  ///< s from the start
+    simulation::ImuReading reading{};
+  };
+  /// What the IMU has shown since the last call, in the order of time.
+  [[nodiscard]] std::vector<ImuSample> take_imu_samples();
   /// The image that is exposed about now, number `frame`: width * height bytes, by rows. Throws
   /// std::invalid_argument when `grey` has another size.
   void render(std::uint64_t frame, std::span<std::uint8_t> grey);
@@ -54,6 +66,9 @@ class RackFlight {
   simulation::ChangingRackLight light_;
   simulation::RackImageRenderer renderer_;
   simulation::WindSample gust_;
+  std::optional<simulation::ImuSensor> imu_;
+  std::uint64_t steps_per_sample_ = 1;
+  std::vector<ImuSample> imu_samples_;
   std::uint64_t steps_ = 0;
 };
 

@@ -6,10 +6,12 @@
 #include <geometry_msgs/msg/pose_stamped.hpp>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <memory>
+#include <nav_msgs/msg/odometry.hpp>
 #include <optional>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
+#include <sensor_msgs/msg/imu.hpp>
 #include <string>
 #include <vector>
 
@@ -19,8 +21,9 @@
 namespace pipescout {
 
 /// Stands in for a UAV over a rack of pipes and the drivers of its camera: takes `cmd_vel_stamped`,
-/// publishes `camera/image_raw`, `camera/camera_info`, the truth on `ground_truth/rack_pose`, and
-/// the time of all that on `/clock`, for nodes with `use_sim_time`.
+/// publishes `camera/image_raw`, `camera/camera_info`, `imu/data`, the truth of the camera on
+/// `ground_truth/rack_pose` and of the UAV on `ground_truth/odometry`, and the time of all that on
+/// `/clock`, for nodes with `use_sim_time`.
 ///
 /// Parameters: docs/components/rack_simulation.md. They take effect when it is configured.
 class RackSimulation final : public Component {
@@ -37,12 +40,15 @@ class RackSimulation final : public Component {
  private:
   using Image = sensor_msgs::msg::Image;
   using CameraInfo = sensor_msgs::msg::CameraInfo;
+  using Imu = sensor_msgs::msg::Imu;
+  using Odometry = nav_msgs::msg::Odometry;
   using Pose = geometry_msgs::msg::PoseStamped;
   using Twist = geometry_msgs::msg::TwistStamped;
   using Clock = rosgraph_msgs::msg::Clock;
 
   void declare_run_parameters();
   void declare_flight_parameters();
+  void declare_imu_parameters();
   void declare_camera_parameters();
   /// Throws std::invalid_argument naming the parameter, YamlError for the rack file.
   [[nodiscard]] RackFlightParameters flight_parameters() const;
@@ -51,6 +57,8 @@ class RackSimulation final : public Component {
   /// Flies on to the next image and publishes it.
   void next_image();
   void publish_image(Time stamp);
+  void publish_imu();
+  void publish_true_odometry(Time stamp);
   void on_command(const Twist& message);
   /// Lets the next image come when real time, or the command, has caught up.
   void schedule();
@@ -73,6 +81,8 @@ class RackSimulation final : public Component {
   Parameter<double> wind_direction_;
   Parameter<double> ground_height_;
   Parameter<double> velocity_error_;
+  Parameter<std::string> imu_;
+  Parameter<double> imu_rate_;
   Parameter<double> image_rate_;
   Parameter<int> width_;
   Parameter<int> height_;
@@ -107,6 +117,8 @@ class RackSimulation final : public Component {
   Publisher<Image> image_publisher_;
   Publisher<CameraInfo> camera_info_publisher_;
   Publisher<Pose> truth_publisher_;
+  Publisher<Odometry> true_odometry_publisher_;
+  Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
   Subscription<Twist> command_subscription_;
   std::shared_ptr<Timer> timer_;  // for one event
