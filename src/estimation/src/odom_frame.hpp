@@ -39,6 +39,7 @@ class OdomFrame {
   /// Yaw and offset: map = Rz(yaw) odom + offset.
   [[nodiscard]] double yaw() const noexcept { return yaw_; }
   [[nodiscard]] const Eigen::Vector3d& offset() const noexcept { return offset_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return records_.size(); }
   [[nodiscard]] double way() const noexcept { return way_; }
 
  private:

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "fingerprint.hpp"
+#include "outcome_of.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
@@ -47,22 +48,6 @@ int rows_to_next(const Keyframe& keyframe) {
     rows += placed.to_next ? rows_of(placed.factor) : 0;
   }
   return rows;
-}
-
-Outcome outcome_of(InputFault fault) {
-  switch (fault) {
-    case InputFault::kNone:
-      break;
-    case InputFault::kNotFinite:
-      return Outcome::kNotFinite;
-    case InputFault::kBadCovariance:
-      return Outcome::kBadCovariance;
-    case InputFault::kBadInterval:
-      return Outcome::kBadInterval;
-    case InputFault::kBadDirection:
-      return Outcome::kBadDirection;
-  }
-  return Outcome::kWaiting;
 }
 
 }  // namespace

@@ -106,6 +106,7 @@ std::optional<TrackAlignment::Result> TrackAlignment::solve() const noexcept {
   const Eigen::Matrix2d place = newest * covariance * newest.transpose();
   result.offset_deviation =
       std::hypot(std::sqrt(place.diagonal().maxCoeff()), reckoning_share_ * extent());
+  result.drift_deviation = std::sqrt(covariance.diagonal().tail<2>().maxCoeff());
   result.chi_square = std::max(sum_ - vector_.dot(x), 0.0);
   result.degrees = 2 * static_cast<int>(pairs_) - 4;
   return result;
@@ -128,7 +129,9 @@ std::optional<TrackAlignment::Result> TrackAlignment::solve(double yaw) const no
   const double elapsed = newest_time_ - first_time_;
   Eigen::Matrix<double, 2, 4> newest;
   newest << 1, 0, elapsed, 0, 0, 1, 0, elapsed;
-  const Eigen::Matrix2d place = newest * root.solve(newest.transpose());
+  const Eigen::Matrix4d covariance = root.solve(Eigen::Matrix4d::Identity());
+  const Eigen::Matrix2d place = newest * covariance * newest.transpose();
+  result.drift_deviation = std::sqrt(covariance.diagonal().tail<2>().maxCoeff());
   result.offset_deviation =
       std::hypot(std::sqrt(place.diagonal().maxCoeff()), reckoning_share_ * extent());
   result.chi_square = std::max(sum_ - 2 * vector_.dot(x) + x.dot(a * x), 0.0);

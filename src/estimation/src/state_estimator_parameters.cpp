@@ -92,6 +92,7 @@ void StateEstimatorParameters::validate() const {
   validate_watch("gps", gps);
   validate_watch("visual_pose", visual_pose);
   validate_watch("heading", heading);
+  validate_watch("weld", weld);
   const auto speed = [](const char* field, double value) {
     require(field, value, value == 0 || (value >= 1e-6 && value <= 100), "{0} or [1e-6, 100]");
   };
@@ -129,6 +130,7 @@ StateEstimatorParameters StateEstimatorParameters::crawler() {
   p.odometer.largest_speed = 5;
   p.standstill.by_odometer = true;
   p.start.heading_from_weld = true;
+  p.start.largest_tilt = 1.2;
   p.start.largest_speed = 1;
   return p;
 }

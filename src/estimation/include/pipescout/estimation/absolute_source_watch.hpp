@@ -105,6 +105,8 @@ class AbsoluteSourceWatch {
   /// s for which its fixes have agreed with the motion, and how many; 0 of a trusted source.
   [[nodiscard]] double agreed_for() const noexcept;
   [[nodiscard]] std::size_t agreeing() const noexcept { return track_.pairs(); }
+  /// m, of the first of them.
+  [[nodiscard]] double first_deviation() const noexcept { return first_.deviation; }
   [[nodiscard]] double last_accepted() const noexcept { return last_accepted_; }
   /// What dead reckoning is taken to be off at least at a fix, one standard deviation.
   [[nodiscard]] double drift(const WatchedFix& fix) const noexcept;

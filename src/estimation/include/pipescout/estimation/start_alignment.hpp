@@ -40,6 +40,7 @@ class TrackAlignment {
                                                        ///< at the newest pair
     double offset_deviation = 0;  ///< m, per axis, at the newest pair with the yaw known
     Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< m/s, in the measured frame
+    double drift_deviation = 0;                       ///< m/s, per axis
     double scale = 1;                                 ///< hypot(c, s)
     double scale_deviation = 0;
     double chi_square = 0;  ///< of the residuals, with degrees of freedom:

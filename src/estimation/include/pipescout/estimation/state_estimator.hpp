@@ -133,6 +133,8 @@ struct StateEstimatorParameters {
   SourceWatchParameters gps{};
   SourceWatchParameters visual_pose{.agreeing = 3, .agreeing_time = 0.2, .drift_floor = 0.1};
   SourceWatchParameters heading{.agreeing = 5, .agreeing_time = 1, .drift_floor = 0.1};
+  /// Welds are far apart: a few that agree with the way between them are enough.
+  SourceWatchParameters weld{.outage = 1000, .doubt_after = 2, .agreeing = 2, .agreeing_time = 0};
   /// Of non-holonomic factors at each keyframe; both 0: none. In {0} or [1e-6, 100].
   double lateral_deviation = 0;   ///< m/s
   double vertical_deviation = 0;  ///< m/s

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "clock_watch.hpp"
+#include "imu_intake.hpp"
+#include "imu_window.hpp"
+#include "odom_frame.hpp"
+#include "odometer_intake.hpp"
+#include "pipescout/estimation/state_estimator.hpp"
+
+namespace pipescout::estimation {
+
+/// Place of a source in arrays over all of them.
+[[nodiscard]] constexpr std::size_t index_of(Source source) {
+  return static_cast<std::size_t>(source);
+}
+[[nodiscard]] constexpr Source source_of(const GpsMeasurement&) {
+  return Source::kGps;
+}
+[[nodiscard]] constexpr Source source_of(const HeadingMeasurement&) {
+  return Source::kHeading;
+}
+[[nodiscard]] constexpr Source source_of(const VisualPoseMeasurement&) {
+  return Source::kVisualPose;
+}
+[[nodiscard]] constexpr Source source_of(const WeldMeasurement&) {
+  return Source::kWeld;
+}
+[[nodiscard]] constexpr Source source_of(const RelativePoseMeasurement&) {
+  return Source::kRelativePose;
+}
+
+class StateEstimator::Implementation {
+ public:
+  explicit Implementation(const StateEstimatorParameters& parameters);
+
+  // estimator_input.cpp
+  Outcome add(const ImuReading& reading) noexcept;
+  Outcome add(const OdometerReading& reading) noexcept;
+  Outcome add(const GivenPose& pose) noexcept;
+  template <class Measurement>
+  Outcome add_measurement(const Measurement& m) noexcept;
+  void restart() noexcept;
+
+  // estimator_output.cpp
+  [[nodiscard]] std::optional<Estimate> estimate() const noexcept;
+  [[nodiscard]] StateMatrix covariance() const noexcept;
+  [[nodiscard]] EstimatorStatus status() const;
+  [[nodiscard]] std::uint64_t updates() const noexcept { return updates_; }
+  [[nodiscard]] const UpdateReport& last_update() const noexcept { return *report_; }
+  [[nodiscard]] const FixedLagSmoother& smoother() const noexcept { return smoother_; }
+
+ private:
+  struct Pending {
+    double time = 0;
+    std::variant<GpsMeasurement, HeadingMeasurement, VisualPoseMeasurement, WeldMeasurement,
+                 RelativePoseMeasurement>
+        measurement{};
+  };
+  /// Where the body is to be in the map.
+  struct Placement {
+    double yaw = 0;  // map from odom, about z
+    double yaw_deviation = 0;
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // map = Rz(yaw) odom + offset
+    double offset_deviation = 0;
+    Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // of the velocity
+    double drift_deviation = 0;
+  };
+  struct Angle {
+    double value = 0;
+    double deviation = 0;
+  };
+  struct Point {
+    Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // in the map
+    Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();  // in odom
+    double deviation = 0;
+  };
+
+  [[nodiscard]] bool reckons() const noexcept {
+    return phase_ != Phase::kStarting && phase_ != Phase::kFault;
+  }
+  [[nodiscard]] bool in_map() const noexcept {
+    return phase_ == Phase::kRunning || phase_ == Phase::kCoasting;
+  }
+  [[nodiscard]] double newest_time() const noexcept {
+    return smoother_.time(smoother_.keyframes() - 1);
+  }
+  [[nodiscard]] const NavState& newest_state() const noexcept {
+    return smoother_.state(smoother_.keyframes() - 1);
+  }
+  [[nodiscard]] SourceStatus& status_of(Source source) noexcept {
+    return status_.sources[index_of(source)];
+  }
+  /// By Source; those of sources that are not watched are not used.
+  [[nodiscard]] AbsoluteSourceWatch& watch_of(Source source) noexcept {
+    return watches_[index_of(source)];
+  }
+  [[nodiscard]] const AbsoluteSourceWatch& watch_of(Source source) const noexcept {
+    return watches_[index_of(source)];
+  }
+
+  // estimator_input.cpp
+  Outcome refuse(Source source, Outcome outcome) noexcept;
+  /// kWaiting, or why a measurement of that time cannot be.
+  [[nodiscard]] Outcome check_time(double time) noexcept;
+  void take(const ImuSample& sample);
+  void coast();
+  void jump(double time);
+
+  // estimator_start.cpp
+  void gather(const ImuSample& sample);
+  /// What is wrong with gravity, in words; empty when nothing is.
+  [[nodiscard]] std::string fault_of(const Eigen::Vector3d& mean_force, bool still) const;
+  void begin_reckoning(double time, bool still);
+  void align();
+  [[nodiscard]] std::optional<Angle> start_yaw() const;
+  [[nodiscard]] std::optional<Placement> start_place(const Angle& yaw) const;
+
+  // estimator_keyframe.cpp
+  void keyframe(double time);
+  void add_own_factors(double time);
+  void add_odometer(double time);
+  [[nodiscard]] bool stands_still(double time) const;
+  void add_centre_line(double time);
+  void note(const UpdateReport& report);
+  /// After a failed update: from the last sound keyframe, with odom going on at `pose`.
+  void recover(const geometry::SE3& pose);
+  /// Goes on from this; the body stays where it is in odom.
+  void anchor(double time, const NavState& mean, const StateMatrix& covariance,
+              RestartReason reason);
+  void note_restart(RestartReason reason, double time) noexcept;
+  /// Starts again.
+  void lose(RestartReason reason) noexcept;
+
+  // estimator_sources.cpp
+  void feed(const Pending& pending);
+  template <class Measurement>
+  void use(const Measurement& m) noexcept;
+  [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
+                                  double prediction_variance) const;
+  [[nodiscard]] WatchedFix fix_of(const GpsMeasurement& m) const;
+  [[nodiscard]] WatchedFix fix_of(const HeadingMeasurement& m) const;
+  [[nodiscard]] WatchedFix fix_of(const VisualPoseMeasurement& m) const;
+  [[nodiscard]] WatchedFix fix_of(const WeldMeasurement& m) const;
+  template <class Measurement>
+  void judge(const Measurement& m);
+  void see(const GpsMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}
+  void see(const HeadingMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}
+  void see(const VisualPoseMeasurement& m, const WatchedFix& fix);
+  void see(const WeldMeasurement& m, const WatchedFix& fix);
+  void widen(const WatchedFix& fix, const AbsoluteSourceWatch& watch);
+  /// Turns the state about the vertical.
+  void turn(const Angle& by, RestartReason reason);
+  /// Whether the state has been moved.
+  [[nodiscard]] bool take_over(Source source, const WatchedFix& fix);
+  [[nodiscard]] std::optional<Placement> placement_of(const TrackAlignment& track) const;
+  void place(const Placement& placement, RestartReason reason);
+  [[nodiscard]] bool another_agrees(Source source) const;
+  [[nodiscard]] bool contested(Source source, double time) const;
+
+  StateEstimatorParameters parameters_;
+  FixedLagSmoother smoother_;
+  const UpdateReport* report_;
+  UpdateReport no_report_{};
+  ImuIntake imu_;
+  ImuWindow window_;
+  OdometerIntake odometer_;
+  OdomFrame odom_;
+  std::array<AbsoluteSourceWatch, kSources> watches_;
+  std::array<bool, kSources> contradicted_{};  // since it was last accepted
+  std::vector<Pending> pending_{};
+  ClockWatch others_;  // of all sensors but the IMU
+  double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
+  double imu_end_ = 0;  // of the newest sample
+  Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
+
+  Phase phase_ = Phase::kStarting;
+  std::string fault_{};
+  EstimatorStatus status_{};  // but for what is made up when it is asked for
+  std::uint64_t updates_ = 0;
+  ImuSums levelling_{};
+  double levelling_end_ = 0;
+  bool still_since_start_ = false;
+  std::optional<GivenPose> given_{};
+  // While aligning: by the newest visual pose, and by the newest weld.
+  std::optional<Point> seen_place_{};
+  std::optional<Angle> seen_yaw_{};
+  std::optional<Point> passed_place_{};
+  std::optional<Angle> passed_yaw_{};
+  std::optional<geometry::SE3> last_odom_{};  // where odom goes on after a new start
+  double odometer_until_ = 0;                 // increments up to it are in the smoother
+  double chainage_ = 0;                       // of the body on the centre line
+  double last_position_ = std::numeric_limits<double>::quiet_NaN();  // s, accepted
+  double borne_out_ = 0;  // s with accepted positions since the state was placed
+  double good_time_ = 0;  // of the newest sound keyframe
+  NavState good_state_{};
+  StateMatrix good_covariance_ = StateMatrix::Zero();
+};
+
+}  // namespace pipescout::estimation

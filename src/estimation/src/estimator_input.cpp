@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// What comes in, and what drives the keyframes.
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "estimator_implementation.hpp"
+#include "outcome_of.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+constexpr std::size_t kMostPending = 256;
+/// Longest step of the clock of all sensors but the IMU, s: one of them may be slow.
+constexpr double kOthersStep = 2.5;
+
+double time_of(const RelativePoseMeasurement& m) {
+  return m.to_time;
+}
+template <class Measurement>
+double time_of(const Measurement& m) {
+  return m.time;
+}
+
+std::size_t intervals(double duration, double period) {
+  return static_cast<std::size_t>(std::ceil(duration / period));
+}
+
+}  // namespace
+
+StateEstimator::Implementation::Implementation(const StateEstimatorParameters& parameters)
+    : parameters_(parameters),
+      smoother_(parameters.smoother),
+      report_(&no_report_),
+      imu_(parameters),
+      window_(intervals(parameters.standstill.window, parameters.keyframe_period) + 1),
+      odometer_(parameters.odometer),
+      odom_(intervals(parameters.smoother.lag, parameters.keyframe_period) + 2),
+      watches_{AbsoluteSourceWatch({}),
+               AbsoluteSourceWatch({}),
+               AbsoluteSourceWatch({}),
+               AbsoluteSourceWatch(parameters.gps),
+               AbsoluteSourceWatch(parameters.visual_pose),
+               AbsoluteSourceWatch(parameters.heading),
+               AbsoluteSourceWatch(parameters.weld)},
+      others_(kOthersStep) {
+  pending_.reserve(kMostPending);
+  if (parameters.centre_line) {
+    chainage_ = parameters.centre_line->first_chainage();
+  }
+}
+
+Outcome StateEstimator::Implementation::refuse(Source source, Outcome outcome) noexcept {
+  SourceStatus& status = status_of(source);
+  ++status.refused;
+  status.last_refusal = outcome;
+  return outcome;
+}
+
+Outcome StateEstimator::Implementation::add(const ImuReading& reading) noexcept {
+  try {
+    const ImuIntake::Taken taken = imu_.add(reading);
+    if (taken.jumped) {
+      others_.forget();
+      jump(reading.time);
+    }
+    for (std::size_t i = 0; i < taken.count; ++i) {
+      take(taken.samples[i]);
+    }
+    others_at_imu_ = others_.newest();
+    if (taken.outcome != Outcome::kWaiting) {
+      return refuse(Source::kImu, taken.outcome);
+    }
+    SourceStatus& status = status_of(Source::kImu);
+    ++status.accepted;
+    status.last_accepted = reading.time;
+    return Outcome::kWaiting;
+  } catch (const std::exception&) {
+    lose(RestartReason::kNumericalFailure);
+    return refuse(Source::kImu, Outcome::kQuarantined);
+  }
+}
+
+void StateEstimator::Implementation::take(const ImuSample& sample) {
+  constexpr double kCovered = 1e-6;
+  imu_end_ = sample.time + sample.duration;
+  last_rate_ = sample.angular_rate;
+  if (!reckons()) {
+    gather(sample);
+    return;
+  }
+  if (phase_ == Phase::kCoasting) {
+    phase_ = Phase::kRunning;
+  }
+  window_.add(sample);
+  smoother_.add(sample);
+  while (reckons() && imu_end_ >= newest_time() + parameters_.keyframe_period - kCovered) {
+    keyframe(newest_time() + parameters_.keyframe_period);
+  }
+}
+
+Outcome StateEstimator::Implementation::check_time(double time) noexcept {
+  switch (others_.judge(time)) {
+    case ClockWatch::Step::kNext:
+    case ClockWatch::Step::kLate:
+    case ClockWatch::Step::kDuplicate:
+      break;
+    case ClockWatch::Step::kSuspicious:
+      return time > others_.newest() ? Outcome::kFuture : Outcome::kLate;
+    case ClockWatch::Step::kJump:
+      others_at_imu_ = time;
+      break;
+  }
+  if (std::isnan(others_at_imu_)) {
+    others_at_imu_ = others_.newest();
+  }
+  if (!reckons()) {
+    return Outcome::kUninitialised;
+  }
+  const double ahead = time - std::max(newest_time(), imu_end_);
+  if (ahead > parameters_.smoother.max_step + parameters_.imu_silence) {
+    return Outcome::kFuture;
+  }
+  return newest_time() - time > parameters_.smoother.lag ? Outcome::kLate : Outcome::kWaiting;
+}
+
+Outcome StateEstimator::Implementation::add(const OdometerReading& reading) noexcept {
+  if (!std::isfinite(reading.time)) {
+    return refuse(Source::kOdometer, Outcome::kNotFinite);
+  }
+  const Outcome in_time = check_time(reading.time);
+  if (in_time != Outcome::kWaiting && in_time != Outcome::kUninitialised) {
+    return refuse(Source::kOdometer, in_time);
+  }
+  const Outcome outcome = odometer_.add(reading);
+  if (outcome != Outcome::kWaiting) {
+    return refuse(Source::kOdometer, outcome);
+  }
+  coast();
+  return outcome;
+}
+
+template <class Measurement>
+Outcome StateEstimator::Implementation::add_measurement(const Measurement& m) noexcept {
+  const Source source = source_of(m);
+  const InputFault fault = check(m);
+  if (fault != InputFault::kNone) {
+    return refuse(source, outcome_of(fault));
+  }
+  const Outcome in_time = check_time(time_of(m));
+  if (in_time == Outcome::kUninitialised) {
+    ++status_of(source).held;
+    return in_time;
+  }
+  if (in_time != Outcome::kWaiting) {
+    return refuse(source, in_time);
+  }
+  if (pending_.size() == kMostPending) {
+    return refuse(source, Outcome::kFull);
+  }
+  pending_.push_back({time_of(m), m});
+  coast();
+  return Outcome::kWaiting;
+}
+
+template Outcome StateEstimator::Implementation::add_measurement(const GpsMeasurement&) noexcept;
+template Outcome StateEstimator::Implementation::add_measurement(
+    const HeadingMeasurement&) noexcept;
+template Outcome StateEstimator::Implementation::add_measurement(
+    const VisualPoseMeasurement&) noexcept;
+template Outcome StateEstimator::Implementation::add_measurement(const WeldMeasurement&) noexcept;
+template Outcome StateEstimator::Implementation::add_measurement(
+    const RelativePoseMeasurement&) noexcept;
+
+Outcome StateEstimator::Implementation::add(const GivenPose& pose) noexcept {
+  const auto within = [](double value, double low, double high) {
+    return value >= low && value <= high;
+  };
+  if (!std::isfinite(pose.time) || (pose.position && !pose.position->allFinite()) ||
+      (pose.heading && !std::isfinite(*pose.heading))) {
+    return Outcome::kNotFinite;
+  }
+  if ((pose.position && !within(pose.position_deviation, 1e-3, 1e4)) ||
+      (pose.heading && !within(pose.heading_deviation, 1e-4, 1))) {
+    return Outcome::kBadCovariance;
+  }
+  if (!in_map()) {
+    given_ = pose;
+  }
+  return Outcome::kWaiting;
+}
+
+void StateEstimator::Implementation::coast() {
+  if (!reckons()) {
+    return;
+  }
+  const double now = others_.newest();
+  if (!(now - others_at_imu_ > parameters_.imu_silence)) {
+    return;
+  }
+  try {
+    const bool aligning = phase_ == Phase::kAligning;
+    const double longest = aligning ? parameters_.smoother.max_step : parameters_.longest_coasting;
+    if (now - imu_end_ > longest) {
+      lose(RestartReason::kLost);
+      return;
+    }
+    if (aligning) {
+      return;
+    }
+    phase_ = Phase::kCoasting;
+    while (reckons() && now >= newest_time() + parameters_.keyframe_period) {
+      keyframe(newest_time() + parameters_.keyframe_period);
+    }
+  } catch (const std::exception&) {
+    lose(RestartReason::kNumericalFailure);
+  }
+}
+
+void StateEstimator::Implementation::jump(double time) {
+  levelling_ = {};
+  if (!reckons()) {
+    odometer_.forget();
+    return;
+  }
+  const double step = time - newest_time();
+  if (step > 0 && step <= parameters_.smoother.max_step) {
+    return;  // keyframes have gone on without the IMU
+  }
+  if (std::abs(step) > parameters_.longest_jump || phase_ == Phase::kAligning) {
+    lose(RestartReason::kLost);
+    return;
+  }
+  pending_.clear();
+  odometer_.forget();
+  window_.forget();
+  odometer_until_ = time;
+  last_position_ = std::min(last_position_, time);
+  const FixedLagSmootherParameters& p = parameters_.smoother;
+  const NavState mean = newest_state();
+  const double elapsed = std::abs(step);
+  const double turned = p.coasting_angular_rate * p.coasting_angular_rate * elapsed;
+  const double gained = p.coasting_acceleration * p.coasting_acceleration * elapsed;
+  StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  covariance.diagonal().segment<3>(kPosition).array() +=
+      elapsed * elapsed * (mean.velocity.squaredNorm() + gained);
+  covariance.diagonal().segment<3>(kRotation).array() += turned;
+  covariance.diagonal().segment<3>(kVelocity).array() += gained + mean.velocity.squaredNorm();
+  anchor(time, mean, covariance,
+         step > 0 ? RestartReason::kTimeJumpForwards : RestartReason::kTimeJumpBackwards);
+}
+
+void StateEstimator::Implementation::restart() noexcept {
+  lose(RestartReason::kNone);
+}
+
+}  // namespace pipescout::estimation

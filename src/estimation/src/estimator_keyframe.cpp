@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+// One keyframe: what goes into it, and what is learnt from it.
+#include <algorithm>
+#include <cmath>
+
+#include "estimator_implementation.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SE3;
+using geometry::SO3;
+
+constexpr double kSameTime = 1e-4;  // s
+/// How far along it the body may be, m: a point on the centre line says nothing of that.
+constexpr double kAnywhereAlong = 1e4;
+
+std::optional<Source> source_of(FactorKind kind) {
+  switch (kind) {
+    case FactorKind::kGps:
+      return Source::kGps;
+    case FactorKind::kHeading:
+      return Source::kHeading;
+    case FactorKind::kVisualPose:
+      return Source::kVisualPose;
+    case FactorKind::kWeld:
+      return Source::kWeld;
+    case FactorKind::kOdometer:
+      return Source::kOdometer;
+    case FactorKind::kRelativePose:
+      return Source::kRelativePose;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void StateEstimator::Implementation::keyframe(double time) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    if (pending_[i].time <= time + kSameTime) {
+      feed(pending_[i]);
+    } else {
+      if (kept != i) {
+        pending_[kept] = pending_[i];
+      }
+      ++kept;
+    }
+  }
+  pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(kept), pending_.end());
+  if (!reckons()) {
+    return;
+  }
+  status_.standing_still = stands_still(time);
+  add_own_factors(time);
+  window_.next_interval();
+
+  const NavState before = newest_state();
+  const FixedLagSmoother::Propagated shown = *smoother_.propagated();
+  SE3 pose = odom_.smooth(shown.time, shown.state);
+  const Vector3d velocity = SO3::about_z(-odom_.yaw()) * shown.state.velocity;
+
+  report_ = &smoother_.update(time);
+  ++updates_;
+  if (report_->reset != ResetReason::kNone || smoother_.keyframes() < 2 ||
+      !newest_state().is_finite()) {
+    recover(pose);
+    return;
+  }
+  odom_.correct(before, smoother_.state(smoother_.keyframes() - 2));
+  odom_.record(time, newest_state(), status_.standing_still);
+  const FixedLagSmoother::Propagated now = *smoother_.propagated();
+  pose = SE3(pose.rotation(), pose.translation() + (now.time - shown.time) * velocity);
+  odom_.make_up(now.time, now.state, pose);
+  note(*report_);
+  good_time_ = time;
+  good_state_ = newest_state();
+  good_covariance_ = smoother_.covariance(smoother_.keyframes() - 1);
+  if (phase_ == Phase::kAligning) {
+    align();
+  }
+}
+
+void StateEstimator::Implementation::add_own_factors(double time) {
+  add_odometer(time);
+  if (status_.standing_still) {
+    smoother_.add(ZeroVelocityMeasurement{time, parameters_.standstill.velocity_deviation});
+    smoother_.add(ZeroAngularRateMeasurement{time, window_.sums().mean_rate(),
+                                             parameters_.standstill.rate_deviation});
+  }
+  if (parameters_.lateral_deviation > 0) {
+    smoother_.add(NonHolonomicMeasurement{time, parameters_.lateral_deviation,
+                                          parameters_.vertical_deviation,
+                                          parameters_.odometer.sensor, last_rate_});
+  }
+  if (parameters_.centre_line && in_map()) {
+    add_centre_line(time);
+  }
+}
+
+void StateEstimator::Implementation::add_odometer(double time) {
+  const std::size_t size = smoother_.keyframes();
+  std::size_t k = size;
+  while (k > 0 && smoother_.time(k - 1) >= odometer_until_ - kSameTime) {
+    --k;
+  }
+  for (; k < size; ++k) {
+    const double from = smoother_.time(k);
+    const double to = k + 1 < size ? smoother_.time(k + 1) : time;
+    if (!(odometer_.newest() >= to)) {
+      return;
+    }
+    odometer_until_ = to;
+    if (const auto moved = odometer_.between(from, to)) {
+      const Outcome outcome = smoother_.add(
+          OdometerMeasurement{from, to, moved->distance, moved->deviation,
+                              parameters_.odometer.across_deviation, parameters_.odometer.sensor});
+      if (outcome != Outcome::kWaiting) {
+        refuse(Source::kOdometer, outcome);
+      }
+    }
+  }
+}
+
+bool StateEstimator::Implementation::stands_still(double time) const {
+  constexpr double kFresh = 0.3;  // s
+  const StandstillUse& use = parameters_.standstill;
+  const ImuSums sums = window_.sums();
+  if (sums.count < 2 || sums.duration < use.window || phase_ == Phase::kCoasting) {
+    return false;
+  }
+  const Vector3d turning = sums.mean_rate() - newest_state().gyro_bias;
+  if (sums.rate_deviation() > use.still_rate || turning.norm() > use.still_rate) {
+    return false;
+  }
+  const double newest = odometer_.newest();
+  const auto moved = odometer_.between(newest - use.window, newest);
+  const bool odometer_there = moved && time - newest < kFresh;
+  if (odometer_there && std::abs(moved->distance) > use.still_distance) {
+    return false;
+  }
+  const bool quiet = sums.force_deviation() <= use.still_force;
+  // What has stood still since its start, and is not in the map yet, has not taken off.
+  const bool at_start = phase_ == Phase::kAligning && still_since_start_;
+  return (use.by_odometer && odometer_there) || ((use.by_imu || at_start) && quiet);
+}
+
+void StateEstimator::Implementation::add_centre_line(double time) {
+  constexpr int kSteps = 4;
+  const PipeCentreLine& line = *parameters_.centre_line;
+  const Vector3d& position = newest_state().position;
+  for (int i = 0; i < kSteps; ++i) {
+    const auto place = line.at(chainage_);
+    chainage_ = std::clamp(chainage_ + place->direction.dot(position - place->position),
+                           line.first_chainage(), line.last_chainage());
+  }
+  const double chainage = chainage_ + line.at(chainage_)->direction.dot(newest_state().velocity) *
+                                          (time - newest_time());
+  if (const auto weld = line.weld(time, chainage, kAnywhereAlong, parameters_.centre_line_deviation,
+                                  Vector3d::Zero())) {
+    smoother_.add(*weld);
+  }
+}
+
+void StateEstimator::Implementation::note(const UpdateReport& report) {
+  constexpr double kLongest = 1;  // s, that one position stands for
+  for (const FactorReport& factor : report.factors) {
+    const auto source = source_of(factor.kind);
+    // A factor of the centre line is no weld.
+    const bool own = factor.kind == FactorKind::kWeld && parameters_.centre_line &&
+                     std::abs(factor.time - newest_time()) < kSameTime;
+    if (!source || own) {
+      continue;
+    }
+    SourceStatus& status = status_of(*source);
+    switch (factor.outcome) {
+      case Outcome::kAccepted:
+        ++status.accepted;
+        status.last_accepted = std::isfinite(status.last_accepted)
+                                   ? std::max(status.last_accepted, factor.time)
+                                   : factor.time;
+        status.last_chi_square = factor.chi_square;
+        watch_of(*source).note_accepted(factor.time, odom_.way());
+        if (*source == Source::kGps || *source == Source::kVisualPose || *source == Source::kWeld) {
+          const double since = std::clamp(factor.time - last_position_, 0.0, kLongest);
+          borne_out_ += std::isfinite(last_position_) ? since : 0;
+          last_position_ =
+              std::isfinite(last_position_) ? std::max(last_position_, factor.time) : factor.time;
+        }
+        break;
+      case Outcome::kGated:
+        ++status.gated;
+        status.last_chi_square = factor.chi_square;
+        watch_of(*source).note_gated();
+        contradicted_[index_of(*source)] |= watch_of(*source).state() == SourceState::kDoubted;
+        break;
+      default:
+        refuse(*source, factor.outcome);
+    }
+  }
+}
+
+void StateEstimator::Implementation::recover(const SE3& pose) {
+  // Half a metre, a tenth of a radian and so on: what a single update may have spoilt.
+  StateVector spoilt;
+  spoilt << Vector3d::Constant(0.5), Vector3d::Constant(0.1), Vector3d::Constant(0.5),
+      Vector3d::Constant(0.01), Vector3d::Constant(0.1);
+  if (!good_state_.is_finite() || !good_covariance_.allFinite()) {
+    lose(RestartReason::kNumericalFailure);
+    return;
+  }
+  StateMatrix covariance = good_covariance_;
+  covariance.diagonal() += spoilt.cwiseAbs2();
+  smoother_.initialise(good_time_, good_state_, covariance);
+  odom_.make_up(good_time_, good_state_, pose);
+  odometer_until_ = good_time_;
+  note_restart(RestartReason::kNumericalFailure, good_time_);
+}
+
+void StateEstimator::Implementation::note_restart(RestartReason reason, double time) noexcept {
+  ++status_.restarts[static_cast<std::size_t>(reason)];
+  status_.last_restart = reason;
+  status_.last_restart_time = time;
+}
+
+void StateEstimator::Implementation::anchor(double time, const NavState& mean,
+                                            const StateMatrix& covariance, RestartReason reason) {
+  const FixedLagSmoother::Propagated shown = *smoother_.propagated();
+  const SE3 pose = odom_.smooth(shown.time, shown.state);
+  const bool moved_in_time = time != newest_time();
+  odom_.correct(newest_state(), mean);
+  smoother_.restart(time, mean, covariance);
+  if (moved_in_time) {
+    odom_.forget_records();
+    odom_.record(time, mean, true);
+    for (AbsoluteSourceWatch& watch : watches_) {
+      watch.distrust(time, odom_.way());
+    }
+  }
+  const FixedLagSmoother::Propagated now = *smoother_.propagated();
+  odom_.make_up(now.time, now.state, pose);
+  good_time_ = time;
+  good_state_ = mean;
+  good_covariance_ = covariance;
+  odometer_until_ = std::max(odometer_until_, time);
+  if (reason != RestartReason::kNone) {
+    note_restart(reason, time);
+  }
+}
+
+void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
+  if (reckons() && smoother_.initialised()) {
+    const FixedLagSmoother::Propagated shown = *smoother_.propagated();
+    if (shown.state.is_finite()) {
+      last_odom_ = odom_.smooth(shown.time, shown.state);
+    }
+  }
+  if (reason != RestartReason::kNone) {
+    note_restart(reason, imu_end_);
+  }
+  phase_ = Phase::kStarting;
+  fault_.clear();
+  status_.standing_still = false;
+  levelling_ = {};
+  pending_.clear();
+  given_.reset();
+  seen_place_.reset();
+  seen_yaw_.reset();
+  passed_place_.reset();
+  passed_yaw_.reset();
+  contradicted_ = {};
+  borne_out_ = 0;
+  last_position_ = std::numeric_limits<double>::quiet_NaN();
+  for (AbsoluteSourceWatch& watch : watches_) {
+    watch.distrust(imu_end_, odom_.way());
+  }
+}
+
+}  // namespace pipescout::estimation

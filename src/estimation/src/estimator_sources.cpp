@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+// Absolute measurements: which of them the smoother gets, and when it is moved by them.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <type_traits>
+
+#include "estimator_implementation.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SO3;
+
+constexpr double kWitnessAge = 1;  // s, of the newest odometer reading
+/// Beyond it a visual pose says nothing of the place in the map.
+constexpr double kUnknownRack = 10;  // m
+
+double worst_deviation(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(covariance.diagonal().maxCoeff());
+}
+
+double yaw_of(const SO3& rotation) {
+  return rotation.roll_pitch_yaw().z();
+}
+
+}  // namespace
+
+WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& point,
+                                                  double prediction_variance) const {
+  const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  WatchedFix fix;
+  fix.time = time;
+  fix.measured = point.measured;
+  fix.deviation = point.deviation;
+  fix.reckoned = point.reckoned;
+  fix.velocity_deviation = worst_deviation(covariance.block<3, 3>(kVelocity, kVelocity));
+  fix.predicted = SO3::about_z(odom_.yaw()) * point.reckoned + odom_.offset();
+  // Nothing is known of the place while aligning: all is within reach.
+  constexpr double kAnywhere = 1e12;
+  fix.predicted_deviation =
+      in_map()
+          ? std::sqrt(covariance.diagonal().segment<3>(kPosition).maxCoeff() + prediction_variance)
+          : kAnywhere;
+  fix.way = odom_.at(time).way;
+  fix.witnessed = time - odometer_.newest() < kWitnessAge;
+  fix.borne_out = borne_out_;
+  return fix;
+}
+
+WatchedFix StateEstimator::Implementation::fix_of(const GpsMeasurement& m) const {
+  const Point point = {m.position, odom_.at(m.time).T_odom_body * smoother_.globals().gps_lever_arm,
+                       worst_deviation(m.covariance)};
+  return fix_of(m.time, point, 0);
+}
+
+WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m) const {
+  const GlobalStates& globals = smoother_.globals();
+  const auto known = smoother_.global_covariance().diagonal();
+  const Vector3d& t = m.T_rack_body.translation();
+  const double rack = known.segment<3>(kRackPosition).maxCoeff() +
+                      t.squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
+  const Point point = {globals.R_map_rack * t + globals.rack_position,
+                       odom_.at(m.time).T_odom_body.translation(),
+                       worst_deviation(m.covariance.topLeftCorner<3, 3>())};
+  return fix_of(m.time, point, rack);
+}
+
+WatchedFix StateEstimator::Implementation::fix_of(const WeldMeasurement& m) const {
+  const Point point = {m.position, odom_.at(m.time).T_odom_body * m.sensor,
+                       std::max(m.along_deviation, m.across_deviation)};
+  return fix_of(m.time, point, 0);
+}
+
+WatchedFix StateEstimator::Implementation::fix_of(const HeadingMeasurement& m) const {
+  const double in_odom = yaw_of(odom_.at(m.time).T_odom_body.rotation());
+  // Angles about the yaw of odom, so that those of one heading are near each other.
+  const double claimed = std::remainder(m.heading - in_odom - odom_.yaw(), 2 * std::numbers::pi);
+  const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  const double variance = covariance.block<3, 3>(kRotation, kRotation).diagonal().maxCoeff();
+  WatchedFix fix;
+  fix.time = m.time;
+  fix.measured.x() = claimed;
+  fix.deviation = m.standard_deviation;
+  fix.predicted_deviation = in_map() ? std::sqrt(variance) : std::numbers::pi;
+  fix.borne_out = borne_out_;
+  return fix;
+}
+
+bool StateEstimator::Implementation::another_agrees(Source source) const {
+  const auto claim = [&](Source which) -> std::optional<TrackAlignment::Result> {
+    const AbsoluteSourceWatch& watch = watch_of(which);
+    const double needed =
+        which == Source::kGps ? parameters_.gps.takeover : parameters_.visual_pose.takeover;
+    return watch.agreed_for() >= needed ? watch.track().solve(odom_.yaw()) : std::nullopt;
+  };
+  if (source != Source::kGps && source != Source::kVisualPose) {
+    return false;
+  }
+  const auto one = claim(Source::kGps);
+  const auto other = claim(Source::kVisualPose);
+  constexpr double kSigmas = 4;
+  return one && other &&
+         (one->offset - other->offset).norm() <=
+             kSigmas * std::hypot(one->offset_deviation, other->offset_deviation);
+}
+
+bool StateEstimator::Implementation::contested(Source source, double time) const {
+  for (const Source other : {Source::kGps, Source::kVisualPose}) {
+    const AbsoluteSourceWatch& watch = watch_of(other);
+    if (other != source && watch.state() == SourceState::kTrusted &&
+        time - watch.last_accepted() < parameters_.gps.outage) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void StateEstimator::Implementation::widen(const WatchedFix& fix,
+                                           const AbsoluteSourceWatch& watch) {
+  // What made dead reckoning go wrong has gone through the velocity and the heading.
+  constexpr double kSpeed = 0.2;
+  constexpr double kYaw = 0.05;
+  const double moved = watch.drift(fix);
+  const double off = (fix.measured - fix.predicted).squaredNorm();
+  const double speed = std::hypot(kSpeed, fix.witnessed ? 0 : parameters_.gps.drift_speed);
+  StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  covariance.diagonal().segment<3>(kPosition).array() += moved * moved + off;
+  covariance.diagonal().segment<3>(kVelocity).array() += speed * speed;
+  const Vector3d up = newest_state().R_map_body.inverse() * Vector3d::UnitZ();
+  covariance.block<3, 3>(kRotation, kRotation) += kYaw * kYaw * up * up.transpose();
+  anchor(newest_time(), NavState(newest_state()), covariance, RestartReason::kReacquired);
+}
+
+void StateEstimator::Implementation::turn(const Angle& by, RestartReason reason) {
+  NavState mean = newest_state();
+  StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  const Vector3d up = mean.R_map_body.inverse() * Vector3d::UnitZ();
+  mean.R_map_body = SO3::about_z(by.value) * mean.R_map_body;
+  covariance.block<3, 3>(kRotation, kRotation) += by.deviation * by.deviation * up * up.transpose();
+  // Whether the velocity is to be turned with it, others have to tell.
+  const double turned = std::min(std::hypot(by.value, by.deviation), 2.0);
+  covariance.diagonal().segment<3>(kVelocity).array() +=
+      turned * turned * mean.velocity.squaredNorm();
+  anchor(newest_time(), mean, covariance, reason);
+}
+
+std::optional<StateEstimator::Implementation::Placement>
+StateEstimator::Implementation::placement_of(const TrackAlignment& track) const {
+  constexpr double kMostMisfit = 4;  // chi-square by degrees; dead reckoning is part of it
+  constexpr double kSigmas = 4;
+  const auto fits = [&](const std::optional<TrackAlignment::Result>& r) {
+    return r && r->chi_square <= kMostMisfit * std::max(r->degrees, 1);
+  };
+  const auto placement = [](const TrackAlignment::Result& r, double yaw_deviation) {
+    return Placement{.yaw = r.yaw,
+                     .yaw_deviation = yaw_deviation,
+                     .offset = r.offset,
+                     .offset_deviation = r.offset_deviation,
+                     .drift = r.drift,
+                     .drift_deviation = r.drift_deviation};
+  };
+  const auto turned = track.solve();
+  if (fits(turned) && turned->yaw_deviation <= parameters_.start.heading_deviation &&
+      std::abs(turned->scale - 1) <= kSigmas * turned->scale_deviation) {
+    return placement(*turned, turned->yaw_deviation);
+  }
+  const auto straight = track.solve(odom_.yaw());
+  if (fits(straight)) {
+    return placement(*straight, 0);
+  }
+  return std::nullopt;
+}
+
+void StateEstimator::Implementation::place(const Placement& placement, RestartReason reason) {
+  const NavState& old = newest_state();
+  const geometry::SE3 in_odom = odom_.plain(old);
+  const SO3 turn = SO3::about_z(placement.yaw - odom_.yaw());
+  NavState mean = old;
+  mean.R_map_body = turn * old.R_map_body;
+  mean.position = SO3::about_z(placement.yaw) * in_odom.translation() + placement.offset;
+  mean.velocity = turn * old.velocity + placement.drift;
+
+  StateMatrix to_map = StateMatrix::Identity();
+  to_map.block<3, 3>(kVelocity, kVelocity) = turn.matrix();
+  StateMatrix covariance =
+      to_map * smoother_.covariance(smoother_.keyframes() - 1) * to_map.transpose();
+  covariance.middleRows<3>(kPosition).setZero();
+  covariance.middleCols<3>(kPosition).setZero();
+  covariance.diagonal().segment<3>(kPosition).setConstant(placement.offset_deviation *
+                                                          placement.offset_deviation);
+  covariance.diagonal().segment<3>(kVelocity).array() +=
+      placement.drift_deviation * placement.drift_deviation;
+  StateVector by_yaw = StateVector::Zero();
+  by_yaw.segment<3>(kRotation) = mean.R_map_body.inverse() * Vector3d::UnitZ();
+  by_yaw.segment<3>(kVelocity) = Vector3d::UnitZ().cross(mean.velocity);
+  covariance += placement.yaw_deviation * placement.yaw_deviation * by_yaw * by_yaw.transpose();
+  anchor(newest_time(), mean, covariance, reason);
+}
+
+bool StateEstimator::Implementation::take_over(Source source, const WatchedFix& fix) {
+  if (source == Source::kHeading) {
+    turn({fix.measured.x(), fix.deviation}, RestartReason::kTakenOver);
+  } else {
+    const std::optional<Placement> placement = placement_of(watch_of(source).track());
+    if (!placement) {
+      return false;
+    }
+    place(*placement, RestartReason::kTakenOver);
+    for (const Source other : {Source::kGps, Source::kVisualPose, Source::kWeld}) {
+      watch_of(other).distrust(fix.time, odom_.way());
+    }
+    borne_out_ = 0;
+  }
+  watch_of(source).trust(fix.time, odom_.way());
+  return true;
+}
+
+void StateEstimator::Implementation::see(const VisualPoseMeasurement& m, const WatchedFix& fix) {
+  const auto known = smoother_.global_covariance().diagonal();
+  const double rack = std::sqrt(known.segment<3>(kRackPosition).maxCoeff());
+  if (rack > kUnknownRack) {
+    return;
+  }
+  // The rack's own error is in what follows too: as it was at the start, so that it is not counted
+  // for less than it is.
+  seen_place_ = Point{fix.measured, fix.reckoned, std::hypot(fix.deviation, rack)};
+  const SO3 body = smoother_.globals().R_map_rack * m.T_rack_body.rotation();
+  const Eigen::Matrix3d turn = (body * odom_.at(m.time).T_odom_body.rotation().inverse()).matrix();
+  const double variance = m.covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff() +
+                          known.segment<3>(kRackRotation).maxCoeff();
+  seen_yaw_ =
+      Angle{std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), std::sqrt(variance)};
+}
+
+void StateEstimator::Implementation::see(const WeldMeasurement& m, const WatchedFix& fix) {
+  passed_place_ = Point{fix.measured, fix.reckoned, fix.deviation};
+  if (parameters_.start.heading_from_weld && m.direction.head<2>().norm() > 0.1) {
+    const double in_odom = yaw_of(odom_.at(m.time).T_odom_body.rotation());
+    passed_yaw_ = Angle{std::atan2(m.direction.y(), m.direction.x()) - in_odom,
+                        parameters_.start.weld_heading_deviation};
+  }
+}
+
+template <class Measurement>
+void StateEstimator::Implementation::use(const Measurement& m) noexcept {
+  const Outcome outcome = smoother_.add(m);
+  if (outcome != Outcome::kWaiting) {
+    refuse(source_of(m), outcome);
+  }
+}
+
+template <class Measurement>
+void StateEstimator::Implementation::judge(const Measurement& m) {
+  const Source source = source_of(m);
+  AbsoluteSourceWatch& watch = watch_of(source);
+  if (phase_ == Phase::kAligning) {
+    if (watch.agreed_for() > parameters_.start.longest_alignment) {
+      watch.distrust(m.time, odom_.way());
+    }
+    const std::size_t before = watch.agreeing();
+    const WatchedFix fix = fix_of(m);
+    watch.compare(fix);
+    ++status_of(source).held;
+    if (watch.agreeing() != before) {
+      see(m, fix);
+    }
+    return;
+  }
+  watch.expire(m.time);
+  if (watch.state() == SourceState::kTrusted) {
+    use(m);
+    return;
+  }
+  WatchedFix fix = fix_of(m);
+  fix.contested = contested(source, m.time);
+  if (another_agrees(source)) {
+    fix.borne_out = 0;
+    fix.contested = false;
+  }
+  const Verdict verdict = watch.judge(fix);
+  if (verdict == Verdict::kHold || (verdict == Verdict::kTakeOver && !take_over(source, fix))) {
+    ++status_of(source).held;
+    return;
+  }
+  if (verdict == Verdict::kAcquire) {
+    // Beyond that the smoother's gate could refuse what is within reach.
+    constexpr double kNear = 4;
+    const double expected =
+        fix.deviation * fix.deviation + fix.predicted_deviation * fix.predicted_deviation;
+    const double off = (fix.measured - fix.predicted).squaredNorm();
+    if (contradicted_[index_of(source)] || off > kNear * expected) {
+      if (source == Source::kHeading) {
+        turn({0, std::sqrt(off)}, RestartReason::kReacquired);
+      } else {
+        widen(fix, watch);
+      }
+    }
+  }
+  contradicted_[index_of(source)] = false;
+  use(m);
+}
+
+void StateEstimator::Implementation::feed(const Pending& pending) {
+  std::visit(
+      [&](const auto& m) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(m)>, RelativePoseMeasurement>) {
+          use(m);
+        } else {
+          judge(m);
+        }
+      },
+      pending.measurement);
+}
+
+}  // namespace pipescout::estimation

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// From nothing to a level body, and from there to its place and heading in the map.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iomanip>
+#include <numbers>
+#include <sstream>
+
+#include "estimator_implementation.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SE3;
+using geometry::SO3;
+
+double yaw_of(const SO3& rotation) {
+  return rotation.roll_pitch_yaw().z();
+}
+
+/// "+x", "-z": the axis that is nearest to a direction.
+std::string axis_of(const Vector3d& direction) {
+  Eigen::Index which = 0;
+  direction.cwiseAbs().maxCoeff(&which);
+  constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
+  return std::string(direction[which] < 0 ? "-" : "+") + kAxes[static_cast<std::size_t>(which)];
+}
+
+}  // namespace
+
+std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force, bool still) const {
+  constexpr double kInG = 0.2;  // what a sound IMU in g may be off by, at rest
+  const StartParameters& start = parameters_.start;
+  const double gravity = parameters_.smoother.gravity;
+  const double norm = mean_force.norm();
+  const double reading = norm / parameters_.specific_force_scale;
+  std::ostringstream text;
+  text << std::setprecision(3);
+  if (std::abs(reading - 1) < kInG &&
+      std::abs(norm - gravity) > start.gravity_tolerance * gravity) {
+    text << "the IMU shows gravity as " << reading
+         << ": it measures in g; set specific_force_scale to 9.80665";
+    return text.str();
+  }
+  if (std::abs(norm - gravity) > start.gravity_tolerance * gravity) {
+    if (still) {
+      text << "the IMU shows gravity as " << norm << " m/s^2 in place of " << gravity
+           << ": set specific_force_scale to " << parameters_.specific_force_scale * gravity / norm
+           << ", or have the accelerometer looked at";
+    }
+    return text.str();
+  }
+  const Vector3d up = mean_force / norm;
+  const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0));
+  if (tilt > start.largest_tilt) {
+    const Vector3d imu_up = parameters_.R_body_imu.inverse() * up;
+    const std::string axis = axis_of(imu_up);
+    text << "gravity shows the IMU's " << axis << " axis up, "
+         << std::round(tilt * 180 / std::numbers::pi) << " degrees from the body's z axis by "
+         << "R_body_imu: " << (tilt > 0.75 * std::numbers::pi ? "upside down" : "turned")
+         << "; set R_body_imu so that it maps the IMU's " << axis
+         << " axis to the body's +z, or put the vehicle upright";
+  }
+  return text.str();
+}
+
+void StateEstimator::Implementation::gather(const ImuSample& sample) {
+  constexpr double kLongestGap = 0.2;  // s
+  constexpr double kStep = 1e-9;
+  if (levelling_.count > 0 && sample.time - levelling_end_ > kLongestGap) {
+    levelling_ = {};
+  }
+  levelling_.add(sample);
+  levelling_end_ = sample.time + sample.duration;
+  if (levelling_.duration < parameters_.start.levelling - kStep) {
+    return;
+  }
+  const StartParameters& start = parameters_.start;
+  const bool still = levelling_.rate_deviation() <= start.still_rate &&
+                     levelling_.force_deviation() <= start.still_force &&
+                     levelling_.mean_rate().norm() <= start.largest_gyro_bias;
+  const Vector3d force = levelling_.mean_force();
+  const double gravity = parameters_.smoother.gravity;
+  fault_ = fault_of(force, still);
+  phase_ = fault_.empty() ? Phase::kStarting : Phase::kFault;
+  if (fault_.empty() && std::abs(force.norm() - gravity) <= start.gravity_tolerance * gravity) {
+    begin_reckoning(levelling_end_, still);
+  }
+  levelling_ = {};
+}
+
+void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
+  constexpr double kKnown = 1e-3;  // m, and rad of the yaw: odom begins here
+  constexpr double kStillSpeed = 0.05;
+  const StartParameters& start = parameters_.start;
+  const Vector3d rate = levelling_.mean_rate();
+  Vector3d force = levelling_.mean_force();
+  NavState mean;
+  StateVector deviations;
+  double tilt = start.accelerometer_bias_deviation / parameters_.smoother.gravity;
+  double speed = kStillSpeed;
+  double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
+  const auto motion = odometer_.motion(parameters_.start.levelling);
+  const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
+  Vector3d velocity = Vector3d::Zero();
+  if (still && !moving) {
+    mean.gyro_bias = rate;
+  } else {
+    still = false;
+    tilt = start.moving_tilt_deviation;
+    gyro_bias = start.largest_gyro_bias;
+    speed = start.largest_speed + kStillSpeed;
+    if (motion) {
+      velocity.x() = motion->speed;
+      speed = kStillSpeed + 0.1 * std::abs(motion->speed);
+      force -= Vector3d(motion->acceleration, rate.z() * motion->speed, 0);
+    }
+  }
+  const SO3 tilted = *estimation::level(force);
+  const SE3 begin = last_odom_.value_or(SE3());
+  mean.R_map_body = SO3::about_z(yaw_of(begin.rotation())) * tilted;
+  mean.position = begin.translation();
+  mean.velocity = mean.R_map_body * velocity;
+  deviations << Vector3d::Constant(kKnown), tilt, tilt, kKnown, Vector3d::Constant(speed),
+      Vector3d::Constant(gyro_bias), Vector3d::Constant(start.accelerometer_bias_deviation);
+  StateMatrix covariance = deviations.cwiseAbs2().asDiagonal();
+  // Tilt and yaw are about the axes of the map; a rotation is perturbed in the body.
+  const Eigen::Matrix3d to_body = mean.R_map_body.inverse().matrix();
+  covariance.block<3, 3>(kRotation, kRotation) =
+      to_body * covariance.block<3, 3>(kRotation, kRotation) * to_body.transpose();
+
+  smoother_.restart(time, mean, covariance);
+  odom_ = OdomFrame(odom_.capacity());
+  odom_.record(time, mean, true);
+  odom_.make_up(time, mean, last_odom_.value_or(odom_.plain(mean)));
+  good_time_ = time;
+  good_state_ = mean;
+  good_covariance_ = covariance;
+  odometer_until_ = time;
+  still_since_start_ = still;
+  window_.forget();
+  pending_.clear();
+  for (AbsoluteSourceWatch& watch : watches_) {
+    watch.distrust(time, 0);
+  }
+  phase_ = Phase::kAligning;
+}
+
+std::optional<StateEstimator::Implementation::Angle> StateEstimator::Implementation::start_yaw()
+    const {
+  std::optional<Angle> best;
+  const auto offer = [&](double value, double deviation) {
+    if (!best || deviation < best->deviation) {
+      best = Angle{value, deviation};
+    }
+  };
+  const double enough = parameters_.start.heading_deviation;
+  if (given_ && given_->heading) {
+    offer(*given_->heading - yaw_of(odom_.at(given_->time).T_odom_body.rotation()),
+          given_->heading_deviation);
+  }
+  const AbsoluteSourceWatch& headings = watch_of(Source::kHeading);
+  if (headings.agreeing() >= parameters_.heading.agreeing) {
+    if (const auto turned = headings.track().solve(0);
+        turned && turned->offset_deviation <= enough) {
+      offer(odom_.yaw() + turned->offset.x(), turned->offset_deviation);
+    }
+  }
+  if (seen_yaw_ && seen_yaw_->deviation <= enough &&
+      watch_of(Source::kVisualPose).agreeing() >= parameters_.visual_pose.agreeing) {
+    offer(seen_yaw_->value, seen_yaw_->deviation);
+  }
+  if (passed_yaw_) {
+    offer(passed_yaw_->value, passed_yaw_->deviation);
+  }
+  const AbsoluteSourceWatch& gps = watch_of(Source::kGps);
+  if (gps.agreeing() >= parameters_.start.position_fixes) {
+    const auto placement = placement_of(gps.track());
+    if (placement && placement->yaw_deviation > 0) {
+      offer(placement->yaw, placement->yaw_deviation);
+    }
+  }
+  return best;
+}
+
+std::optional<StateEstimator::Implementation::Placement>
+StateEstimator::Implementation::start_place(const Angle& yaw) const {
+  std::optional<Placement> best;
+  const auto offer = [&](const Placement& placement) {
+    if (!best || placement.offset_deviation < best->offset_deviation) {
+      best = placement;
+    }
+  };
+  const Vector3d here = odom_.plain(newest_state()).translation();
+  const auto offer_point = [&](const Point& point) {
+    const double moved = (here - point.reckoned).norm();
+    const double turned = yaw.deviation * moved;
+    offer({.yaw = yaw.value,
+           .yaw_deviation = yaw.deviation,
+           .offset = point.measured - SO3::about_z(yaw.value) * point.reckoned,
+           .offset_deviation = std::sqrt(point.deviation * point.deviation + turned * turned +
+                                         parameters_.gps.drift_share * parameters_.gps.drift_share *
+                                             moved * moved)});
+  };
+  const AbsoluteSourceWatch& gps = watch_of(Source::kGps);
+  if (gps.agreeing() >= parameters_.start.position_fixes) {
+    if (const auto track = gps.track().solve(yaw.value)) {
+      offer({.yaw = yaw.value,
+             .yaw_deviation = yaw.deviation,
+             .offset = track->offset,
+             .offset_deviation =
+                 std::hypot(track->offset_deviation, yaw.deviation * gps.track().extent()),
+             .drift = track->drift,
+             .drift_deviation = track->drift_deviation});
+    }
+  }
+  if (seen_place_ && watch_of(Source::kVisualPose).agreeing() >= parameters_.visual_pose.agreeing) {
+    offer_point(*seen_place_);
+  }
+  if (passed_place_) {
+    offer_point(*passed_place_);
+  }
+  if (given_ && given_->position) {
+    offer_point({*given_->position, odom_.at(given_->time).T_odom_body.translation(),
+                 given_->position_deviation});
+  }
+  return best;
+}
+
+void StateEstimator::Implementation::align() {
+  if (!status_.standing_still) {
+    still_since_start_ = false;
+  }
+  const std::optional<Angle> yaw = start_yaw();
+  if (!yaw) {
+    return;
+  }
+  const std::optional<Placement> placement = start_place(*yaw);
+  if (!placement) {
+    return;
+  }
+  phase_ = Phase::kRunning;
+  place(*placement, RestartReason::kNone);
+  const double time = newest_time();
+  for (const Source source : {Source::kGps, Source::kVisualPose, Source::kHeading, Source::kWeld}) {
+    AbsoluteSourceWatch& watch = watch_of(source);
+    if (watch.agreeing() > 0 || source == Source::kWeld) {
+      watch.trust(time, odom_.way());
+    } else {
+      watch.distrust(time, odom_.way());
+    }
+  }
+  given_.reset();
+  borne_out_ = 0;
+}
+
+}  // namespace pipescout::estimation
