@@ -9,6 +9,27 @@
 
 namespace pipescout::estimation {
 
+GlobalVector GlobalDeviations::tangent() const {
+  GlobalVector all;
+  all << odometer_scale, mount_yaw, mount_pitch, Eigen::Vector3d::Constant(rack_position),
+      Eigen::Vector3d::Constant(rack_rotation), Eigen::Vector3d::Constant(gps_lever_arm),
+      gps_time_offset;
+  return all;
+}
+
+void GlobalDeviations::validate() const {
+  const auto deviation = [](const char* field, double value) {
+    require(field, value, value == 0 || (value >= 1e-9 && value <= 1e6), "{0} or [1e-9, 1e6]");
+  };
+  deviation("global_deviations.odometer_scale", odometer_scale);
+  deviation("global_deviations.mount_yaw", mount_yaw);
+  deviation("global_deviations.mount_pitch", mount_pitch);
+  deviation("global_deviations.rack_position", rack_position);
+  deviation("global_deviations.rack_rotation", rack_rotation);
+  deviation("global_deviations.gps_lever_arm", gps_lever_arm);
+  deviation("global_deviations.gps_time_offset", gps_time_offset);
+}
+
 std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
   constexpr double kGate = 0.9999;
   std::array<Robustness, kFactorKinds> all{};
@@ -39,16 +60,7 @@ void FixedLagSmootherParameters::validate() const {
   if (!globals.is_finite()) {
     throw std::invalid_argument("globals: one is not finite");
   }
-  const auto deviation = [](const char* field, double value) {
-    require(field, value, value == 0 || (value >= 1e-9 && value <= 1e6), "{0} or [1e-9, 1e6]");
-  };
-  deviation("global_deviations.odometer_scale", global_deviations.odometer_scale);
-  deviation("global_deviations.mount_yaw", global_deviations.mount_yaw);
-  deviation("global_deviations.mount_pitch", global_deviations.mount_pitch);
-  deviation("global_deviations.rack_position", global_deviations.rack_position);
-  deviation("global_deviations.rack_rotation", global_deviations.rack_rotation);
-  deviation("global_deviations.gps_lever_arm", global_deviations.gps_lever_arm);
-  deviation("global_deviations.gps_time_offset", global_deviations.gps_time_offset);
+  global_deviations.validate();
   for (const Robustness& one : robustness) {
     one.validate();
   }

@@ -28,20 +28,13 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
     const double probability = parameters.robustness[kind].gate_probability;
     gates_[kind] = probability < 1 ? chi_square_quantile(probability, kRows[kind]) : 0;
   }
-  const GlobalDeviations& known = parameters.global_deviations;
-  const auto estimate = [&](int place, int size, double deviation) {
-    for (int i = place; deviation > 0 && i < place + size; ++i) {
+  const GlobalVector deviations = parameters.global_deviations.tangent();
+  for (int i = 0; i < kGlobalSize; ++i) {
+    if (deviations[i] > 0) {
       estimated_.push_back(i);
-      global_information_[i] = 1 / (deviation * deviation);
+      global_information_[i] = 1 / (deviations[i] * deviations[i]);
     }
-  };
-  estimate(kOdometerScale, 1, known.odometer_scale);
-  estimate(kMountYaw, 1, known.mount_yaw);
-  estimate(kMountPitch, 1, known.mount_pitch);
-  estimate(kRackPosition, 3, known.rack_position);
-  estimate(kRackRotation, 3, known.rack_rotation);
-  estimate(kGpsLeverArm, 3, known.gps_lever_arm);
-  estimate(kGpsTimeOffset, 1, known.gps_time_offset);
+  }
   given_globals_ = globals_ = linear_globals_ = parameters.globals;
   given_information_ = global_information_;
 }

@@ -28,6 +28,11 @@ struct GlobalDeviations {
   double rack_rotation = 0;    ///< rad, per axis
   double gps_lever_arm = 0;    ///< m, per axis
   double gps_time_offset = 0;  ///< s
+
+  /// In the order of the tangent space of GlobalStates.
+  [[nodiscard]] GlobalVector tangent() const;
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
 };
 
 /// How far a state may move from where it was linearised. Only rotations bend the equations:
