@@ -57,7 +57,7 @@ WatchedFix StateEstimator::Implementation::fix_of(const GpsMeasurement& m) const
 
 WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m) const {
   const GlobalStates& globals = smoother_.globals();
-  const auto known = smoother_.global_covariance().diagonal();
+  const GlobalVector known = smoother_.global_covariance().diagonal();
   const Vector3d& t = m.T_rack_body.translation();
   const double rack = known.segment<3>(kRackPosition).maxCoeff() +
                       t.squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
@@ -218,7 +218,7 @@ bool StateEstimator::Implementation::take_over(Source source, const WatchedFix& 
 }
 
 void StateEstimator::Implementation::see(const VisualPoseMeasurement& m, const WatchedFix& fix) {
-  const auto known = smoother_.global_covariance().diagonal();
+  const GlobalVector known = smoother_.global_covariance().diagonal();
   const double rack = std::sqrt(known.segment<3>(kRackPosition).maxCoeff());
   if (rack > kUnknownRack) {
     return;
