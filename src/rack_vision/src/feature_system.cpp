@@ -49,26 +49,29 @@ void scatter(const Rows<kRows, kColumns>& derivative,
              const UnknownLayout& layout, SystemMatrix& system, SystemVector& system_gradient) {
   // Products of this size are faster without Eigen's blocking.
   const Rows<kRows, kColumns> weighted = information.lazyProduct(derivative);
-  const Eigen::Matrix<double, kColumns, kColumns> square =
-      derivative.transpose().lazyProduct(weighted);
-  const Eigen::Matrix<double, kColumns, 1> slope = derivative.transpose().lazyProduct(gradient);
-  system.topLeftCorner<6, 6>() += square.template topLeftCorner<6, 6>();
-  system_gradient.head<6>() += slope.template head<6>();
+  const auto pose = derivative.template leftCols<6>();
+  const auto weighted_pose = weighted.template leftCols<6>();
+  system.topLeftCorner<6, 6>() += pose.transpose().lazyProduct(weighted_pose);
+  system_gradient.head<6>() += pose.transpose().lazyProduct(gradient);
+  const auto by_offset = derivative.col(kOffsetColumn);
+  const auto weighted_offset = weighted.col(kOffsetColumn);
   if (offset >= 0) {
-    system.block<6, 1>(0, offset) += square.template block<6, 1>(0, kOffsetColumn);
-    system.block<1, 6>(offset, 0) += square.template block<1, 6>(kOffsetColumn, 0);
-    system(offset, offset) += square(kOffsetColumn, kOffsetColumn);
-    system_gradient(offset) += slope(kOffsetColumn);
+    system.block<6, 1>(0, offset) += pose.transpose().lazyProduct(weighted_offset);
+    system.block<1, 6>(offset, 0) += by_offset.transpose().lazyProduct(weighted_pose);
+    system(offset, offset) += by_offset.dot(weighted_offset);
+    system_gradient(offset) += by_offset.dot(gradient);
   }
   if constexpr (kColumns == kWithIntrinsics) {
     const int k = layout.intrinsics;
-    system.block<6, 3>(0, k) += square.template block<6, 3>(0, 7);
-    system.block<3, 6>(k, 0) += square.template block<3, 6>(7, 0);
-    system.block<3, 3>(k, k) += square.template block<3, 3>(7, 7);
-    system_gradient.segment<3>(k) += slope.template tail<3>();
+    const auto by_intrinsics = derivative.template rightCols<3>();
+    const auto weighted_intrinsics = weighted.template rightCols<3>();
+    system.block<6, 3>(0, k) += pose.transpose().lazyProduct(weighted_intrinsics);
+    system.block<3, 6>(k, 0) += by_intrinsics.transpose().lazyProduct(weighted_pose);
+    system.block<3, 3>(k, k) += by_intrinsics.transpose().lazyProduct(weighted_intrinsics);
+    system_gradient.segment<3>(k) += by_intrinsics.transpose().lazyProduct(gradient);
     if (offset >= 0) {
-      system.block<3, 1>(k, offset) += square.template block<3, 1>(7, kOffsetColumn);
-      system.block<1, 3>(offset, k) += square.template block<1, 3>(kOffsetColumn, 7);
+      system.block<3, 1>(k, offset) += by_intrinsics.transpose().lazyProduct(weighted_offset);
+      system.block<1, 3>(offset, k) += by_offset.transpose().lazyProduct(weighted_intrinsics);
     }
   }
 }
@@ -344,10 +347,10 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
       SystemMatrix& system = equations.point_information;
       system.block<6, 6>(k, k) += by_map_error.transpose() * weighted;
       equations.gradient.segment<6>(k) += weighted.transpose() * residual;
+      // Below the diagonal the sum is the transpose: `accumulate` sets it once.
       const auto couple = [&](int unknown, const auto& columns) {
-        const auto block = (columns.transpose() * weighted).eval();
+        const auto block = columns.transpose().lazyProduct(weighted).eval();
         system.block<decltype(block)::RowsAtCompileTime, 6>(unknown, k) += block;
-        system.block<6, decltype(block)::RowsAtCompileTime>(k, unknown) += block.transpose();
       };
       couple(0, derivative.template leftCols<6>());
       if (on_pipe && layout.offset[point.pipe] >= 0) {
@@ -386,6 +389,10 @@ void FeatureSystem::accumulate(const SolverState& state, const UnknownLayout& la
   }
   for (const PointObservation& point : points_) {
     add_point(point, state, view, layout, weighting, equations);
+  }
+  if (const int k = layout.map_error; k >= 0) {
+    SystemMatrix& system = equations.point_information;
+    system.block(k, 0, kMapErrorUnknowns, k) = system.block(0, k, k, kMapErrorUnknowns).transpose();
   }
 }
 
