@@ -104,7 +104,13 @@ class PoseSolver::Implementation {
     return iterated() ? parameters_.kernel_width : parameters_.saliency_nu;
   }
   [[nodiscard]] Weighting first_weighting() const;
-  [[nodiscard]] Weighting final_weighting();
+  /// How far the residuals of the last evaluation spread, as a multiple of their sigmas.
+  struct ResidualScales {
+    double edges = 1;
+    double points = 1;
+  };
+  [[nodiscard]] ResidualScales residual_scales();
+  [[nodiscard]] Weighting final_weighting(const ResidualScales& scales) const;
 
   void start(const PoseProblem& problem);
   /// The sums at `state_`, with damping and all priors.
@@ -141,10 +147,15 @@ Weighting PoseSolver::Implementation::first_weighting() const {
           .points_along_displacement = !iterated()};
 }
 
-Weighting PoseSolver::Implementation::final_weighting() {
+PoseSolver::Implementation::ResidualScales PoseSolver::Implementation::residual_scales() {
+  return {scale_of(features_.edge_residuals(), kHalfNormalMedian),
+          scale_of(features_.point_residuals(), kRayleighMedian)};
+}
+
+Weighting PoseSolver::Implementation::final_weighting(const ResidualScales& scales) const {
   const auto widened = [](double scale) { return std::max(1.0, scale / kScaleOfOutliers); };
-  const double edges = widened(scale_of(features_.edge_residuals(), kHalfNormalMedian));
-  const double points = widened(scale_of(features_.point_residuals(), kRayleighMedian));
+  const double edges = widened(scales.edges);
+  const double points = widened(scales.points);
   return {.kernel = final_kernel(),
           .edge_width = final_width() * edges,
           .point_width = final_width() * points,
@@ -240,7 +251,7 @@ bool PoseSolver::Implementation::iterate(const PoseProblem& problem, int& iterat
   bool near = !iterated() || !parameters_.saliency_first;
   if (near && iterated()) {
     evaluate_state(problem, weighting);
-    weighting = final_weighting();
+    weighting = final_weighting(residual_scales());
     offset_prior_.judge(state_, equations_.edge_information + equations_.point_information + prior_,
                         parameters_.innovation_gate);
   }
@@ -276,7 +287,7 @@ bool PoseSolver::Implementation::iterate(const PoseProblem& problem, int& iterat
       near = true;
       damping = 0;
       best_cost = std::numeric_limits<double>::infinity();
-      weighting = final_weighting();
+      weighting = final_weighting(residual_scales());
       offset_prior_.judge(state_, equations.edge_information + equations.point_information + prior_,
                           parameters_.innovation_gate);
     } else if (near && step < parameters_.smallest_step) {
@@ -289,9 +300,9 @@ bool PoseSolver::Implementation::iterate(const PoseProblem& problem, int& iterat
 
 void PoseSolver::Implementation::finish(const PoseProblem& problem, bool converged,
                                         PoseSolution& solution) {
-  solution.residual_scale = std::max(scale_of(features_.edge_residuals(), kHalfNormalMedian),
-                                     scale_of(features_.point_residuals(), kRayleighMedian));
-  const Weighting weighting = iterated() ? final_weighting() : first_weighting();
+  const ResidualScales scales = residual_scales();
+  solution.residual_scale = std::max(scales.edges, scales.points);
+  const Weighting weighting = iterated() ? final_weighting(scales) : first_weighting();
   evaluate_state(problem, weighting);
   solution.T_camera_rack = state_.T_camera_rack;
   offset_prior_.report(solution);
