@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <string_view>
 
 /// An inertial measurement unit by the terms of its data sheet. SI units and radians.
 ///
@@ -32,7 +33,7 @@ struct InertialTriadParameters {
 struct ImuParameters {
   InertialTriadParameters gyro{};
   InertialTriadParameters accelerometer{};
-  double period = 0.005;  ///< s, [1e-4, 1]
+  double period = 0.004;  ///< s, [1e-4, 1]
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -47,6 +48,8 @@ struct ImuParameters {
   /// its best axis (10 deg/h here), offset 1 deg/s; 175 ug/sqrt(Hz), offset 20 mg, +-24 g;
   /// sensitivity 1 % and 0.5 %; 16 bits.
   [[nodiscard]] static ImuParameters consumer();
+  /// "tactical", "industrial" or "consumer". Throws std::invalid_argument for another name.
+  [[nodiscard]] static ImuParameters of_grade(std::string_view grade);
 };
 
 /// One sample, of an instant.

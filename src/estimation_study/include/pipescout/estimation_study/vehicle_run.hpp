@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "pipescout/estimation/state_estimator.hpp"
+#include "pipescout/simulation/gps_receiver.hpp"
+#include "pipescout/simulation/imu_sensor.hpp"
+
+/// Runs of the three kinds of robot, as what their sensors say in the order in which it arrives,
+/// beside the truth. SI units, rad; seconds from the beginning of a run. Frames: `map` (z up),
+/// `body` (the vehicle's axes, origin at the IMU), `rack`.
+namespace pipescout::estimation_study {
+
+enum class Vehicle : std::uint8_t {
+  kGroundRobot,  ///< IMU, GPS, odometer of four wheels; stands for 5 s, then drives over fields
+  kUav,          ///< IMU, GPS, and visual poses over a rack; hovers for 5 s, flies there, stays
+  kCrawler,      ///< IMU, odometer of three wheels, welds; stands for 5 s in a pipe of known course
+};
+
+enum class Sensor : std::uint8_t { kImu, kOdometer, kGps, kVisualPose, kWeld };
+
+/// Silence of a sensor in [begin, begin + duration).
+struct Silence {
+  Sensor sensor = Sensor::kGps;
+  double begin = 0;
+  double duration = 0;
+};
+
+enum class GpsGrade : std::uint8_t {
+  kRtk,         ///< fixed carrier phases: 1 cm level, 2 cm up, of which as much is correlated
+  kStandalone,  ///< 0.4 m white and 0.5 m correlated over 60 s, twice as much up
+};
+
+struct RunOptions {
+  double duration = 180;  ///< s, (20, 3600]
+  simulation::ImuParameters imu = simulation::ImuParameters::industrial();
+  GpsGrade gps = GpsGrade::kRtk;
+  std::vector<Silence> silences{};
+  /// This sensor is grossly wrong in `outlier_share` of its readings: the IMU by up to 5 g and 5
+  /// rad/s, the odometer by 1 to 10 m, GPS by 10 to 100 m, visual poses by 0.3 to 3 m and up to 0.5
+  /// rad, welds by a joint or more. The readings say nothing of it.
+  std::optional<Sensor> outliers{};
+  double outlier_share = 0.2;
+  std::vector<simulation::GpsTrap> traps{};
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+using Reading = std::variant<estimation::ImuReading, estimation::OdometerReading,
+                             estimation::GpsMeasurement, estimation::VisualPoseMeasurement,
+                             estimation::WeldMeasurement, estimation::GivenPose>;
+
+[[nodiscard]] double time_of(const Reading& reading);
+
+struct Event {
+  double arrival = 0;
+  Reading reading{};
+  bool wrong = false;  ///< the truth about it: an outlier or a trap
+};
+
+struct TruthPoint {
+  double time = 0;
+  estimation::NavState state{};  ///< biases too, in the axes of the body
+  double way = 0;                ///< m, gone so far in either direction
+};
+
+/// What is known of a vehicle beforehand, by those who have built it.
+struct VehicleRun {
+  Vehicle vehicle = Vehicle::kGroundRobot;
+  std::vector<Event> events{};      ///< by arrival
+  std::vector<TruthPoint> truth{};  ///< 100 Hz, from 0 on
+  geometry::SO3 R_body_imu{};
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, in the body
+  geometry::SE3 T_map_rack{};                         ///< where it is, of a run with a rack
+  std::vector<Eigen::Vector3d> route{};               ///< m, polyline of a pipe; otherwise empty
+};
+
+/// The same options and seed give the same bits; what an option adds or takes away leaves the rest
+/// as it is. Throws as RunOptions::validate.
+[[nodiscard]] VehicleRun ground_robot_run(const RunOptions& options, std::uint64_t seed);
+[[nodiscard]] VehicleRun uav_run(const RunOptions& options, std::uint64_t seed);
+[[nodiscard]] VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed);
+[[nodiscard]] VehicleRun vehicle_run(Vehicle vehicle, const RunOptions& options,
+                                     std::uint64_t seed);
+
+/// The true state at a time, between two points by their mean; of the ends beyond them.
+[[nodiscard]] estimation::NavState truth_at(const VehicleRun& run, double time);
+/// m, gone until then.
+[[nodiscard]] double way_at(const VehicleRun& run, double time);
+
+}  // namespace pipescout::estimation_study
