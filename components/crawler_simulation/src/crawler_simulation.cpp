@@ -6,9 +6,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/crawler_simulation/route_file.hpp"
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
 
 namespace pipescout {
 
@@ -20,6 +23,8 @@ using simulation::WheelParameters;
 constexpr double kStep = 0.05;
 /// Of the simulated clock: a stamp of zero means "no time" to some.
 constexpr Time kStart{std::chrono::seconds(1000)};
+
+constexpr const char* kBaseFrame = "base_link";
 
 constexpr FloatingPointRange kShare{0.0, 1.0};
 constexpr FloatingPointRange kNotNegative{0.0, 1e6};
@@ -74,6 +79,7 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
        .integer_range = IntegerRange{0, 1000}});
   declare_wheel_parameters();
   declare_drive_parameters();
+  declare_imu_parameters();
   declare_signal_parameters();
 }
 
@@ -163,6 +169,24 @@ void CrawlerSimulation::declare_drive_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 0.5}});
 }
 
+void CrawlerSimulation::declare_imu_parameters() {
+  route_ = parameters().declare<std::string>(
+      "route", "",
+      {.description = "CSV file with the bends of the pipe, see docs/components/"
+                      "crawler_simulation.md; empty: it is straight and level"});
+  imu_ = parameters().declare<std::string>(
+      "imu", "industrial",
+      {.description = "errors of the IMU at the probe: tactical, industrial or consumer; none: "
+                      "there is no IMU"});
+  imu_rate_ = parameters().declare<double>(
+      "imu_rate", 100.0,
+      {.description = "Hz", .floating_point_range = FloatingPointRange{10.0, 1000.0}});
+  standing_ =
+      parameters().declare<double>("standing", 3.0,
+                                   {.description = "s that the crawler stands before it starts",
+                                    .floating_point_range = FloatingPointRange{0.0, 3600.0}});
+}
+
 void CrawlerSimulation::declare_signal_parameters() {
   const simulation::EddyCurrentParameters signal;
   const simulation::PipeParameters pipe;
@@ -220,6 +244,13 @@ SimulatedRunParameters CrawlerSimulation::run_parameters() const {
   result.features.bends_per_km = bends_.get();
   result.features.dents_per_km = dents_.get();
   result.start_joint = static_cast<std::size_t>(start_joint_.get());
+  if (const std::string file = route_.get(); !file.empty()) {
+    result.route = read_route(file);
+  }
+  if (const std::string grade = imu_.get(); grade != "none") {
+    result.imu = simulation::ImuParameters::of_grade(grade);
+    result.imu->period = 1.0 / imu_rate_.get();
+  }
   result.seed = static_cast<std::uint64_t>(seed_.get());
   return result;
 }
@@ -234,10 +265,13 @@ CallbackReturn CrawlerSimulation::on_configure() {
   period_ = from_seconds(kStep / rate_.get());
   run_.emplace(run_parameters(), read_tally(file));
   steps_ = 0;
-  total_steps_ = static_cast<std::uint64_t>(std::ceil(run_->duration() / kStep));
+  standing_steps_ = static_cast<std::uint64_t>(std::ceil(standing_.get() / kStep));
+  total_steps_ = standing_steps_ + static_cast<std::uint64_t>(std::ceil(run_->duration() / kStep));
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
   truth_publisher_ = create_publisher(topics::kTruePipePosition);
+  true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
+  imu_publisher_ = create_publisher(topics::kImu);
   readings_publisher_ = create_publisher(topics::kOdometerReadings, {.matched = matched});
   samples_publisher_ = create_publisher(topics::kEddyCurrent, {.matched = matched});
   logger().info("a run of " + std::to_string(std::lround(run_->duration())) + " s");
@@ -265,6 +299,8 @@ CallbackReturn CrawlerSimulation::on_cleanup() {
   timer_.reset();
   clock_publisher_ = {};
   truth_publisher_ = {};
+  true_odometry_publisher_ = {};
+  imu_publisher_ = {};
   readings_publisher_ = {};
   samples_publisher_ = {};
   run_.reset();
@@ -284,11 +320,13 @@ void CrawlerSimulation::start_if_heard() {
 }
 
 void CrawlerSimulation::step() {
-  const double until = kStep * static_cast<double>(++steps_);
+  const double until =
+      kStep * (static_cast<double>(++steps_) - static_cast<double>(standing_steps_));
   Clock clock;
   clock.clock(to_message(at(until)));
   clock_publisher_.publish(std::move(clock));
   publish_truth(until);
+  publish_imu(until);
   publish_readings(until);
   publish_samples(until);
   // At most a hundred reports.
@@ -306,7 +344,7 @@ void CrawlerSimulation::publish_readings(double until) {
   for (SimulatedRun::Readings& readings : run_->readings_until(until)) {
     auto message = std::make_unique<Readings>();
     message->header().stamp(to_message(at(readings.time)));
-    message->header().frame_id("base_link");
+    message->header().frame_id(kBaseFrame);
     for (const std::size_t wheel : readings.wheels) {
       message->name().push_back(names_[wheel]);
       message->valid().push_back(true);
@@ -348,6 +386,26 @@ void CrawlerSimulation::publish_truth(double time) {
   message->scale(1.0);
   message->odometer_distance(position.distance);
   truth_publisher_.publish(std::move(message));
+
+  const simulation::BodyMotion motion = run_->body_motion(time);
+  auto odometry = std::make_unique<Odometry>();
+  odometry->header().stamp(to_message(at(time)));
+  odometry->header().frame_id("map");
+  odometry->child_frame_id(kBaseFrame);
+  odometry->pose().pose(to_message(motion.T_map_body));
+  odometry->twist().twist(
+      twist_message(motion.T_map_body.rotation().inverse() * motion.velocity, motion.angular_rate));
+  true_odometry_publisher_.publish(std::move(odometry));
+}
+
+void CrawlerSimulation::publish_imu(double until) {
+  for (const SimulatedRun::ImuSample& sample : run_->imu_samples_until(until)) {
+    auto message = std::make_unique<Imu>(
+        imu_message(sample.reading.angular_rate, sample.reading.specific_force));
+    message->header().stamp(to_message(at(sample.time)));
+    message->header().frame_id(kBaseFrame);
+    imu_publisher_.publish(std::move(message));
+  }
 }
 
 }  // namespace pipescout

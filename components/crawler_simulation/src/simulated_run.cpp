@@ -45,6 +45,15 @@ simulation::EddyCurrentSignal make_signal(const SimulatedRunParameters& paramete
           parameters.seed + 4};
 }
 
+/// m over which the crawler takes a change of bend: about its length.
+constexpr double kEase = 0.5;
+
+simulation::PipeRoute make_route(const SimulatedRunParameters& parameters) {
+  constexpr double kAnyLength = 1.0;  // straight on beyond its end
+  const std::vector<simulation::RoutePiece> straight{simulation::RoutePiece::straight(kAnyLength)};
+  return {parameters.route.empty() ? straight : parameters.route, kEase};
+}
+
 }  // namespace
 
 SimulatedRun::SimulatedRun(const SimulatedRunParameters& parameters, const Tally& tally)
@@ -55,7 +64,12 @@ SimulatedRun::SimulatedRun(const SimulatedRunParameters& parameters, const Tally
       sample_interval_(1.0 / parameters.signal.sample_rate),
       crawler_(make_crawler(parameters, tally)),
       signal_(make_signal(parameters, crawler_.pipe())),
-      pending_(crawler_.next()) {}
+      pending_(crawler_.next()),
+      route_(make_route(parameters)) {
+  if (parameters.imu) {
+    imu_.emplace(*parameters.imu, parameters.seed + 5);
+  }
+}
 
 std::vector<SimulatedRun::Readings> SimulatedRun::readings_until(double time) {
   std::vector<Readings> result;
@@ -81,12 +95,39 @@ std::vector<std::complex<double>> SimulatedRun::samples_until(double time) {
 }
 
 SimulatedRun::Position SimulatedRun::position(double time) const noexcept {
-  const double distance = crawler_.motion().distance(time);
+  const double distance = crawler_.motion().distance(std::max(time, 0.0));
   const std::size_t joint = crawler_.pipe().joint_at(distance);
   return {.joint = start_joint_ + joint,
           .into_joint = distance - crawler_.pipe().joints()[joint].begin,
           .chainage = start_chainage_ + distance,
           .distance = distance};
+}
+
+simulation::BodyMotion SimulatedRun::body_motion(double time) const {
+  const simulation::Motion& motion = crawler_.motion();
+  const bool moves = time >= 0.0 && time < motion.duration();
+  simulation::BodyMotion result =
+      route_.motion(position(time).chainage, moves ? motion.speed(time) : 0.0,
+                    moves ? motion.pieces()[motion.piece_at(time)].acceleration : 0.0);
+  result.time = time;
+  return result;
+}
+
+std::vector<SimulatedRun::ImuSample> SimulatedRun::imu_samples_until(double time) {
+  std::vector<ImuSample> result;
+  if (!imu_) {
+    return result;
+  }
+  if (!next_imu_sample_) {
+    next_imu_sample_ = time;
+  }
+  for (; *next_imu_sample_ <= time; *next_imu_sample_ += imu_->parameters().period) {
+    const simulation::BodyMotion truth = body_motion(*next_imu_sample_);
+    result.push_back({.time = *next_imu_sample_,
+                      .reading = imu_->measure({.angular_rate = truth.angular_rate,
+                                                .specific_force = truth.specific_force()})});
+  }
+  return result;
 }
 
 }  // namespace pipescout

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <pipescout/simulation/uav.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -111,6 +112,40 @@ TEST(SimulatedRun, RefusesWhatMakesNoSense) {
   parameters = undisturbed();
   parameters.crawler.wheels.clear();
   EXPECT_THROW(SimulatedRun(parameters, tally(10)), std::invalid_argument);
+}
+
+/// A perfect IMU, summed up, tells where the crawler is: standing first, then through a bend.
+TEST(SimulatedRun, ItsImuIsThatOfItsMotion) {
+  SimulatedRunParameters parameters = undisturbed();
+  parameters.start_joint = 0;
+  parameters.route = {simulation::RoutePiece::straight(55.0),
+                      simulation::RoutePiece::bend(6.0, M_PI_2),
+                      simulation::RoutePiece::straight(100.0)};
+  parameters.imu.emplace();
+  parameters.imu->period = 0.001;
+  SimulatedRun run(parameters, tally(10));
+  simulation::BodyMotion reckoned = run.body_motion(-1.0);
+  EXPECT_EQ(reckoned.velocity, Eigen::Vector3d::Zero());
+  EXPECT_NEAR(reckoned.T_map_body.translation().x(), 50.0, 1e-9);
+  geometry::SO3 rotation = reckoned.T_map_body.rotation();
+  Eigen::Vector3d position = reckoned.T_map_body.translation();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d gravity(0, 0, simulation::kGravity);
+  double time = -1.0;
+  EXPECT_TRUE(run.imu_samples_until(-1.0).size() == 1);
+  for (const double until : {0.0, 10.0, run.duration()}) {
+    for (const auto& sample : run.imu_samples_until(until)) {
+      const double dt = sample.time - time;
+      time = sample.time;
+      rotation = rotation * geometry::SO3::exp(dt * sample.reading.angular_rate);
+      velocity += dt * (rotation * sample.reading.specific_force - gravity);
+      position += dt * velocity;
+    }
+    const simulation::BodyMotion truth = run.body_motion(time);
+    EXPECT_LT((position - truth.T_map_body.translation()).norm(), 0.02) << until;
+    EXPECT_LT((rotation.inverse() * truth.T_map_body.rotation()).log().norm(), 1e-3) << until;
+  }
+  EXPECT_GT(position.y(), 5.0);  // it has gone round the bend
 }
 
 }  // namespace

@@ -46,24 +46,6 @@ Eigen::Vector3d vector(const char* parameter, const std::vector<double>& values)
   return {values[0], values[1], values[2]};
 }
 
-/// Of a grade of IMU that parameter `imu` names.
-std::optional<simulation::ImuParameters> imu_errors(const std::string& grade) {
-  if (grade == "none") {
-    return std::nullopt;
-  }
-  if (grade == "tactical") {
-    return simulation::ImuParameters::tactical();
-  }
-  if (grade == "industrial") {
-    return simulation::ImuParameters::industrial();
-  }
-  if (grade == "consumer") {
-    return simulation::ImuParameters::consumer();
-  }
-  throw std::invalid_argument("parameter 'imu': '" + grade +
-                              "' is none of 'none', 'tactical', 'industrial', 'consumer'");
-}
-
 }  // namespace
 
 RackSimulation::RackSimulation(ComponentOptions options) : Component(std::move(options)) {
@@ -231,8 +213,8 @@ RackFlightParameters RackSimulation::flight_parameters() const {
   result.wind.direction = wind_direction_.get();
   result.wind.height = result.start_position.z() - ground_height_.get();
   result.uav.velocity_error = velocity_error_.get();
-  result.imu = imu_errors(imu_.get());
-  if (result.imu) {
+  if (const std::string grade = imu_.get(); grade != "none") {
+    result.imu = simulation::ImuParameters::of_grade(grade);
     result.imu->period = 1.0 / imu_rate_.get();
   }
 

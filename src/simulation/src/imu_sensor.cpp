@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 
 #include "check.hpp"
@@ -103,6 +104,20 @@ Eigen::Vector3d ImuSensor::Triad::bias() const noexcept {
     sum += process;
   }
   return sum;
+}
+
+ImuParameters ImuParameters::of_grade(std::string_view grade) {
+  if (grade == "tactical") {
+    return tactical();
+  }
+  if (grade == "industrial") {
+    return industrial();
+  }
+  if (grade == "consumer") {
+    return consumer();
+  }
+  throw std::invalid_argument("grade of IMU '" + std::string(grade) +
+                              "' is none of 'tactical', 'industrial', 'consumer'");
 }
 
 ImuSensor::ImuSensor(const ImuParameters& parameters, std::uint64_t seed)

@@ -4,11 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <nav_msgs/msg/odometry.hpp>
 #include <optional>
 #include <pipescout_msgs/msg/eddy_current_samples.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <pipescout_msgs/msg/pipe_position.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/imu.hpp>
 #include <string>
 #include <vector>
 
@@ -18,8 +20,9 @@
 namespace pipescout {
 
 /// Stands in for the drivers of a crawler: publishes `odometer/readings` of its wheels,
-/// `eddy_current` of its probe, the truth on `ground_truth/pipe_position`, and the time of all that
-/// on `/clock`, for nodes with `use_sim_time`. Says that it is complete at the end of the pipe.
+/// `eddy_current` of its probe, `imu/data`, the truth on `ground_truth/pipe_position` and
+/// `ground_truth/odometry`, and the time of all that on `/clock`, for nodes with `use_sim_time`.
+/// Says that it is complete at the end of the pipe.
 ///
 /// Parameters: docs/components/crawler_simulation.md. They take effect when it is configured.
 class CrawlerSimulation final : public Component {
@@ -37,10 +40,13 @@ class CrawlerSimulation final : public Component {
   using Readings = pipescout_msgs::msg::OdometerReadings;
   using Samples = pipescout_msgs::msg::EddyCurrentSamples;
   using Position = pipescout_msgs::msg::PipePosition;
+  using Imu = sensor_msgs::msg::Imu;
+  using Odometry = nav_msgs::msg::Odometry;
   using Clock = rosgraph_msgs::msg::Clock;
 
   void declare_wheel_parameters();
   void declare_drive_parameters();
+  void declare_imu_parameters();
   void declare_signal_parameters();
   [[nodiscard]] SimulatedRunParameters run_parameters() const;
   [[nodiscard]] bool is_heard() const;
@@ -49,6 +55,7 @@ class CrawlerSimulation final : public Component {
   void publish_readings(double until);
   void publish_samples(double until);
   void publish_truth(double time);
+  void publish_imu(double until);
 
   Parameter<std::string> tally_;
   Parameter<std::int64_t> seed_;
@@ -74,6 +81,10 @@ class CrawlerSimulation final : public Component {
   Parameter<double> stop_spacing_;
   Parameter<double> reverse_share_;
   Parameter<double> joint_error_;
+  Parameter<std::string> route_;
+  Parameter<std::string> imu_;
+  Parameter<double> imu_rate_;
+  Parameter<double> standing_;
   Parameter<double> sample_rate_;
   Parameter<double> peak_snr_;
   Parameter<double> valves_;
@@ -86,13 +97,16 @@ class CrawlerSimulation final : public Component {
   Duration period_{};  // between two steps, on the steady clock
 
   std::optional<SimulatedRun> run_;
-  std::uint64_t steps_ = 0;  // made
+  std::uint64_t steps_ = 0;           // made
+  std::uint64_t standing_steps_ = 0;  // before it starts
   std::uint64_t total_steps_ = 0;
   bool active_ = false;
 
   Publisher<Readings> readings_publisher_;
   Publisher<Samples> samples_publisher_;
   Publisher<Position> truth_publisher_;
+  Publisher<Odometry> true_odometry_publisher_;
+  Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
   std::shared_ptr<Timer> timer_;
 };

@@ -7,6 +7,8 @@
 #include <optional>
 #include <pipescout/simulation/crawler.hpp>
 #include <pipescout/simulation/eddy_current_signal.hpp>
+#include <pipescout/simulation/imu_sensor.hpp>
+#include <pipescout/simulation/pipe_route.hpp>
 #include <pipescout/weld_locator/tally_file.hpp>
 #include <vector>
 
@@ -19,6 +21,10 @@ struct SimulatedRunParameters {
   simulation::InspectionParameters motion{};  ///< `length` is at most that of the pipe
   simulation::CrawlerParameters crawler{};
   std::size_t start_joint = 0;  ///< of the tally; the crawler starts at its first weld
+  /// The centre line in the map, from chainage 0 at its origin on, along x at first; empty:
+  /// straight.
+  std::vector<simulation::RoutePiece> route{};
+  std::optional<simulation::ImuParameters> imu{};  ///< at the probe; nothing: there is none
   std::uint64_t seed = 1;
 };
 
@@ -52,7 +58,17 @@ class SimulatedRun {
   [[nodiscard]] double next_sample_time() const noexcept {
     return static_cast<double>(samples_) * sample_interval_;
   }
+  struct ImuSample {
+    double time = 0.0;  ///< s
+    simulation::ImuReading reading{};
+  };
+  /// What the IMU shows up to a time, s; called with rising times. The first is that of the first
+  /// call, which may be before 0: the crawler stands until then.
+  [[nodiscard]] std::vector<ImuSample> imu_samples_until(double time);
+  /// Before 0: that of 0.
   [[nodiscard]] Position position(double time) const noexcept;
+  /// In the map.
+  [[nodiscard]] simulation::BodyMotion body_motion(double time) const;
   [[nodiscard]] double duration() const noexcept { return crawler_.motion().duration(); }
 
  private:
@@ -63,6 +79,9 @@ class SimulatedRun {
   simulation::EddyCurrentSignal signal_;
   std::optional<simulation::WheelSample> pending_;
   std::uint64_t samples_ = 0;
+  simulation::PipeRoute route_;
+  std::optional<simulation::ImuSensor> imu_;
+  std::optional<double> next_imu_sample_;  // s
 };
 
 }  // namespace pipescout
