@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cost_functions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pipescout::estimation {
+
+ImuCost::ImuCost(const ImuFactor& factor) : factor_(factor) {
+  set_num_residuals(ImuFactor::kRows);
+  mutable_parameter_block_sizes()->assign(2, kStateNumbers);
+}
+
+bool ImuCost::Evaluate(const double* const* parameters, double* residuals,
+                       double** jacobians) const {
+  Jacobians<ImuFactor::kRows> d;
+  Eigen::Map<ImuFactor::Residual> r(residuals);
+  r = factor_.evaluate(unpack_state(parameters[0]), unpack_state(parameters[1]),
+                       jacobians != nullptr ? &d : nullptr);
+  if (jacobians != nullptr) {
+    set_jacobian<ImuFactor::kRows, kStateSize>(d.from, jacobians[0]);
+    set_jacobian<ImuFactor::kRows, kStateSize>(d.to, jacobians[1]);
+  }
+  return r.allFinite();
+}
+
+PriorCost::PriorCost(const PriorFactor& factor) : factor_(factor) {
+  set_num_residuals(PriorFactor::kRows);
+  mutable_parameter_block_sizes()->assign(1, kStateNumbers);
+}
+
+bool PriorCost::Evaluate(const double* const* parameters, double* residuals,
+                         double** jacobians) const {
+  Jacobians<PriorFactor::kRows> d;
+  Eigen::Map<StateVector> r(residuals);
+  r = factor_.evaluate(unpack_state(parameters[0]), jacobians != nullptr ? &d : nullptr);
+  if (jacobians != nullptr) {
+    set_jacobian<PriorFactor::kRows, kStateSize>(d.from, jacobians[0]);
+  }
+  return r.allFinite();
+}
+
+GlobalPriorCost::GlobalPriorCost(const GlobalStates& mean, const GlobalVector& deviations,
+                                 std::vector<int> estimated)
+    : mean_(mean), deviations_(deviations), estimated_(std::move(estimated)) {
+  set_num_residuals(static_cast<int>(estimated_.size()));
+  mutable_parameter_block_sizes()->assign(1, kGlobalNumbers);
+}
+
+bool GlobalPriorCost::Evaluate(const double* const* parameters, double* residuals,
+                               double** jacobians) const {
+  const GlobalVector r = mean_.local(unpack_globals(parameters[0]));
+  Eigen::Matrix<double, kGlobalSize, kGlobalSize> d;
+  d.setIdentity();
+  d.block<3, 3>(kRackRotation, kRackRotation) =
+      geometry::SO3::right_jacobian_inverse(r.segment<3>(kRackRotation));
+  for (std::size_t i = 0; i < estimated_.size(); ++i) {
+    const int place = estimated_[i];
+    residuals[i] = r[place] / deviations_[place];
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      const Eigen::Matrix<double, 1, kGlobalSize> row = d.row(place) / deviations_[place];
+      set_jacobian<1, kGlobalSize>(row, jacobians[0] + i * kGlobalNumbers);
+    }
+  }
+  return r.allFinite();
+}
+
+void KernelLoss::Evaluate(double square, double* out) const {
+  const KernelValue value = evaluate(kernel_, std::sqrt(std::max(square, 0.0)), width_);
+  out[0] = 2 * value.cost;
+  out[1] = value.weight;
+  out[2] = 0;
+}
+
+}  // namespace pipescout::estimation
