@@ -141,7 +141,9 @@ Time StateEstimator::stamp_of(double time) const {
 }
 
 void StateEstimator::report_outcome(Source source, Outcome outcome) {
-  if (outcome != Outcome::kAccepted && outcome != Outcome::kWaiting) {
+  // Before the first attitude nothing is wrong with what cannot be used yet.
+  if (outcome != Outcome::kAccepted && outcome != Outcome::kWaiting &&
+      outcome != Outcome::kUninitialised) {
     const std::string name(to_string(source));
     const std::string reason(to_string(outcome));
     report_fault(name + "." + reason,

@@ -35,7 +35,7 @@ TEST(CentreLineFile, RefusesWhatIsNoLine) {
   expect_refused("x,y,z\n0,0,0\n1,north,0\n", "route.csv:3");
   expect_refused("x,y,z\n0,0,nan\n1,0,0\n", "finite");
   expect_refused("x,y,z\n0,0,0\n", "2");
-  expect_refused("x,y,z\n0,0,0\n0,0,0\n", "neighbour");
+  expect_refused("x,y,z\n0,0,0\n0,0,0\n", "segment");
   expect_refused("", "route.csv");
   EXPECT_THROW((void)read_centre_line("/does/not/exist.csv", 0), CsvError);
 }

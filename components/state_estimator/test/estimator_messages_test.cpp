@@ -132,6 +132,7 @@ TEST(Heading, IsNotThereWhereTheDriverSaysSo) {
   message.orientation_covariance()[0] = -1;
   EXPECT_FALSE(heading(message, 0, settings()));
   message.orientation_covariance()[0] = 0;
+  message.orientation().w(0);
   EXPECT_THROW((void)heading(message, 0, settings()), std::invalid_argument);  // a zero quaternion
 }
 
