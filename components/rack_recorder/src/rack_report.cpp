@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
 namespace pipescout {
@@ -13,11 +12,6 @@ namespace {
 /// Half of the width of a 95 % band, in standard deviations.
 constexpr double k95 = 1.96;
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// Truths that are remembered: poses come some frames later.
-constexpr std::size_t kMaximumTruths = 4096;
-constexpr std::size_t kMaximumWaiting = 1024;
-/// Truths farther apart say nothing of what is between them.
-constexpr Duration kLongestBetweenTruths = std::chrono::milliseconds(200);
 
 MissionCell rounded(double value, double parts) {
   if (!std::isfinite(value)) {
@@ -30,60 +24,14 @@ MissionCell rounded(double value, double parts) {
 
 void RackReport::add_pose(const Pose& pose) {
   ++poses_;
-  if (const auto truth = truth_at(pose.stamp)) {
-    compare(pose, *truth);
-    return;
-  }
-  if (waiting_.size() == kMaximumWaiting) {
-    waiting_.pop_front();
-  }
-  waiting_.push_back(pose);
+  pairing_.add_estimate(
+      pose, [this](const Pose& known, const geometry::SE3& truth) { compare(known, truth); });
 }
 
 void RackReport::add_truth(Time stamp, const geometry::SE3& T_rack_camera) {
-  if (!truths_.empty() && stamp <= truths_.back().stamp) {
-    truths_.clear();  // the clock began again
-    waiting_.clear();
-  }
-  if (truths_.size() == kMaximumTruths) {
-    truths_.pop_front();
-  }
-  truths_.push_back({stamp, T_rack_camera});
-  std::erase_if(waiting_, [&](const Pose& pose) {
-    if (pose.stamp > stamp) {
-      return false;
-    }
-    if (const auto truth = truth_at(pose.stamp)) {
-      compare(pose, *truth);
-    }
-    return true;  // no truth of its time will come any more
+  pairing_.add_truth(stamp, T_rack_camera, [this](const Pose& known, const geometry::SE3& truth) {
+    compare(known, truth);
   });
-}
-
-std::optional<geometry::SE3> RackReport::truth_at(Time stamp) const {
-  const auto after =
-      std::lower_bound(truths_.begin(), truths_.end(), stamp,
-                       [](const Truth& truth, Time time) { return truth.stamp < time; });
-  if (after == truths_.end()) {
-    return std::nullopt;
-  }
-  if (after->stamp == stamp) {
-    return after->T_rack_camera;
-  }
-  if (after == truths_.begin()) {
-    return std::nullopt;
-  }
-  const Truth& before = *std::prev(after);
-  if (after->stamp - before.stamp > kLongestBetweenTruths) {
-    return std::nullopt;
-  }
-  const double share = to_seconds(stamp - before.stamp) / to_seconds(after->stamp - before.stamp);
-  const geometry::SO3& from = before.T_rack_camera.rotation();
-  const geometry::SO3& to = after->T_rack_camera.rotation();
-  const Eigen::Vector3d turn = share * (from.inverse() * to).log();
-  return geometry::SE3(from * geometry::SO3::exp(turn),
-                       (1.0 - share) * before.T_rack_camera.translation() +
-                           share * after->T_rack_camera.translation());
 }
 
 void RackReport::compare(const Pose& pose, const geometry::SE3& truth) {

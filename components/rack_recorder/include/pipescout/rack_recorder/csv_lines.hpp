@@ -7,19 +7,10 @@
 #include <pipescout_msgs/msg/rack_state.hpp>
 #include <string>
 
-#include "pipescout/geometry/se3.hpp"
 #include "pipescout/interfaces/time.hpp"
 
-/// The lines of the recorder's files, docs/components/rack_recorder.md. Pure.
+/// The lines of the recorder's files beside poses, docs/components/rack_recorder.md. Pure.
 namespace pipescout {
-
-[[nodiscard]] std::string pose_csv_header();
-/// `covariance`: over (x, y, z, rotation about the fixed axes x, y, z), m and rad.
-[[nodiscard]] std::string pose_csv_line(Time stamp, const geometry::SE3& T_rack_camera,
-                                        const geometry::Matrix6d& covariance);
-
-[[nodiscard]] std::string truth_csv_header();
-[[nodiscard]] std::string truth_csv_line(Time stamp, const geometry::SE3& T_rack_camera);
 
 [[nodiscard]] std::string state_csv_header();
 [[nodiscard]] std::string state_csv_line(const pipescout_msgs::msg::RackState& message);

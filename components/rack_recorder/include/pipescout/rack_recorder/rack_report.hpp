@@ -4,14 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
 
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/interfaces/mission_section.hpp"
 #include "pipescout/interfaces/time.hpp"
-#include "pipescout/rack_recorder/error_histogram.hpp"
+#include "pipescout/recording/error_histogram.hpp"
+#include "pipescout/recording/true_track.hpp"
 
 namespace pipescout {
 
@@ -44,10 +44,6 @@ class RackReport {
   [[nodiscard]] MissionSection section(const std::string& figure_prefix) const;
 
  private:
-  struct Truth {
-    Time stamp{};
-    geometry::SE3 T_rack_camera;
-  };
   /// A row of the table: an error, and what the poses say of it.
   struct Measure {
     ErrorHistogram errors;
@@ -55,7 +51,6 @@ class RackReport {
     double sum_of_variances = 0;
   };
 
-  [[nodiscard]] std::optional<geometry::SE3> truth_at(Time stamp) const;
   void compare(const Pose& pose, const geometry::SE3& truth);
   void add_table(MissionSection& section) const;
   void add_notes(MissionSection& section) const;
@@ -71,8 +66,7 @@ class RackReport {
   std::uint64_t way_points_ = 0;
   std::uint64_t way_points_done_ = 0;
   std::string way_points_text_;
-  std::deque<Truth> truths_;
-  std::deque<Pose> waiting_;
+  TruthPairing<Pose> pairing_;
   std::array<Measure, 6> axes_{};  // across, along, up, and the rotations about these
   Measure position_;
   Measure orientation_;

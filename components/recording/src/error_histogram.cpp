@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_recorder/error_histogram.hpp"
+#include "pipescout/recording/error_histogram.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +23,7 @@ void ErrorHistogram::add(double error) noexcept {
   ++bins_[static_cast<std::size_t>(std::min(bin, static_cast<double>(kBins - 1)))];
   ++count_;
   largest_ = std::max(largest_, value);
+  sum_of_squares_ += value * value;
 }
 
 double ErrorHistogram::quantile(double share) const noexcept {
@@ -44,6 +45,11 @@ double ErrorHistogram::quantile(double share) const noexcept {
 
 double ErrorHistogram::largest() const noexcept {
   return count_ == 0 ? std::numeric_limits<double>::quiet_NaN() : largest_;
+}
+
+double ErrorHistogram::root_mean_square() const noexcept {
+  return count_ == 0 ? std::numeric_limits<double>::quiet_NaN()
+                     : std::sqrt(sum_of_squares_ / static_cast<double>(count_));
 }
 
 }  // namespace pipescout

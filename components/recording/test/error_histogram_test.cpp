@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_recorder/error_histogram.hpp"
+#include "pipescout/recording/error_histogram.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,12 +19,14 @@ TEST(ErrorHistogram, QuantilesToHalfAPercent) {
   EXPECT_NEAR(histogram.quantile(0.95), 0.095, 0.095 * 0.006);
   EXPECT_DOUBLE_EQ(histogram.quantile(1.0), histogram.largest());
   EXPECT_DOUBLE_EQ(histogram.largest(), 0.1);
+  EXPECT_NEAR(histogram.root_mean_square(), 0.1 / std::sqrt(3.0), 1e-5);
 }
 
 TEST(ErrorHistogram, Extremes) {
   ErrorHistogram histogram;
   EXPECT_TRUE(std::isnan(histogram.quantile(0.5)));
   EXPECT_TRUE(std::isnan(histogram.largest()));
+  EXPECT_TRUE(std::isnan(histogram.root_mean_square()));
   histogram.add(std::numeric_limits<double>::quiet_NaN());
   histogram.add(std::numeric_limits<double>::infinity());
   EXPECT_EQ(histogram.count(), 0U);

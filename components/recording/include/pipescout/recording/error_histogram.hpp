@@ -18,8 +18,9 @@ class ErrorHistogram {
   /// The value that a share of (0, 1] of the errors does not exceed, to 0.5 %; NaN when there is
   /// none.
   [[nodiscard]] double quantile(double share) const noexcept;
-  /// Exact; NaN when there is none.
+  /// Exact, as the root of the mean square; both are NaN when there is none.
   [[nodiscard]] double largest() const noexcept;
+  [[nodiscard]] double root_mean_square() const noexcept;
 
  private:
   static constexpr std::size_t kBins = 2316;
@@ -27,6 +28,7 @@ class ErrorHistogram {
   std::array<std::uint64_t, kBins> bins_{};
   std::uint64_t count_ = 0;
   double largest_ = 0.0;
+  double sum_of_squares_ = 0.0;
 };
 
 }  // namespace pipescout
