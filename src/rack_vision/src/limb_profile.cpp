@@ -55,20 +55,6 @@ LimbProfile::LimbProfile(double blur_sigma) : places_(static_cast<std::size_t>(k
   }
 }
 
-LimbProfile::PerShape LimbProfile::products(
-    int place, std::span<const float, kLength> centred) const noexcept {
-  const Place& table = places_[static_cast<std::size_t>(place)];
-  PerShape sums = PerShape::Zero();
-  for (std::size_t i = 0; i < kLength; ++i) {
-    sums += table.shapes[i] * centred[i];
-  }
-  return sums;
-}
-
-float LimbProfile::explained(int place, std::span<const float, kLength> centred) const noexcept {
-  return products(place, centred).square().sum();
-}
-
 LimbProfile::Fit LimbProfile::fit(std::span<const float, kLength> window) const noexcept {
   float mean = 0;
   for (const float value : window) {

@@ -49,8 +49,17 @@ class LimbProfile {
   };
 
   [[nodiscard]] PerShape products(int place,
-                                  std::span<const float, kLength> centred) const noexcept;
-  [[nodiscard]] float explained(int place, std::span<const float, kLength> centred) const noexcept;
+                                  std::span<const float, kLength> centred) const noexcept {
+    const Place& table = places_[static_cast<std::size_t>(place)];
+    PerShape sums = PerShape::Zero();
+    for (std::size_t i = 0; i < kLength; ++i) {
+      sums += table.shapes[i] * centred[i];
+    }
+    return sums;
+  }
+  [[nodiscard]] float explained(int place, std::span<const float, kLength> centred) const noexcept {
+    return products(place, centred).square().sum();
+  }
 
   std::vector<Place> places_;
 };
