@@ -79,8 +79,9 @@ void OffsetPrior::judge(const SolverState& state, const SystemMatrix& informatio
   // What is not observed (the place along the pipes) must not stop the inverse.
   constexpr double kTrace = 1e-6;
   regular.diagonal().array() += kTrace;
-  const SystemMatrix covariance =
-      regular.ldlt().solve(SystemMatrix::Identity(regular.rows(), regular.cols()));
+  // Of the inverse, the columns of the offsets.
+  const SystemMatrix covariance = regular.ldlt().solve(
+      SystemMatrix::Identity(regular.rows(), regular.cols()).middleCols(kPoseUnknowns, n));
   const SystemVector difference = innovation(state);
   SystemVector added = SystemVector::Zero(n);
   for (std::size_t i = 0; i < kMaxPipes; ++i) {
@@ -89,7 +90,7 @@ void OffsetPrior::judge(const SolverState& state, const SystemMatrix& informatio
       continue;
     }
     const int k = unknown - kPoseUnknowns;
-    const double variance = covariance(unknown, unknown) + covariance_(k, k);
+    const double variance = covariance(unknown, k) + covariance_(k, k);
     compared_[i] = difference[k];
     deviation_[i] = std::sqrt(variance);
     if (difference[k] * difference[k] > innovation_gate * innovation_gate * variance) {

@@ -111,7 +111,10 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
   const double trace =
       1 / (kUnseen * kUnseen * parameters.observed_deviation * parameters.observed_deviation);
   data.diagonal().tail(others).array() += trace;
-  const SystemMatrix from_data = inverse(data);
+  // Of the inverse, the columns of the offsets.
+  const SystemMatrix from_data =
+      data.ldlt().solve(SystemMatrix::Identity(layout.size, layout.size)
+                            .middleCols(kPoseUnknowns, layout.offset_count));
   for (std::size_t i = 0; i < kMaxPipes; ++i) {
     const int row = layout.offset[i];
     if (row < 0) {
@@ -119,7 +122,7 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
     }
     solution.offsets.mean[i] = state.offsets[i];
     solution.offset_observed[i] =
-        std::sqrt(edges * from_data(row, row)) < parameters.observed_deviation;
+        std::sqrt(edges * from_data(row, row - kPoseUnknowns)) < parameters.observed_deviation;
     for (std::size_t j = 0; j < kMaxPipes; ++j) {
       const int column = layout.offset[j];
       if (column >= 0) {
