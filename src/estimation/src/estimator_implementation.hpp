@@ -186,6 +186,7 @@ class StateEstimator::Implementation {
   std::uint64_t updates_ = 0;
   ImuSums levelling_{};
   double levelling_end_ = 0;
+  double reckons_since_ = 0;
   bool still_since_start_ = false;
   std::optional<GivenPose> given_{};
   // While aligning: by the newest visual pose, and by the newest weld.

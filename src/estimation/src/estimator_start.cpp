@@ -102,7 +102,8 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   double tilt = start.accelerometer_bias_deviation / parameters_.smoother.gravity;
   double speed = kStillSpeed;
   double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
-  const auto motion = odometer_.motion(parameters_.start.levelling);
+  // The part of the levelling that the odometer may be expected to cover.
+  const auto motion = odometer_.motion(0.5 * parameters_.start.levelling);
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
   Vector3d velocity = Vector3d::Zero();
   if (still && !moving) {
@@ -139,6 +140,7 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   good_state_ = mean;
   good_covariance_ = covariance;
   odometer_until_ = time;
+  reckons_since_ = time;
   still_since_start_ = still;
   window_.forget();
   pending_.clear();
@@ -230,7 +232,8 @@ StateEstimator::Implementation::start_place(const Angle& yaw) const {
 }
 
 void StateEstimator::Implementation::align() {
-  if (!status_.standing_still) {
+  if (!status_.standing_still &&
+      newest_time() - reckons_since_ > 2 * parameters_.standstill.window) {
     still_since_start_ = false;
   }
   const std::optional<Angle> yaw = start_yaw();

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Absolute sources that go, come back and lie.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simulated_vehicle.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using test::AnyMessage;
+using test::SimulatedVehicle;
+using test::VehicleOptions;
+
+constexpr double kTrap = 700;  // m
+
+struct Phases {
+  double good_until = 0;    // s: GPS as it is
+  double gone_until = 0;    // then none
+  double wrong_until = 0;   // then off by kTrap, then right again
+  bool moves_along = true;  // else the wrong fixes stay in one place
+};
+
+class StateEstimatorSourcesTest : public testing::Test {
+ protected:
+  static StateEstimatorParameters robot() {
+    StateEstimatorParameters p = StateEstimatorParameters::ground_robot();
+    p.smoother.imu_noise = test::vehicle_imu_noise();
+    return p;
+  }
+  static StateEstimatorParameters aircraft() {
+    StateEstimatorParameters p = StateEstimatorParameters::uav();
+    p.smoother.imu_noise = test::vehicle_imu_noise();
+    return p;
+  }
+  static double error(const StateEstimator& estimator, const SimulatedVehicle& vehicle) {
+    const auto estimate = estimator.estimate();
+    if (!estimate || !estimate->in_map) {
+      return INFINITY;
+    }
+    return (estimate->state.position - vehicle.truth(estimate->time).position).norm();
+  }
+  static bool spoil(AnyMessage& message, const SimulatedVehicle& vehicle, const Phases& phases) {
+    auto* const gps = std::get_if<GpsMeasurement>(&message);
+    if (gps == nullptr || gps->time < phases.good_until) {
+      return true;
+    }
+    if (gps->time < phases.gone_until) {
+      return false;
+    }
+    if (gps->time < phases.wrong_until) {
+      if (!phases.moves_along) {
+        gps->position +=
+            vehicle.truth(phases.gone_until).position - vehicle.truth(gps->time).position;
+      }
+      gps->position += Vector3d(0.6 * kTrap, -0.8 * kTrap, 0);
+    }
+    return true;
+  }
+  /// The largest error of estimates in [from, until).
+  static double run(StateEstimator& estimator, const SimulatedVehicle& vehicle, double from,
+                    double until, const Phases& phases) {
+    double worst = 0;
+    double next = 0;
+    test::deliver(
+        estimator, vehicle, from, until,
+        [&](AnyMessage& message) { return spoil(message, vehicle, phases); },
+        [&](const Estimate& estimate) {
+          if (estimate.time >= next) {
+            next = estimate.time + 0.1;
+            worst = std::max(
+                worst, (estimate.state.position - vehicle.truth(estimate.time).position).norm());
+          }
+        });
+    return worst;
+  }
+  static std::size_t restarts(const StateEstimator& estimator, RestartReason reason) {
+    return estimator.status().restarts[static_cast<std::size_t>(reason)];
+  }
+};
+
+TEST_F(StateEstimatorSourcesTest, AfterAnOutageFixesThatAgreeAreTakenUpAgain) {
+  VehicleOptions options;
+  options.duration = 110;
+  options.heading = 1;
+  const SimulatedVehicle vehicle(1, options);
+  StateEstimator estimator(robot());
+  const Phases phases = {.good_until = 40, .gone_until = 100, .wrong_until = 100};
+  run(estimator, vehicle, 0, 40, phases);
+  run(estimator, vehicle, 40, 41, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+  const double worst = run(estimator, vehicle, 41, 100, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+  EXPECT_NEAR(estimator.status().since_absolute_position, 60, 0.5);
+  EXPECT_LT(worst, 2);  // 180 m by odometer and gyro
+  run(estimator, vehicle, 100, 100.5, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kCandidate);
+  EXPECT_GT(estimator.status().of(Source::kGps).held, 0U);
+  run(estimator, vehicle, 100.5, 110, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+  EXPECT_LT(error(estimator, vehicle), 1);
+  EXPECT_EQ(restarts(estimator, RestartReason::kTakenOver), 0U);
+}
+
+TEST_F(StateEstimatorSourcesTest, WrongFixesAfterAnOutageDoNotCaptureForMinutes) {
+  for (const bool moves_along : {true, false}) {
+    VehicleOptions options;
+    options.duration = 330;
+    options.heading = -2;
+    options.stop_from = moves_along ? 1e9 : 95;
+    const SimulatedVehicle vehicle(2, options);
+    StateEstimator estimator(robot());
+    const Phases phases = {
+        .good_until = 40, .gone_until = 100, .wrong_until = 310, .moves_along = moves_along};
+    run(estimator, vehicle, 0, 100, phases);
+    const std::size_t accepted = estimator.status().of(Source::kGps).accepted;
+    EXPECT_LT(run(estimator, vehicle, 100, 310, phases), 8);
+    EXPECT_EQ(estimator.status().of(Source::kGps).accepted, accepted);
+    run(estimator, vehicle, 310, 330, phases);
+    EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+    EXPECT_LT(error(estimator, vehicle), 1.5);
+    EXPECT_EQ(restarts(estimator, RestartReason::kTakenOver), 0U);
+  }
+}
+
+TEST_F(StateEstimatorSourcesTest, WrongFixesWithoutAnOutageAreDoubtedAndHeld) {
+  VehicleOptions options;
+  options.duration = 120;
+  const SimulatedVehicle vehicle(3, options);
+  StateEstimator estimator(robot());
+  const Phases phases = {.good_until = 60, .gone_until = 60, .wrong_until = 100};
+  run(estimator, vehicle, 0, 60, phases);
+  EXPECT_LT(run(estimator, vehicle, 60, 100, phases), 2);
+  const EstimatorStatus status = estimator.status();
+  EXPECT_NE(status.of(Source::kGps).state, SourceState::kTrusted);
+  EXPECT_GE(status.of(Source::kGps).gated, robot().gps.doubt_after);
+  run(estimator, vehicle, 100, 120, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+  EXPECT_LT(error(estimator, vehicle), 1);
+}
+
+TEST_F(StateEstimatorSourcesTest, AFirstFixThatIsWrongIsNotBelieved) {
+  VehicleOptions options;
+  options.duration = 40;
+  options.compass = true;
+  const SimulatedVehicle vehicle(4, options);
+  StateEstimator estimator(robot());
+  int fixes = 0;
+  double worst = 0;
+  test::deliver(
+      estimator, vehicle, 0, 40,
+      [&](AnyMessage& message) {
+        if (auto* const gps = std::get_if<GpsMeasurement>(&message); gps && gps->time > 1.1) {
+          gps->position.x() += ++fixes < 3 ? kTrap : 0;
+        }
+        return true;
+      },
+      [&](const Estimate& estimate) {
+        if (estimate.in_map) {
+          const Vector3d truth = vehicle.truth(estimate.time).position;
+          worst = std::max(worst, (estimate.state.position - truth).norm());
+        }
+      });
+  EXPECT_LT(worst, 2);
+  EXPECT_LT(error(estimator, vehicle), 1);
+}
+
+TEST_F(StateEstimatorSourcesTest, AStartFromWrongFixesIsMendedByThoseThatGoOnAgreeing) {
+  VehicleOptions options;
+  options.duration = 120;
+  options.compass = true;
+  const SimulatedVehicle vehicle(5, options);
+  StateEstimator estimator(robot());
+  const Phases phases = {.good_until = 0, .gone_until = 0, .wrong_until = 10};
+  run(estimator, vehicle, 0, 10, phases);
+  ASSERT_TRUE(estimator.estimate()->in_map);
+  EXPECT_NEAR(error(estimator, vehicle), kTrap, 3);
+  run(estimator, vehicle, 10, 120, phases);
+  EXPECT_LT(error(estimator, vehicle), 1.5);
+  EXPECT_EQ(restarts(estimator, RestartReason::kTakenOver), 1U);
+}
+
+TEST_F(StateEstimatorSourcesTest, AStartWithAWrongHeadingIsMended) {
+  VehicleOptions options;
+  options.duration = 130;
+  const SimulatedVehicle vehicle(6, options);
+  StateEstimator estimator(robot());
+  const NavState begin = vehicle.truth(0);
+  estimator.add(GivenPose{.time = 0,
+                          .position = begin.position,
+                          .position_deviation = 0.5,
+                          .heading = begin.R_map_body.roll_pitch_yaw().z() + 2,
+                          .heading_deviation = 0.05});
+  run(estimator, vehicle, 0, 20, {.good_until = 1e9});
+  EXPECT_GT(error(estimator, vehicle), 5);
+  run(estimator, vehicle, 20, 130, {.good_until = 1e9});
+  EXPECT_LT(error(estimator, vehicle), 2);
+}
+
+TEST_F(StateEstimatorSourcesTest, WithTheImuAloneFixesAreTakenWithinTheUncertainty) {
+  VehicleOptions options;
+  options.kind = VehicleOptions::Kind::kFly;
+  options.odometer = false;
+  options.duration = 400;
+  const SimulatedVehicle vehicle(7, options);
+  StateEstimator estimator(aircraft());
+  const Phases phases = {.good_until = 60, .gone_until = 360, .wrong_until = 360};
+  run(estimator, vehicle, 0, 360, phases);
+  run(estimator, vehicle, 360, 400, phases);
+  EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+  EXPECT_LT(error(estimator, vehicle), 3);
+}
+
+}  // namespace
+}  // namespace pipescout::estimation

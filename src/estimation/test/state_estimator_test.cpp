@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation/state_estimator.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "simulated_vehicle.hpp"
+
+namespace pipescout::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SO3;
+using test::AnyMessage;
+using test::SimulatedVehicle;
+using test::VehicleOptions;
+using testing::HasSubstr;
+
+StateEstimatorParameters robot() {
+  StateEstimatorParameters p = StateEstimatorParameters::ground_robot();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  return p;
+}
+
+struct Errors {
+  double position = INFINITY;  // m
+  double rotation = INFINITY;  // rad
+  double velocity = INFINITY;  // m/s
+};
+
+Errors errors(const StateEstimator& estimator, const SimulatedVehicle& vehicle) {
+  const auto estimate = estimator.estimate();
+  if (!estimate || !estimate->in_map) {
+    return {};
+  }
+  const StateVector d = vehicle.truth(estimate->time).local(estimate->state);
+  return {d.segment<3>(kPosition).norm(), d.segment<3>(kRotation).norm(),
+          d.segment<3>(kVelocity).norm()};
+}
+
+TEST(StateEstimator, FindsItsHeadingFromMotionWithGps) {
+  for (const double heading : {-2.0, 0.5, 3.0}) {
+    VehicleOptions options;
+    options.heading = heading;
+    const SimulatedVehicle vehicle(11, options);
+    StateEstimator estimator(robot());
+    test::deliver(estimator, vehicle, 0, 0.5);
+    EXPECT_EQ(estimator.status().phase, Phase::kStarting);
+    EXPECT_EQ(estimator.status().waits_for, WaitsFor::kLevel);
+    test::deliver(estimator, vehicle, 0.5, 4);
+    EXPECT_EQ(estimator.status().phase, Phase::kAligning);
+    EXPECT_EQ(estimator.status().waits_for, WaitsFor::kHeading);
+    EXPECT_THAT(estimator.status().text, HasSubstr("m of motion with GPS"));
+    EXPECT_TRUE(estimator.status().standing_still);
+    EXPECT_FALSE(estimator.estimate()->in_map);
+    test::deliver(estimator, vehicle, 4, 12);
+    EXPECT_EQ(estimator.status().phase, Phase::kRunning);
+    EXPECT_EQ(estimator.status().waits_for, WaitsFor::kNothing);
+    test::deliver(estimator, vehicle, 12, 60);
+    EXPECT_LT(errors(estimator, vehicle).position, 0.5);
+    EXPECT_LT(errors(estimator, vehicle).rotation, 0.03);
+    EXPECT_LT(errors(estimator, vehicle).velocity, 0.1);
+    EXPECT_GT(estimator.status().of(Source::kOdometer).accepted, 400U);
+  }
+}
+
+TEST(StateEstimator, FindsItsHeadingInFlightByTheImuAlone) {
+  VehicleOptions options;
+  options.kind = VehicleOptions::Kind::kFly;
+  options.odometer = false;
+  options.heading = 2;
+  const SimulatedVehicle vehicle(12, options);
+  StateEstimatorParameters p = StateEstimatorParameters::uav();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  StateEstimator estimator(p);
+  test::deliver(estimator, vehicle, 0, 60);
+  EXPECT_LT(errors(estimator, vehicle).position, 1.2);
+  EXPECT_LT(errors(estimator, vehicle).rotation, 0.15);
+}
+
+TEST(StateEstimator, StartsWhileMovingByItsOdometer) {
+  VehicleOptions options;
+  options.standing = -5;
+  const SimulatedVehicle vehicle(13, options);
+  StateEstimator estimator(robot());
+  test::deliver(estimator, vehicle, 0, 60);
+  EXPECT_LT(errors(estimator, vehicle).position, 0.6);
+  EXPECT_LT(errors(estimator, vehicle).rotation, 0.04);
+}
+
+TEST(StateEstimator, StartsStandingStillWhenItIsToldEnough) {
+  VehicleOptions options;
+  options.duration = 5;
+  options.standing = 10;
+  options.heading = 1;
+  const NavState truth = SimulatedVehicle(14, options).truth(0);
+  const auto started = [&](const VehicleOptions& with, const GivenPose* given) {
+    const SimulatedVehicle vehicle(14, with);
+    StateEstimator estimator(robot());
+    if (given != nullptr) {
+      EXPECT_EQ(estimator.add(*given), Outcome::kWaiting);
+    }
+    test::deliver(estimator, vehicle, 0, 5);
+    return errors(estimator, vehicle);
+  };
+  VehicleOptions compass = options;
+  compass.compass = true;
+  EXPECT_LT(started(compass, nullptr).position, 1);
+  EXPECT_LT(started(compass, nullptr).rotation, 0.05);
+  VehicleOptions vision = options;
+  vision.vision = true;
+  vision.gps = false;
+  EXPECT_LT(started(vision, nullptr).position, 0.03);
+  EXPECT_LT(started(vision, nullptr).rotation, 0.01);
+  VehicleOptions nothing = options;
+  nothing.gps = false;
+  GivenPose given = {.time = 0, .position = truth.position, .position_deviation = 0.1};
+  EXPECT_TRUE(std::isinf(started(nothing, &given).position));
+  given.heading = truth.R_map_body.roll_pitch_yaw().z() + 0.02;
+  EXPECT_LT(started(nothing, &given).position, 0.2);
+  EXPECT_LT(started(nothing, &given).rotation, 0.04);
+}
+
+TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
+  StateEstimatorParameters p = StateEstimatorParameters::crawler();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  p.centre_line.emplace(std::vector<Vector3d>{{0, 0, 5}, {0, 100, 5}});
+  StateEstimator estimator(p);
+  double distance = 0;
+  double speed = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = 0.01 * i;
+    const double acceleration = t >= 3 && t < 4 ? 0.5 : 0;
+    distance += 0.01 * speed + 0.5e-4 * acceleration;
+    speed += 0.01 * acceleration;
+    estimator.add(ImuReading{t, Vector3d(0.02 + acceleration, 0.01, 9.81), Vector3d(0, 0, 1e-4)});
+    estimator.add(OdometerReading{t, 0.99 * distance, 1e-6 * distance});
+    if (i == 200 || i == 2700) {
+      estimator.add(*p.centre_line->weld(t, 12 + distance, 0.01, 0.02, Vector3d::Zero()));
+    }
+  }
+  const auto estimate = estimator.estimate();
+  ASSERT_TRUE(estimate && estimate->in_map);
+  EXPECT_LT((estimate->state.position - Vector3d(0, 12 + distance, 5)).norm(), 0.2);
+  EXPECT_NEAR(estimate->state.R_map_body.roll_pitch_yaw().z(), std::numbers::pi / 2, 0.02);
+  EXPECT_GE(estimator.status().of(Source::kWeld).accepted, 1U);
+  EXPECT_LT(estimator.status().of(Source::kWeld).accepted, 3U);
+}
+
+TEST(StateEstimator, OdomNeverJumpsAndBothFramesAgree) {
+  VehicleOptions options;
+  options.duration = 80;
+  const SimulatedVehicle vehicle(15, options);
+  StateEstimator estimator(robot());
+  std::optional<Estimate> last;
+  double farthest = 0;
+  double most_turned = 0;
+  double map_jump = 0;
+  test::deliver(
+      estimator, vehicle, 0, 80,
+      [&](AnyMessage& message) {
+        auto* const gps = std::get_if<GpsMeasurement>(&message);
+        return gps == nullptr || gps->time < 30 || gps->time > 60;
+      },
+      [&](const Estimate& estimate) {
+        const geometry::SE3 apart =
+            (estimate.T_map_odom * estimate.T_odom_body).inverse() * estimate.state.T_map_body();
+        EXPECT_LT(apart.log().norm(), 1e-9);
+        if (last && estimate.time > last->time) {
+          const geometry::SE3 step = last->T_odom_body.inverse() * estimate.T_odom_body;
+          farthest = std::max(farthest, step.translation().norm());
+          most_turned = std::max(most_turned, step.rotation().log().norm());
+        }
+        if (last && last->in_map && estimate.in_map) {
+          map_jump = std::max(map_jump, (estimate.state.position - last->state.position).norm());
+        }
+        last = estimate;
+      });
+  EXPECT_LT(farthest, 0.01 * 6.5);  // at up to 4.4 m/s, 10 ms apart
+  EXPECT_LT(most_turned, 0.02);
+  EXPECT_GT(map_jump, 0.06);  // as it may
+}
+
+TEST(StateEstimator, RepeatsItselfBitForBit) {
+  VehicleOptions options;
+  options.duration = 20;
+  const SimulatedVehicle vehicle(16, options);
+  StateEstimator one(robot());
+  StateEstimator other(robot());
+  test::deliver(one, vehicle, 0, 20);
+  test::deliver(other, vehicle, 0, 20);
+  EXPECT_EQ(one.estimate()->state.position, other.estimate()->state.position);
+  EXPECT_EQ(one.covariance(), other.covariance());
+}
+
+TEST(StateEstimator, ParametersOutOfRangeAreRefusedByName) {
+  const auto refused = [](const std::function<void(StateEstimatorParameters&)>& change) {
+    StateEstimatorParameters p;
+    change(p);
+    try {
+      const StateEstimator estimator(p);
+    } catch (const std::invalid_argument& wrong) {
+      return std::string(wrong.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refused([](auto& /*p*/) {}), "accepted");
+  EXPECT_THAT(refused([](auto& p) { p.keyframe_period = 0; }), HasSubstr("keyframe_period: 0"));
+  EXPECT_THAT(refused([](auto& p) { p.keyframe_period = NAN; }), HasSubstr("keyframe_period"));
+  EXPECT_THAT(refused([](auto& p) { p.smoother.lag = -1; }), HasSubstr("smoother.lag: -1"));
+  EXPECT_THAT(refused([](auto& p) { p.start.levelling = 100; }), HasSubstr("start.levelling"));
+  EXPECT_THAT(refused([](auto& p) { p.gps.outage = 0; }), HasSubstr("gps.outage"));
+  EXPECT_THAT(refused([](auto& p) { p.weld.agreeing = 1; }), HasSubstr("weld.agreeing"));
+  EXPECT_THAT(refused([](auto& p) { p.odometer.no_consensus_factor = 0.5; }),
+              HasSubstr("no_consensus_factor"));
+  EXPECT_THAT(refused([](auto& p) { p.standstill.window = 0; }), HasSubstr("standstill.window"));
+  EXPECT_THAT(refused([](auto& p) { p.lateral_deviation = 0.1; }), HasSubstr("vertical_deviation"));
+  EXPECT_THAT(refused([](auto& p) { p.specific_force_scale = 0; }),
+              HasSubstr("specific_force_scale"));
+}
+
+TEST(StateEstimator, NamesAreNames) {
+  EXPECT_EQ(to_string(Source::kVisualPose), "visual_pose");
+  EXPECT_EQ(to_string(Phase::kCoasting), "coasting");
+  EXPECT_EQ(to_string(WaitsFor::kPlace), "place");
+  EXPECT_EQ(to_string(RestartReason::kTakenOver), "taken_over");
+  EXPECT_EQ(to_string(SourceState::kDoubted), "doubted");
+  EXPECT_EQ(to_string(static_cast<Phase>(77)), "unknown");
+}
+
+}  // namespace
+}  // namespace pipescout::estimation
