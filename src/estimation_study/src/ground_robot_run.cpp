@@ -18,7 +18,7 @@ constexpr double kStanding = 5;           // s
 constexpr double kOdometerPeriod = 0.02;  // s
 constexpr double kLatency = 0.01;         // s, of a wheel's sample
 // m, from the middle between the wheels to the IMU.
-const Vector3d kImuPlace(0, 0, 0.1);
+const Vector3d kImuPlace(0.2, -0.05, 0.1);
 
 /// A field is crossed to and fro, with way-points at random.
 std::vector<Vector2d> way_points(internal::Draw& draw) {
@@ -88,6 +88,7 @@ VehicleRun ground_robot_run(const RunOptions& options, std::uint64_t seed) {
   run.vehicle = Vehicle::kGroundRobot;
   run.R_body_imu = SO3::about_z(std::numbers::pi / 2);
   run.antenna = Vector3d(-0.2, 0.1, 0.6);
+  run.odometer_point = -kImuPlace;
   internal::Draw draw(seed, 10);
   internal::Recorder recorder(options, run, seed);
 

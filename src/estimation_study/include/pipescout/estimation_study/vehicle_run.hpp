@@ -70,15 +70,17 @@ struct TruthPoint {
   double way = 0;                ///< m, gone so far in either direction
 };
 
-/// What is known of a vehicle beforehand, by those who have built it.
+/// A run. What follows the truth is known beforehand, by those who have built the vehicle.
 struct VehicleRun {
   Vehicle vehicle = Vehicle::kGroundRobot;
   std::vector<Event> events{};      ///< by arrival
   std::vector<TruthPoint> truth{};  ///< 100 Hz, from 0 on
   geometry::SO3 R_body_imu{};
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, in the body
-  geometry::SE3 T_map_rack{};                         ///< where it is, of a run with a rack
-  std::vector<Eigen::Vector3d> route{};               ///< m, polyline of a pipe; otherwise empty
+  /// m, in the body: whose way the odometer shows.
+  Eigen::Vector3d odometer_point = Eigen::Vector3d::Zero();
+  geometry::SE3 T_map_rack{};            ///< where it is, of a run with a rack
+  std::vector<Eigen::Vector3d> route{};  ///< m, polyline of a pipe; otherwise empty
 };
 
 /// The same options and seed give the same bits; what an option adds or takes away leaves the rest

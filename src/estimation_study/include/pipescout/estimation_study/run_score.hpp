@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "pipescout/estimation_study/vehicle_run.hpp"
+
+/// The state estimator on a run, beside the truth.
+namespace pipescout::estimation_study {
+
+/// Of the readings of an IMU by its data sheet, for an estimator whose biases walk: white noise and
+/// rounding as they are; a walk that over some 10 s gets as far as flicker noise does.
+[[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu);
+
+/// The estimator's own preset for such a vehicle, with what is known of this one: mounting,
+/// antenna, data sheet, gravity; where the rack is to 0.3 m and 0.02 rad; the pipe's route.
+[[nodiscard]] estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
+                                                                        const RunOptions& options);
+
+/// One estimate, taken when a keyframe was new.
+struct EstimateScore {
+  double time = 0;
+  /// Estimate less truth, over the tangent space of a state: position (map), rotation (right),
+  /// velocity (map), biases.
+  estimation::StateVector error = estimation::StateVector::Zero();
+  double way = 0;  ///< m, gone so far
+  /// error^T covariance^-1 error of position, rotation and velocity: 9 on average; and of each. NaN
+  /// when not computed, see `ScoreOptions::nees_spacing`.
+  double nees = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d nees_parts = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
+/// Normalised innovation squared of one position (GPS, weld) that is not wrong: 3 on average.
+struct InnovationScore {
+  double time = 0;
+  double nis = 0;
+};
+
+/// Of a silence that was asked for.
+struct SilenceScore {
+  double way = 0;    ///< m, gone meanwhile
+  double drift = 0;  ///< m, how much the position's error changed; NaN without estimates
+};
+
+struct ScoreOptions {
+  double settling = 20;      ///< s after the first estimate in the map, that do not count
+  double nees_spacing = 1;   ///< s between estimates of which the NEES is computed
+  double captured_at = 0.2;  ///< share of a trap's offset: nearer to it than the rest is captured
+};
+
+struct RunScore {
+  double started = std::numeric_limits<double>::quiet_NaN();  ///< s, first estimate in the map
+  std::vector<EstimateScore> estimates{};                     ///< that count
+  std::vector<InnovationScore> innovations{};
+  std::vector<SilenceScore> silences{};
+  /// Traps in which, or within 30 s of which, the estimate was off by more than
+  /// `1 - captured_at` of the trap's offset.
+  std::size_t false_reacquisitions = 0;
+  estimation::EstimatorStatus status{};  ///< at the end
+
+  [[nodiscard]] double position_rmse() const;           ///< m
+  [[nodiscard]] double rotation_rmse() const;           ///< rad
+  [[nodiscard]] double velocity_rmse() const;           ///< m/s
+  [[nodiscard]] double largest_position_error() const;  ///< m
+};
+
+/// Feeds the events in the order of their arrival.
+[[nodiscard]] RunScore score_run(const VehicleRun& run, const RunOptions& options,
+                                 const estimation::StateEstimatorParameters& parameters,
+                                 const ScoreOptions& score = {});
+
+/// Whether averages over runs are those of a consistent estimator.
+struct Consistency {
+  double nees = 0;  ///< mean over all runs and times, of 9
+  double nis = 0;   ///< mean over all runs and times, of 3
+  /// Of the times at which the mean over runs is within its two-sided 95 % bounds (chi-square).
+  double nees_share = 0;
+  double nees_below = 0;  ///< share below the bounds: too careful
+  double nis_share = 0;
+};
+[[nodiscard]] Consistency consistency(std::span<const RunScore> runs);
+
+/// Chi-square variable of so many degrees of freedom that is exceeded with a probability of that of
+/// a normal one beyond `deviations` (Wilson and Hilferty, 1931; within 1 % from 9 degrees on).
+[[nodiscard]] double chi_square_at(double deviations, double degrees) noexcept;
+
+}  // namespace pipescout::estimation_study

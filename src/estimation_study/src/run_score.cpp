@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation_study/run_score.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "innovation.hpp"
+#include "pipescout/simulation/uav.hpp"
+
+namespace pipescout::estimation_study {
+namespace {
+
+using Eigen::Vector3d;
+using estimation::StateMatrix;
+using estimation::StateVector;
+
+double nees_of(const StateVector& error, const StateMatrix& covariance, Eigen::Index first,
+               Eigen::Index count) {
+  const Eigen::MatrixXd block = covariance.block(first, first, count, count);
+  const Eigen::VectorXd part = error.segment(first, count);
+  return part.dot(block.ldlt().solve(part));
+}
+
+template <class Take>
+double root_mean_square(const std::vector<EstimateScore>& estimates, Take&& take) {
+  double sum = 0;
+  for (const EstimateScore& estimate : estimates) {
+    sum += take(estimate).squaredNorm();
+  }
+  return estimates.empty() ? std::numeric_limits<double>::quiet_NaN()
+                           : std::sqrt(sum / static_cast<double>(estimates.size()));
+}
+
+/// Feeds one run and takes down what comes of it.
+class Scorer {
+ public:
+  Scorer(const VehicleRun& run, const RunOptions& options,
+         const estimation::StateEstimatorParameters& parameters, const ScoreOptions& score)
+      : run_(run),
+        options_(options),
+        score_(score),
+        estimator_(parameters),
+        innovations_(run.R_body_imu, parameters.smoother.gravity, parameters.smoother.imu_noise) {}
+
+  RunScore score() {
+    for (const Event& event : run_.events) {
+      if (!event.wrong && std::isfinite(result_.started)) {
+        judge_innovation(event);
+      }
+      if (const auto* reading = std::get_if<estimation::ImuReading>(&event.reading)) {
+        innovations_.add(*reading);
+      }
+      std::visit([&](const auto& reading) { (void)estimator_.add(reading); }, event.reading);
+      if (estimator_.updates() != updates_) {
+        updates_ = estimator_.updates();
+        take_down();
+      }
+    }
+    score_silences();
+    score_traps();
+    result_.status = estimator_.status();
+    std::erase_if(result_.estimates, [&](const EstimateScore& estimate) {
+      return estimate.time < result_.started + score_.settling;
+    });
+    return result_;
+  }
+
+ private:
+  void judge_innovation(const Event& event) {
+    if (time_of(event.reading) < result_.started + score_.settling) {
+      return;
+    }
+    const auto nis = innovations_.nis(estimator_.smoother(), event.reading);
+    if (nis) {
+      result_.innovations.push_back({.time = time_of(event.reading), .nis = *nis});
+    }
+  }
+
+  void take_down() {
+    const auto estimate = estimator_.estimate();
+    if (!estimate || !estimate->in_map) {
+      return;
+    }
+    if (!std::isfinite(result_.started)) {
+      result_.started = estimate->time;
+    }
+    EstimateScore taken;
+    taken.time = estimate->time;
+    taken.error = truth_at(run_, estimate->time).local(estimate->state);
+    taken.way = way_at(run_, estimate->time);
+    if (estimate->time >= next_nees_) {
+      next_nees_ = estimate->time + score_.nees_spacing;
+      const StateMatrix covariance = estimator_.covariance();
+      taken.nees = nees_of(taken.error, covariance, 0, 9);
+      for (Eigen::Index part = 0; part < 3; ++part) {
+        taken.nees_parts[part] = nees_of(taken.error, covariance, 3 * part, 3);
+      }
+    }
+    result_.estimates.push_back(taken);
+  }
+
+  /// The newest estimate before a time.
+  [[nodiscard]] const EstimateScore* before(double time) const {
+    const auto after = std::ranges::upper_bound(result_.estimates, time, {}, &EstimateScore::time);
+    return after == result_.estimates.begin() ? nullptr : &*std::prev(after);
+  }
+
+  void score_silences() {
+    for (const Silence& silence : options_.silences) {
+      const EstimateScore* begin = before(silence.begin);
+      const EstimateScore* end = before(silence.begin + silence.duration);
+      if (begin == nullptr || end == nullptr) {
+        result_.silences.push_back({0, std::numeric_limits<double>::quiet_NaN()});
+      } else {
+        result_.silences.push_back(
+            {.way = end->way - begin->way, .drift = (end->error - begin->error).head<3>().norm()});
+      }
+    }
+  }
+
+  void score_traps() {
+    constexpr double kAfter = 30;  // s
+    for (const simulation::GpsTrap& trap : options_.traps) {
+      const bool captured =
+          std::ranges::any_of(result_.estimates, [&](const EstimateScore& estimate) {
+            return estimate.time >= trap.begin &&
+                   estimate.time < trap.begin + trap.duration + kAfter &&
+                   estimate.error.head<3>().norm() > (1 - score_.captured_at) * trap.offset.norm();
+          });
+      result_.false_reacquisitions += captured ? 1 : 0;
+    }
+  }
+
+  const VehicleRun& run_;
+  const RunOptions& options_;
+  const ScoreOptions& score_;
+  estimation::StateEstimator estimator_;
+  internal::Innovations innovations_;
+  RunScore result_;
+  std::uint64_t updates_ = 0;
+  double next_nees_ = 0;
+};
+
+struct Share {
+  double within = 0;
+  double below = 0;
+  double mean = 0;
+};
+
+/// Values by time, averaged over runs where there are several; of `degrees` each.
+Share within_bounds(const std::map<long, std::pair<double, int>>& sums, double degrees) {
+  constexpr double kTwoSided = 1.959964;  // of 95 %
+  Share share;
+  double total = 0;
+  int count = 0;
+  for (const auto& [time, sum] : sums) {
+    const double all = degrees * sum.second;
+    share.below += sum.first < chi_square_at(-kTwoSided, all) ? 1 : 0;
+    share.within +=
+        sum.first >= chi_square_at(-kTwoSided, all) && sum.first <= chi_square_at(kTwoSided, all)
+            ? 1
+            : 0;
+    total += sum.first;
+    count += sum.second;
+  }
+  const auto times = static_cast<double>(sums.size());
+  share.within /= times;
+  share.below /= times;
+  share.mean = total / count;
+  return share;
+}
+
+}  // namespace
+
+estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu) {
+  // Of flicker noise of floor B the bias changes over 10 s by 2.3 B (the sum over its processes);
+  // a walk of density K by K sqrt(10).
+  constexpr double kWalkPerFloor = 0.72;
+  const auto white = [&](const simulation::InertialTriadParameters& triad) {
+    return std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12));
+  };
+  const auto walk = [&](const simulation::InertialTriadParameters& triad) {
+    return std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability);
+  };
+  constexpr double kLeast = 1e-7;
+  return {.gyro = std::max(white(imu.gyro), kLeast),
+          .accelerometer = std::max(white(imu.accelerometer), kLeast),
+          .gyro_bias = std::max(walk(imu.gyro), kLeast),
+          .accelerometer_bias = std::max(walk(imu.accelerometer), kLeast)};
+}
+
+estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
+                                                          const RunOptions& options) {
+  using estimation::StateEstimatorParameters;
+  StateEstimatorParameters p = run.vehicle == Vehicle::kGroundRobot
+                                   ? StateEstimatorParameters::ground_robot()
+                               : run.vehicle == Vehicle::kUav ? StateEstimatorParameters::uav()
+                                                              : StateEstimatorParameters::crawler();
+  p.R_body_imu = run.R_body_imu;
+  p.smoother.gravity = simulation::kGravity;
+  p.smoother.imu_noise = imu_noise(options.imu);
+  p.smoother.globals.gps_lever_arm = run.antenna;
+  p.odometer.sensor = run.odometer_point;
+  if (run.vehicle == Vehicle::kUav) {
+    p.smoother.globals.rack_position = run.T_map_rack.translation();
+    p.smoother.globals.R_map_rack = run.T_map_rack.rotation();
+    p.smoother.global_deviations.rack_position = 0.3;
+    p.smoother.global_deviations.rack_rotation = 0.02;
+  }
+  if (!run.route.empty()) {
+    p.centre_line = estimation::PipeCentreLine(run.route);
+  }
+  return p;
+}
+
+double RunScore::position_rmse() const {
+  return root_mean_square(estimates, [](const EstimateScore& e) { return e.error.head<3>(); });
+}
+
+double RunScore::rotation_rmse() const {
+  return root_mean_square(estimates, [](const EstimateScore& e) { return e.error.segment<3>(3); });
+}
+
+double RunScore::velocity_rmse() const {
+  return root_mean_square(estimates, [](const EstimateScore& e) { return e.error.segment<3>(6); });
+}
+
+double RunScore::largest_position_error() const {
+  double largest = 0;
+  for (const EstimateScore& estimate : estimates) {
+    largest = std::max(largest, estimate.error.head<3>().norm());
+  }
+  return largest;
+}
+
+RunScore score_run(const VehicleRun& run, const RunOptions& options,
+                   const estimation::StateEstimatorParameters& parameters,
+                   const ScoreOptions& score) {
+  return Scorer(run, options, parameters, score).score();
+}
+
+Consistency consistency(std::span<const RunScore> runs) {
+  std::map<long, std::pair<double, int>> nees;  // by whole seconds
+  std::map<long, std::pair<double, int>> nis;
+  const auto add = [](auto& sums, double time, double value) {
+    auto& [sum, count] = sums[std::lround(time)];
+    sum += value;
+    ++count;
+  };
+  for (const RunScore& run : runs) {
+    for (const EstimateScore& estimate : run.estimates) {
+      if (std::isfinite(estimate.nees)) {
+        add(nees, estimate.time, estimate.nees);
+      }
+    }
+    for (const InnovationScore& innovation : run.innovations) {
+      add(nis, innovation.time, innovation.nis);
+    }
+  }
+  const Share of_nees = within_bounds(nees, 9);
+  const Share of_nis = within_bounds(nis, 3);
+  return {.nees = of_nees.mean,
+          .nis = of_nis.mean,
+          .nees_share = of_nees.within,
+          .nees_below = of_nees.below,
+          .nis_share = of_nis.within};
+}
+
+double chi_square_at(double deviations, double degrees) noexcept {
+  const double a = 2 / (9 * degrees);
+  return degrees * std::pow(1 - a + deviations * std::sqrt(a), 3);
+}
+
+}  // namespace pipescout::estimation_study
