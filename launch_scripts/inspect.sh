@@ -151,6 +151,7 @@ else
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
       pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
       pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
+      pipescout_state_estimator \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
