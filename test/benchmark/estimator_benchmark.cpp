@@ -300,6 +300,8 @@ Figures evaluate() {
   figures.add("update_p99_ms", all_samples()[kUpdate].quantile(0.99) / 1e3, Bound::kAtMost, 0.30);
   figures.add("ceres_median_ms", peer);
   figures.add("speedup_vs_ceres", peer / median_ms(kUpdate), Bound::kAtLeast, 10.0);
+  figures.add("speedup_vs_one_iteration", median_ms(kOneIteration) / median_ms(kUpdate),
+              Bound::kAtLeast, 10.0);
   figures.add("window_200_ms", median_ms(kLongUpdate));
   // 1 is linear; all keyframes are eliminated anew.
   figures.add("window_exponent", std::log10(median_ms(kLongWhole) / median_ms(kWhole)),
