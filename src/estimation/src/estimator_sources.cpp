@@ -119,17 +119,17 @@ bool StateEstimator::Implementation::contested(Source source, double time) const
 
 void StateEstimator::Implementation::widen(const WatchedFix& fix,
                                            const AbsoluteSourceWatch& watch) {
-  // What made dead reckoning go wrong has gone through the velocity and the heading.
-  constexpr double kSpeed = 0.2;
-  constexpr double kYaw = 0.05;
+  // What made dead reckoning go wrong has gone through the velocity and the rotation.
+  constexpr double kSpeed = 0.2;     // m/s
+  constexpr double kRotated = 0.05;  // rad
   const double moved = watch.drift(fix);
-  const double off = (fix.measured - fix.predicted).squaredNorm();
-  const double speed = std::hypot(kSpeed, fix.witnessed ? 0 : parameters_.gps.drift_speed);
+  const double off = (fix.measured - fix.predicted).norm();
+  const double elapsed = fix.time - watch.last_accepted();
+  const double speed = std::max(kSpeed, elapsed > 1 ? off / elapsed : off);
   StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
-  covariance.diagonal().segment<3>(kPosition).array() += moved * moved + off;
+  covariance.diagonal().segment<3>(kPosition).array() += moved * moved + off * off;
   covariance.diagonal().segment<3>(kVelocity).array() += speed * speed;
-  const Vector3d up = newest_state().R_map_body.inverse() * Vector3d::UnitZ();
-  covariance.block<3, 3>(kRotation, kRotation) += kYaw * kYaw * up * up.transpose();
+  covariance.diagonal().segment<3>(kRotation).array() += kRotated * kRotated;
   anchor(newest_time(), NavState(newest_state()), covariance, RestartReason::kReacquired);
 }
 

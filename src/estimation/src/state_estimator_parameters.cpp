@@ -58,6 +58,11 @@ void validate_standstill(const StandstillUse& p) {
   within("standstill.rate_deviation", p.rate_deviation, 1e-6, 10, "[1e-6, 10]");
 }
 
+/// Wheels that slip, and readings that are wrong, count for little.
+Robustness slipping() {
+  return {.kernel = RobustKernel::kCauchy, .width = 3};
+}
+
 void validate_watch(const char* source, const SourceWatchParameters& watch) {
   try {
     watch.validate();
@@ -109,6 +114,7 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   p.smoother.global_deviations.odometer_scale = 0.02;
   p.smoother.global_deviations.mount_yaw = 0.02;
   p.smoother.global_deviations.mount_pitch = 0.02;
+  p.smoother.robustness[static_cast<std::size_t>(FactorKind::kOdometer)] = slipping();
   p.lateral_deviation = 0.1;
   p.vertical_deviation = 0.1;
   p.standstill.by_odometer = true;
@@ -124,6 +130,7 @@ StateEstimatorParameters StateEstimatorParameters::uav() {
 StateEstimatorParameters StateEstimatorParameters::crawler() {
   StateEstimatorParameters p;
   p.smoother.global_deviations.odometer_scale = 0.01;
+  p.smoother.robustness[static_cast<std::size_t>(FactorKind::kOdometer)] = slipping();
   p.lateral_deviation = 0.01;
   p.vertical_deviation = 0.01;
   p.odometer.across_deviation = 0.005;

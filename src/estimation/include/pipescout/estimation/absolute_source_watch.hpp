@@ -33,7 +33,7 @@ struct SourceWatchParameters {
   double drift_share = 0.01;
   double drift_floor = 0.5;  ///< m (rad for headings), the least of it; in [0, 1000]
   /// Without an odometer, by no less than this speed for 30 s at most; m/s (rad/s), in [0, 100].
-  double drift_speed = 1;
+  double drift_speed = 2;
   /// A source that agrees with the motion, but not with the state, moves the state when it has
   /// agreed for so long; s, in [1, 1e6].
   double takeover = 60;
