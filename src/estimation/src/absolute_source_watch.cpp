@@ -14,7 +14,7 @@ namespace {
 /// What a position or a heading has at most.
 constexpr int kDegrees = 3;
 /// Beyond it what an IMU has reckoned is told by the covariance of the state.
-constexpr double kLongestDrift = 30;  // s
+constexpr double kLongestDrift = 20;  // s
 
 double square(double x) {
   return x * x;
@@ -53,12 +53,17 @@ AbsoluteSourceWatch::AbsoluteSourceWatch(const SourceWatchParameters& parameters
   gate_ = chi_square_quantile(parameters.gate_probability, kDegrees);
 }
 
+double AbsoluteSourceWatch::drift_speed(const WatchedFix& fix) const noexcept {
+  constexpr double kShaken = 5;
+  return fix.witnessed ? 0 : parameters_.drift_speed * (fix.shaken ? kShaken : 1);
+}
+
 double AbsoluteSourceWatch::drift(const WatchedFix& fix) const noexcept {
   const double way = parameters_.drift_share * std::max(fix.way - trusted_way_, 0.0);
   double drift = std::max(parameters_.drift_floor, way);
-  if (!fix.witnessed && std::isfinite(trusted_since_)) {
+  if (std::isfinite(trusted_since_)) {
     const double silent = std::clamp(fix.time - trusted_since_, 0.0, kLongestDrift);
-    drift = std::max(drift, parameters_.drift_speed * silent);
+    drift = std::max(drift, drift_speed(fix) * silent);
   }
   return drift;
 }
@@ -73,7 +78,7 @@ bool AbsoluteSourceWatch::agrees_with_motion(const WatchedFix& fix) const noexce
   const double measured = (fix.measured - first_.measured).norm();
   const double reckoned = (fix.reckoned - first_.reckoned).norm();
   const double elapsed = fix.time - first_.time;
-  const double drift = fix.witnessed ? 0 : parameters_.drift_speed * elapsed;
+  const double drift = drift_speed(fix) * elapsed;
   return square(measured - reckoned) <=
          gate_ * (square(fix.deviation) + square(first_.deviation) +
                   square(parameters_.drift_share * (fix.way - first_.way)) + square(drift) +
@@ -84,8 +89,7 @@ void AbsoluteSourceWatch::begin_candidate(const WatchedFix& fix) noexcept {
   first_ = fix;
   strayed_ = 0;
   within_ = 0;
-  const double speed =
-      std::hypot(fix.velocity_deviation, fix.witnessed ? 0 : parameters_.drift_speed);
+  const double speed = std::hypot(fix.velocity_deviation, drift_speed(fix));
   track_ = TrackAlignment(speed, parameters_.drift_share);
   track_.add(fix.time, fix.measured, fix.reckoned, fix.deviation);
 }

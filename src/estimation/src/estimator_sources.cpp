@@ -13,7 +13,8 @@ namespace {
 using Eigen::Vector3d;
 using geometry::SO3;
 
-constexpr double kWitnessAge = 1;  // s, of the newest odometer reading
+constexpr double kWitnessAge = 1;    // s, of the newest odometer reading
+constexpr double kShakenBefore = 2;  // s, before the last position: it had not shown yet
 /// Beyond it a visual pose says nothing of the place in the map.
 constexpr double kUnknownRack = 10;  // m
 
@@ -45,6 +46,7 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
           : kAnywhere;
   fix.way = odom_.at(time).way;
   fix.witnessed = time - odometer_.newest() < kWitnessAge;
+  fix.shaken = imu_fault_time_ > last_position_ - kShakenBefore;
   fix.borne_out = borne_out_;
   return fix;
 }

@@ -31,37 +31,35 @@ std::string axis_of(const Vector3d& direction) {
 }  // namespace
 
 std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force, bool still) const {
-  constexpr double kInG = 0.2;  // what a sound IMU in g may be off by, at rest
-  const StartParameters& start = parameters_.start;
+  constexpr double kInG = 0.2;  // what a sound IMU in g may be off by
   const double gravity = parameters_.smoother.gravity;
   const double norm = mean_force.norm();
   const double reading = norm / parameters_.specific_force_scale;
-  std::ostringstream text;
-  text << std::setprecision(3);
-  if (std::abs(reading - 1) < kInG &&
-      std::abs(norm - gravity) > start.gravity_tolerance * gravity) {
-    text << "the IMU shows gravity as " << reading
-         << ": it measures in g; set specific_force_scale to 9.80665";
-    return text.str();
-  }
-  if (std::abs(norm - gravity) > start.gravity_tolerance * gravity) {
-    if (still) {
-      text << "the IMU shows gravity as " << norm << " m/s^2 in place of " << gravity
-           << ": set specific_force_scale to " << parameters_.specific_force_scale * gravity / norm
-           << ", or have the accelerometer looked at";
-    }
-    return text.str();
-  }
+  const bool sound = std::abs(norm - gravity) <= parameters_.start.gravity_tolerance * gravity;
+  const bool in_g = !sound && std::abs(reading - 1) < kInG;
   const Vector3d up = mean_force / norm;
   const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0));
-  if (tilt > start.largest_tilt) {
-    const Vector3d imu_up = parameters_.R_body_imu.inverse() * up;
-    const std::string axis = axis_of(imu_up);
+  const bool turned = sound && tilt > parameters_.start.largest_tilt;
+  // What moves may show any force for a while.
+  if (!turned && !in_g && (sound || !still)) {
+    return {};
+  }
+  std::ostringstream text;
+  text << std::setprecision(3);
+  if (turned) {
+    const std::string axis = axis_of(parameters_.R_body_imu.inverse() * up);
     text << "gravity shows the IMU's " << axis << " axis up, "
          << std::round(tilt * 180 / std::numbers::pi) << " degrees from the body's z axis by "
          << "R_body_imu: " << (tilt > 0.75 * std::numbers::pi ? "upside down" : "turned")
          << "; set R_body_imu so that it maps the IMU's " << axis
          << " axis to the body's +z, or put the vehicle upright";
+  } else if (in_g) {
+    text << "the IMU shows gravity as " << reading
+         << ": it measures in g; set specific_force_scale to 9.80665";
+  } else {
+    text << "the IMU shows gravity as " << norm << " m/s^2 in place of " << gravity
+         << ": set specific_force_scale to " << parameters_.specific_force_scale * gravity / norm
+         << ", or have the accelerometer looked at";
   }
   return text.str();
 }
@@ -133,7 +131,7 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
       to_body * covariance.block<3, 3>(kRotation, kRotation) * to_body.transpose();
 
   smoother_.restart(time, mean, covariance);
-  odom_ = OdomFrame(odom_.capacity());
+  odom_.forget();
   odom_.record(time, mean, true);
   odom_.make_up(time, mean, last_odom_.value_or(odom_.plain(mean)));
   good_time_ = time;

@@ -77,8 +77,12 @@ ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
     taken.outcome = Outcome::kGated;
   }
   held_.reset();
+  if (dropped_ == kMostDropped && !near(*last_, now)) {
+    last_ = now;  // none of the last readings is to be joined to this one
+  } else {
+    join(now, taken);
+  }
   dropped_ = 0;
-  join(now, taken);
   return taken;
 }
 

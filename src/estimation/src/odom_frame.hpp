@@ -29,6 +29,12 @@ class OdomFrame {
   /// A keyframe, in order of time.
   void record(double time, const NavState& state, bool standing_still) noexcept;
   void forget_records() noexcept { count_ = 0; }
+  /// As constructed.
+  void forget() noexcept {
+    count_ = 0;
+    yaw_ = way_ = 0;
+    offset_.setZero();
+  }
 
   struct Place {
     geometry::SE3 T_odom_body{};
@@ -39,7 +45,6 @@ class OdomFrame {
   /// Yaw and offset: map = Rz(yaw) odom + offset.
   [[nodiscard]] double yaw() const noexcept { return yaw_; }
   [[nodiscard]] const Eigen::Vector3d& offset() const noexcept { return offset_; }
-  [[nodiscard]] std::size_t capacity() const noexcept { return records_.size(); }
   [[nodiscard]] double way() const noexcept { return way_; }
 
  private:
