@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation_study/lawnmower_recording.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "number_table.hpp"
+#include "pipescout/estimation/state_estimator.hpp"
+
+namespace pipescout::estimation_study {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kEllipse95 = 5.991;        // chi-square of 2 degrees
+constexpr double kOdometerVariance = 1e-3;  // m^2 per m, over grass
+
+estimation::StateEstimatorParameters parameters() {
+  auto result = estimation::StateEstimatorParameters::ground_robot();
+  result.keyframe_period = 0.2;
+  // Ten steps a second take the place of the IMU.
+  result.largest_imu_gap = 0.5;
+  result.imu_silence = 1;
+  result.smoother.max_held_imu = 0.5;
+  // Steps of the standing mower scatter by 5e-5 rad.
+  result.smoother.imu_noise.gyro = 5e-4;
+  result.smoother.imu_noise.gyro_bias = 2e-4;     // warms up, on a shaking machine
+  result.smoother.imu_noise.accelerometer = 0.5;  // there is none
+  result.odometer.largest_gap = 1;
+  result.start.levelling = 5;
+  result.standstill.still_distance = 0.02;  // the wheels of the standing mower creep
+  return result;
+}
+
+void add(const Vector2d& error, DeadReckoningScore& score) {
+  score.end = error.norm();
+  score.largest = std::max(score.largest, score.end);
+  score.rms += error.squaredNorm();
+}
+
+}  // namespace
+
+LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view reference_text) {
+  const auto steps = internal::number_table(steps_text, "Plaza2_DR.txt", false, 3);
+  const auto reference = internal::number_table(reference_text, "Plaza2_GT.csv", true, 4);
+  if (steps.empty() || reference.empty()) {
+    throw std::runtime_error("lawnmower: no rows");
+  }
+  const estimation::StateEstimatorParameters used = parameters();
+  estimation::StateEstimator estimator(used);
+  Vector2d summed(reference[0][1], reference[0][2]);
+  // The reference's heading is that of the rear: its track runs the other way.
+  double heading = reference[0][3] + M_PI;
+  (void)estimator.add(estimation::GivenPose{.time = steps[0][0],
+                                            .position = Eigen::Vector3d(summed.x(), summed.y(), 0),
+                                            .position_deviation = 0.05,
+                                            .heading = heading,
+                                            .heading_deviation = 0.02});
+  LawnmowerScore score;
+  double distance = 0;
+  double time = reference[0][0];
+  double count = 0;
+  double estimated = 0;
+  std::size_t next = 0;
+  for (const auto& row : steps) {
+    const double dt = row[0] - time;
+    if (dt <= 0) {
+      continue;
+    }
+    time = row[0];
+    distance += row[1];
+    summed += row[1] * Vector2d(std::cos(heading + row[2] / 2), std::sin(heading + row[2] / 2));
+    heading += row[2];
+    (void)estimator.add(estimation::ImuReading{.time = time,
+                                               .specific_force = {0, 0, used.smoother.gravity},
+                                               .angular_rate = {0, 0, row[2] / dt}});
+    score.way += std::abs(row[1]);
+    (void)estimator.add(estimation::OdometerReading{
+        .time = time, .distance = distance, .variance = kOdometerVariance * score.way});
+    while (next + 1 < reference.size() && reference[next + 1][0] <= time) {
+      ++next;
+    }
+    const Vector2d truth(reference[next][1], reference[next][2]);
+    add(summed - truth, score.summed);
+    count += 1;
+    if (const auto estimate = estimator.estimate(); estimate && estimate->in_map) {
+      const Vector2d error = estimate->state.position.head<2>() - truth;
+      const Eigen::Matrix2d covariance = estimator.covariance().topLeftCorner<2, 2>();
+      add(error, score.estimator);
+      score.covered_share += error.dot(covariance.ldlt().solve(error)) <= kEllipse95 ? 1 : 0;
+      estimated += 1;
+    }
+  }
+  score.summed.rms = std::sqrt(score.summed.rms / count);
+  score.estimator.rms = std::sqrt(score.estimator.rms / estimated);
+  score.covered_share /= estimated;
+  return score;
+}
+
+}  // namespace pipescout::estimation_study
