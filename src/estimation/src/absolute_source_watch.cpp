@@ -55,7 +55,10 @@ AbsoluteSourceWatch::AbsoluteSourceWatch(const SourceWatchParameters& parameters
 
 double AbsoluteSourceWatch::drift_speed(const WatchedFix& fix) const noexcept {
   constexpr double kShaken = 5;
-  return fix.witnessed ? 0 : parameters_.drift_speed * (fix.shaken ? kShaken : 1);
+  if (fix.witnessed) {
+    return fix.shaken ? parameters_.drift_speed : 0;
+  }
+  return parameters_.drift_speed * (fix.shaken ? kShaken : 1);
 }
 
 double AbsoluteSourceWatch::drift(const WatchedFix& fix) const noexcept {

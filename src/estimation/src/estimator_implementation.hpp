@@ -177,8 +177,8 @@ class StateEstimator::Implementation {
   std::vector<Pending> pending_{};
   ClockWatch others_;  // of all sensors but the IMU
   double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
-  double imu_end_ = 0;                                                // of the newest sample
-  double imu_fault_time_ = -std::numeric_limits<double>::infinity();  // of the newest
+  double imu_end_ = 0;                                            // of the newest sample
+  double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
 
   Phase phase_ = Phase::kStarting;

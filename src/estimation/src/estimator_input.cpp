@@ -69,7 +69,7 @@ Outcome StateEstimator::Implementation::add(const ImuReading& reading) noexcept 
     }
     others_at_imu_ = others_.newest();
     if (taken.outcome == Outcome::kGated || taken.outcome == Outcome::kNotFinite) {
-      imu_fault_time_ = imu_end_;
+      fault_time_ = imu_end_;
     }
     if (taken.outcome != Outcome::kWaiting) {
       return refuse(Source::kImu, taken.outcome);
@@ -212,7 +212,7 @@ void StateEstimator::Implementation::coast() {
       return;
     }
     phase_ = Phase::kCoasting;
-    imu_fault_time_ = now;
+    fault_time_ = now;
     while (reckons() && now >= newest_time() + parameters_.keyframe_period) {
       keyframe(newest_time() + parameters_.keyframe_period);
     }

@@ -120,6 +120,8 @@ void StateEstimator::Implementation::add_odometer(double time) {
       if (outcome != Outcome::kWaiting) {
         refuse(Source::kOdometer, outcome);
       }
+    } else {
+      fault_time_ = to;
     }
   }
 }

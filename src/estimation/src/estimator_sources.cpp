@@ -46,7 +46,7 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
           : kAnywhere;
   fix.way = odom_.at(time).way;
   fix.witnessed = time - odometer_.newest() < kWitnessAge;
-  fix.shaken = imu_fault_time_ > last_position_ - kShakenBefore;
+  fix.shaken = fault_time_ > last_position_ - kShakenBefore;
   fix.borne_out = borne_out_;
   return fix;
 }

@@ -32,8 +32,8 @@ struct SourceWatchParameters {
   /// share of its way, one standard deviation; in [0, 1].
   double drift_share = 0.01;
   double drift_floor = 0.5;  ///< m (rad for headings), the least of it; in [0, 1000]
-  /// Without an odometer, by no less than this speed for 20 s at most, and by 5 times as much when
-  /// the IMU has had faults; m/s (rad/s), in [0, 100].
+  /// Without an odometer, or when it or the IMU has had faults, by no less than this speed for 20 s
+  /// at most; with both 5 times as much; m/s (rad/s), in [0, 100].
   double drift_speed = 1;
   /// A source that agrees with the motion, but not with the state, moves the state when it has
   /// agreed for so long; s, in [1, 1e6].
@@ -57,7 +57,7 @@ struct WatchedFix {
   double predicted_deviation = 1;                       ///< m, of `predicted`, the worst axis
   double way = 0;                                       ///< m, travelled so far by dead reckoning
   bool witnessed = true;                                ///< the odometer is there
-  bool shaken = false;     ///< the IMU has had faults since the last accepted position
+  bool shaken = false;     ///< IMU or odometer had faults since the last accepted position
   double borne_out = 0;    ///< s for which absolute positions have agreed with the state
   bool contested = false;  ///< another source of positions is trusted, and agrees with the state
 };
