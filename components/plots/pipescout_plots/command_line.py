@@ -7,10 +7,12 @@ import argparse
 from collections.abc import Sequence
 
 from . import odometry
+from .estimator import subject as estimator
 from .rack import subject as rack
 
 # Each subject is a module with add_arguments(parser) and run(options), which gives the exit code.
 SUBJECTS = {
+    "estimator": estimator,
     "odometry": odometry,
     "rack": rack,
 }

@@ -98,6 +98,15 @@ def legend_above(picture: Figure, handles: Sequence, labels: Sequence[str], colu
     picture.legend(handles, labels, loc="upper center", ncols=columns, borderaxespad=0.2, borderpad=0.1)
 
 
+def unique_legend(*panels: Axes) -> tuple[list, list[str]]:
+    """Each label once, in the order in which they come."""
+    entries: dict[str, object] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels()):
+            entries.setdefault(label, handle)
+    return list(entries.values()), list(entries)
+
+
 def time_axis(seconds: float) -> tuple[float, str]:
     """What to divide seconds by, and the axis' label, for a recording of this length."""
     for longest, unit, name in ((900, 1.0, "s"), (3 * 3600, 60.0, "min")):

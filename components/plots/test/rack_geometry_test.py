@@ -8,13 +8,13 @@ from pathlib import Path
 import flights
 import numpy
 from pipescout_plots.csv_table import BadData
+from pipescout_plots.ellipses import magnification
 from pipescout_plots.rack import rotations
 from pipescout_plots.rack.camera import Camera
 from pipescout_plots.rack.contours import contour_lines, image_lines, support_edges
 from pipescout_plots.rack.errors import pose_errors
 from pipescout_plots.rack.flight import velocities
 from pipescout_plots.rack.flight_data import Poses
-from pipescout_plots.rack.map import magnification
 from pipescout_plots.rack.offsets import summed_distances
 from pipescout_plots.rack.rack_file import Rack, Section, Support, parse_rack
 
@@ -75,8 +75,8 @@ class Motion(unittest.TestCase):
         self.assertEqual(known.tolist(), [True, True, False, True])
 
     def test_ellipses_are_magnified_by_round_numbers(self):
-        self.assertEqual(magnification(numpy.array([[0.001, 0.002]])), 50)
-        self.assertEqual(magnification(numpy.array([[5.0, 2.0]])), 1)
+        self.assertEqual(magnification(numpy.array([[0.001, 0.002]]), 0.2), 50)
+        self.assertEqual(magnification(numpy.array([[5.0, 2.0]]), 0.2), 1)
 
 
 class Contours(unittest.TestCase):

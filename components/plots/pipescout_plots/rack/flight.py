@@ -13,7 +13,7 @@ from .. import style
 from ..recording import Missing, Recording
 from . import rotations
 from .flight_data import Poses, read_commands, read_poses, read_servo, read_truth_if_any
-from .timeline import Timeline, unique_legend
+from .timeline import Timeline
 
 WINDOW = 0.2
 """Seconds over which velocities are taken from poses."""
@@ -71,7 +71,7 @@ def draw(recording: Recording) -> Figure:
         style.label_panel(axes, letter)
     axes_of[-1].set_xlabel(timeline.label)
     figure.align_ylabels()
-    style.legend_above(figure, *unique_legend(*axes_of[::-1]), 4)
+    style.legend_above(figure, *style.unique_legend(*axes_of[::-1]), 4)
     return figure
 
 

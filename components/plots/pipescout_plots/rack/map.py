@@ -6,14 +6,15 @@ from __future__ import annotations
 import numpy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse, Polygon, Rectangle
+from matplotlib.patches import Polygon, Rectangle
 
 from .. import style
 from ..decimation import decimate
+from ..ellipses import draw_ellipses
 from ..recording import Missing, Recording
-from .flight_data import Poses, read_poses, read_servo, read_truth_if_any
+from ..time_axis import pieces
+from .flight_data import MISSING_FOR, Poses, read_poses, read_servo, read_truth_if_any
 from .rack_file import Rack, read_rack
-from .timeline import pieces, unique_legend
 
 PIPE = "#D9DEE2"
 PIPE_ABOVE = "#C3CBD1"
@@ -21,7 +22,8 @@ EDGE = "#7C868E"
 SUPPORT = "#EDE3D2"
 MARGIN = 0.6
 """Metres around rack and path."""
-ELLIPSES = 14
+ELLIPSE = 0.2
+"""Metres, the radius that the usual ellipse is drawn with."""
 
 
 def draw(recording: Recording) -> Figure:
@@ -43,12 +45,12 @@ def draw(recording: Recording) -> Figure:
         draw_path(axes, servo.vehicle(truth), color=style.BLACK, linewidth=0.5, linestyle=(0, (1.2, 2.2)), zorder=6,
                   label="true")
     draw_path(axes, poses, color=style.BLUE, linewidth=1.0, zorder=5, label="estimated")
-    _draw_ellipses(axes, poses)
+    draw_ellipses(axes, poses.positions[:, 1::-1], poses.deviations[:, 1::-1], poses.correlation_xy, ELLIPSE)
     draw_way_points(axes, servo.way_points)
     limit(axes, low, high)
     axes.set_xlabel("along the flow, y [m]")
     axes.set_ylabel("across, x [m]")
-    style.legend_above(figure, *unique_legend(axes), 4)
+    style.legend_above(figure, *style.unique_legend(axes), 4)
     return figure
 
 
@@ -94,7 +96,7 @@ def draw_rack(axes: Axes, rack: Rack, names: bool = True) -> None:
 
 
 def draw_path(axes: Axes, poses: Poses, **how) -> None:
-    for piece in pieces(poses.times):
+    for piece in pieces(poses.times, MISSING_FOR):
         points = poses.positions[piece]
         # Thinned by time: each coordinate keeps its extremes.
         kept = numpy.unique(numpy.concatenate([
@@ -113,31 +115,3 @@ def draw_way_points(axes: Axes, way_points: numpy.ndarray) -> None:
     for (x, y), texts in numbers.items():
         axes.annotate(", ".join(texts), (y, x), (4, 3), textcoords="offset points", fontsize=6,
                       color=style.VERMILLION, zorder=9)
-
-
-def _draw_ellipses(axes: Axes, poses: Poses) -> None:
-    """Of two standard deviations, magnified so that they can be seen."""
-    # Not at the ends: the first pose is as uncertain as what it was started from.
-    rows = numpy.unique(numpy.linspace(0, len(poses.times) - 1, 2 * ELLIPSES + 1)[1::2].astype(int))
-    deviations = poses.deviations[rows, :2]
-    rows = rows[numpy.isfinite(deviations).all(axis=1) & (deviations > 0).all(axis=1)]
-    if not rows.size:
-        return
-    times = magnification(poses.deviations[rows, :2])
-    for k, row in enumerate(rows):
-        sx, sy = poses.deviations[row, :2]
-        shared = numpy.nan_to_num(poses.correlation_xy[row]) * sx * sy
-        variances, axes_of = numpy.linalg.eigh([[sx * sx, shared], [shared, sy * sy]])
-        lengths = 4 * times * numpy.sqrt(numpy.maximum(variances, 0))
-        x, y = axes_of[:, 1]
-        axes.add_patch(Ellipse(poses.positions[row, 1::-1], lengths[1], lengths[0],
-                               angle=float(numpy.degrees(numpy.arctan2(x, y))), facecolor=style.SKY,
-                               alpha=0.45, zorder=4.5, linewidth=0,
-                               label=None if k else f"2σ, {times:.0f} times"))
-
-
-def magnification(deviations: numpy.ndarray) -> float:
-    """1, 2 or 5 times a power of ten that makes the larger ones about a fifth of a metre."""
-    wanted = 0.2 / (2 * float(numpy.median(deviations.max(axis=1))))
-    power = 10.0 ** numpy.floor(numpy.log10(max(wanted, 1.0)))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= max(wanted, 1.0)))

@@ -12,7 +12,7 @@ from ..csv_table import BadData, Table
 from ..recording import Missing, Recording
 from .flight_data import read_true_offsets
 from .rack_file import Rack, read_rack
-from .timeline import Timeline, unique_legend
+from .timeline import Timeline
 
 _WHY = "the recorder of a flight over a rack writes it"
 MOST_PIPES = 8
@@ -48,7 +48,7 @@ def draw(recording: Recording) -> Figure:
     lower.set_xlabel(timeline.label)
     _limit(lower, table, pipes, numpy.concatenate(errors))
     figure.align_ylabels()
-    handles, labels = unique_legend(upper, lower)
+    handles, labels = style.unique_legend(upper, lower)
     order = sorted(range(len(labels)), key=lambda entry: labels[entry] not in pipes)
     style.legend_above(figure, [handles[k] for k in order], [labels[k] for k in order], 5)
     return figure

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from .. import reproduction, style
 from ..drawing import Drawing
-from ..recording import Picture, Recording, find_recordings
+from ..recording import Picture, Recording, mission_recordings
 from . import animation, errors, flight, map, offsets, overlay, table1
 
-DATA_FILES = ("pose.csv", "state.csv")
+DATA_FILES = ("pose.csv", "offsets.csv")
+"""Others write a state.csv too."""
 PICTURES = (
     Picture("flight", flight.draw),
     Picture("errors", errors.draw),
@@ -51,15 +52,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
     drawing = Drawing(options.out or mission / "pictures", options.format)
-    folders = find_recordings(mission, DATA_FILES)
-    if not folders:
+    recordings = mission_recordings(mission, DATA_FILES)
+    if not recordings:
         print(f"no recorded flight over a rack below {mission}", file=sys.stderr)
-    notes: list[str] = []
-    for folder in folders:
-        recording = Recording(mission, folder, notes=notes)
-        prefix = ".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else ""
+    for prefix, recording in recordings:
         for picture in PICTURES:
             drawing.draw(picture, recording, prefix)
         drawing.write(f"{prefix}animation", "gif",
                       lambda path, recording=recording: animation.write(recording, path))
-    return drawing.finish(list(dict.fromkeys(notes)))
+    return drawing.finish(list(dict.fromkeys(note for _, recording in recordings for note in recording.notes)))

@@ -15,7 +15,6 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, ScalarFormat
 from .. import style
 from ..recording import Missing, Recording
 from ..reproduction import number_of, read_rows
-from .timeline import unique_legend
 
 STUDY = re.compile(r"Table I:.*?(\d+) samples an edge")
 """In the name of a study, with the samples that each edge gave."""
@@ -52,7 +51,7 @@ def draw(recording: Recording) -> Figure:
         axes.set_xticks([10, 30, 50])
     figure.supxlabel("texture points", fontsize=7)
     figure.align_ylabels()
-    handles, labels = unique_legend(*grid[0])
+    handles, labels = style.unique_legend(*grid[0])
     style.legend_above(figure, handles, labels, len(labels))
     return figure
 
