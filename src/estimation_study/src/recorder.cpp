@@ -44,6 +44,11 @@ simulation::GpsParameters gps_parameters(const RunOptions& options, const Vehicl
     p.correlated_deviation = {0.5, 0.5, 1};
     p.correlation_time = 60;
   }
+  if (!options.correlated_gps) {
+    p.white_deviation =
+        (p.white_deviation.cwiseAbs2() + p.correlated_deviation.cwiseAbs2()).cwiseSqrt();
+    p.correlated_deviation.setZero();
+  }
   return p;
 }
 

@@ -178,17 +178,22 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu) {
   // Of flicker noise of floor B the bias changes over 10 s by 2.3 B (the sum over its processes);
   // a walk of density K by K sqrt(10).
   constexpr double kWalkPerFloor = 0.72;
+  // rad/sqrt(s): a wrong scale turns this into an angle. Turns of 0.2 rad/s and a second each.
+  constexpr double kTurning = 0.28;
+  constexpr double kLeast = 1e-7;
   const auto white = [&](const simulation::InertialTriadParameters& triad) {
-    return std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12));
+    return std::max(std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12)),
+                    kLeast);
   };
   const auto walk = [&](const simulation::InertialTriadParameters& triad) {
-    return std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability);
+    return std::max(std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability),
+                    kLeast);
   };
-  constexpr double kLeast = 1e-7;
-  return {.gyro = std::max(white(imu.gyro), kLeast),
-          .accelerometer = std::max(white(imu.accelerometer), kLeast),
-          .gyro_bias = std::max(walk(imu.gyro), kLeast),
-          .accelerometer_bias = std::max(walk(imu.accelerometer), kLeast)};
+  const double turning = kTurning * std::hypot(imu.gyro.scale_error, imu.gyro.misalignment);
+  return {.gyro = std::hypot(white(imu.gyro), turning),
+          .accelerometer = white(imu.accelerometer),
+          .gyro_bias = walk(imu.gyro),
+          .accelerometer_bias = walk(imu.accelerometer)};
 }
 
 estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
@@ -203,11 +208,14 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
   p.smoother.imu_noise = imu_noise(options.imu);
   p.smoother.globals.gps_lever_arm = run.antenna;
   p.odometer.sensor = run.odometer_point;
+  // Wheels of a resolution of 1 mm, whose noise their fusion states itself.
+  p.odometer.deviation = 0.001;
+  p.odometer.share = 0.002;
   if (run.vehicle == Vehicle::kUav) {
-    p.smoother.globals.rack_position = run.T_map_rack.translation();
-    p.smoother.globals.R_map_rack = run.T_map_rack.rotation();
-    p.smoother.global_deviations.rack_position = 0.3;
-    p.smoother.global_deviations.rack_rotation = 0.02;
+    p.smoother.globals.rack_position = run.T_map_rack_surveyed.translation();
+    p.smoother.globals.R_map_rack = run.T_map_rack_surveyed.rotation();
+    p.smoother.global_deviations.rack_position = run.rack_position_deviation;
+    p.smoother.global_deviations.rack_rotation = run.rack_rotation_deviation;
   }
   if (!run.route.empty()) {
     p.centre_line = estimation::PipeCentreLine(run.route);

@@ -15,6 +15,7 @@ using geometry::SE3;
 using geometry::SO3;
 using rack_vision::WayPoint;
 
+constexpr double kStanding = 5;        // s
 constexpr double kFramePeriod = 0.04;  // s, of the camera
 constexpr double kRackLength = 10;     // m, along y
 constexpr double kRackWidth = 3;       // m, along x
@@ -30,7 +31,7 @@ std::vector<WayPoint> flight_plan(double duration, internal::Draw& draw) {
     return Vector3d(kMapFromRack * Vector3d(x, y, z));
   };
   const double yaw = draw.uniform(-3, 3);
-  add({0, 0, 6}, yaw, 5);
+  add({0, 0, 6}, yaw, kStanding);
   add({draw.uniform(15, 25), draw.uniform(-15, -5), 8}, yaw + 0.5, 0);
   add({draw.uniform(25, 35), draw.uniform(5, 15), 7}, yaw - 0.5, 0);
   bool far = false;
@@ -70,6 +71,12 @@ VehicleRun uav_run(const RunOptions& options, std::uint64_t seed) {
   run.vehicle = Vehicle::kUav;
   run.antenna = Vector3d(0.05, -0.03, 0.12);
   run.T_map_rack = kMapFromRack;
+  run.rack_position_deviation = 0.3;
+  run.rack_rotation_deviation = 0.02;
+  internal::Draw survey(seed, 14);
+  run.T_map_rack_surveyed =
+      SE3(kMapFromRack.rotation() * SO3::exp(run.rack_rotation_deviation * survey.normals()),
+          kMapFromRack.translation() + run.rack_position_deviation * survey.normals());
   internal::Draw draw(seed, 11);
   internal::Draw losses(seed, 12);
   internal::Recorder recorder(options, run, seed);
@@ -93,27 +100,31 @@ VehicleRun uav_run(const RunOptions& options, std::uint64_t seed) {
   const int steps = static_cast<int>(options.duration / Uav::kStep);
   const int frame_steps = static_cast<int>(std::lround(kFramePeriod / Uav::kStep));
   for (int i = 0; i <= steps; ++i) {
+    const double time = i * Uav::kStep;
     const simulation::UavState& state = uav.state();
-    recorder.sample({.time = state.time,
+    recorder.sample({.time = time,
                      .T_map_body = state.T_rack_body,
                      .velocity = state.velocity,
                      .acceleration = state.acceleration,
                      .angular_rate = state.angular_rate},
                     way);
+    if (time < kStanding && !options.in_flight) {  // held as it will hover, until it is let go
+      continue;
+    }
     if (i % frame_steps == 0) {
       // Tracking is lost now and then, and takes its time to be found again.
       constexpr double kMeanSpacing = 30;  // s
       if (losses.happens(kFramePeriod / kMeanSpacing)) {
-        lost_until = state.time + losses.uniform(0.5, 2.5);
+        lost_until = time + losses.uniform(0.5, 2.5);
       }
       const SE3 T_rack_body = kMapFromRack.inverse() * state.T_rack_body;
-      if (state.time >= lost_until && sees_rack(T_rack_body.translation())) {
-        recorder.visual_pose(state.time, T_rack_body);
+      if (time >= lost_until && sees_rack(T_rack_body.translation())) {
+        recorder.visual_pose(time, T_rack_body);
       }
     }
     if (i % kStepsPerGust == 0) {
       air = wind.next();
-      uav.command(follow(path.at(state.time), state));
+      uav.command(follow(path.at(time), state));
     }
     way += state.velocity.norm() * Uav::kStep;
     uav.step(air);

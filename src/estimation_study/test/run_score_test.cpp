@@ -53,7 +53,10 @@ TEST(Consistency, HoldsForErrorsThatAreAsStated) {
 }
 
 TEST(ImuNoise, IsThatOfTheDataSheet) {
-  const auto imu = simulation::ImuParameters::industrial();
+  auto imu = simulation::ImuParameters::industrial();
+  EXPECT_GT(imu_noise(imu).gyro, 3 * imu.gyro.noise_density);  // its scale error
+  imu.gyro.scale_error = 0;
+  imu.gyro.misalignment = 0;
   const estimation::ImuNoise noise = imu_noise(imu);
   EXPECT_NEAR(noise.gyro, imu.gyro.noise_density, 0.01 * noise.gyro);
   EXPECT_NEAR(noise.accelerometer, imu.accelerometer.noise_density, 0.01 * noise.accelerometer);

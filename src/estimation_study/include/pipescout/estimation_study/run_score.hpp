@@ -12,11 +12,12 @@
 namespace pipescout::estimation_study {
 
 /// Of the readings of an IMU by its data sheet, for an estimator whose biases walk: white noise and
-/// rounding as they are; a walk that over some 10 s gets as far as flicker noise does.
+/// rounding as they are; what scale and alignment errors make of a vehicle's turns, as if that were
+/// white too; a walk that over some 10 s gets as far as flicker noise does.
 [[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu);
 
 /// The estimator's own preset for such a vehicle, with what is known of this one: mounting,
-/// antenna, data sheet, gravity; where the rack is to 0.3 m and 0.02 rad; the pipe's route.
+/// antenna, data sheet, gravity, the rack as surveyed, the pipe's route.
 [[nodiscard]] estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                                                         const RunOptions& options);
 

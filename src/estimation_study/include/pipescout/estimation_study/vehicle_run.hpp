@@ -18,7 +18,7 @@ namespace pipescout::estimation_study {
 
 enum class Vehicle : std::uint8_t {
   kGroundRobot,  ///< IMU, GPS, odometer of four wheels; stands for 5 s, then drives over fields
-  kUav,          ///< IMU, GPS, and visual poses over a rack; hovers for 5 s, flies there, stays
+  kUav,          ///< IMU, GPS, and visual poses over a rack; stands for 5 s, flies there, stays
   kCrawler,      ///< IMU, odometer of three wheels, welds; stands for 5 s in a pipe of known course
 };
 
@@ -32,14 +32,18 @@ struct Silence {
 };
 
 enum class GpsGrade : std::uint8_t {
-  kRtk,         ///< fixed carrier phases: 1 cm level, 2 cm up, of which as much is correlated
-  kStandalone,  ///< 0.4 m white and 0.5 m correlated over 60 s, twice as much up
+  kRtk,         ///< fixed carrier phases: 1.2 cm level, 2.4 cm up; a third of the square correlated
+                ///< over 20 s
+  kStandalone,  ///< 0.64 m level, 1.3 m up; three fifths of the square correlated over 60 s
 };
 
 struct RunOptions {
   double duration = 180;  ///< s, (20, 3600]
   simulation::ImuParameters imu = simulation::ImuParameters::industrial();
   GpsGrade gps = GpsGrade::kRtk;
+  /// Whether part of the error of GPS is that of multipath, correlated in time, of which the stated
+  /// covariance says nothing; or all of it, of the same size, is white.
+  bool correlated_gps = false;
   std::vector<Silence> silences{};
   /// This sensor is grossly wrong in `outlier_share` of its readings: the IMU by up to 5 g and 5
   /// rad/s, the odometer by 1 to 10 m, GPS by 10 to 100 m, visual poses by 0.3 to 3 m and up to 0.5
@@ -47,6 +51,7 @@ struct RunOptions {
   std::optional<Sensor> outliers{};
   double outlier_share = 0.2;
   std::vector<simulation::GpsTrap> traps{};
+  bool in_flight = false;  ///< the UAV hovers in the wind at the beginning, instead of standing
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -79,7 +84,12 @@ struct VehicleRun {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, in the body
   /// m, in the body: whose way the odometer shows.
   Eigen::Vector3d odometer_point = Eigen::Vector3d::Zero();
-  geometry::SE3 T_map_rack{};            ///< where it is, of a run with a rack
+  geometry::SE3 T_map_rack{};  ///< the truth about it, of a run with a rack
+  /// As surveyed, off by `rack_position_deviation` (m) and `rack_rotation_deviation` (rad) per
+  /// axis.
+  geometry::SE3 T_map_rack_surveyed{};
+  double rack_position_deviation = 0;
+  double rack_rotation_deviation = 0;
   std::vector<Eigen::Vector3d> route{};  ///< m, polyline of a pipe; otherwise empty
 };
 
