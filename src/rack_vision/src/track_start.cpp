@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
@@ -17,6 +18,7 @@ using geometry::SE3;
 constexpr std::size_t kTried = 6;   // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
+constexpr double kWideRange = 16;     // px
 constexpr double kShortest = 8;       // px: shorter contours say nothing
 constexpr double kFarthest = 150;     // px: within which the unknown place along y moves contours
 constexpr double kMuchWorse = 10;     // log-likelihood: places that need not be tried
@@ -29,6 +31,8 @@ constexpr double kClearlyBetter = 0.12;     // of the share of samples found, ov
 constexpr double kGoodShare = 0.65;         // below it other places must be still worse,
 constexpr double kDoubtByShare = 0.5;       // by this much of what is missing
 constexpr double kAlikeAtStart = 8;         // images
+constexpr double kLeastOfReference = 0.35;  // share of its samples found
+constexpr int kJudgedSamples = 20;
 constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
 constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;       // rad
@@ -52,7 +56,33 @@ double found_share(const TrackEvidence& evidence) {
   return 0.5 * (edges + static_cast<double>(evidence.proven_matched) / evidence.proven_points);
 }
 
+/// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
+/// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
+bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
+                        std::span<const PipeSupport> pipes) {
+  PipeSupport fixed;
+  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d& direction = model.pipes[i].direction;
+    if (offsets.covariance(row, row) == 0 && std::abs(direction.y()) > std::abs(direction.x())) {
+      fixed.searched += pipes[i].searched;
+      fixed.found += pipes[i].found;
+    }
+  }
+  return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
+}
+
 }  // namespace
+
+bool TrackStep::is_wide(const TrackBelief& belief) const {
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (edges_[i].id.kind == EdgeKind::kPipe &&
+        range_of(edges_[i], normals_[i], belief) > kWideRange) {
+      return true;
+    }
+  }
+  return false;
+}
 
 double TrackStep::apart(const TrackBelief& a, const TrackBelief& b) const {
   const geometry::Vector6d difference = pose_difference(a.T_rack_camera, b.T_rack_camera);
@@ -127,7 +157,7 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, 
   guess.covariance.setZero();
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
-    search(image, guess, range, along_variance);
+    search(image, guess, range, along_variance, Ends::kJudgeOnly);
     if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, around.offsets, false)) {
       return false;
     }
@@ -229,6 +259,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     const double share = found_share(tried.evidence);
     const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
     if (chi_square > kImprobable || share < kLeastShare ||
+        !reference_is_found(model_, around.offsets, tried.pipes) ||
         std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
       continue;
     }

@@ -19,7 +19,6 @@ constexpr double kLargestRange = 40.0;    // px
 constexpr double kSupportBias = 0.2;      // px: corners of beams are not sharp
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
 constexpr double kBiasPerSigma = 1.5;     // shared by an edge, as a multiple of what the fits say
-constexpr double kWideRange = 16.0;       // px
 constexpr double kFreeAlong = 0.5;        // m: "not known" along y
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
@@ -74,6 +73,12 @@ MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_in
   rest.diagonal().head<3>().array() += kLeastDeviation * kLeastDeviation;
   rest.diagonal().tail<3>().array() += kLeastTurn * kLeastTurn;
   return {by_pose, rest.inverse()};
+}
+
+/// The end of a beam: it lies along the pipes, is short, and has the edge of its shadow beside it.
+bool is_end_of_support(const EdgeId& id) {
+  constexpr int kAlongY = 1;
+  return id.kind == EdgeKind::kSupport && id.part / 4 == kAlongY;
 }
 
 /// After a wide search a few points that agree are not enough.
@@ -183,7 +188,7 @@ double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& norma
 }
 
 void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range,
-                       double along_variance) {
+                       double along_variance, Ends ends) {
   samples_.clear();
   searched_.clear();
   skipped_ = 0;
@@ -204,7 +209,8 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
   }
   features_.clear();
   for (const SearchedSample& sample : samples_) {
-    if (sample.count == 0) {
+    if (sample.count == 0 ||
+        (ends == Ends::kJudgeOnly && is_end_of_support(searched_[sample.edge]))) {
       continue;
     }
     EdgeSample& feature = features_.emplace_back();
@@ -265,16 +271,6 @@ void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
   map_.match(image, view(guess), kFirstPoints, matches_.size(), matches_);
 }
 
-bool TrackStep::is_wide(const TrackBelief& belief) const {
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].id.kind == EdgeKind::kPipe &&
-        range_of(edges_[i], normals_[i], belief) > kWideRange) {
-      return true;
-    }
-  }
-  return false;
-}
-
 bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Along along) {
   const double along_variance = along == Along::kByTexture
                                     ? kFreeAlong * kFreeAlong
@@ -293,7 +289,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
   }
   TrackBelief wide = belief;
   wide.covariance(kY, kY) = along_variance;
-  search(image, wide, kLeastRange, along_variance);
+  search(image, wide, kLeastRange, along_variance, Ends::kUse);
   return solve(belief, free.covariance, belief.T_rack_camera, belief.offsets, false);
 }
 
@@ -360,7 +356,7 @@ void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along
     guess.covariance = solution_.covariance;
     guess.offsets = solution_.offsets;
     render(guess.T_rack_camera, guess.offsets);
-    search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor);
+    search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor, Ends::kUse);
     solved = solve(guess, prior, start.T_rack_camera, start.offsets, true);
   }
   if (solved && !points_.empty() && !points_agree()) {
