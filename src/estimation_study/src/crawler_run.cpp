@@ -14,13 +14,14 @@ using geometry::SE3;
 using geometry::SO3;
 
 constexpr std::size_t kCrawlerWheels = 3;
-constexpr double kStanding = 5;          // s
-constexpr double kLatency = 0.02;        // s, of a wheel's sample
-constexpr double kWeldLatency = 0.3;     // s: a weld is known some way after it
-constexpr double kWeldDeviation = 0.01;  // m
-constexpr double kEase = 0.8;            // m, the crawler's length
-constexpr double kStart = 3;             // m, chainage at which it stands
-const Vector3d kWeldSensor(-0.3, 0, 0);  // m, in the body
+constexpr double kStanding = 5;            // s
+constexpr double kLatency = 0.02;          // s, of a wheel's sample
+constexpr double kWeldLatency = 0.3;       // s: a weld is known some way after it
+constexpr double kWeldDeviation = 0.01;    // m
+constexpr double kAcrossDeviation = 0.02;  // m
+constexpr double kEase = 0.8;              // m, the crawler's length
+constexpr double kStart = 3;               // m, chainage at which it stands
+const Vector3d kWeldSensor(-0.3, 0, 0);    // m, in the body
 
 simulation::Motion drive(double duration, internal::Draw& draw) {
   std::vector<simulation::MotionLeg> legs{{.speed = 0, .duration = kStanding}};
@@ -132,13 +133,15 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
       if (joint.begin > farthest && joint.begin <= seen) {
         const double at =
             time_at(motion, joint.begin - kStart - kWeldSensor.x(), time - kStep, time);
-        const double off = kWeldDeviation * draw.normal();
+        // Off along the pipe by the detector, across it by where the crawler rides.
+        const Vector3d off(kWeldDeviation * draw.normal(), kAcrossDeviation * draw.normal(),
+                           kAcrossDeviation * draw.normal());
         const simulation::BodyMotion there = route.motion(joint.begin, 1, 0);
         recorder.weld({.time = at,
-                       .position = there.T_map_body.translation() + off * there.velocity,
+                       .position = there.T_map_body * off,
                        .direction = there.velocity.normalized(),
                        .along_deviation = kWeldDeviation,
-                       .across_deviation = 0.02,
+                       .across_deviation = kAcrossDeviation,
                        .sensor = kWeldSensor},
                       at + kWeldLatency, joint.length);
       }

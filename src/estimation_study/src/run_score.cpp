@@ -174,12 +174,13 @@ Share within_bounds(const std::map<long, std::pair<double, int>>& sums, double d
 
 }  // namespace
 
-estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu) {
+estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle vehicle) {
   // Of flicker noise of floor B the bias changes over 10 s by 2.3 B (the sum over its processes);
   // a walk of density K by K sqrt(10).
   constexpr double kWalkPerFloor = 0.72;
-  // rad/sqrt(s): a wrong scale turns this into an angle. Turns of 0.2 rad/s and a second each.
-  constexpr double kTurning = 0.28;
+  // rad/sqrt(s), of what a wrong scale is a share: turns of 0.2 rad/s for a second at a time; in a
+  // pipe seldom.
+  const double how_much = vehicle == Vehicle::kCrawler ? 0.06 : 0.28;
   constexpr double kLeast = 1e-7;
   const auto white = [&](const simulation::InertialTriadParameters& triad) {
     return std::max(std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12)),
@@ -189,7 +190,7 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu) {
     return std::max(std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability),
                     kLeast);
   };
-  const double turning = kTurning * std::hypot(imu.gyro.scale_error, imu.gyro.misalignment);
+  const double turning = how_much * std::hypot(imu.gyro.scale_error, imu.gyro.misalignment);
   return {.gyro = std::hypot(white(imu.gyro), turning),
           .accelerometer = white(imu.accelerometer),
           .gyro_bias = walk(imu.gyro),
@@ -205,7 +206,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                                               : StateEstimatorParameters::crawler();
   p.R_body_imu = run.R_body_imu;
   p.smoother.gravity = simulation::kGravity;
-  p.smoother.imu_noise = imu_noise(options.imu);
+  p.smoother.imu_noise = imu_noise(options.imu, run.vehicle);
   p.smoother.globals.gps_lever_arm = run.antenna;
   p.odometer.sensor = run.odometer_point;
   // Wheels of a resolution of 1 mm, whose noise their fusion states itself.
@@ -219,6 +220,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
   }
   if (!run.route.empty()) {
     p.centre_line = estimation::PipeCentreLine(run.route);
+    p.centre_line_deviation = 0.01;
   }
   return p;
 }

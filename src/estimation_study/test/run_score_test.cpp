@@ -54,14 +54,14 @@ TEST(Consistency, HoldsForErrorsThatAreAsStated) {
 
 TEST(ImuNoise, IsThatOfTheDataSheet) {
   auto imu = simulation::ImuParameters::industrial();
-  EXPECT_GT(imu_noise(imu).gyro, 3 * imu.gyro.noise_density);  // its scale error
+  EXPECT_GT(imu_noise(imu, Vehicle::kUav).gyro, 3 * imu.gyro.noise_density);  // its scale error
   imu.gyro.scale_error = 0;
   imu.gyro.misalignment = 0;
-  const estimation::ImuNoise noise = imu_noise(imu);
+  const estimation::ImuNoise noise = imu_noise(imu, Vehicle::kUav);
   EXPECT_NEAR(noise.gyro, imu.gyro.noise_density, 0.01 * noise.gyro);
   EXPECT_NEAR(noise.accelerometer, imu.accelerometer.noise_density, 0.01 * noise.accelerometer);
   EXPECT_NO_THROW(noise.validate());
-  EXPECT_NO_THROW(imu_noise({}).validate());
+  EXPECT_NO_THROW(imu_noise({}, Vehicle::kCrawler).validate());
 }
 
 class EveryVehicle : public testing::TestWithParam<Vehicle> {};
