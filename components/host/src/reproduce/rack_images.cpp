@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <future>
 #include <limits>
-#include <mutex>
 #include <numbers>
 #include <numeric>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,6 +15,7 @@
 #include "pipescout/rack_study/image_scene.hpp"
 #include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/rack_study/image_trials.hpp"
+#include "reproduce/each_seed.hpp"
 #include "reproduce/rack_figures.hpp"
 
 namespace pipescout::host {
@@ -93,35 +90,9 @@ class RackImages {
   }
 
  private:
-  /// Results of `work(seed)` in the order of the seeds.
-  template <class Work>
-  auto for_each_seed(const std::string& stage, const std::vector<std::uint64_t>& seeds, Work work) {
-    using Result = decltype(work(std::uint64_t{}));
-    std::vector<Result> results(seeds.size());
-    std::atomic<std::size_t> next = 0;
-    std::mutex at_progress;
-    const auto worker = [&] {
-      for (std::size_t i = next++; i < seeds.size(); i = next++) {
-        results[i] = work(seeds[i]);
-        const std::lock_guard lock(at_progress);
-        progress_.step();
-      }
-    };
-    progress_.begin(stage, seeds.size());
-    std::vector<std::future<void>> workers;
-    for (unsigned i = 0; i < std::max(1U, std::thread::hardware_concurrency()); ++i) {
-      workers.push_back(std::async(std::launch::async, worker));
-    }
-    for (auto& each_worker : workers) {
-      each_worker.get();
-    }
-    progress_.end();
-    return results;
-  }
-
   template <class Settings>
   std::vector<ImageFlightRun> fly(const std::string& study, Settings settings_of_seed) {
-    return for_each_seed(study, seeds_, [&](std::uint64_t seed) {
+    return for_each_seed(progress_, study, seeds_, [&](std::uint64_t seed) {
       return rack_study::run_image_flight(settings_of_seed(seed), seed);
     });
   }
@@ -352,7 +323,7 @@ class RackImages {
     const std::size_t all_trials = 2 * extent_.trials * seeds.size();
     const std::string study =
         std::to_string(all_trials) + " first poses and predictions wrong by 5 cm and 5 degrees";
-    const auto scores_of_seeds = for_each_seed(study, seeds, [&](std::uint64_t seed) {
+    const auto scores_of_seeds = for_each_seed(progress_, study, seeds, [&](std::uint64_t seed) {
       rack_study::WrongStartSettings settings;
       settings.scene.model = rack_study::rack_on_beams();
       return rack_study::score_wrong_starts(

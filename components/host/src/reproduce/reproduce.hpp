@@ -79,6 +79,12 @@ struct RackExtent {
   RackImageExtent images{};
 };
 
+/// How much is driven, flown and crawled for the figures of the state estimator, for each seed.
+struct EstimatorExtent {
+  double duration = 180;  ///< s, of a run
+  double outage = 60;     ///< s, without GPS
+};
+
 // The tables.
 Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
@@ -90,5 +96,10 @@ Reproduction reproduce_rack(const ReproduceOptions& options, std::ostream& out);
 /// The same with less, for tests.
 Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& extent,
                             std::ostream& out);
+
+Reproduction reproduce_estimator(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_estimator(const ReproduceOptions& options, const EstimatorExtent& extent,
+                                 std::ostream& out);
 
 }  // namespace pipescout::host

@@ -16,6 +16,9 @@ std::span<const ReproducibleTable> reproducible_tables() {
       ReproducibleTable{"rack",
                         "Table I and the figures of Lippiello and Cacace: a UAV over a pipe rack",
                         true, reproduce_rack},
+      ReproducibleTable{"estimator",
+                        "Figures of the state estimator on three robots and on real recordings",
+                        true, reproduce_estimator},
   };
   return kTables;
 }

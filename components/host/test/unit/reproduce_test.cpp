@@ -97,6 +97,23 @@ TEST(Reproduce, FliesOverTheRack) {
   EXPECT_THAT(out.str(), HasSubstr("On images"));
 }
 
+TEST(ReproduceEstimator, GivesAllFigures) {
+  std::ostringstream out;
+  const auto result =
+      reproduce_estimator({.seeds = 1}, EstimatorExtent{.duration = 80, .outage = 15}, out);
+  for (const char* figure :
+       {"ground_robot_position_rmse_m", "ground_robot_orientation_rmse_deg", "uav_position_rmse_m",
+        "crawler_position_rmse_m", "crawler_nees", "outage_drift_percent", "outage_rack_drift_m",
+        "nees_in_bounds", "outlier_rmse_ratio", "false_reacquisition"}) {
+    EXPECT_TRUE(result.figures.contains(figure) && result.figures[figure].is_number()) << figure;
+  }
+  EXPECT_LT(result.figures["ground_robot_position_rmse_m"].get<double>(), 0.5);
+  EXPECT_LT(result.figures["uav_position_rmse_m"].get<double>(), 0.5);
+  EXPECT_LT(result.figures["crawler_position_rmse_m"].get<double>(), 1);
+  EXPECT_EQ(result.figures["false_reacquisition"].get<double>(), 0);
+  EXPECT_EQ(result.seeds.size(), 1U);
+}
+
 constexpr InPipeExtent kShort{.run_length = 1000.0,
                               .joints = 200,
                               .double_slips = 4,
