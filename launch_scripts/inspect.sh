@@ -151,7 +151,7 @@ else
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
       pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
       pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
-      pipescout_state_estimator \
+      pipescout_state_estimator pipescout_estimator_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -206,4 +206,6 @@ for folder in "${pictures[@]}"; do
 done
 if $with_simulations; then
   pipescout plot rack "$rack_out"
+  pipescout plot estimator "$crawler_out"
+  pipescout plot estimator "$rack_out"
 fi
