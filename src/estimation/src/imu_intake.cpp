@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "imu_intake.hpp"
 
+#include <algorithm>
+
 namespace pipescout::estimation {
+namespace {
+
+constexpr double kFirstStep = 0.02;  // of a spike, until it is known
+constexpr double kLeastStep = 1e-4;  // of a spike: the mean must be able to grow again
+
+}  // namespace
 
 ImuIntake::ImuIntake(const StateEstimatorParameters& parameters)
     : R_body_imu_(parameters.R_body_imu),
@@ -10,6 +18,8 @@ ImuIntake::ImuIntake(const StateEstimatorParameters& parameters)
       largest_force_(parameters.largest_force),
       spike_rate_(parameters.spike_rate),
       spike_force_(parameters.spike_force),
+      rate_step_(kFirstStep * parameters.spike_rate),
+      force_step_(kFirstStep * parameters.spike_force),
       largest_gap_(parameters.largest_imu_gap),
       clock_(parameters.smoother.max_step) {}
 
@@ -21,22 +31,38 @@ void ImuIntake::forget() noexcept {
 }
 
 bool ImuIntake::near(const ImuReading& a, const ImuReading& b) const noexcept {
-  return (a.angular_rate - b.angular_rate).norm() <= spike_rate_ &&
-         (a.specific_force - b.specific_force).norm() <= spike_force_;
+  // So many times the mean step from reading to reading; of white noise 12 standard deviations.
+  constexpr double kSteps = 5;
+  constexpr double kLeastRate = 0.05;  // rad/s
+  constexpr double kLeastForce = 0.5;  // m/s^2
+  constexpr double kYielding = 1.3;    // for each reading that was dropped
+  const double steps = kSteps * std::pow(kYielding, static_cast<double>(dropped_));
+  return (a.angular_rate - b.angular_rate).norm() <=
+             std::clamp(steps * rate_step_, kLeastRate, spike_rate_) &&
+         (a.specific_force - b.specific_force).norm() <=
+             std::clamp(steps * force_step_, kLeastForce, spike_force_);
 }
 
 void ImuIntake::join(const ImuReading& to, Taken& taken) noexcept {
+  constexpr double kLearning = 0.02;
+  constexpr double kMost = 3;  // times the mean: what is not much of a step may still be wrong
   const double duration = to.time - last_->time;
   if (duration <= largest_gap_) {
     taken.samples[taken.count++] = {last_->time, duration,
                                     0.5 * (last_->angular_rate + to.angular_rate),
                                     0.5 * (last_->specific_force + to.specific_force)};
   }
+  const double rate_step = (to.angular_rate - last_->angular_rate).norm();
+  const double force_step = (to.specific_force - last_->specific_force).norm();
+  rate_step_ += kLearning * (std::min(rate_step, kMost * rate_step_) - rate_step_);
+  force_step_ += kLearning * (std::min(force_step, kMost * force_step_) - force_step_);
+  rate_step_ = std::max(rate_step_, kLeastStep * spike_rate_);
+  force_step_ = std::max(force_step_, kLeastStep * spike_force_);
   last_ = to;
 }
 
 ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
-  constexpr std::size_t kMostDropped = 3;  // then it is the motion that is violent
+  constexpr std::size_t kMostDropped = 8;  // then it is the motion that is violent
   if (!(std::isfinite(reading.time) && reading.angular_rate.allFinite() &&
         reading.specific_force.allFinite())) {
     return {.outcome = Outcome::kNotFinite};

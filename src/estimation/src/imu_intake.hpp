@@ -40,6 +40,8 @@ class ImuIntake {
   double largest_force_;
   double spike_rate_;
   double spike_force_;
+  double rate_step_;  // from reading to reading, on the mean
+  double force_step_;
   double largest_gap_;
   ClockWatch clock_;
   std::optional<ImuReading> last_{};  // in the body

@@ -119,7 +119,8 @@ struct StateEstimatorParameters {
                                     ///< in [1e-3, 1e3]
   double largest_rate = 40;         ///< rad/s; readings above it are refused; in [0.1, 1e4]
   double largest_force = 400;       ///< m/s^2, the same; in [1, 1e6]
-  /// A reading that differs by more from the one before is used when the next bears it out.
+  /// A reading that differs from the one before by more, or by several times more than readings
+  /// lately do, is used when the next bears it out.
   double spike_rate = 3;          ///< rad/s, in [0.01, 1e4]
   double spike_force = 15;        ///< m/s^2, in [0.1, 1e6]
   double largest_imu_gap = 0.05;  ///< s between readings that are joined, in [1e-4, 1]
