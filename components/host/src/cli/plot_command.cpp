@@ -107,6 +107,15 @@ void add_rack(CLI::App& plot, Action& action) {
   subject->callback([=, &action] { action = [=] { return draw_subject("rack", *options, {}); }; });
 }
 
+void add_estimator(CLI::App& plot, Action& action) {
+  auto options = std::make_shared<PlotOptions>();
+  auto* subject = add_subject(
+      plot, "estimator", "A state estimator, and why it said so; prints the path of each picture",
+      "Mission folder, or the JSON file of `pipescout reproduce estimator`", *options);
+  subject->callback(
+      [=, &action] { action = [=] { return draw_subject("estimator", *options, {}); }; });
+}
+
 }  // namespace
 
 void add_plot_commands(CLI::App& app, Action& action) {
@@ -114,6 +123,7 @@ void add_plot_commands(CLI::App& app, Action& action) {
   plot->require_subcommand(1);
   add_odometry(*plot, action);
   add_rack(*plot, action);
+  add_estimator(*plot, action);
 }
 
 }  // namespace pipescout::host

@@ -199,6 +199,18 @@ TEST_F(RackDrawing, OnlyAMissingFileIsNoError) {
   EXPECT_THAT(finished.err, HasSubstr("not drawn: overlay: no images.csv"));
 }
 
+TEST_F(Drawing, DrawsAStateEstimator) {
+  fs::create_directories(path("e/estimator"));
+  write("e/estimator/factors.csv",
+        "stamp,kind,outcome,chi_square,degrees,weight\n"
+        "1000.1,gps,accepted,2.5,3,1\n1000.2,gps,gated,300,3,0\n");
+  const auto finished = run({"estimator", "e"});
+  EXPECT_EQ(finished.code(), 0) << finished.err;
+  EXPECT_THAT(finished.out, Eq("e/pictures/residuals.svg\n"));
+  EXPECT_THAT(finished.err, HasSubstr("not drawn: trajectory: no estimate.csv"));
+  EXPECT_THAT(content(path("e/pictures/residuals.svg")), HasSubstr("gps: 1 accepted, 1 gated"));
+}
+
 TEST_F(PlotCommand, NamesThePackageOfAMissingPython) {
   ::setenv(kPythonVariable, path("no_python").c_str(), 1);
   const auto finished = run({"odometry", "m"});
