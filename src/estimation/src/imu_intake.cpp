@@ -104,6 +104,8 @@ ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
   }
   held_.reset();
   if (dropped_ == kMostDropped && !near(*last_, now)) {
+    rate_step_ = std::min((now.angular_rate - last_->angular_rate).norm(), spike_rate_);
+    force_step_ = std::min((now.specific_force - last_->specific_force).norm(), spike_force_);
     last_ = now;  // none of the last readings is to be joined to this one
   } else {
     join(now, taken);

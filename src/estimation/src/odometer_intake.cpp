@@ -68,15 +68,11 @@ bool OdometerIntake::joined(const OdometerReading& a, const OdometerReading& b) 
 
 std::optional<OdometerIntake::Increment> OdometerIntake::between(double from,
                                                                  double to) const noexcept {
-  const auto after = [&](double time) {
-    return std::partition_point(readings_.begin(), readings_.end(),
-                                [&](const OdometerReading& r) { return r.time <= time; });
-  };
-  const auto first = after(from);
-  auto last = after(to);
-  if (last == readings_.end() && last != readings_.begin() && (last - 1)->time == to) {
-    --last;
-  }
+  // From the first reading after `from` to the first one not before `to`.
+  const auto first = std::partition_point(readings_.begin(), readings_.end(),
+                                          [&](const auto& r) { return r.time <= from; });
+  const auto last =
+      std::partition_point(first, readings_.end(), [&](const auto& r) { return r.time < to; });
   if (!(from < to) || first == readings_.begin() || last == readings_.end()) {
     return std::nullopt;
   }
