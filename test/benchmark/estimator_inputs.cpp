@@ -5,9 +5,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numbers>
+#include <string>
 
-#include "fusion_stream.hpp"
+#include "pipescout/estimation_study/fusion_stream.hpp"
 
 namespace pipescout::benchmarks {
 namespace {
@@ -35,7 +38,7 @@ geometry::Matrix6d covariance(double translation, double rotation) {
   return d.asDiagonal();
 }
 
-EstimatorRecording in_steps(const estimation::test::FusionStream& stream) {
+EstimatorRecording in_steps(const estimation_study::FusionStream& stream) {
   EstimatorRecording recording{.start = stream.truth.front().state, .simulated = false};
   std::size_t imu = 0;
   std::size_t odometry = 0;
@@ -142,8 +145,9 @@ EstimatorRecording estimator_recording(std::uint64_t seed) {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread.
   const char* const shared = std::getenv("PIPESCOUT_SHARED_DATA");
   if (shared != nullptr) {
-    const auto stream = estimation::test::read_fusion_stream(std::filesystem::path(shared) /
-                                                             "fusion_stream" / "stream.csv");
+    std::ifstream file(std::filesystem::path(shared) / "fusion_stream" / "stream.csv");
+    const auto stream = estimation_study::parse_fusion_stream(
+        std::string{std::istreambuf_iterator<char>(file), {}});
     if (!stream.truth.empty()) {
       return in_steps(stream);
     }
@@ -159,7 +163,7 @@ EstimatorRecording estimator_recording(std::uint64_t seed) {
 }
 
 estimation::FixedLagSmootherParameters estimator_parameters() {
-  return estimation::test::fusion_stream_parameters();
+  return estimation_study::fusion_stream_parameters();
 }
 
 void start(estimation::FixedLagSmoother& smoother, const estimation::NavState& state) {

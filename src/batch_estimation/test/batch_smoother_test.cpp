@@ -9,13 +9,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "fusion_stream.hpp"
+#include "pipescout/estimation_study/fusion_stream.hpp"
 #include "simulated_drive.hpp"
 #include "simulated_flight.hpp"
 
@@ -272,10 +274,11 @@ TEST(BatchSmootherTest, KnowsMoreThanTheSmootherDidAtTheTime) {
 TEST(BatchSmootherTest, SmoothsTheFusionStream) {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread.
   const char* const shared = std::getenv("PIPESCOUT_SHARED_DATA");
-  test::FusionStream stream;
+  estimation_study::FusionStream stream;
   if (shared != nullptr) {
-    stream =
-        test::read_fusion_stream(std::filesystem::path(shared) / "fusion_stream" / "stream.csv");
+    std::ifstream file(std::filesystem::path(shared) / "fusion_stream" / "stream.csv");
+    stream = estimation_study::parse_fusion_stream(
+        std::string{std::istreambuf_iterator<char>(file), {}});
   }
   if (stream.truth.empty()) {
     GTEST_SKIP() << "no fusion_stream below PIPESCOUT_SHARED_DATA: BATCH SMOOTHING OF THE STREAM "
@@ -287,7 +290,7 @@ TEST(BatchSmootherTest, SmoothsTheFusionStream) {
   Recording recording{.first = stream.truth[0].state,
                       .first_covariance = deviations.cwiseAbs2().asDiagonal(),
                       .imu = stream.imu};
-  for (const test::TrueState& truth : stream.truth) {
+  for (const estimation_study::TrueState& truth : stream.truth) {
     recording.times.push_back(truth.time);
   }
   const auto append = [&](const auto& list) {
@@ -296,7 +299,8 @@ TEST(BatchSmootherTest, SmoothsTheFusionStream) {
   append(stream.gps);
   append(stream.vision);
   append(stream.odometry);
-  BatchSmoother batch(BatchSmootherParameters::like(test::fusion_stream_parameters()), recording);
+  BatchSmoother batch(BatchSmootherParameters::like(estimation_study::fusion_stream_parameters()),
+                      recording);
   const BatchReport& report = batch.solve();
   EXPECT_TRUE(report.converged) << report.message;
   double square = 0;
@@ -323,7 +327,8 @@ TEST(BatchSmootherTest, SmoothsTheFusionStream) {
         },
         measurement);
   });
-  expect_agreement("fusion stream", recording, without_end(test::fusion_stream_parameters()));
+  expect_agreement("fusion stream", recording,
+                   without_end(estimation_study::fusion_stream_parameters()));
 }
 
 TEST(BatchSmootherTest, BadDataAreReportedAndChangeNothing) {

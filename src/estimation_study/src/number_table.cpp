@@ -34,7 +34,7 @@ std::vector<std::vector<double>> number_table(std::string_view text, const std::
       const auto [last, error] =
           std::from_chars(digits.data(), digits.data() + digits.size(), value);
       if (error != std::errc() || last != digits.data() + digits.size()) {
-        refuse("'" + std::string(cell) + "' is no number");
+        refuse(std::string("'").append(cell).append("' is no number"));
       }
       row.push_back(value);
       rest.remove_prefix(cell.size());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipescout/estimation_study/car_recording.hpp"
+#include "pipescout/estimation_study/fusion_stream.hpp"
 #include "pipescout/estimation_study/lawnmower_recording.hpp"
 #include "pipescout/estimation_study/run_score.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
@@ -144,6 +145,7 @@ class Estimator {
           {.most = 1.2},
           "outlier_rmse_ratio"},
          {"traps that captured it", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
+    add_stream();
     add_car();
     add_lawnmower();
     return std::move(result_);
@@ -305,6 +307,41 @@ class Estimator {
       result.push_back(read_csv_text((folder / file).string()));
     }
     return result;
+  }
+
+  void add_stream() {
+    const std::string study = "The stream on which GTSAM was measured (fusion_stream), lag 2 s";
+    const auto files = texts(study, "fusion_stream", {"stream.csv"});
+    if (!files) {
+      return;
+    }
+    const auto stream = estimation_study::parse_fusion_stream(files->front());
+    const auto score = [&](const estimation_study::StreamSensors& use) {
+      estimation::FixedLagSmoother smoother(estimation_study::fusion_stream_parameters());
+      return estimation_study::run_fusion_stream(stream, use, smoother);
+    };
+    const auto all = score({});
+    rows_.add_study(study, {{"all sensors: position, root mean square, m",
+                             all.position,
+                             {},
+                             {.most = 0.0142},
+                             "stream_position_rmse_m"},
+                            {"all sensors: orientation, root mean square, deg",
+                             kDegrees * all.rotation,
+                             {},
+                             {.most = 0.096},
+                             "stream_orientation_rmse_deg"},
+                            {"all sensors: NEES, mean (15 is right)", all.nees, {}, kSmallIsGood},
+                            {"no vision: position, root mean square, m",
+                             score({.vision = false}).position,
+                             {},
+                             {.most = 0.0328},
+                             "stream_no_vision_position_rmse_m"},
+                            {"IMU and vision: position, root mean square, m",
+                             score({.gps = false, .odometry = false}).position,
+                             {},
+                             {.most = 0.0335},
+                             "stream_imu_vision_position_rmse_m"}});
   }
 
   void add_car() {

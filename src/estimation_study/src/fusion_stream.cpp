@@ -1,27 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fusion_stream.hpp"
+#include "pipescout/estimation_study/fusion_stream.hpp"
 
-#include <chrono>
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
-#include <sstream>
+#include <stdexcept>
+#include <string>
 
 #include <Eigen/Cholesky>
 
-namespace pipescout::estimation::test {
+#include "number_table.hpp"
+
+namespace pipescout::estimation_study {
 namespace {
 
 using Eigen::Vector3d;
+using estimation::FixedLagSmoother;
+using estimation::FixedLagSmootherParameters;
+using estimation::kPosition;
+using estimation::kRotation;
+using estimation::kVelocity;
+using estimation::NavState;
+using estimation::StateMatrix;
+using estimation::StateVector;
 using geometry::SE3;
 using geometry::SO3;
 
-std::vector<double> numbers_after_name(const std::string& line) {
-  std::vector<double> numbers;
-  std::istringstream cells(line.substr(line.find(',') + 1));
-  for (std::string cell; std::getline(cells, cell, ',');) {
-    numbers.push_back(std::stod(cell));
+struct Columns {
+  std::string_view kind;
+  std::size_t numbers;  // after it
+};
+constexpr std::array kColumns{Columns{"gt", 17}, Columns{"imu", 8}, Columns{"gps", 5},
+                              Columns{"vis", 10}, Columns{"odom", 11}};
+
+std::vector<double> numbers(std::string_view cells, std::size_t line, std::size_t count) {
+  const auto rows =
+      internal::number_table(cells, "stream.csv, line " + std::to_string(line), false, count);
+  if (rows.empty()) {
+    throw std::runtime_error("stream.csv, line " + std::to_string(line) + ": no numbers");
   }
-  return numbers;
+  return rows.front();
 }
 
 Vector3d vector_at(const std::vector<double>& n, std::size_t i) {
@@ -41,29 +59,38 @@ geometry::Matrix6d covariance(double translation, double rotation) {
 
 }  // namespace
 
-FusionStream read_fusion_stream(const std::filesystem::path& path) {
+FusionStream parse_fusion_stream(std::string_view text) {
   FusionStream stream;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with('#')) {
+  std::size_t line = 0;
+  while (!text.empty()) {
+    ++line;
+    const std::string_view row = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(row.size() + 1, text.size()));
+    const std::string_view kind = row.substr(0, row.find(','));
+    if (row.empty() || row.starts_with('#')) {
       continue;
     }
-    const auto n = numbers_after_name(line);
-    if (line.starts_with("gt")) {
+    const auto columns = std::ranges::find(kColumns, kind, &Columns::kind);
+    if (columns == kColumns.end()) {
+      throw std::runtime_error("stream.csv:" + std::to_string(line) + ": rows of '" +
+                               std::string(kind) + "' are not known");
+    }
+    const auto n = numbers(row.substr(kind.size()), line, columns->numbers);
+    if (kind == "gt") {
       stream.truth.push_back({n[0],
                               {.R_map_body = rotation_at(n, 4),
                                .position = vector_at(n, 1),
                                .velocity = vector_at(n, 8),
                                .gyro_bias = vector_at(n, 14),
                                .accelerometer_bias = vector_at(n, 11)}});
-    } else if (line.starts_with("imu")) {
+    } else if (kind == "imu") {
       stream.imu.push_back({n[0], n[1], vector_at(n, 5), vector_at(n, 2)});
-    } else if (line.starts_with("gps")) {
+    } else if (kind == "gps") {
       stream.gps.push_back({n[0], vector_at(n, 1), n[4] * n[4] * Eigen::Matrix3d::Identity()});
-    } else if (line.starts_with("vis")) {
+    } else if (kind == "vis") {
       stream.vision.push_back(
           {n[0], SE3(rotation_at(n, 4), vector_at(n, 1)), covariance(n[8], n[9])});
-    } else if (line.starts_with("odom")) {
+    } else {
       stream.odometry.push_back(
           {n[0], n[1], SE3(rotation_at(n, 5), vector_at(n, 2)), covariance(n[9], n[10])});
     }
@@ -85,7 +112,6 @@ StreamScore run_fusion_stream(const FusionStream& stream, const StreamSensors& u
                               FixedLagSmoother& smoother) {
   constexpr double kSame = 1e-6;
   constexpr double kScoredFrom = 5 - kSame;
-  constexpr std::size_t kWarmUp = 50;
   // The first state is given as it is; without vision its deviations still count at the end. Those
   // of the figures that SOURCE.txt quotes are not known.
   StateVector deviations;
@@ -119,13 +145,8 @@ StreamScore run_fusion_stream(const FusionStream& stream, const StreamSensors& u
     feed(stream.odometry, odometry, now + kSame, use.odometry);
     feed(stream.gps, gps, now + kSame, use.gps);
     feed(stream.vision, vision, now + kSame, use.vision);
-    const auto begin = std::chrono::steady_clock::now();
     smoother.update(now);
     const NavState& newest = smoother.state(smoother.keyframes() - 1);
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
-    if (&truth - stream.truth.data() >= static_cast<std::ptrdiff_t>(kWarmUp)) {
-      score.update_ms.push_back(took.count());
-    }
     if (now >= kScoredFrom) {
       const StateVector error = newest.local(truth.state);
       score.position += error.segment<3>(kPosition).squaredNorm();
@@ -143,4 +164,4 @@ StreamScore run_fusion_stream(const FusionStream& stream, const StreamSensors& u
   return score;
 }
 
-}  // namespace pipescout::estimation::test
+}  // namespace pipescout::estimation_study
