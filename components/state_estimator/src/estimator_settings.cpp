@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -84,6 +85,11 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
   declare_start(parameters);
   declare_smoother(parameters);
   declare_use(parameters);
+  odometer_ = parameters.declare<std::vector<double>>(
+      "odometer.position", {},
+      {.description =
+           "m, x y z in the base frame of the point whose way the odometers show; empty: "
+           "0 0 0"});
   declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
   declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
   declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
@@ -173,6 +179,11 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   bind(
       parameters, "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100},
       "m/s^2, at the place");
+
+  bind(
+      parameters, "imu.specific_force_scale",
+      [](auto& p) -> double& { return p.specific_force_scale; }, {1e-3, 1e3},
+      "what makes m/s^2 of its linear acceleration: 9.80665 for an IMU in g");
 
   gps_antenna_ = place("gps.position", "the antenna");
   datum_ = parameters.declare<std::vector<double>>(
@@ -327,6 +338,10 @@ void EstimatorParameters::declare_smoother(Parameters& parameters) {
       parameters, "gps.position_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gps_lever_arm; }, kNotNegative,
       "m, per axis, how far the antenna may be from gps.position; 0: it is there");
+  bind(
+      parameters, "gps.time_offset_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.gps_time_offset; }, kNotNegative,
+      "s, how much later or earlier than stamped a fix may be taken; 0: the stamps are right");
 }
 
 void EstimatorParameters::declare_use(Parameters& parameters) {
@@ -496,6 +511,14 @@ EstimatorSettings EstimatorParameters::read() const {
         kernel(bound.parameter.name(), bound.parameter.get());
   }
   estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
+  estimator.odometer.sensor = three_or_zero(odometer_) - result.imu;
+  if (const auto& deviations = estimator.smoother.global_deviations;
+      deviations.mount_yaw > 0 || deviations.mount_pitch > 0) {
+    // See GlobalDeviations: else the mount is found wrong by several deviations.
+    constexpr double kMountRotation = 1e-3;
+    double& rotation = estimator.smoother.relinearisation.rotation;
+    rotation = std::min(rotation, kMountRotation);
+  }
   estimator.smoother.globals.gps_lever_arm = result.gps_antenna - result.imu;
   estimator.smoother.globals.rack_position = three_or_zero(rack_position_);
   estimator.smoother.globals.R_map_rack = geometry::SO3::about_z(rack_heading_.get());

@@ -218,8 +218,11 @@ void StateEstimator::on_fix(const Fix& message) {
     }
     const auto estimate = estimator_->estimate();
     const double height = estimate && estimate->in_map ? estimate->state.position.z() : 0.0;
-    report_outcome(Source::kGps,
-                   estimator_->add(gps_measurement(message, *time, *map_, height, settings_)));
+    estimation::GpsMeasurement measured = gps_measurement(message, *time, *map_, height, settings_);
+    if (estimate) {
+      measured.angular_rate = estimate->angular_rate;
+    }
+    report_outcome(Source::kGps, estimator_->add(measured));
   } catch (const std::invalid_argument& error) {
     report_fault("gps.refused", std::string("fix refused: ") + error.what());
   }
@@ -421,8 +424,13 @@ void StateEstimator::tell_status() {
     const std::string phase(to_string(status.phase));
     const std::string text = status.text.empty() ? phase : phase + ": " + status.text;
     if (status.phase == Phase::kFault) {
-      report_fault("start.fault", text);
-      diagnostics().set_status(DiagnosticLevel::kError, text);
+      // The names are those of the algorithm.
+      const std::string fault =
+          text +
+          " (R_body_imu is parameter imu.roll_pitch_yaw, specific_force_scale is "
+          "imu.specific_force_scale)";
+      report_fault("start.fault", fault);
+      diagnostics().set_status(DiagnosticLevel::kError, fault);
     } else if (status.phase == Phase::kRunning) {
       diagnostics().set_status(DiagnosticLevel::kOk, text);
     } else {

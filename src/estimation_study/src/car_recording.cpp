@@ -160,6 +160,7 @@ estimation::StateEstimatorParameters car_parameters() {
   parameters.smoother.imu_noise.gyro_bias = 2e-5;
   parameters.smoother.imu_noise.accelerometer_bias = 5e-4;
   parameters.smoother.global_deviations.odometer_scale = 0.02;
+  parameters.smoother.relinearisation.rotation = 1e-3;  // as mount angles ask for
   parameters.smoother.global_deviations.mount_yaw = 0.1;
   parameters.smoother.global_deviations.mount_pitch = 0.1;
   parameters.smoother.global_deviations.gps_time_offset = 0.1;

@@ -106,6 +106,7 @@ class EstimatorParameters {
   Parameter<double> weld_deviation_;
   Parameter<std::vector<double>> weld_sensor_;
   Parameter<std::vector<double>> gps_antenna_;
+  Parameter<std::vector<double>> odometer_;
   Parameter<std::vector<double>> imu_position_;
   Parameter<std::vector<double>> imu_roll_pitch_yaw_;
   Parameter<std::vector<double>> camera_position_;
