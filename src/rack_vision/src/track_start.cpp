@@ -157,7 +157,7 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, 
   guess.covariance.setZero();
   for (const double range : kRanges) {
     render(guess.T_rack_camera, guess.offsets);
-    search(image, guess, range, along_variance, Ends::kJudgeOnly);
+    search(image, guess, range, along_variance);
     if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, around.offsets, false)) {
       return false;
     }

@@ -75,12 +75,6 @@ MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_in
   return {by_pose, rest.inverse()};
 }
 
-/// The end of a beam: it lies along the pipes, is short, and has the edge of its shadow beside it.
-bool is_end_of_support(const EdgeId& id) {
-  constexpr int kAlongY = 1;
-  return id.kind == EdgeKind::kSupport && id.part / 4 == kAlongY;
-}
-
 /// After a wide search a few points that agree are not enough.
 bool borne_out_by_texture(const StepOutcome& outcome) {
   return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
@@ -188,7 +182,7 @@ double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& norma
 }
 
 void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range,
-                       double along_variance, Ends ends) {
+                       double along_variance) {
   samples_.clear();
   searched_.clear();
   skipped_ = 0;
@@ -209,8 +203,7 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
   }
   features_.clear();
   for (const SearchedSample& sample : samples_) {
-    if (sample.count == 0 ||
-        (ends == Ends::kJudgeOnly && is_end_of_support(searched_[sample.edge]))) {
+    if (sample.count == 0) {
       continue;
     }
     EdgeSample& feature = features_.emplace_back();
@@ -289,7 +282,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
   }
   TrackBelief wide = belief;
   wide.covariance(kY, kY) = along_variance;
-  search(image, wide, kLeastRange, along_variance, Ends::kUse);
+  search(image, wide, kLeastRange, along_variance);
   return solve(belief, free.covariance, belief.T_rack_camera, belief.offsets, false);
 }
 
@@ -356,7 +349,7 @@ void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along
     guess.covariance = solution_.covariance;
     guess.offsets = solution_.offsets;
     render(guess.T_rack_camera, guess.offsets);
-    search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor, Ends::kUse);
+    search(image, guess, kLeastRange, guess.covariance(kY, kY) + *anchor);
     solved = solve(guess, prior, start.T_rack_camera, start.offsets, true);
   }
   if (solved && !points_.empty() && !points_agree()) {

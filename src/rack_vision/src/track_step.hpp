@@ -86,16 +86,8 @@ class TrackStep {
  private:
   void reserve();
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
-  /// The ends of beams.
-  enum class Ends : std::uint8_t {
-    kUse,
-    /// They bear a pose out or not, but do not lead to it. Two ends far apart say more of the
-    /// height than all pipes that may be moved: beside one of them, in a first image, is a wrong
-    /// height.
-    kJudgeOnly
-  };
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
-              double along_variance, Ends ends);
+              double along_variance);
   /// How a motion of the camera, as in `pose_difference`, moves a point of the rack along an image
   /// normal, px.
   [[nodiscard]] geometry::Vector6d by_motion(const Eigen::Vector3d& point,

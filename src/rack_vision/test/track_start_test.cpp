@@ -56,17 +56,6 @@ TEST(TrackStart, IsTakenOverPipesThatLieElsewhere) {
   }
 }
 
-TEST(TrackStart, IsNotLedByTheEndsOfABeam) {
-  RackModel drawn = rack_on_a_beam();
-  // A pixel and a half at either end, as the edge of its shadow would be. As the height of the
-  // camera this is 30 mm.
-  drawn.supports[0].lowest_corner.x() -= 0.012;
-  drawn.supports[0].highest_corner.x() += 0.012;
-  const RackTrackerResult result = started(drawn, rack_on_a_beam(), 0.03, 0.03);
-  ASSERT_EQ(result.status, TrackStatus::kTracking) << result.reason;
-  EXPECT_NEAR(result.T_rack_camera.translation().z(), kHeight, 0.008);
-}
-
 TEST(TrackStart, IsRefusedWhereThePipeThatDefinesTheFrameIsNot) {
   RackModel drawn = rack_on_a_beam();
   drawn.pipes[0].start.x() -= 0.08;
