@@ -41,7 +41,7 @@ def check(folder):
     positions = recorded(folder, "positions.csv")
     assert len(positions) == found["positions"], len(positions)
     # The truth is published twice as often as the odometer ticks; none is lost.
-    stamps = [float(row["stamp"]) for row in recorded(folder, "truth.csv")]
+    stamps = [float(row["stamp"]) for row in recorded(folder, "crawler/truth.csv")]
     assert all(0.04 < after - before < 0.06 for before, after in zip(stamps, stamps[1:]))
     welds = [row for row in recorded(folder, "welds.csv") if row["weld"]]
     assert all(row["weld_id"] == f"W{10 * (int(row['weld']) + 1):05d}" for row in welds), welds
@@ -51,9 +51,21 @@ def check(folder):
     assert any(row[f"wheel_{i}.health"] == "slipping" for row in fused for i in (1, 2, 3))
 
 
+def check_state(folder):
+    """The one state, in the map: from the welds, the odometers and the IMU."""
+    found = figures(folder, f"{NAMESPACE[1:]}.estimator_")
+    assert found["position_rmse_m"] <= 0.15, found
+    assert found["position_worst_m"] <= 0.5, found
+    assert found["orientation_rmse_deg"] <= 1.0, found
+    assert found["in_ellipsoid_percent"] >= 90.0, found
+    assert found["weld_accepted"] >= 10, found
+    assert found["restarts"] == 0, found
+
+
 def one_process(launch_scripts, scratch):
     run(launch_scripts / "crawler.yaml", scratch / "mission")
     check(scratch / "mission")
+    check_state(scratch / "mission")
 
 
 def several_processes(launch_scripts, scratch):
@@ -65,6 +77,7 @@ def several_processes(launch_scripts, scratch):
     (scratch / "run").mkdir()
     run(composition, scratch / "run/mission", "rate:=50.0")
     check(scratch / "run/mission")
+    check_state(scratch / "run/mission")
 
 
 def without_a_tally(launch_scripts, scratch):

@@ -55,7 +55,7 @@ def errors(truth, done, way_point):
 def fly(seed, way_points, arguments, folder):
     pipescout("run", COMPOSITION, "--out", folder, f"seed:={seed}", *arguments, timeout=TIMEOUT)
     found = figures(folder, "rack_")
-    truth = recorded(folder, "truth.csv")
+    truth = recorded(folder, "rack/truth.csv")
     kept = [errors(truth, float(row["stamp"]), way_points[int(row["done"]) - 1])
             for row in recorded(folder, "way_points.csv") if int(row["done"]) > 0]
     return {"seed": seed, "way_points": found["way_points"], "errors": kept,

@@ -34,7 +34,7 @@ def check(folder):
     assert found["losses"] == 0, found
     # It starts 5 cm beside where it says it does, over pipes that lie 15 mm beside where the file has
     # them: until their offsets are found, an image now and then does not bear out the pose.
-    images = recorded(folder, "state.csv")
+    images = recorded(folder, "rack/state.csv")
     begin = float(images[0]["stamp"])
     untracked = [row for row in images
                  if row["status"] != "tracking" and float(row["stamp"]) > begin + OFFSETS_FOUND]
@@ -47,6 +47,10 @@ def check(folder):
     last = {row["pipe"]: float(row["offset"]) for row in recorded(folder, "offsets.csv")}
     for pipe, offset in true_offsets.items():
         assert abs(last[pipe] - offset) < 0.005, (pipe, last)
+    state = figures(folder, f"{NAMESPACE[1:]}.estimator_")
+    assert state["position_rmse_m"] <= 0.03, state
+    assert state["orientation_rmse_deg"] <= 1.0, state
+    assert state["restarts"] == 0, state
 
 
 def check_pictures(folder):

@@ -81,7 +81,7 @@ std::string error_csv_line(Time stamp, const EstimatorReport::Error& error) {
       .text();
 }
 
-std::string state_csv_header() {
+std::string estimator_state_csv_header() {
   return "stamp,phase,waits_for,standing_still,since_absolute_position,restarts,restart_reason" +
          axes("gyro_bias") + axes("gyro_bias", kDeviation) + axes("accelerometer_bias") +
          axes("accelerometer_bias", kDeviation) +
@@ -90,7 +90,7 @@ std::string state_csv_header() {
          axes("rack", kDeviation) + axes("rack_rotation", kDeviation);
 }
 
-std::string state_csv_line(const pipescout_msgs::msg::EstimatorState& message) {
+std::string estimator_state_csv_line(const pipescout_msgs::msg::EstimatorState& message) {
   CsvLine line(from_message(message.header().stamp()));
   line.add(message.phase())
       .add(message.waits_for())

@@ -144,7 +144,7 @@ void EstimatorRecorder::on_truth(const Odometry& message) {
 
 void EstimatorRecorder::on_state(const State& message) {
   require_lists(message);
-  file("state.csv", state_csv_header).write(state_csv_line(message));
+  file("state.csv", estimator_state_csv_header).write(estimator_state_csv_line(message));
   for (std::size_t factor = 0; factor < message.factor().size(); ++factor) {
     file("factors.csv", factor_csv_header).write(factor_csv_line(message, factor));
   }

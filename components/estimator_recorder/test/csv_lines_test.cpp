@@ -55,8 +55,8 @@ TEST(CsvLines, State) {
   message.since_absolute_position(std::numeric_limits<double>::quiet_NaN());
   message.restart_reason("none");
   message.gyro_bias(to_message(Eigen::Vector3d(1.0, 2.0, 3.0)));
-  std::string line = state_csv_line(message);
-  EXPECT_EQ(columns(line), columns(state_csv_header()));
+  std::string line = estimator_state_csv_line(message);
+  EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line, StartsWith("0.000000000,starting,a heading,0,nan,0,none,,,,"))
       << "its biases are void";
   message.phase("running");
@@ -64,8 +64,8 @@ TEST(CsvLines, State) {
   message.standing_still(true);
   message.since_absolute_position(0.5);
   message.gyro_bias_deviation(to_message(Eigen::Vector3d(0.25, 0.25, 0.5)));
-  line = state_csv_line(message);
-  EXPECT_EQ(columns(line), columns(state_csv_header()));
+  line = estimator_state_csv_line(message);
+  EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line,
               StartsWith("0.000000000,running,,1,0.5,0,none,1,2,3,0.25,0.25,0.5,0,0,0,0,0,0,,"));
   EXPECT_THAT(line, EndsWith(",,,,,,,,,,,,,,")) << "neither scale nor rack is estimated";
@@ -78,11 +78,11 @@ TEST(CsvLines, StateOfARobotWithOdometerOverARack) {
   message.odometer_scale_deviation(0.005);
   message.rack().pose(to_message(geometry::SE3(geometry::SO3::about_z(0.5), {7.0, 8.0, 9.0})));
   message.rack().covariance(to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 0.04)));
-  const std::string line = state_csv_line(message);
-  EXPECT_EQ(columns(line), columns(state_csv_header()));
+  const std::string line = estimator_state_csv_line(message);
+  EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line, HasSubstr(",1.01,0.005,7,8,9,0,0,0.5,0.2,0.2,"));
   message.rack().pose().position().x(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THROW((void)state_csv_line(message), std::invalid_argument);
+  EXPECT_THROW((void)estimator_state_csv_line(message), std::invalid_argument);
 }
 
 TEST(CsvLines, FactorSourceAndFix) {

@@ -25,9 +25,10 @@ namespace pipescout {
 [[nodiscard]] std::string error_csv_header();
 [[nodiscard]] std::string error_csv_line(Time stamp, const EstimatorReport::Error& error);
 
-[[nodiscard]] std::string state_csv_header();
+[[nodiscard]] std::string estimator_state_csv_header();
 /// Throws std::invalid_argument when the rack's pose is none.
-[[nodiscard]] std::string state_csv_line(const pipescout_msgs::msg::EstimatorState& message);
+[[nodiscard]] std::string estimator_state_csv_line(
+    const pipescout_msgs::msg::EstimatorState& message);
 
 [[nodiscard]] std::string factor_csv_header();
 /// The lists of the message are as long as `factor`. Not checked.
