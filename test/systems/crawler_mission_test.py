@@ -106,7 +106,7 @@ def without_a_tally(launch_scripts, scratch):
     composition.write_text(text[:locator] + text[locator:].replace("$(arg tally)", str(learnt)))
     run(composition, scratch / "run/second", "seed:=8")
     positions = recorded(scratch / "run/second", "positions.csv")
-    truth = recorded(scratch / "run/second", "truth.csv")
+    truth = recorded(scratch / "run/second", "crawler/truth.csv")
     assert positions[-1]["locked"] == "1", positions[-1]
     assert abs(int(positions[-1]["joint"]) + 11 - int(truth[-1]["joint"])) <= 1, positions[-1]
 
