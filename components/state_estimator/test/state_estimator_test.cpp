@@ -157,19 +157,20 @@ TEST_F(StateEstimatorTest, FindsPlaceAndHeadingFromMotionWithGps) {
 
 TEST_F(StateEstimatorTest, PublishesAtTheRateOfTheImu) {
   start(known_start());
-  drive(0, 6);
+  // A reading that leaps from the one before, as at 6 s, waits for the next one.
+  drive(0, 7);
   const std::size_t before = odometry_.size();
-  drive(6, 7);
+  drive(7, 8);
   EXPECT_EQ(odometry_.size() - before, 100U);
   const auto& messages = odometry_.messages();
-  EXPECT_EQ(to_seconds(from_message(messages.back()->header().stamp()) - kStart), 6.99);
+  EXPECT_EQ(to_seconds(from_message(messages.back()->header().stamp()) - kStart), 7.99);
 }
 
 TEST_F(StateEstimatorTest, PublishesLessOftenWhenAsked) {
   start(with(known_start(), {{"publish_period", 0.05}}));
-  drive(0, 6);
+  drive(0, 7);
   const std::size_t before = odometry_.size();
-  drive(6, 7);
+  drive(7, 8);
   EXPECT_EQ(odometry_.size() - before, 20U);
 }
 

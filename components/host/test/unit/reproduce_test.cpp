@@ -44,7 +44,7 @@ TEST(Reproduce, OdometryGivesThePapersTable) {
 }
 
 TEST(Reproduce, ListsItsTables) {
-  ASSERT_EQ(reproducible_tables().size(), 3U);
+  ASSERT_EQ(reproducible_tables().size(), 4U);
   EXPECT_EQ(reproducible_tables()[0].name, "odometry");
   EXPECT_FALSE(reproducible_tables()[0].simulates);
   EXPECT_EQ(reproducible_tables()[1].name, "in-pipe");
