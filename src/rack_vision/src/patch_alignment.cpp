@@ -17,6 +17,12 @@ constexpr double kLongestWalk = 2.5;        // px, of an alignment
 constexpr double kConverged = 0.005;        // px, last step
 constexpr float kLeastEnergyRatio = 0.02F;  // of the gradient's smaller eigenvalue to contrast
 
+/// Sums over all pixels: Eigen adds several at a time.
+using PixelVector = Eigen::Matrix<float, kArea, 1>;
+Eigen::Map<const PixelVector> as_vector(const WarpedPatch::Pixels& pixels) noexcept {
+  return Eigen::Map<const PixelVector>(pixels.data());
+}
+
 /// kArea rounded up to what fills whole vectors. What is beyond kArea is zero.
 constexpr int kPaddedArea = 128;
 template <typename Value>
@@ -99,25 +105,11 @@ struct AlignmentSums {
 };
 
 AlignmentSums alignment_sums(const WarpedPatch& patch, const WarpedPatch::Pixels& window) noexcept {
-  float mean = 0;
-  for (const float value : window) {
-    mean += value;
-  }
-  mean /= static_cast<float>(kArea);
-  float u = 0;
-  float v = 0;
-  float product = 0;
-  float sum = 0;
-  float squares = 0;
-  for (std::size_t i = 0; i < window.size(); ++i) {
-    const float value = window[i] - mean;  // the bias absorbs the mean: numbers stay small
-    u += patch.along_u[i] * value;
-    v += patch.along_v[i] * value;
-    product += patch.values[i] * value;
-    sum += value;
-    squares += value * value;
-  }
-  return {{u, v, product, sum}, squares};
+  // The bias absorbs the mean: numbers stay small.
+  const PixelVector value = as_vector(window).array() - as_vector(window).mean();
+  return {{as_vector(patch.along_u).dot(value), as_vector(patch.along_v).dot(value),
+           as_vector(patch.values).dot(value), value.sum()},
+          value.squaredNorm()};
 }
 
 }  // namespace
@@ -160,7 +152,6 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
   std::array<float, kSide * kSide> values;
   samples.read({stored.pixels.data(), kStoredPatchSide, kStoredPatchSide, kStoredPatchSide},
                values);
-  float mean = 0;
   for (int row = 0; row < kPatchSide; ++row) {
     for (int i = 0; i < kPatchSide; ++i) {
       const auto from = static_cast<std::size_t>((row + 1) * kSide + i + 1);
@@ -168,20 +159,21 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
       warped.values[to] = values[from];
       warped.along_u[to] = 0.5F * (values[from + 1] - values[from - 1]);
       warped.along_v[to] = 0.5F * (values[from + kSide] - values[from - kSide]);
-      mean += values[from];
     }
   }
-  mean /= static_cast<float>(kArea);
-  Eigen::Matrix4f normal = Eigen::Matrix4f::Zero();
-  std::int64_t energy = 0;
+  const float mean = as_vector(warped.values).mean();
+  std::int32_t energy = 0;
   for (std::size_t i = 0; i < warped.values.size(); ++i) {
     warped.values[i] -= mean;
-    warped.rounded[i] = static_cast<std::int16_t>(std::lround(warped.values[i]));
-    energy += static_cast<std::int64_t>(warped.rounded[i]) * warped.rounded[i];
-    const Eigen::Vector4f row(warped.along_u[i], warped.along_v[i], warped.values[i], 1.0F);
-    normal.noalias() += row * row.transpose();
+    warped.rounded[i] =
+        static_cast<std::int16_t>(warped.values[i] + std::copysign(0.5F, warped.values[i]));
+    energy += warped.rounded[i] * warped.rounded[i];
   }
   warped.energy = energy;
+  Eigen::Matrix<float, kArea, 4> rows;
+  rows << as_vector(warped.along_u), as_vector(warped.along_v), as_vector(warped.values),
+      PixelVector::Ones();
+  const Eigen::Matrix4f normal = rows.transpose().lazyProduct(rows);
   const float half_trace = 0.5F * (normal(0, 0) + normal(1, 1));
   const float half_difference = 0.5F * (normal(0, 0) - normal(1, 1));
   warped.least_gradient_energy = half_trace - std::hypot(half_difference, normal(0, 1));
