@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -33,8 +35,8 @@ struct Errors {
   }
 };
 
-TEST(IntrinsicsFlight, ACalibrationThatIsOffIsFoundInFlightAndThePoseWithIt) {
-  constexpr std::uint64_t kSeed = 5;
+/// A flight with a calibration that is off; the error of the focal length that it has found, px.
+void fly(std::uint64_t seed, double& focal_length_error) {
   const geometry::Camera camera;
   geometry::CameraParameters off = camera.parameters();
   off.focal_length *= 1.015;
@@ -48,11 +50,11 @@ TEST(IntrinsicsFlight, ACalibrationThatIsOffIsFoundInFlightAndThePoseWithIt) {
   parameters.estimate_intrinsics = true;
   rack_vision::RackTracker estimating(scene.model, geometry::Camera(off), parameters);
 
-  std::mt19937_64 engine(kSeed);
+  std::mt19937_64 engine(seed);
   const simulation::ChangingRackLight light({}, engine());
   // The paper's way-points: up and down between 2.5 and 3 m.
   const std::vector<CameraMotion> motions =
-      fly_camera(inspection_way_points(60, kSeed), {.duration = 20}, engine());
+      fly_camera(inspection_way_points(60, seed), {.duration = 20}, engine());
   scene.seed = engine();
   simulation::RackImageRenderer renderer(scene, camera);
   std::vector<std::uint8_t> grey(static_cast<std::size_t>(off.width) *
@@ -88,13 +90,26 @@ TEST(IntrinsicsFlight, ACalibrationThatIsOffIsFoundInFlightAndThePoseWithIt) {
       last.intrinsics->mean - Eigen::Vector3d(camera.parameters().focal_length,
                                               camera.parameters().centre_u,
                                               camera.parameters().centre_v);
-  EXPECT_LT(std::abs(error(0)), 0.004 * camera.parameters().focal_length);
+  focal_length_error = error(0);
   EXPECT_LT(error.tail<2>().norm(), 2.5);
   EXPECT_LT(error.dot(last.intrinsics->covariance.ldlt().solve(error)), 16);
   // 1.5 percent of 2.8 m are 42 mm.
   EXPECT_GT(without.rms(), 0.04);
   EXPECT_LT(with.rms(), 0.4 * without.rms());
   EXPECT_LT(with.nees / static_cast<double>(with.images), 12);
+}
+
+TEST(IntrinsicsFlight, ACalibrationThatIsOffIsFoundInFlightAndThePoseWithIt) {
+  const std::vector<std::uint64_t> seeds{5, 6};
+  double sum = 0;
+  for (const std::uint64_t seed : seeds) {
+    SCOPED_TRACE(seed);
+    double error = std::numeric_limits<double>::quiet_NaN();
+    ASSERT_NO_FATAL_FAILURE(fly(seed, error));
+    sum += error * error;
+  }
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(seeds.size())),
+            0.004 * geometry::CameraParameters().focal_length);
 }
 
 }  // namespace
