@@ -60,6 +60,8 @@ void FigureRows::add_study(const std::string& study, const std::vector<Measure>&
       result_.figures[measure.figure] = measure.value;
       row["figure"] = measure.figure;
       cells[0] = measure.figure;
+    }
+    if (measure.good.asks()) {
       cells[2] = measure.good.text();
       cells[3] = measure.good.met_by(measure.value) ? "met" : "NOT MET";
     }

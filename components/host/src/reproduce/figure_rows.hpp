@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <ostream>
@@ -16,6 +17,8 @@ struct Target {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
 
+  /// Whether there is anything that it must be; a target without only says which way is worse.
+  [[nodiscard]] bool asks() const { return least > 0 || std::isfinite(most); }
   [[nodiscard]] bool met_by(double value) const { return value >= least && value <= most; }
   /// How far from what is good: what of the values of several seeds is worst.
   [[nodiscard]] double badness(double value) const;
