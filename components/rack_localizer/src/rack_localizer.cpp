@@ -14,6 +14,7 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/rack_localizer/rack_file.hpp"
 #include "pipescout/rack_vision/visual_servo.hpp"
 
@@ -47,21 +48,6 @@ std::uint8_t to_message(TrackStatus status) {
       return state_constants::STATUS_BAD_IMAGE;
   }
   return state_constants::STATUS_LOST;
-}
-
-/// The values of a parameter that is empty or has three.
-std::optional<Eigen::Vector3d> three(const char* name, const std::vector<double>& values) {
-  if (values.empty()) {
-    return std::nullopt;
-  }
-  const Eigen::Vector3d result = values.size() == 3
-                                     ? Eigen::Vector3d(values[0], values[1], values[2])
-                                     : Eigen::Vector3d::Constant(std::nan(""));
-  if (!result.allFinite()) {
-    throw std::invalid_argument("parameter '" + std::string(name) +
-                                "' must be empty or three finite numbers");
-  }
-  return result;
 }
 
 Matrix6d diagonal(double position_deviation, double rotation_deviation) {
@@ -212,10 +198,9 @@ rack_vision::RackLocalizationParameters RackLocalizer::localization_parameters()
 
 rack_vision::FirstPoseHint RackLocalizer::hint() const {
   rack_vision::FirstPoseHint result;
-  if (const auto position = three("hint.position", hint_position_.get())) {
+  if (const auto position = three(hint_position_)) {
     const Eigen::Vector3d deviation =
-        three("hint.position_deviation", hint_position_deviation_.get())
-            .value_or(Eigen::Vector3d::Ones());
+        three(hint_position_deviation_).value_or(Eigen::Vector3d::Ones());
     result.x = {position->x(), deviation.x()};
     result.y = {position->y(), deviation.y()};
     result.z = {position->z(), deviation.z()};
@@ -231,14 +216,6 @@ rack_vision::FirstPoseHint RackLocalizer::hint() const {
   return result;
 }
 
-SE3 RackLocalizer::T_base_camera() const {
-  const Eigen::Vector3d position =
-      three("camera.position", camera_position_.get()).value_or(Eigen::Vector3d::Zero());
-  const auto angles = three("camera.roll_pitch_yaw", camera_roll_pitch_yaw_.get());
-  return angles ? SE3(geometry::SO3::from_roll_pitch_yaw(*angles), position)
-                : rack_vision::downward_camera(position);
-}
-
 CallbackReturn RackLocalizer::on_configure() {
   const std::string file = rack_file_.get();
   if (file.empty()) {
@@ -250,7 +227,7 @@ CallbackReturn RackLocalizer::on_configure() {
   settings_ = localization_parameters();
   // What does not fit together is told now, not with the first calibration.
   rack_vision::RackLocalization(model_, geometry::Camera(), settings_).set_hint(hint());
-  T_base_camera_ = T_base_camera();
+  T_base_camera_ = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
   frame_ = frame_id_.get();
   stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   localization_.reset();
@@ -261,8 +238,8 @@ CallbackReturn RackLocalizer::on_configure() {
   last_image_.reset();
   last_status_ = TrackStatus::kNotStarted;
   image_heard_ = true;
-  if (const auto position = three("start.position", start_position_.get())) {
-    const auto angles = three("start.roll_pitch_yaw", start_roll_pitch_yaw_.get());
+  if (const auto position = three(start_position_)) {
+    const auto angles = three(start_roll_pitch_yaw_);
     // A base that faces along the flow, which is rack y.
     const SE3 ahead(geometry::SO3::about_z(M_PI_2), Eigen::Vector3d::Zero());
     const geometry::SO3 rotation = angles ? geometry::SO3::from_roll_pitch_yaw(*angles)

@@ -183,8 +183,8 @@ geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_chi
 }
 
 pipescout_msgs::msg::EstimatorState state_message(const estimation::StateEstimator& estimator,
+                                                  const estimation::EstimatorStatus& status,
                                                   Time origin) {
-  const estimation::EstimatorStatus status = estimator.status();
   pipescout_msgs::msg::EstimatorState message;
   message.phase(std::string(to_string(status.phase)));
   message.waits_for(status.text);

@@ -47,6 +47,7 @@ namespace pipescout {
 
 /// All but the header. `origin`: the time of 0.
 [[nodiscard]] pipescout_msgs::msg::EstimatorState state_message(
-    const estimation::StateEstimator& estimator, Time origin);
+    const estimation::StateEstimator& estimator, const estimation::EstimatorStatus& status,
+    Time origin);
 
 }  // namespace pipescout

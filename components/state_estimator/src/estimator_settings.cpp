@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string_view>
 
+#include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/state_estimator/centre_line_file.hpp"
 
 namespace pipescout {
@@ -51,22 +51,6 @@ RobustKernel kernel(const std::string& parameter, const std::string& name) {
                               "' is none of 'none', 'huber', 'cauchy', 'saliency'");
 }
 
-/// The values of a parameter that is empty or has three finite ones.
-std::optional<Eigen::Vector3d> three(const Parameter<std::vector<double>>& parameter) {
-  const std::vector<double>& values = *parameter.share();
-  if (values.empty()) {
-    return std::nullopt;
-  }
-  const Eigen::Vector3d result =
-      values.size() == 3 ? Eigen::Vector3d(values[0], values[1], values[2])
-                         : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  if (!result.allFinite()) {
-    throw std::invalid_argument("parameter '" + parameter.name() +
-                                "' must be empty or three finite numbers");
-  }
-  return result;
-}
-
 Eigen::Vector3d three_or_zero(const Parameter<std::vector<double>>& parameter) {
   return three(parameter).value_or(Eigen::Vector3d::Zero());
 }
@@ -85,11 +69,6 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
   declare_start(parameters);
   declare_smoother(parameters);
   declare_use(parameters);
-  odometer_ = parameters.declare<std::vector<double>>(
-      "odometer.position", {},
-      {.description =
-           "m, x y z in the base frame of the point whose way the odometers show; empty: "
-           "0 0 0"});
   declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
   declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
   declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
@@ -226,6 +205,7 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       [](auto& p) -> double& { return p.smoother.global_deviations.rack_rotation; }, kNotNegative,
       "rad, per axis; 0: as above");
 
+  odometer_ = place("odometer.position", "the point whose way the odometers show");
   weld_sensor_ = place("weld.position", "the weld probe");
   least_weld_probability_ = parameters.declare<double>(
       "weld.least_probability", 0.99,
@@ -487,13 +467,8 @@ EstimatorSettings EstimatorParameters::read() const {
   result.least_weld_probability = least_weld_probability_.get();
   result.weld_deviation = weld_deviation_.get();
   result.weld_sensor = three_or_zero(weld_sensor_);
-  result.gps_antenna = three_or_zero(gps_antenna_);
   result.imu = three_or_zero(imu_position_);
-  // The upper border of the image forward: x of the optical frame is to the right, z down.
-  const Eigen::Vector3d downward(M_PI, 0, -M_PI_2);
-  result.T_base_camera = geometry::SE3(
-      geometry::SO3::from_roll_pitch_yaw(three(camera_roll_pitch_yaw_).value_or(downward)),
-      three_or_zero(camera_position_));
+  result.T_base_camera = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
   result.start = start();
 
   Estimator& estimator = result.estimator = defaults_;
@@ -519,7 +494,7 @@ EstimatorSettings EstimatorParameters::read() const {
     double& rotation = estimator.smoother.relinearisation.rotation;
     rotation = std::min(rotation, kMountRotation);
   }
-  estimator.smoother.globals.gps_lever_arm = result.gps_antenna - result.imu;
+  estimator.smoother.globals.gps_lever_arm = three_or_zero(gps_antenna_) - result.imu;
   estimator.smoother.globals.rack_position = three_or_zero(rack_position_);
   estimator.smoother.globals.R_map_rack = geometry::SO3::about_z(rack_heading_.get());
   if (const std::string file = centre_line_.get(); !file.empty()) {

@@ -71,6 +71,7 @@ CallbackReturn StateEstimator::on_configure() {
   imu_heard_ = true;
   rack_is_lost_ = false;
   start_is_given_ = false;
+  status_ = {};
   told_ = {};
 
   odometry_publisher_ = create_publisher(topics::kOdometryFiltered);
@@ -99,6 +100,7 @@ CallbackReturn StateEstimator::on_configure() {
       report_fault("imu.silent",
                    "no reading of the IMU on imu/data for " + seconds(settings_.silent_after));
     }
+    status_ = estimator_->status();
     tell_status();
   });
   return CallbackReturn::kSuccess;
@@ -149,11 +151,6 @@ void StateEstimator::report_outcome(Source source, Outcome outcome) {
     report_fault(name + "." + reason,
                  "a measurement of source '" + name + "' is refused: " + reason);
   }
-}
-
-bool StateEstimator::in_map() const {
-  const auto estimate = estimator_->estimate();
-  return estimate && estimate->in_map;
 }
 
 void StateEstimator::give_start() {
@@ -322,23 +319,31 @@ void StateEstimator::on_initial_pose(const Pose& message) {
 }
 
 void StateEstimator::publish_news() {
-  const auto estimate = estimator_->estimate();
-  if (estimate) {
-    const Time stamp = stamp_of(estimate->time);
-    const bool is_new = !published_ || stamp > *published_ ||
-                        *published_ - stamp > settings_.publish_period +
-                                                  from_seconds(settings_.estimator.smoother.lag);
-    if (is_new &&
-        (!published_ || stamp - *published_ >= settings_.publish_period || stamp < *published_)) {
-      publish_estimate(*estimate);
-      published_ = stamp;
-    }
+  const bool updated = estimator_->updates() != told_updates_;
+  if (updated) {
+    told_updates_ = estimator_->updates();
+    status_ = estimator_->status();
   }
-  if (estimator_->updates() != std::exchange(told_updates_, estimator_->updates())) {
+  if (const auto estimate = estimator_->estimate(); estimate && is_due(stamp_of(estimate->time))) {
+    published_ = stamp_of(estimate->time);
+    publish_estimate(*estimate);
+  }
+  if (updated) {
     publish_state();
     publish_pose_hint();
     tell_status();
   }
+}
+
+bool StateEstimator::is_due(Time stamp) const {
+  if (!published_) {
+    return true;
+  }
+  const Duration since = stamp - *published_;
+  // Times from long before are those of a clock that was set back.
+  return since > Duration::zero()
+             ? since >= settings_.publish_period
+             : -since > settings_.publish_period + from_seconds(settings_.estimator.smoother.lag);
 }
 
 void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
@@ -350,7 +355,7 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
     if (estimate.in_map) {
       message->transforms().push_back(
           transform(estimate.T_map_odom, stamp, settings_.map_frame, settings_.odom_frame));
-      if (estimator_->status().of(Source::kVisualPose).accepted > 0) {
+      if (status_.of(Source::kVisualPose).accepted > 0) {
         const estimation::GlobalStates& globals = estimator_->smoother().globals();
         message->transforms().push_back(transform({globals.R_map_rack, globals.rack_position},
                                                   stamp, settings_.map_frame,
@@ -380,7 +385,7 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
 
 void StateEstimator::publish_state() {
   const estimation::FixedLagSmoother& smoother = estimator_->smoother();
-  auto message = std::make_unique<State>(state_message(*estimator_, *origin_));
+  auto message = std::make_unique<State>(state_message(*estimator_, status_, *origin_));
   if (smoother.initialised()) {
     message->header().stamp(to_message(stamp_of(smoother.time(smoother.keyframes() - 1))));
   } else if (last_reading_) {
@@ -393,7 +398,7 @@ void StateEstimator::publish_state() {
 void StateEstimator::publish_pose_hint() {
   // A state that has never seen the rack does not know where it is, unless it was told.
   const bool knows_rack = settings_.estimator.smoother.global_deviations.rack_position == 0 ||
-                          estimator_->status().of(Source::kVisualPose).accepted > 0;
+                          status_.of(Source::kVisualPose).accepted > 0;
   const auto estimate = estimator_->estimate();
   if (!rack_is_lost_ || !knows_rack || !estimate || !estimate->in_map) {
     return;
@@ -419,11 +424,10 @@ void StateEstimator::publish_pose_hint() {
 }
 
 void StateEstimator::tell_status() {
-  const estimation::EstimatorStatus status = estimator_->status();
-  if (status.phase != told_.phase || status.text != told_.text) {
-    const std::string phase(to_string(status.phase));
-    const std::string text = status.text.empty() ? phase : phase + ": " + status.text;
-    if (status.phase == Phase::kFault) {
+  if (status_.phase != told_.phase || status_.text != told_.text) {
+    const std::string phase(to_string(status_.phase));
+    const std::string text = status_.text.empty() ? phase : phase + ": " + status_.text;
+    if (status_.phase == Phase::kFault) {
       // The names are those of the algorithm.
       const std::string fault =
           text +
@@ -431,17 +435,17 @@ void StateEstimator::tell_status() {
           "imu.specific_force_scale)";
       report_fault("start.fault", fault);
       diagnostics().set_status(DiagnosticLevel::kError, fault);
-    } else if (status.phase == Phase::kRunning) {
+    } else if (status_.phase == Phase::kRunning) {
       diagnostics().set_status(DiagnosticLevel::kOk, text);
     } else {
       diagnostics().set_status(DiagnosticLevel::kWarn, text);
     }
-    if (status.phase != told_.phase) {
+    if (status_.phase != told_.phase) {
       logger().info(text);
     }
   }
   for (std::size_t i = 0; i < estimation::kRestartReasons; ++i) {
-    if (const std::size_t more = status.restarts[i] - told_.restarts[i]; more > 0) {
+    if (const std::size_t more = status_.restarts[i] - told_.restarts[i]; more > 0) {
       const std::string reason(to_string(static_cast<estimation::RestartReason>(i)));
       report_fault("restart." + reason, "the state was moved or given up: " + reason);
       diagnostics().count("restart." + reason, more - 1);
@@ -449,7 +453,7 @@ void StateEstimator::tell_status() {
   }
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
     const std::string source(to_string(static_cast<Source>(i)));
-    const estimation::SourceStatus& now_so = status.sources[i];
+    const estimation::SourceStatus& now_so = status_.sources[i];
     const estimation::SourceStatus& before = told_.sources[i];
     if (now_so.state == SourceState::kDoubted && before.state != SourceState::kDoubted) {
       report_fault(source + ".doubted",
@@ -463,7 +467,7 @@ void StateEstimator::tell_status() {
     diagnostics().set_value(source + ".state", std::string(to_string(now_so.state)));
     diagnostics().set_value(source + ".accepted", std::to_string(now_so.accepted));
   }
-  told_ = status;
+  told_ = status_;
 }
 
 }  // namespace pipescout

@@ -138,7 +138,7 @@ TEST(Heading, IsNotThereWhereTheDriverSaysSo) {
 
 TEST(StateMessage, BeforeTheStartSaysWhatItWaitsFor) {
   const estimation::StateEstimator estimator(estimation::StateEstimatorParameters::ground_robot());
-  const auto message = state_message(estimator, Time{});
+  const auto message = state_message(estimator, estimator.status(), Time{});
   EXPECT_EQ(message.phase(), "starting");
   EXPECT_THAT(message.waits_for(), HasSubstr("IMU"));
   EXPECT_EQ(message.source().size(), estimation::kSources);

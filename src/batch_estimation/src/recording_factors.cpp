@@ -24,22 +24,6 @@ auto factor_of(const std::variant<Factors...>* /*which*/, const Measurement& m) 
   return made;
 }
 
-Outcome outcome_of(InputFault fault) {
-  switch (fault) {
-    case InputFault::kNone:
-      break;
-    case InputFault::kNotFinite:
-      return Outcome::kNotFinite;
-    case InputFault::kBadCovariance:
-      return Outcome::kBadCovariance;
-    case InputFault::kBadInterval:
-      return Outcome::kBadInterval;
-    case InputFault::kBadDirection:
-      return Outcome::kBadDirection;
-  }
-  return Outcome::kAccepted;
-}
-
 std::size_t keyframe_at(const std::vector<double>& times, double time) {
   const auto after = std::upper_bound(times.begin(), times.end(), time + kSameTime);
   return static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));
@@ -67,7 +51,7 @@ PlacedMeasurement placed(const AnyMeasurement& measurement, const std::vector<do
           all.from_time = all.to_time = m.time;
         }
         all.report.time = all.to_time;
-        all.report.outcome = outcome_of(check(m));
+        all.report.outcome = outcome_of(check(m), Outcome::kAccepted);
         if (all.report.outcome == Outcome::kAccepted && all.from_time < times.front() - kSameTime) {
           all.report.outcome = Outcome::kLate;
         } else if (all.report.outcome == Outcome::kAccepted &&

@@ -36,6 +36,10 @@ namespace pipescout::estimation {
   return Source::kRelativePose;
 }
 
+[[nodiscard]] inline double yaw_of(const geometry::SO3& rotation) noexcept {
+  return rotation.roll_pitch_yaw().z();
+}
+
 class StateEstimator::Implementation {
  public:
   explicit Implementation(const StateEstimatorParameters& parameters);

@@ -5,7 +5,6 @@
 #include <exception>
 
 #include "estimator_implementation.hpp"
-#include "outcome_of.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -148,7 +147,7 @@ Outcome StateEstimator::Implementation::add_measurement(const Measurement& m) no
   const Source source = source_of(m);
   const InputFault fault = check(m);
   if (fault != InputFault::kNone) {
-    return refuse(source, outcome_of(fault));
+    return refuse(source, outcome_of(fault, Outcome::kWaiting));
   }
   const Outcome in_time = check_time(time_of(m));
   if (in_time == Outcome::kUninitialised) {

@@ -22,10 +22,6 @@ double worst_deviation(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.diagonal().maxCoeff());
 }
 
-double yaw_of(const SO3& rotation) {
-  return rotation.roll_pitch_yaw().z();
-}
-
 }  // namespace
 
 WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& point,

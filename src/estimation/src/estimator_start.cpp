@@ -16,10 +16,6 @@ using Eigen::Vector3d;
 using geometry::SE3;
 using geometry::SO3;
 
-double yaw_of(const SO3& rotation) {
-  return rotation.roll_pitch_yaw().z();
-}
-
 /// "+x", "-z": the axis that is nearest to a direction.
 std::string axis_of(const Vector3d& direction) {
   Eigen::Index which = 0;

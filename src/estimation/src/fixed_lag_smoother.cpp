@@ -76,6 +76,22 @@ void FixedLagSmootherParameters::validate() const {
   within("max_iterations", max_iterations, 1, 100, "[1, 100]");
 }
 
+Outcome outcome_of(InputFault fault, Outcome sound) noexcept {
+  switch (fault) {
+    case InputFault::kNone:
+      break;
+    case InputFault::kNotFinite:
+      return Outcome::kNotFinite;
+    case InputFault::kBadCovariance:
+      return Outcome::kBadCovariance;
+    case InputFault::kBadInterval:
+      return Outcome::kBadInterval;
+    case InputFault::kBadDirection:
+      return Outcome::kBadDirection;
+  }
+  return sound;
+}
+
 std::string_view to_string(Outcome outcome) noexcept {
   constexpr std::array<std::string_view, kOutcomes> kNames = {
       "accepted",  "waiting",       "gated",          "late",         "future",

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "fingerprint.hpp"
-#include "outcome_of.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
@@ -94,7 +93,7 @@ Outcome FixedLagSmoother::Implementation::add(
     const typename Factor::MeasurementType& measurement) noexcept {
   const InputFault fault = check(measurement);
   if (fault != InputFault::kNone) {
-    return count(Factor::kKind, outcome_of(fault));
+    return count(Factor::kKind, outcome_of(fault, Outcome::kWaiting));
   }
   if (count_ == 0) {
     return count(Factor::kKind, Outcome::kUninitialised);

@@ -49,8 +49,6 @@ class RackLocalizer final : public Component {
   void declare_message_parameters();
   [[nodiscard]] rack_vision::RackLocalizationParameters localization_parameters() const;
   [[nodiscard]] rack_vision::FirstPoseHint hint() const;
-  /// Throws std::invalid_argument naming the parameter.
-  [[nodiscard]] geometry::SE3 T_base_camera() const;
 
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);

@@ -33,7 +33,6 @@ struct EstimatorSettings {
   double least_weld_probability = 0;
   double weld_deviation = 0;    ///< m, across the pipe
   Eigen::Vector3d weld_sensor;  ///< m, in the base frame
-  Eigen::Vector3d gps_antenna;  ///< m, in the base frame
   Eigen::Vector3d imu;          ///< m, in the base frame
   geometry::SE3 T_base_camera;
   std::optional<estimation::GivenPose> start;

@@ -64,9 +64,9 @@ class StateEstimator final : public Component {
   [[nodiscard]] Time stamp_of(double time) const;
   void report_outcome(estimation::Source source, estimation::Outcome outcome);
   void give_start();
-  [[nodiscard]] bool in_map() const;
 
   void publish_news();
+  [[nodiscard]] bool is_due(Time stamp) const;
   void publish_estimate(const estimation::Estimate& estimate);
   void publish_state();
   void publish_pose_hint();
@@ -86,6 +86,8 @@ class StateEstimator final : public Component {
   bool imu_heard_ = true;
   bool rack_is_lost_ = false;
   bool start_is_given_ = false;
+  estimation::EstimatorStatus
+      status_;  // at the newest keyframe: making it up is not for each reading
   estimation::EstimatorStatus told_;
 
   Publisher<Odometry> odometry_publisher_;

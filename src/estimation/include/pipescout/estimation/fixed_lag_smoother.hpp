@@ -96,6 +96,8 @@ enum class Outcome : std::uint8_t {
                    ///< 1e6 (SI) away, or its derivatives are not finite
 };
 inline constexpr std::size_t kOutcomes = 13;
+/// What becomes of a measurement with such a fault; `sound`: of one without.
+[[nodiscard]] Outcome outcome_of(InputFault fault, Outcome sound) noexcept;
 /// "accepted", "waiting", "gated", ...; "unknown" for a value that is no enumerator.
 [[nodiscard]] std::string_view to_string(Outcome outcome) noexcept;
 
