@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/thermal/leak_detector.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "straight_sections.hpp"
+#include "threshold_mask.hpp"
+
+namespace pipescout::thermal {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr int kMostAcross = 9;
+
+bool set_at(const BitMask& mask, const Eigen::Vector2d& point) {
+  const int x = static_cast<int>(std::lround(point.x()));
+  const int y = static_cast<int>(std::lround(point.y()));
+  return mask.contains(x, y) && mask.get(x, y);
+}
+
+/// Bilinear; NaN outside, and where one of the four is.
+template <class Pixel>
+float temperature_at(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                     const Eigen::Vector2d& point) {
+  const double left = std::floor(point.x());
+  const double top = std::floor(point.y());
+  const int x = static_cast<int>(left);
+  const int y = static_cast<int>(top);
+  const auto u = static_cast<float>(point.x() - left);
+  const auto v = static_cast<float>(point.y() - top);
+  const int right = u > 0 ? x + 1 : x;
+  const int bottom = v > 0 ? y + 1 : y;
+  if (x < 0 || y < 0 || right >= image.width || bottom >= image.height) {
+    return std::numeric_limits<float>::quiet_NaN();
+  }
+  const float upper = (1 - u) * scale(image(x, y)) + u * scale(image(right, y));
+  const float lower = (1 - u) * scale(image(x, bottom)) + u * scale(image(right, bottom));
+  return (1 - v) * upper + v * lower;
+}
+
+/// The mean without the smallest and the largest value, one of which a dead pixel may be.
+float trimmed_mean(const std::array<float, kMostAcross>& values, int count) {
+  float sum = 0;
+  float low = std::numeric_limits<float>::max();
+  float high = std::numeric_limits<float>::lowest();
+  for (int i = 0; i < count; ++i) {
+    const float value = values[static_cast<std::size_t>(i)];
+    sum += value;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return count < 3 ? sum / static_cast<float>(count)
+                   : (sum - low - high) / static_cast<float>(count - 2);
+}
+
+}  // namespace
+
+struct LeakDetector::Implementation {
+  LeakDetectorParameters parameters;
+  ThresholdMask threshold;
+  MedialAxis axis;
+  StraightSections straights;
+  ProfileAnalysis analysis;
+  std::vector<std::uint8_t> pipe_shaped;
+  std::vector<float> turned;  // the profile of a cold pipe with its sign changed
+  Detections detections;
+
+  explicit Implementation(const LeakDetectorParameters& p)
+      : parameters((p.validate(), p)), analysis(profile_parameters(p)) {}
+
+  static ProfileParameters profile_parameters(const LeakDetectorParameters& p) {
+    ProfileParameters profile = p.profile;
+    if (p.polarity == Polarity::kCold) {
+      profile.maximum_temperature.reset();
+    }
+    return profile;
+  }
+
+  template <class Pixel>
+  const Detections& detect(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                           const FrameConditions& conditions);
+  template <class Pixel>
+  void sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale, const PipeSection& pipe);
+  void extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction, double half_width) const;
+  void analyse(PipeSection& pipe, const FrameConditions& conditions);
+};
+
+template <class Pixel>
+const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& image,
+                                                       const Scale<Pixel>& scale,
+                                                       const FrameConditions& conditions) {
+  Detections& d = detections;
+  d.pipes.clear();
+  d.leaks.clear();
+  d.profile.clear();
+  d.parts.clear();
+  d.width = image.width;
+  d.height = image.height;
+  d.fault = threshold.make(image, scale, parameters);
+  d.threshold = threshold.threshold();
+  if (d.fault != FrameFault::kNone) {
+    return d;
+  }
+  const double shorter = std::min(image.width, image.height);
+  const double longer = std::max(image.width, image.height);
+  // A chord of a strip is longer than the strip is wide, by the root of 2 at most.
+  if (!axis.find(threshold.mask(),
+                 {parameters.min_width, std::sqrt(2.0) * parameters.max_width * shorter})) {
+    d.fault = FrameFault::kCluttered;
+    return d;
+  }
+  straights.find(axis, {parameters.straightness, parameters.max_gap * longer, parameters.min_length,
+                        parameters.min_elongation, parameters.max_pipes});
+  for (const Straight& s : straights.sections()) {
+    if (2 * s.half_width() > parameters.max_width * shorter) {
+      continue;
+    }
+    PipeSection pipe;
+    pipe.start = s.start();
+    pipe.end = s.end();
+    pipe.half_width = s.half_width();
+    pipe.deviation = s.deviation();
+    pipe.cut_along = s.cut;
+    extend(pipe.start, -s.direction(), s.half_width());
+    extend(pipe.end, s.direction(), s.half_width());
+    pipe.first_sample = d.profile.size();
+    sample(image, scale, pipe);
+    pipe.samples = d.profile.size() - pipe.first_sample;
+    analyse(pipe, conditions);
+    d.pipes.push_back(pipe);
+  }
+  return d;
+}
+
+/// Where the border cuts a pipe at an angle, or another pipe crosses, no chord is whole; the axis
+/// goes on for about a width.
+void LeakDetector::Implementation::extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction,
+                                          double half_width) const {
+  const int steps = static_cast<int>(3 * half_width) + 2;
+  for (int i = 0; i < steps && set_at(threshold.mask(), end + direction); ++i) {
+    end += direction;
+  }
+}
+
+/// Appends the temperatures along the axis, one a pixel, at the middle of sample i, and fills
+/// `pipe_shaped`: set within the edges, and not set outside one of them at least.
+template <class Pixel>
+void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                                          const PipeSection& pipe) {
+  const BitMask& mask = threshold.mask();
+  const Eigen::Vector2d direction = (pipe.end - pipe.start).normalized();
+  const Eigen::Vector2d normal(-direction.y(), direction.x());
+  const int samples = static_cast<int>(std::floor(pipe.length())) + 1;
+  const double reach = parameters.profile_width * pipe.half_width;
+  const int across = std::clamp(2 * static_cast<int>(std::lround(reach)) + 1, 3, kMostAcross);
+  const double step = 2 * reach / (across - 1);
+  const Eigen::Vector2d inside = 0.6 * pipe.half_width * normal;
+  const Eigen::Vector2d outside = (1.6 * pipe.half_width + 2) * normal;
+  pipe_shaped.clear();
+  std::array<float, kMostAcross> values{};
+  for (int i = 0; i < samples; ++i) {
+    const Eigen::Vector2d middle = pipe.start + i * direction;
+    int seen = 0;
+    int hidden = 0;
+    for (int k = 0; k < across; ++k) {
+      const Eigen::Vector2d point = middle + (k * step - reach) * normal;
+      if (!set_at(mask, point)) {
+        ++hidden;
+        continue;
+      }
+      const float value = temperature_at(image, scale, point);
+      if (std::isfinite(value)) {
+        values[static_cast<std::size_t>(seen++)] = value;
+      }
+    }
+    detections.profile.push_back(2 * hidden > across || seen == 0
+                                     ? std::numeric_limits<float>::quiet_NaN()
+                                     : trimmed_mean(values, seen));
+    const bool shaped = (set_at(mask, middle + inside) || set_at(mask, middle - inside)) &&
+                        (!set_at(mask, middle + outside) || !set_at(mask, middle - outside));
+    pipe_shaped.push_back(shaped ? 1 : 0);
+  }
+}
+
+void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditions& conditions) {
+  Detections& d = detections;
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
+  std::span<const float> profile = d.profile_of(pipe);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    seen += std::isfinite(profile[i]) && pipe_shaped[i] != 0 ? 1U : 0U;
+  }
+  pipe.visible = static_cast<double>(seen) / static_cast<double>(profile.size());
+  if (conditions.metres_per_pixel > 0) {
+    pipe.metres_per_pixel = conditions.metres_per_pixel;
+  } else if (parameters.pipe_diameter > 0 && !pipe.cut_along) {
+    pipe.metres_per_pixel = parameters.pipe_diameter / (2 * pipe.half_width);
+  }
+  if (sign < 0) {
+    turned.resize(profile.size());
+    std::transform(profile.begin(), profile.end(), turned.begin(), std::negate<>());
+    profile = turned;
+  }
+  ProfileAnalysis::Conditions c{pipe.metres_per_pixel, conditions.reference_temperature};
+  if (c.reference_temperature) {
+    *c.reference_temperature *= sign;
+  }
+  analysis.analyse(profile, pipe_shaped, c);
+  pipe.reference_temperature = sign * analysis.reference_temperature();
+  pipe.first_part = d.parts.size();
+  for (PipePart part : analysis.parts()) {
+    part.mean *= sign;
+    part.peak *= sign;
+    d.parts.push_back(part);
+  }
+  pipe.parts = d.parts.size() - pipe.first_part;
+  for (LeakStretch stretch : analysis.leaks()) {
+    LeakDetection leak;
+    leak.pipe = d.pipes.size();
+    leak.delta = stretch.mean - analysis.reference_temperature();
+    leak.peak_delta = stretch.peak - analysis.reference_temperature();
+    stretch.mean *= sign;
+    stretch.peak *= sign;
+    leak.stretch = stretch;
+    // Sample i reaches from half a pixel before its middle to half a pixel behind it.
+    leak.start = pipe.at(stretch.from - 0.5);
+    leak.end = pipe.at(stretch.to - 0.5);
+    leak.length =
+        pipe.metres_per_pixel > 0 ? pipe.metres_per_pixel * (stretch.to - stretch.from) : kNan;
+    leak.severity = severity_of(leak.delta, leak.length, parameters);
+    d.leaks.push_back(leak);
+  }
+}
+
+LeakDetector::LeakDetector(const LeakDetectorParameters& parameters)
+    : implementation_(std::make_unique<Implementation>(parameters)) {}
+LeakDetector::~LeakDetector() = default;
+LeakDetector::LeakDetector(LeakDetector&& other) noexcept = default;
+LeakDetector& LeakDetector::operator=(LeakDetector&& other) noexcept = default;
+
+const LeakDetectorParameters& LeakDetector::parameters() const noexcept {
+  return implementation_->parameters;
+}
+
+const Detections& LeakDetector::detect(const TemperatureView& image,
+                                       const FrameConditions& conditions) {
+  return implementation_->detect(image, Scale<float>{}, conditions);
+}
+
+const Detections& LeakDetector::detect(const CountView& image, std::span<const float> celsius,
+                                       const FrameConditions& conditions) {
+  return implementation_->detect(image, Scale<std::uint16_t>{celsius}, conditions);
+}
+
+const Detections& LeakDetector::detect(const GreyView& image, std::span<const float> celsius,
+                                       const FrameConditions& conditions) {
+  return implementation_->detect(image, Scale<std::uint8_t>{celsius}, conditions);
+}
+
+}  // namespace pipescout::thermal

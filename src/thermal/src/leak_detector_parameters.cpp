@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "pipescout/thermal/leak_detector.hpp"
+#include "refuse.hpp"
+
+namespace pipescout::thermal {
+
+std::string_view to_string(Severity severity) noexcept {
+  switch (severity) {
+    case Severity::kMinor:
+      return "minor";
+    case Severity::kModerate:
+      return "moderate";
+    case Severity::kSevere:
+      return "severe";
+    case Severity::kCritical:
+      return "critical";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(FrameFault fault) noexcept {
+  switch (fault) {
+    case FrameFault::kNone:
+      return "none";
+    case FrameFault::kBadShape:
+      return "bad_shape";
+    case FrameFault::kBadTable:
+      return "bad_table";
+    case FrameFault::kNoTemperature:
+      return "no_temperature";
+    case FrameFault::kSaturated:
+      return "saturated";
+    case FrameFault::kCluttered:
+      return "cluttered";
+  }
+  return "unknown";
+}
+
+Severity severity_of(double delta, double length, const LeakDetectorParameters& p) {
+  int level = delta >= p.severe_delta ? 2 : delta >= p.moderate_delta ? 1 : 0;
+  level += length >= p.long_leak ? 1 : 0;
+  return static_cast<Severity>(level);
+}
+
+LeakDetectorParameters LeakDetectorParameters::torresol() {
+  LeakDetectorParameters p;
+  p.profile = ProfileParameters::torresol();
+  return p;
+}
+
+LeakDetectorParameters LeakDetectorParameters::adaptive(Polarity polarity) {
+  LeakDetectorParameters p;
+  p.threshold_rule = ThresholdRule::kScene;
+  p.polarity = polarity;
+  p.min_contrast = 1.0;
+  p.profile.split_delta = 3.0;
+  p.profile.leak_delta = 5.0;
+  p.moderate_delta = 15.0;
+  p.severe_delta = 40.0;
+  return p;
+}
+
+void LeakDetectorParameters::validate() const {
+  require("threshold", threshold, threshold > -273.15, "(-273.15, inf) degC");
+  require("min_contrast", min_contrast, min_contrast > 0, "(0, inf) K");
+  require("local_radius", local_radius, local_radius >= 8 && local_radius <= 1024,
+          "[8, 1024] pixels");
+  require("min_width", min_width, min_width >= 1, "[1, inf) pixels");
+  require("max_width", max_width, max_width > 0 && max_width <= 1, "(0, 1]");
+  require("min_length", min_length, min_length > 0, "(0, inf) pixels");
+  require("min_elongation", min_elongation, min_elongation >= 1, "[1, inf)");
+  require("straightness", straightness, straightness > 0, "(0, inf) pixels");
+  require("max_gap", max_gap, max_gap >= 0, "[0, inf)");
+  require("profile_width", profile_width, profile_width > 0 && profile_width <= 1, "(0, 1]");
+  require("pipe_diameter", pipe_diameter, pipe_diameter >= 0, "[0, inf) m");
+  require("max_pipes", static_cast<double>(max_pipes), max_pipes >= 1 && max_pipes <= 64,
+          "[1, 64]");
+  require("moderate_delta", moderate_delta, moderate_delta > 0, "(0, inf) K");
+  require("severe_delta", severe_delta, severe_delta > moderate_delta, "(moderate_delta, inf) K");
+  require("long_leak", long_leak, long_leak > 0, "(0, inf) m");
+  profile.validate();
+  if (polarity == Polarity::kCold && !profile.leak_delta) {
+    refuse(
+        "leak_delta: is not set; on cold pipes a leak is colder than the pipe, and "
+        "maximum_temperature tells nothing");
+  }
+}
+
+}  // namespace pipescout::thermal

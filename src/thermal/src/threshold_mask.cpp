@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "threshold_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace pipescout::thermal {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+/// Bins of temperatures that come without counts: 0.05 K from -100 degC on.
+constexpr double kBinsPerKelvin = 20;
+constexpr double kFirstBin = -100;
+constexpr std::size_t kBins = 65536;
+
+/// What the pixels of a picture are compared with: those from `low` to `high` are set.
+template <class Pixel>
+struct Band {
+  Pixel low{};
+  Pixel high{};
+  bool empty = false;
+};
+
+/// Sets the bits of a row. The comparison fills bytes, which the compiler does in vectors; eight
+/// bytes of 0 or 1 become eight bits by a multiplication.
+template <class Test, class Pixel>
+void set_bits(const Pixel* pixels, int width, std::uint64_t* words, const Test& test) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<std::uint8_t, 64> bytes{};
+  for (int x = 0; x < width; x += 64) {
+    const int count = std::min(64, width - x);
+    if (count == 64) {
+      for (std::size_t i = 0; i < 64; ++i) {
+        bytes[i] = static_cast<std::uint8_t>(test(pixels[static_cast<std::size_t>(x) + i]));
+      }
+    } else {
+      bytes.fill(0);
+      for (int i = 0; i < count; ++i) {
+        bytes[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(test(pixels[x + i]));
+      }
+    }
+    std::uint64_t word = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, bytes.data() + 8 * i, 8);
+      word |= (eight * 0x0102040810204080ULL >> 56) << (8 * i);
+    }
+    words[x / 64] = word;
+  }
+}
+
+/// Whether what is finite in a table never falls, and lies together.
+bool rises(std::span<const float> celsius) {
+  int falls = 0;
+  int begins = 0;
+  int finite = 0;
+  for (std::size_t i = 0; i + 1 < celsius.size(); ++i) {
+    falls += celsius[i + 1] < celsius[i] ? 1 : 0;
+    begins += celsius[i] != celsius[i] && celsius[i + 1] == celsius[i + 1] ? 1 : 0;
+    finite += celsius[i] == celsius[i] ? 1 : 0;
+  }
+  if (!celsius.empty()) {
+    begins += celsius.front() == celsius.front() ? 1 : 0;
+    finite += celsius.back() == celsius.back() ? 1 : 0;
+  }
+  return falls == 0 && begins == 1 && finite > 0;
+}
+
+/// Counts of temperatures from `low` on (hot) or up to it (cold).
+template <class Pixel>
+Band<Pixel> band_of(const Scale<Pixel>& scale, double threshold, Polarity polarity) {
+  const bool hot = polarity == Polarity::kHot;
+  if constexpr (std::is_same_v<Pixel, float>) {
+    const auto t = static_cast<float>(threshold);
+    constexpr float kMost = std::numeric_limits<float>::max();
+    return hot ? Band<float>{t, kMost, false} : Band<float>{-kMost, t, false};
+  } else {
+    const std::size_t size = std::min(
+        scale.celsius.size(), std::size_t{std::numeric_limits<Pixel>::max()} + std::size_t{1});
+    std::size_t first = size;
+    std::size_t last = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const double t = scale.celsius[i];
+      if (hot ? t >= threshold : t <= threshold) {
+        first = std::min(first, i);
+        last = i;
+      }
+    }
+    return first == size ? Band<Pixel>{0, 0, true}
+                         : Band<Pixel>{static_cast<Pixel>(first), static_cast<Pixel>(last), false};
+  }
+}
+
+template <class Pixel>
+std::size_t bin_of(Pixel value) {
+  if constexpr (std::is_same_v<Pixel, float>) {
+    const double bin = (value - kFirstBin) * kBinsPerKelvin;
+    return std::isfinite(bin) ? static_cast<std::size_t>(std::clamp(bin, 0.0, kBins - 1.0)) : 0;
+  } else {
+    return value;
+  }
+}
+
+template <class Pixel>
+double celsius_of_bin(std::size_t bin, const Scale<Pixel>& scale) {
+  if constexpr (std::is_same_v<Pixel, float>) {
+    return kFirstBin + (static_cast<double>(bin) + 0.5) / kBinsPerKelvin;
+  } else {
+    return scale(static_cast<Pixel>(bin));
+  }
+}
+
+/// Smallest and largest value; NaN are left out.
+template <class Pixel>
+std::pair<Pixel, Pixel> extremes(const ImageView<Pixel>& image) {
+  Pixel low = std::numeric_limits<Pixel>::max();
+  Pixel high = std::numeric_limits<Pixel>::lowest();
+  for (int y = 0; y < image.height; ++y) {
+    const Pixel* const row = image.row(y);
+    for (int x = 0; x < image.width; ++x) {
+      // In this order a NaN is never taken.
+      low = row[x] < low ? row[x] : low;
+      high = row[x] > high ? row[x] : high;
+    }
+  }
+  return {low, high};
+}
+
+}  // namespace
+
+template <class Pixel>
+FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                               const LeakDetectorParameters& parameters) {
+  threshold_ = kNan;
+  if (!image.valid() || image.width > std::numeric_limits<std::int16_t>::max() ||
+      image.height > std::numeric_limits<std::int16_t>::max()) {
+    mask_.resize(0, 0);
+    return FrameFault::kBadShape;
+  }
+  mask_.resize(image.width, image.height);
+  if constexpr (!std::is_same_v<Pixel, float>) {
+    if (!rises(scale.celsius)) {
+      return FrameFault::kBadTable;
+    }
+  }
+  const auto [low, high] = extremes(image);
+  if (low > high || (std::isnan(scale(low)) && std::isnan(scale(high)) && low == high)) {
+    return FrameFault::kNoTemperature;
+  }
+  if (low == high) {
+    return FrameFault::kSaturated;
+  }
+  if (parameters.threshold_rule == ThresholdRule::kLocal) {
+    make_local(image, scale, parameters);
+    return FrameFault::kNone;
+  }
+  threshold_ = parameters.threshold_rule == ThresholdRule::kFixed
+                   ? parameters.threshold
+                   : scene_threshold(image, scale, parameters);
+  if (std::isnan(threshold_)) {
+    return FrameFault::kNone;
+  }
+  const Band<Pixel> band = band_of(scale, threshold_, parameters.polarity);
+  if (band.empty || high < band.low || low > band.high) {
+    return FrameFault::kNone;
+  }
+  for (int y = 0; y < image.height; ++y) {
+    if constexpr (std::is_same_v<Pixel, float>) {
+      set_bits(image.row(y), image.width, mask_.row(y),
+               [band](float value) { return (value >= band.low) & (value <= band.high); });
+    } else {
+      const auto span = static_cast<Pixel>(band.high - band.low);
+      set_bits(image.row(y), image.width, mask_.row(y),
+               [band, span](Pixel value) { return static_cast<Pixel>(value - band.low) <= span; });
+    }
+  }
+  return FrameFault::kNone;
+}
+
+/// Otsu (1979): the threshold with the largest variance between the classes. Of every second pixel
+/// of every second row. Dead pixels, a thousandth at either end, have no say.
+template <class Pixel>
+double ThresholdMask::scene_threshold(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                                      const LeakDetectorParameters& parameters) {
+  histogram_.assign(kBins, 0);
+  std::uint32_t total = 0;
+  for (int y = 0; y < image.height; y += 2) {
+    const Pixel* const row = image.row(y);
+    for (int x = 0; x < image.width; x += 2) {
+      if (!std::isnan(scale(row[x]))) {
+        ++histogram_[bin_of(row[x])];
+        ++total;
+      }
+    }
+  }
+  const std::uint32_t outliers = total / 1000;
+  std::size_t first = 0;
+  for (std::uint32_t sum = 0; first < kBins; ++first) {
+    sum += histogram_[first];
+    if (sum > outliers) {
+      break;
+    }
+  }
+  std::size_t last = kBins - 1;
+  for (std::uint32_t sum = 0; last > first; --last) {
+    sum += histogram_[last];
+    if (sum > outliers) {
+      break;
+    }
+  }
+  double count = 0;
+  double sum = 0;
+  for (std::size_t bin = first; bin <= last; ++bin) {
+    if (histogram_[bin] != 0) {
+      count += histogram_[bin];
+      sum += histogram_[bin] * celsius_of_bin(bin, scale);
+    }
+  }
+  double below = 0;
+  double below_sum = 0;
+  double best = 0;
+  double contrast = 0;
+  double threshold = kNan;
+  for (std::size_t bin = first; bin < last; ++bin) {
+    if (histogram_[bin] == 0) {
+      continue;
+    }
+    below += histogram_[bin];
+    below_sum += histogram_[bin] * celsius_of_bin(bin, scale);
+    const double above = count - below;
+    if (above <= 0) {
+      break;
+    }
+    const double apart = (sum - below_sum) / above - below_sum / below;
+    const double between = below * above * apart * apart;
+    if (between > best) {
+      best = between;
+      contrast = apart;
+      threshold = 0.5 * (celsius_of_bin(bin, scale) + celsius_of_bin(bin + 1, scale));
+    }
+  }
+  return contrast >= parameters.min_contrast ? threshold : kNan;
+}
+
+/// Compares each pixel with the mean of the square around it, by sums that slide.
+template <class Pixel>
+void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                               const LeakDetectorParameters& parameters) {
+  const auto width = static_cast<std::size_t>(image.width);
+  const int radius = parameters.local_radius;
+  temperatures_.resize(width * static_cast<std::size_t>(image.height));
+  float known = 0;
+  for (int y = 0; y < image.height; ++y) {
+    float* const to = temperatures_.data() + static_cast<std::size_t>(y) * width;
+    for (int x = 0; x < image.width; ++x) {
+      const float t = scale(image(x, y));
+      known = std::isnan(t) ? known : t;
+      to[x] = known;
+    }
+  }
+  const auto row_of = [&](int y) {
+    return temperatures_.data() + static_cast<std::size_t>(y) * width;
+  };
+  column_sums_.assign(width, 0.0);
+  const auto take = [&](int y, double sign) {
+    const float* const row = row_of(y);
+    for (std::size_t x = 0; x < width; ++x) {
+      column_sums_[x] += sign * row[x];
+    }
+  };
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
+  for (int y = 0; y < std::min(radius, image.height); ++y) {
+    take(y, 1);
+  }
+  for (int y = 0; y < image.height; ++y) {
+    if (y + radius < image.height) {
+      take(y + radius, 1);
+    }
+    if (y - radius - 1 >= 0) {
+      take(y - radius - 1, -1);
+    }
+    const int rows = std::min(y + radius, image.height - 1) - std::max(y - radius, 0) + 1;
+    double sum = 0;
+    for (int x = 0; x < std::min(radius, image.width); ++x) {
+      sum += column_sums_[static_cast<std::size_t>(x)];
+    }
+    const float* const row = row_of(y);
+    std::uint64_t* const words = mask_.row(y);
+    for (int x = 0; x < image.width; ++x) {
+      if (x + radius < image.width) {
+        sum += column_sums_[static_cast<std::size_t>(x + radius)];
+      }
+      if (x - radius - 1 >= 0) {
+        sum -= column_sums_[static_cast<std::size_t>(x - radius - 1)];
+      }
+      const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
+      if (sign * (row[x] - sum / (rows * columns)) >= parameters.min_contrast &&
+          !std::isnan(scale(image(x, y)))) {
+        words[x / 64] |= std::uint64_t{1} << (x % 64);
+      }
+    }
+  }
+}
+
+template FrameFault ThresholdMask::make(const TemperatureView&, const Scale<float>&,
+                                        const LeakDetectorParameters&);
+template FrameFault ThresholdMask::make(const CountView&, const Scale<std::uint16_t>&,
+                                        const LeakDetectorParameters&);
+template FrameFault ThresholdMask::make(const GreyView&, const Scale<std::uint8_t>&,
+                                        const LeakDetectorParameters&);
+
+}  // namespace pipescout::thermal
