@@ -85,6 +85,7 @@ struct LeakDetector::Implementation {
   template <class Pixel>
   void sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale, const PipeSection& pipe);
   void extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction, double half_width) const;
+  [[nodiscard]] double visible_share(const PipeSection& pipe) const;
   void analyse(PipeSection& pipe, const FrameConditions& conditions);
 };
 
@@ -129,6 +130,11 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
     pipe.first_sample = d.profile.size();
     sample(image, scale, pipe);
     pipe.samples = d.profile.size() - pipe.first_sample;
+    pipe.visible = visible_share(pipe);
+    if (pipe.visible < parameters.min_visible) {
+      d.profile.resize(pipe.first_sample);
+      continue;
+    }
     analyse(pipe, conditions);
     d.pipes.push_back(pipe);
   }
@@ -185,15 +191,19 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
   }
 }
 
-void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditions& conditions) {
-  Detections& d = detections;
-  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
-  std::span<const float> profile = d.profile_of(pipe);
+double LeakDetector::Implementation::visible_share(const PipeSection& pipe) const {
+  const std::span<const float> profile = detections.profile_of(pipe);
   std::size_t seen = 0;
   for (std::size_t i = 0; i < profile.size(); ++i) {
     seen += std::isfinite(profile[i]) && pipe_shaped[i] != 0 ? 1U : 0U;
   }
-  pipe.visible = static_cast<double>(seen) / static_cast<double>(profile.size());
+  return static_cast<double>(seen) / static_cast<double>(profile.size());
+}
+
+void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditions& conditions) {
+  Detections& d = detections;
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
+  std::span<const float> profile = d.profile_of(pipe);
   if (conditions.metres_per_pixel > 0) {
     pipe.metres_per_pixel = conditions.metres_per_pixel;
   } else if (parameters.pipe_diameter > 0 && !pipe.cut_along) {

@@ -52,9 +52,10 @@ LeakDetectorParameters LeakDetectorParameters::torresol() {
 
 LeakDetectorParameters LeakDetectorParameters::adaptive(Polarity polarity) {
   LeakDetectorParameters p;
-  p.threshold_rule = ThresholdRule::kScene;
+  p.threshold_rule = ThresholdRule::kLocal;
   p.polarity = polarity;
-  p.min_contrast = 1.0;
+  p.min_contrast = 0.2;
+  p.min_length = 0.1;
   p.profile.split_delta = 3.0;
   p.profile.leak_delta = 5.0;
   p.moderate_delta = 15.0;
@@ -65,12 +66,12 @@ LeakDetectorParameters LeakDetectorParameters::adaptive(Polarity polarity) {
 void LeakDetectorParameters::validate() const {
   require("threshold", threshold, threshold > -273.15, "(-273.15, inf) degC");
   require("min_contrast", min_contrast, min_contrast > 0, "(0, inf) K");
-  require("local_radius", local_radius, local_radius >= 8 && local_radius <= 1024,
-          "[8, 1024] pixels");
+  require("local_radius", local_radius, local_radius > 0 && local_radius <= 1, "(0, 1]");
   require("min_width", min_width, min_width >= 1, "[1, inf) pixels");
   require("max_width", max_width, max_width > 0 && max_width <= 1, "(0, 1]");
-  require("min_length", min_length, min_length > 0, "(0, inf) pixels");
+  require("min_length", min_length, min_length > 0 && min_length <= 1, "(0, 1]");
   require("min_elongation", min_elongation, min_elongation >= 1, "[1, inf)");
+  require("min_visible", min_visible, min_visible >= 0 && min_visible <= 1, "[0, 1]");
   require("straightness", straightness, straightness > 0, "(0, inf) pixels");
   require("max_gap", max_gap, max_gap >= 0, "[0, inf)");
   require("profile_width", profile_width, profile_width > 0 && profile_width <= 1, "(0, 1]");

@@ -229,8 +229,10 @@ void StraightSections::join(const Limits& limits) {
         const double high = std::max(a.along(b.start()), a.along(b.end()));
         return std::max(low - a.length(), -high);
       };
-      bool joins = a.cut == b.cut && alike(2 * a.half_width(), 2 * b.half_width()) &&
-                   gap() <= limits.max_gap;
+      // A short piece far away is no evidence of a pipe in between.
+      const double reach = std::min(limits.max_gap, 0.5 * (a.length() + b.length()));
+      bool joins =
+          a.cut == b.cut && alike(2 * a.half_width(), 2 * b.half_width()) && gap() <= reach;
       if (joins) {
         Straight both = a;
         both.join(b);

@@ -15,6 +15,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBinsPerKelvin = 20;
 constexpr double kFirstBin = -100;
 constexpr std::size_t kBins = 65536;
+/// Of the root mean square of what pixels differ from their surroundings: what stands out of them.
+constexpr double kLocalFactor = 0.7;
 
 /// What the pixels of a picture are compared with: those from `low` to `high` are set.
 template <class Pixel>
@@ -245,13 +247,16 @@ double ThresholdMask::scene_threshold(const ImageView<Pixel>& image, const Scale
   return contrast >= parameters.min_contrast ? threshold : kNan;
 }
 
-/// Compares each pixel with the mean of the square around it, by sums that slide.
+/// Compares each pixel with the mean of the square around it, by sums that slide. What stands out
+/// is measured by how much all pixels differ from their surroundings.
 template <class Pixel>
 void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
                                const LeakDetectorParameters& parameters) {
   const auto width = static_cast<std::size_t>(image.width);
-  const int radius = parameters.local_radius;
+  const int radius =
+      std::max(2, static_cast<int>(parameters.local_radius * std::min(image.width, image.height)));
   temperatures_.resize(width * static_cast<std::size_t>(image.height));
+  differences_.resize(temperatures_.size());
   float known = 0;
   for (int y = 0; y < image.height; ++y) {
     float* const to = temperatures_.data() + static_cast<std::size_t>(y) * width;
@@ -261,20 +266,18 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
       to[x] = known;
     }
   }
-  const auto row_of = [&](int y) {
-    return temperatures_.data() + static_cast<std::size_t>(y) * width;
-  };
   column_sums_.assign(width, 0.0);
   const auto take = [&](int y, double sign) {
-    const float* const row = row_of(y);
+    const float* const row = temperatures_.data() + static_cast<std::size_t>(y) * width;
     for (std::size_t x = 0; x < width; ++x) {
       column_sums_[x] += sign * row[x];
     }
   };
-  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   for (int y = 0; y < std::min(radius, image.height); ++y) {
     take(y, 1);
   }
+  const auto sign = parameters.polarity == Polarity::kHot ? 1.0F : -1.0F;
+  double squares = 0;
   for (int y = 0; y < image.height; ++y) {
     if (y + radius < image.height) {
       take(y + radius, 1);
@@ -287,8 +290,7 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
     for (int x = 0; x < std::min(radius, image.width); ++x) {
       sum += column_sums_[static_cast<std::size_t>(x)];
     }
-    const float* const row = row_of(y);
-    std::uint64_t* const words = mask_.row(y);
+    const std::size_t first = static_cast<std::size_t>(y) * width;
     for (int x = 0; x < image.width; ++x) {
       if (x + radius < image.width) {
         sum += column_sums_[static_cast<std::size_t>(x + radius)];
@@ -297,11 +299,17 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
         sum -= column_sums_[static_cast<std::size_t>(x - radius - 1)];
       }
       const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
-      if (sign * (row[x] - sum / (rows * columns)) >= parameters.min_contrast &&
-          !std::isnan(scale(image(x, y)))) {
-        words[x / 64] |= std::uint64_t{1} << (x % 64);
-      }
+      const std::size_t at = first + static_cast<std::size_t>(x);
+      differences_[at] = sign * (temperatures_[at] - static_cast<float>(sum / (rows * columns)));
+      squares += static_cast<double>(differences_[at]) * differences_[at];
     }
+  }
+  const double all = static_cast<double>(differences_.size());
+  const auto least = static_cast<float>(
+      std::max(parameters.min_contrast, kLocalFactor * std::sqrt(squares / all)));
+  for (int y = 0; y < image.height; ++y) {
+    set_bits(differences_.data() + static_cast<std::size_t>(y) * width, image.width, mask_.row(y),
+             [least](float value) { return value >= least; });
   }
 }
 

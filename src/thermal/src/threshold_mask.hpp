@@ -50,6 +50,7 @@ class ThresholdMask {
   double threshold_ = 0;
   std::vector<std::uint32_t> histogram_;
   std::vector<float> temperatures_;  // of the picture, NaN replaced
+  std::vector<float> differences_;   // from the surroundings
   std::vector<double> column_sums_;
 };
 

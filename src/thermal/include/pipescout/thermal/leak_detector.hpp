@@ -20,7 +20,7 @@ namespace pipescout::thermal {
 enum class ThresholdRule : std::uint8_t {
   kFixed,  ///< `threshold`
   kScene,  ///< between the two classes of temperatures that the picture divides into best (Otsu)
-  kLocal,  ///< against the mean of the surroundings
+  kLocal,  ///< against the mean of the surroundings; it takes a few times as long
 };
 enum class Polarity : std::uint8_t {
   kHot,   ///< pipes are warmer than what is behind them
@@ -32,15 +32,17 @@ struct LeakDetectorParameters {
   Polarity polarity = Polarity::kHot;
   double threshold = 100.0;  ///< degC, of `kFixed`; the paper's
   /// K, > 0: of `kScene`, how far the means of the two classes must lie apart, or there is no pipe;
-  /// of `kLocal`, how far a pipe differs from the mean of its surroundings.
+  /// of `kLocal`, how far a pipe differs from the mean of its surroundings at least.
   double min_contrast = 2.0;
-  /// Pixels, >= 8: of `kLocal`, half the side of the square of the surroundings.
-  int local_radius = 24;
+  /// Of the shorter side of the picture, in (0, 1]: of `kLocal`, half the side of the square of the
+  /// surroundings.
+  double local_radius = 0.1;
 
   double min_width = 3.0;       ///< pixels, >= 1: narrower is no pipe
   double max_width = 0.34;      ///< of the shorter side of the picture, in (0, 1]
-  double min_length = 30.0;     ///< pixels, > 0: of a straight section
+  double min_length = 0.05;     ///< of the longer side, in (0, 1], of a straight section
   double min_elongation = 3.0;  ///< length over width, >= 1
+  double min_visible = 0.5;     ///< of the length of a section, in [0, 1], seen as a pipe
   double straightness = 2.0;    ///< pixels, > 0, that the axis of a straight section may bend
   double max_gap = 0.25;        ///< of the longer side of the picture, >= 0, that is bridged
   double profile_width = 0.5;   ///< of the pipe's, in (0, 1], over which temperatures are averaged
@@ -58,7 +60,7 @@ struct LeakDetectorParameters {
 
   /// The settings of the paper: 100 degC, `ProfileParameters::torresol`.
   [[nodiscard]] static LeakDetectorParameters torresol();
-  /// For scenes of which nothing is known: `kScene`, and leaks of a few degrees.
+  /// For scenes of which nothing is known: `kLocal`, and leaks of a few degrees.
   [[nodiscard]] static LeakDetectorParameters adaptive(Polarity polarity = Polarity::kHot);
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
