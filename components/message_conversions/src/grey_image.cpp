@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "image_shape.hpp"
+
 namespace pipescout {
 namespace {
 
@@ -42,19 +44,7 @@ rack_vision::ImageView GreyImageReader::read(const sensor_msgs::msg::Image& mess
   const std::size_t width = message.width();
   const std::size_t height = message.height();
   const std::size_t step = message.step();
-  constexpr std::size_t kLargest = 1 << 16;
-  if (width == 0 || height == 0 || width > kLargest || height > kLargest) {
-    throw std::invalid_argument("width and height are " + std::to_string(width) + " x " +
-                                std::to_string(height));
-  }
-  if (step < width * encoding.channels) {
-    throw std::invalid_argument("step is " + std::to_string(step) + "; a row has " +
-                                std::to_string(width * encoding.channels) + " bytes");
-  }
-  if (message.data().size() < step * height) {
-    throw std::invalid_argument("data has " + std::to_string(message.data().size()) +
-                                " bytes; step * height is " + std::to_string(step * height));
-  }
+  require_shape(message, encoding.channels);
   const std::uint8_t* const data = message.data().data();
   if (encoding.channels == 1) {
     return {data, static_cast<int>(width), static_cast<int>(height), static_cast<int>(step)};

@@ -349,18 +349,11 @@ void RackLocalizer::on_odometry(const Odometry& message) {
       return;
     }
   }
-  const auto& linear = message.twist().twist().linear();
-  const auto& angular = message.twist().twist().angular();
-  OdometryHistory::Entry entry{.time = stamp, .T_odom_base = {}, .twist = {}};
-  entry.twist << linear.x(), linear.y(), linear.z(), angular.x(), angular.y(), angular.z();
+  OdometryHistory::Entry entry;
   try {
-    entry.T_odom_base = from_message(message.pose().pose());
+    entry = odometry_entry(message);
   } catch (const std::invalid_argument& error) {
     report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
-    return;
-  }
-  if (!entry.twist.allFinite()) {
-    report_fault("odometry.refused", "odometry refused: its twist is not finite");
     return;
   }
   if (!odometry_->add(entry)) {

@@ -18,6 +18,8 @@ namespace pipescout_msgs::msg {
 class EddyCurrentSamples;
 class EstimatorState;
 class FusedOdometer;
+class LeakDetections;
+class LeakEvent;
 class MissionStatus;
 class OdometerReadings;
 class PipePosition;
@@ -81,6 +83,15 @@ inline const Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kRackPoseHint{
 /// Velocity that a flying robot shall take, in its levelled body frame.
 inline const Topic<geometry_msgs::msg::TwistStamped> kVelocityCommand{"cmd_vel_stamped",
                                                                       QoS::reliable(10)};
+/// Pictures of the thermal camera, `mono16`, and its calibration.
+inline const Topic<sensor_msgs::msg::Image> kThermalImage{"thermal/image_raw", QoS::reliable(5)};
+inline const Topic<sensor_msgs::msg::CameraInfo> kThermalCameraInfo{"thermal/camera_info",
+                                                                    QoS::reliable(5)};
+/// Pipes and leaks in each of them.
+inline const Topic<pipescout_msgs::msg::LeakDetections> kLeakDetections{"leak/detections",
+                                                                        QoS::reliable(100)};
+/// Leaks that are raised, updated and cleared, from all pictures. Kept for late joiners.
+inline const Topic<pipescout_msgs::msg::LeakEvent> kLeakEvents{"leak/events", QoS::latched(1000)};
 /// Angular rate and specific force, from the driver, and the position of the GPS antenna.
 inline const Topic<sensor_msgs::msg::Imu> kImu{"imu/data", QoS::reliable(200)};
 inline const Topic<sensor_msgs::msg::NavSatFix> kGpsFix{"gps/fix", QoS::reliable(50)};

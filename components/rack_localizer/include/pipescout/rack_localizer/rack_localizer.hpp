@@ -17,7 +17,7 @@
 #include "pipescout/interfaces/component.hpp"
 #include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
-#include "pipescout/rack_localizer/odometry_history.hpp"
+#include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
 
 namespace pipescout {

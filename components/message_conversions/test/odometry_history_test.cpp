@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_localizer/odometry_history.hpp"
+#include "pipescout/message_conversions/odometry_history.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,8 @@ Vector6d circling() {
 }
 
 OdometryHistory::Entry entry(double seconds) {
-  return {at(seconds), SE3::exp(seconds * circling()), circling()};
+  return {at(seconds), SE3::exp(seconds * circling()), circling(),
+          (1 + seconds) * geometry::Matrix6d::Identity()};
 }
 
 TEST(OdometryHistory, InterpolatesOnTheCircle) {
@@ -50,6 +51,17 @@ TEST(OdometryHistory, DoesNotGuessWhereNothingWasHeard) {
   ASSERT_TRUE(history.add(entry(2.0)));
   EXPECT_FALSE(history.at(at(0.9))) << "before the first";
   EXPECT_FALSE(history.at(at(1.5))) << "in a gap";
+}
+
+TEST(OdometryHistory, TellsHowWellThePoseIsKnown) {
+  OdometryHistory history(10, 0.2);
+  ASSERT_TRUE(history.add(entry(0.0)));
+  ASSERT_TRUE(history.add(entry(0.1)));
+  EXPECT_FALSE(history.covariance_at(at(-0.1)));
+  ASSERT_TRUE(history.covariance_at(at(0.03)));
+  EXPECT_EQ((*history.covariance_at(at(0.03)))(0, 0), 1);
+  EXPECT_EQ((*history.covariance_at(at(0.2)))(0, 0), 1.1);
+  EXPECT_FALSE(history.covariance_at(at(0.35))) << "beyond the reach";
 }
 
 TEST(OdometryHistory, RefusesWhatIsNotLater) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <nav_msgs/msg/odometry.hpp>
 #include <optional>
 
 #include "pipescout/geometry/se3.hpp"
@@ -17,6 +18,8 @@ class OdometryHistory {
     Time time;
     geometry::SE3 T_odom_base;
     geometry::Vector6d twist;  ///< [linear; angular] of the base in its own frame, m/s and rad/s
+    /// Of the pose, as `covariance_from_message`.
+    geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
   };
 
   /// `longest_reach`: s beyond the last entry, or between two, over which a pose is still told.
@@ -30,11 +33,21 @@ class OdometryHistory {
   /// Between two entries interpolated, after the last one moved on by its twist. Nothing before the
   /// first entry, and beyond the reach.
   [[nodiscard]] std::optional<geometry::SE3> at(Time time) const;
+  /// Of the last entry that is not later. Nothing where `at` has nothing.
+  [[nodiscard]] std::optional<geometry::Matrix6d> covariance_at(Time time) const;
 
  private:
+  /// The first entry that is later than `time`; the one before it is within reach. Nothing
+  /// otherwise.
+  [[nodiscard]] std::optional<std::deque<Entry>::const_iterator> after(Time time) const;
+
   std::size_t capacity_;
   double longest_reach_;  // s
   std::deque<Entry> entries_;
 };
+
+/// All but the covariance, which not all who ask for poses need. Throws std::invalid_argument
+/// naming the field of the pose or twist that is none.
+[[nodiscard]] OdometryHistory::Entry odometry_entry(const nav_msgs::msg::Odometry& message);
 
 }  // namespace pipescout
