@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "pipescout/simulation/ground_robot.hpp"
+#include "pipescout/simulation/terrain.hpp"
+#include "pipescout/simulation/thermal_camera.hpp"
+
+/// A ground robot that drives along a row of collectors over rough ground, with a thermal camera
+/// that looks at them: Ibarguren and others (2013), section 7. Frames as in thermal_scene.hpp;
+/// `body` is that of ground_robot.hpp.
+namespace pipescout::simulation {
+
+/// Of a camera that looks to the left of a robot, `elevation` rad above its plane. The upper border
+/// of the image is up, columns go forward.
+[[nodiscard]] geometry::SE3 T_body_side_camera(const Eigen::Vector3d& position, double elevation);
+
+struct ThermalPatrolParameters {
+  ThermalSceneParameters scene{};
+  ThermalCameraParameters camera = ThermalCameraParameters::qvga();
+  GroundRobotParameters robot{.wheel_base = 1.6, .track = 1.2};
+  TerrainParameters terrain{};
+  double speed = 5.5;    ///< m/s, [0.1, 20]
+  double distance = 10;  ///< m, [1, 100]: from the tube to the way of the robot, level
+  double begin = -14;    ///< m, [-1000, 1000]: place along the row where it starts, at rest
+  double end = 165;      ///< m, (begin, 10000]: where it stops
+  geometry::SE3 T_body_camera = T_body_side_camera({0.2, 0.2, 1.2}, 0.145);
+  std::uint64_t seed = 1;  ///< of the ground and the wheels
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+/// The same parameters give the same bits. Not thread-safe.
+class ThermalPatrol {
+ public:
+  /// Throws as the `validate` of its parameters.
+  explicit ThermalPatrol(const ThermalPatrolParameters& parameters);
+
+  /// Steers for the end of its way; a step of `GroundRobot::kStep`.
+  void step();
+  /// To the nearest step; nothing for a time that has passed. Seconds.
+  void drive_until(double time);
+  [[nodiscard]] bool arrived() const noexcept { return course_.arrived(); }
+
+  [[nodiscard]] const GroundRobot& robot() const noexcept { return robot_; }
+  /// What the camera sees now.
+  [[nodiscard]] ThermalView view(std::uint64_t frame) const;
+  /// m, along the row.
+  [[nodiscard]] double place() const;
+  /// Throws as ThermalRenderer::render.
+  void render(std::uint64_t frame, std::span<std::uint16_t> counts) {
+    renderer_.render(view(frame), counts);
+  }
+  [[nodiscard]] const ThermalRenderer& renderer() const noexcept { return renderer_; }
+  [[nodiscard]] const ThermalScene& scene() const noexcept { return scene_; }
+
+ private:
+  ThermalPatrolParameters parameters_;
+  ThermalScene scene_;
+  ThermalRenderer renderer_;
+  GroundRobot robot_;
+  CourseController course_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace pipescout::simulation
