@@ -113,8 +113,9 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
     d.fault = FrameFault::kCluttered;
     return d;
   }
-  straights.find(axis, {parameters.straightness, parameters.max_gap * longer, parameters.min_length,
-                        parameters.min_elongation, parameters.max_pipes});
+  straights.find(
+      axis, {parameters.straightness, parameters.max_gap * longer, parameters.min_length * longer,
+             parameters.min_elongation, parameters.max_pipes});
   for (const Straight& s : straights.sections()) {
     if (2 * s.half_width() > parameters.max_width * shorter) {
       continue;
