@@ -11,6 +11,8 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// A part that creeps by Delta-T is halved as often at most: ten times Delta-T and more.
 constexpr int kHalvings = 4;
+/// Of what makes a leak: by as much the pipe may be warmer than it is known to be.
+constexpr double kReferenceSlack = 0.5;
 
 /// The sample that a place lies in.
 int sample_at(double place, std::size_t size) {
@@ -69,14 +71,21 @@ void ProfileAnalysis::analyse(std::span<const float> temperatures,
     least_width_ = std::max(ProfileParameters::kLeastSamples,
                             parameters_.min_part_width_m / conditions.metres_per_sample);
   }
-  reference_ = conditions.reference_temperature ? *conditions.reference_temperature
-                                                : quantile(temperatures, pipe_shaped);
+  reference_ = quantile(temperatures, pipe_shaped);
+  if (conditions.reference_temperature &&
+      !(reference_ <= *conditions.reference_temperature + kReferenceSlack * least_rise())) {
+    reference_ = *conditions.reference_temperature;
+  }
   divide(temperatures);
   if (parameters_.split_creeping) {
     divide_creeping(temperatures);
   }
   label(temperatures, pipe_shaped);
   join_leaks(temperatures);
+}
+
+double ProfileAnalysis::least_rise() const {
+  return parameters_.leak_delta ? *parameters_.leak_delta : parameters_.split_delta;
 }
 
 double ProfileAnalysis::quantile(Temperatures t, Shapes pipe_shaped) {

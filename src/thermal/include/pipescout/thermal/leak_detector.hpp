@@ -143,7 +143,8 @@ struct Detections {
 
 struct FrameConditions {
   double metres_per_pixel = 0;  ///< across the line of sight, where the pipes are; 0: not known
-  /// degC, of sound pipes here; then a pipe that leaks wherever it is seen is noticed too.
+  /// degC, of sound pipes here: a pipe that leaks wherever it is seen is noticed too. See
+  /// `ProfileAnalysis::Conditions`.
   std::optional<double> reference_temperature{};
 };
 

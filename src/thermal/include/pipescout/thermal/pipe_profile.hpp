@@ -84,8 +84,10 @@ class ProfileAnalysis {
   [[nodiscard]] const ProfileParameters& parameters() const noexcept { return parameters_; }
 
   struct Conditions {
-    double metres_per_sample = 0;                   ///< 0: not known
-    std::optional<double> reference_temperature{};  ///< degC, of the sound pipe where it is known
+    double metres_per_sample = 0;  ///< 0: not known
+    /// degC, of the sound pipe where it is known. It counts when the pipe is warmer by half of
+    /// `leak_delta` (without it, of `split_delta`) for most of the profile: all of that may leak.
+    std::optional<double> reference_temperature{};
   };
 
   /// `temperatures`: degC; NaN where the pipe is hidden. `pipe_shaped`: of each sample, whether
@@ -96,7 +98,7 @@ class ProfileAnalysis {
   /// In order, without gaps or overlaps, from 0 to the number of samples.
   [[nodiscard]] std::span<const PipePart> parts() const noexcept { return parts_; }
   [[nodiscard]] std::span<const LeakStretch> leaks() const noexcept { return leaks_; }
-  /// degC, of the sound pipe: given, or found along it; NaN when nothing of the pipe is seen.
+  /// degC, of the sound pipe: found along it, or given; NaN when nothing of the pipe is seen.
   [[nodiscard]] double reference_temperature() const noexcept { return reference_; }
 
  private:
@@ -106,6 +108,7 @@ class ProfileAnalysis {
   void divide_at_edges(Temperatures t, int from, int to);
   void divide_creeping(Temperatures t);
   void measure(Temperatures t, PipePart& part) const;
+  [[nodiscard]] double least_rise() const;
   [[nodiscard]] double quantile(Temperatures t, Shapes pipe_shaped);
   [[nodiscard]] bool is_warm(const PipePart& part) const;
   void label(Temperatures t, Shapes pipe_shaped);
