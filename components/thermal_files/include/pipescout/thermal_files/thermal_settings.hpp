@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipescout/thermal/radiometry.hpp"
+#include "pipescout/thermal/temperature_interval.hpp"
+#include "pipescout/thermal/temperature_table.hpp"
+
+/// How to read the thermal pictures of a folder, where the files do not say it themselves or are
+/// not believed.
+namespace pipescout {
+
+/// Object parameters that take the place of others.
+struct ObjectChanges {
+  std::optional<double> emissivity;
+  std::optional<double> reflected_temperature;
+  std::optional<double> distance;
+  std::optional<double> atmospheric_temperature;
+  std::optional<double> relative_humidity;
+  std::optional<double> window_temperature;
+  std::optional<double> window_transmission;
+
+  [[nodiscard]] thermal::ObjectParameters apply(thermal::ObjectParameters object) const;
+};
+
+/// degC = gain * count + offset.
+struct LinearScale {
+  double gain = 0;
+  double offset = 0;
+};
+
+/// degC of grey level 0 and of 255.
+struct GreyScale {
+  double black = 0;
+  double white = 0;
+};
+
+enum class TemperatureUnit : std::uint8_t { kCelsius, kKelvin };
+
+/// A rectangle whose object differs from the rest of the picture.
+struct RegionChanges {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+  ObjectChanges object;
+};
+
+struct ThermalSettings {
+  std::optional<LinearScale> scale;                ///< of 16-bit pictures
+  std::optional<thermal::PlanckConstants> planck;  ///< of 16-bit pictures, in place of a scale
+  std::optional<GreyScale> grey;                   ///< of 8-bit pictures
+  TemperatureUnit float_unit = TemperatureUnit::kCelsius;  ///< of 32-bit pictures
+  thermal::AirPath air_path = thermal::AirPath::kBeforeWindow;
+  ObjectChanges object;
+  std::vector<RegionChanges> regions;
+  std::optional<thermal::CountRange> range;  ///< where the sensor is saturated
+  thermal::ParameterDeviations deviations;
+};
+
+/// Of a YAML file, every entry of which may be left out:
+///
+///     preset: ibarguren2013         # all object parameters; `object` changes them further
+///     object: {emissivity: 0.9, reflected_temperature: 5, distance: 12, ...}
+///     regions:
+///       - {x: 10, y: 20, width: 30, height: 40, object: {emissivity: 0.3}}
+///     deviations: {emissivity: 0.05, calibration: 1, ...}
+///     scale: {gain: 0.01, offset: -273.15}
+///     planck: {r1: 21106.77, r2: 0.012545, b: 1501, f: 1, o: -7340}
+///     grey: {black: 100, white: 300}
+///     float_unit: celsius           # or kelvin
+///     air_path: before_window       # or window_midway
+///     range: {least: 0, most: 65535}
+///
+/// Throws std::runtime_error naming the file, and the line where there is one, for a file that
+/// cannot be read, a name that is not known or given twice, and a value of a wrong type or out of
+/// its range.
+[[nodiscard]] ThermalSettings read_thermal_settings(const std::filesystem::path& file);
+
+/// The same of a text; `name` is for messages.
+[[nodiscard]] ThermalSettings parse_thermal_settings(const std::string& text,
+                                                     const std::string& name);
+
+}  // namespace pipescout

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "flir_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "base64.hpp"
+
+namespace pipescout {
+namespace {
+
+using Json = nlohmann::json;
+
+// Before this nobody pressed the shutter of a camera that writes such files.
+constexpr double kYear2001 = 978307200;  // s since 1970
+
+class Tags {
+ public:
+  Tags(const Json& json, std::vector<std::string>& doubts) : json_(json), doubts_(doubts) {}
+
+  /// Some numbers come as text, so that no digit is lost.
+  [[nodiscard]] std::optional<double> number(const char* name) const {
+    const auto found = json_.find(name);
+    if (found == json_.end()) {
+      return std::nullopt;
+    }
+    if (found->is_number()) {
+      return found->get<double>();
+    }
+    if (found->is_string()) {
+      const auto& text = found->get_ref<const std::string&>();
+      char* end = nullptr;
+      const double value = std::strtod(text.c_str(), &end);
+      if (!text.empty() && end == text.c_str() + text.size() && std::isfinite(value)) {
+        return value;
+      }
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] double needed(const char* name) const {
+    const auto value = number(name);
+    if (!value) {
+      throw FlirError(std::string("its thermal block has no ") + name);
+    }
+    return *value;
+  }
+
+  void replace(double& target, const char* name, const char* field) const {
+    if (const auto value = number(name)) {
+      target = *value;
+    } else {
+      std::array<char, 128> text{};
+      std::snprintf(text.data(), text.size(), "%s: not in the file; %g is taken", field, target);
+      doubts_.emplace_back(text.data());
+    }
+  }
+
+  [[nodiscard]] std::string text(const char* name) const {
+    const auto found = json_.find(name);
+    if (found == json_.end()) {
+      return "";
+    }
+    return found->is_string() ? found->get<std::string>() : found->dump();
+  }
+
+ private:
+  const Json& json_;
+  std::vector<std::string>& doubts_;
+};
+
+std::string joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + " " + b;
+}
+
+Pixels<std::uint16_t> raw_picture(const Tags& tags) {
+  constexpr std::string_view kPrefix = "base64:";
+  const std::string encoded = tags.text("RawThermalImage");
+  const auto bytes = encoded.starts_with(kPrefix)
+                         ? decode_base64(std::string_view(encoded).substr(kPrefix.size()))
+                         : std::nullopt;
+  if (!bytes) {
+    throw FlirError("its thermal block holds no picture");
+  }
+  AnyPixels any;
+  try {
+    any = decode_pixels(*bytes);
+  } catch (const PixelError& error) {
+    throw FlirError(std::string("the picture in its thermal block ") + error.what());
+  }
+  auto* const counts = std::get_if<Pixels<std::uint16_t>>(&any);
+  if (counts == nullptr) {
+    throw FlirError("the picture in its thermal block does not have 16 bits");
+  }
+  if (counts->width != static_cast<int>(tags.needed("RawThermalImageWidth")) ||
+      counts->height != static_cast<int>(tags.needed("RawThermalImageHeight"))) {
+    throw FlirError("the picture in its thermal block has another size than it says");
+  }
+  return std::move(*counts);
+}
+
+double median(std::vector<std::uint16_t> counts) {
+  const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
+  std::nth_element(counts.begin(), middle, counts.end());
+  return *middle;
+}
+
+std::vector<std::uint16_t> swapped(std::vector<std::uint16_t> counts) {
+  for (std::uint16_t& count : counts) {
+    count = static_cast<std::uint16_t>((count << 8U) | (count >> 8U));
+  }
+  return counts;
+}
+
+/// Most cameras put their little-endian numbers into PNG, which takes them for big-endian ones; not
+/// all do. The camera has written down the median, which tells.
+void order_bytes(std::vector<std::uint16_t>& counts, const Tags& tags,
+                 std::vector<std::string>& doubts) {
+  const double told = tags.number("RawValueMedian").value_or(0);
+  const double span = tags.number("RawValueRange").value_or(0);
+  const bool tells = told > 0 && span > 0;
+  const auto fits = [&](const std::vector<std::uint16_t>& candidate) {
+    return std::abs(median(candidate) - told) <= span;
+  };
+  if (tags.text("RawThermalImageType") == "PNG") {
+    std::vector<std::uint16_t> other = swapped(counts);
+    if (!tells || fits(other) || !fits(counts)) {
+      counts = std::move(other);
+    }
+  }
+  if (tells && !fits(counts)) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(),
+                  "counts: their median is %.0f, and the camera noted %.0f", median(counts), told);
+    doubts.emplace_back(text.data());
+  }
+}
+
+thermal::CameraConstants camera_of(const Tags& tags) {
+  thermal::CameraConstants camera;
+  camera.planck = {.r1 = tags.needed("PlanckR1"),
+                   .r2 = tags.needed("PlanckR2"),
+                   .b = tags.needed("PlanckB"),
+                   .f = tags.needed("PlanckF"),
+                   .o = tags.needed("PlanckO")};
+  thermal::AtmosphereConstants& air = camera.atmosphere;
+  tags.replace(air.alpha1, "AtmosphericTransAlpha1", "atmosphere.alpha1");
+  tags.replace(air.alpha2, "AtmosphericTransAlpha2", "atmosphere.alpha2");
+  tags.replace(air.beta1, "AtmosphericTransBeta1", "atmosphere.beta1");
+  tags.replace(air.beta2, "AtmosphericTransBeta2", "atmosphere.beta2");
+  tags.replace(air.x, "AtmosphericTransX", "atmosphere.x");
+  return camera;
+}
+
+thermal::ObjectParameters object_of(const Tags& tags) {
+  thermal::ObjectParameters object;
+  tags.replace(object.emissivity, "Emissivity", "emissivity");
+  tags.replace(object.reflected_temperature, "ReflectedApparentTemperature",
+               "reflected_temperature");
+  tags.replace(object.distance, "ObjectDistance", "distance");
+  tags.replace(object.atmospheric_temperature, "AtmosphericTemperature", "atmospheric_temperature");
+  tags.replace(object.relative_humidity, "RelativeHumidity", "relative_humidity");
+  tags.replace(object.window_temperature, "IRWindowTemperature", "window_temperature");
+  tags.replace(object.window_transmission, "IRWindowTransmission", "window_transmission");
+  return object;
+}
+
+thermal::CountRange range_of(const Tags& tags) {
+  const double least = tags.number("RawValueRangeMin").value_or(0);
+  const double most = tags.number("RawValueRangeMax").value_or(65535);
+  if (!(least >= 0 && least < most && most <= 65535)) {
+    return {};
+  }
+  return {static_cast<std::uint16_t>(least), static_cast<std::uint16_t>(most)};
+}
+
+}  // namespace
+
+const std::vector<std::string>& flir_tags() {
+  static const std::vector<std::string> kTags = [] {
+    std::vector<std::string> tags{"-Error", "-Warning", "-GPSLatitude", "-GPSLongitude",
+                                  "-GPSAltitude"};
+    for (const char* name : {"RawThermalImage",
+                             "RawThermalImageWidth",
+                             "RawThermalImageHeight",
+                             "RawThermalImageType",
+                             "PlanckR1",
+                             "PlanckR2",
+                             "PlanckB",
+                             "PlanckF",
+                             "PlanckO",
+                             "AtmosphericTransAlpha1",
+                             "AtmosphericTransAlpha2",
+                             "AtmosphericTransBeta1",
+                             "AtmosphericTransBeta2",
+                             "AtmosphericTransX",
+                             "Emissivity",
+                             "ReflectedApparentTemperature",
+                             "ObjectDistance",
+                             "AtmosphericTemperature",
+                             "RelativeHumidity",
+                             "IRWindowTemperature",
+                             "IRWindowTransmission",
+                             "RawValueRangeMin",
+                             "RawValueRangeMax",
+                             "RawValueMedian",
+                             "RawValueRange",
+                             "CameraModel",
+                             "CameraSerialNumber",
+                             "LensModel",
+                             "LensSerialNumber",
+                             "DateTimeOriginal"}) {
+      // The maker notes have an emissivity too, which exiftool ranks below that of the block.
+      tags.push_back(std::string("-FLIR:") + name);
+    }
+    return tags;
+  }();
+  return kTags;
+}
+
+std::optional<double> exif_time(const std::string& text) {
+  int year = 0;
+  unsigned month = 0;
+  unsigned day = 0;
+  int hour = 0;
+  int minute = 0;
+  double second = 0;
+  int read = 0;
+  if (std::sscanf(text.c_str(), "%4d:%2u:%2u %2d:%2d:%lf%n", &year, &month, &day, &hour, &minute,
+                  &second, &read) != 6) {
+    return std::nullopt;
+  }
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
+  if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59 || !(second >= 0) ||
+      second >= 61) {
+    return std::nullopt;
+  }
+  const std::string rest = text.substr(static_cast<std::size_t>(read));
+  int offset = 0;  // min
+  if (!rest.empty() && rest != "Z") {
+    char sign = 0;
+    int hours = 0;
+    int minutes = 0;
+    if (std::sscanf(rest.c_str(), "%c%2d:%2d", &sign, &hours, &minutes) != 3 ||
+        (sign != '+' && sign != '-')) {
+      return std::nullopt;
+    }
+    offset = (sign == '-' ? -1 : 1) * (60 * hours + minutes);
+  }
+  const auto days = std::chrono::sys_days(date).time_since_epoch().count();
+  return static_cast<double>(days) * 86400.0 + 3600.0 * hour + 60.0 * (minute - offset) + second;
+}
+
+std::optional<FlirContent> flir_content(const std::string& json, std::string& complaint) {
+  const Json documents = Json::parse(json, nullptr, false);
+  if (!documents.is_array() || documents.empty() || !documents[0].is_object()) {
+    throw FlirError("exiftool has not answered in JSON");
+  }
+  FlirContent content;
+  const Tags tags(documents[0], content.doubts);
+  complaint = tags.text("Error");
+  if (complaint.empty()) {
+    complaint = tags.text("Warning");
+  }
+  if (tags.text("RawThermalImage").empty()) {
+    return std::nullopt;
+  }
+  content.counts = raw_picture(tags);
+  order_bytes(content.counts.values, tags, content.doubts);
+  content.camera = camera_of(tags);
+  content.object = object_of(tags);
+  content.range = range_of(tags);
+  content.camera_name = joined(tags.text("CameraModel"), tags.text("CameraSerialNumber"));
+  content.lens = joined(tags.text("LensModel"), tags.text("LensSerialNumber"));
+  const std::string taken = tags.text("DateTimeOriginal");
+  content.taken = exif_time(taken);
+  if (!content.taken) {
+    content.doubts.push_back(taken.empty() ? "taken: not in the file"
+                                           : "taken: '" + taken + "' is no time");
+  } else if (*content.taken < kYear2001) {
+    content.doubts.push_back("taken: " + taken + ": the camera's clock was not set");
+  }
+  const auto latitude = tags.number("GPSLatitude");
+  const auto longitude = tags.number("GPSLongitude");
+  if (latitude && longitude) {
+    content.place = GeographicPlace{*latitude, *longitude, tags.number("GPSAltitude")};
+  }
+  return content;
+}
+
+}  // namespace pipescout

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pixel_file.hpp"
+
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+namespace pipescout {
+namespace {
+
+template <class Pixel>
+Pixels<Pixel> copy(const cv::Mat& image) {
+  Pixels<Pixel> pixels{image.cols, image.rows, {}};
+  pixels.values.reserve(image.total());
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* row = image.ptr<Pixel>(y);
+    pixels.values.insert(pixels.values.end(), row, row + image.cols);
+  }
+  return pixels;
+}
+
+}  // namespace
+
+AnyPixels decode_pixels(std::span<const std::uint8_t> bytes) {
+  cv::Mat image;
+  if (bytes.size() <= static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    // OpenCV wants a matrix that it may write to, and does not.
+    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
+                          const_cast<std::uint8_t*>(bytes.data()));
+    try {
+      image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+    } catch (const cv::Exception&) {
+      image.release();
+    }
+  }
+  if (image.empty()) {
+    throw PixelError("cannot be decoded: cut short, or no picture");
+  }
+  if (image.channels() != 1) {
+    throw PixelError("is a colour picture: thermal ones have one channel, this one has " +
+                     std::to_string(image.channels()));
+  }
+  switch (image.depth()) {
+    case CV_8U:
+      return copy<std::uint8_t>(image);
+    case CV_16U:
+      return copy<std::uint16_t>(image);
+    case CV_32F:
+      return copy<float>(image);
+    default:
+      throw PixelError("has pixels of another kind than unsigned 8 or 16 bits or 32-bit floats");
+  }
+}
+
+}  // namespace pipescout
