@@ -241,7 +241,7 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
     leak.end = pipe.at(stretch.to - 0.5);
     leak.length =
         pipe.metres_per_pixel > 0 ? pipe.metres_per_pixel * (stretch.to - stretch.from) : kNan;
-    leak.severity = severity_of(leak.delta, leak.length, parameters);
+    leak.severity = parameters.severity.of(leak.delta, leak.length);
     d.leaks.push_back(leak);
   }
 }

@@ -38,10 +38,16 @@ std::string_view to_string(FrameFault fault) noexcept {
   return "unknown";
 }
 
-Severity severity_of(double delta, double length, const LeakDetectorParameters& p) {
-  int level = delta >= p.severe_delta ? 2 : delta >= p.moderate_delta ? 1 : 0;
-  level += length >= p.long_leak ? 1 : 0;
+Severity SeverityScale::of(double delta, double length) const noexcept {
+  int level = delta >= severe_delta ? 2 : delta >= moderate_delta ? 1 : 0;
+  level += length >= long_leak ? 1 : 0;
   return static_cast<Severity>(level);
+}
+
+void SeverityScale::validate() const {
+  require("moderate_delta", moderate_delta, moderate_delta > 0, "(0, inf) K");
+  require("severe_delta", severe_delta, severe_delta > moderate_delta, "(moderate_delta, inf) K");
+  require("long_leak", long_leak, long_leak > 0, "(0, inf) m");
 }
 
 LeakDetectorParameters LeakDetectorParameters::torresol() {
@@ -58,8 +64,8 @@ LeakDetectorParameters LeakDetectorParameters::adaptive(Polarity polarity) {
   p.min_length = 0.1;
   p.profile.split_delta = 3.0;
   p.profile.leak_delta = 5.0;
-  p.moderate_delta = 15.0;
-  p.severe_delta = 40.0;
+  p.severity.moderate_delta = 15.0;
+  p.severity.severe_delta = 40.0;
   return p;
 }
 
@@ -78,9 +84,7 @@ void LeakDetectorParameters::validate() const {
   require("pipe_diameter", pipe_diameter, pipe_diameter >= 0, "[0, inf) m");
   require("max_pipes", static_cast<double>(max_pipes), max_pipes >= 1 && max_pipes <= 64,
           "[1, 64]");
-  require("moderate_delta", moderate_delta, moderate_delta > 0, "(0, inf) K");
-  require("severe_delta", severe_delta, severe_delta > moderate_delta, "(moderate_delta, inf) K");
-  require("long_leak", long_leak, long_leak > 0, "(0, inf) m");
+  severity.validate();
   profile.validate();
   if (polarity == Polarity::kCold && !profile.leak_delta) {
     refuse(

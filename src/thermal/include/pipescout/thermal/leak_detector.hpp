@@ -27,6 +27,23 @@ enum class Polarity : std::uint8_t {
   kCold,  ///< or colder
 };
 
+enum class Severity : std::uint8_t { kMinor, kModerate, kSevere, kCritical };
+/// "minor", "moderate", "severe", "critical"; "unknown" for a value that is no enumerator.
+[[nodiscard]] std::string_view to_string(Severity severity) noexcept;
+
+/// How bad a leak is, by its Delta-T, the mean above the sound pipe: minor, moderate, severe; one
+/// level more for a long one.
+struct SeverityScale {
+  double moderate_delta = 90.0;  ///< K, > 0: moderate from here on
+  double severe_delta = 130.0;   ///< K, > moderate_delta: severe from here on
+  double long_leak = 1.0;        ///< m, > 0: long from here on
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+  /// `length`: m; NaN: not known, which is not long.
+  [[nodiscard]] Severity of(double delta, double length) const noexcept;
+};
+
 struct LeakDetectorParameters {
   ThresholdRule threshold_rule = ThresholdRule::kFixed;
   Polarity polarity = Polarity::kHot;
@@ -51,12 +68,7 @@ struct LeakDetectorParameters {
 
   ProfileParameters profile{};
 
-  /// K, > 0 and rising: Delta-T of a leak, mean over the stretch, from which it is moderate,
-  /// severe.
-  double moderate_delta = 90.0;
-  double severe_delta = 130.0;
-  /// m, > 0: a leak as long, where its length is known, is one severity higher.
-  double long_leak = 1.0;
+  SeverityScale severity{};
 
   /// The settings of the paper: 100 degC, `ProfileParameters::torresol`.
   [[nodiscard]] static LeakDetectorParameters torresol();
@@ -65,13 +77,6 @@ struct LeakDetectorParameters {
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
-
-enum class Severity : std::uint8_t { kMinor, kModerate, kSevere, kCritical };
-/// "minor", "moderate", "severe", "critical"; "unknown" for a value that is no enumerator.
-[[nodiscard]] std::string_view to_string(Severity severity) noexcept;
-/// By Delta-T: minor, moderate from `moderate_delta`, severe from `severe_delta`; one more when the
-/// length (m; NaN: not known) is `long_leak` or more.
-[[nodiscard]] Severity severity_of(double delta, double length, const LeakDetectorParameters& p);
 
 /// Why a frame has no detections; the next one is not affected.
 enum class FrameFault : std::uint8_t {
