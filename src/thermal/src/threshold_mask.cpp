@@ -71,14 +71,16 @@ bool rises(std::span<const float> celsius) {
   return falls == 0 && begins == 1 && finite > 0;
 }
 
-/// Counts of temperatures from `low` on (hot) or up to it (cold).
+/// What is above a threshold (hot) or below it (cold): a grey level that stands for all that is not
+/// above is no pipe.
 template <class Pixel>
 Band<Pixel> band_of(const Scale<Pixel>& scale, double threshold, Polarity polarity) {
   const bool hot = polarity == Polarity::kHot;
   if constexpr (std::is_same_v<Pixel, float>) {
     const auto t = static_cast<float>(threshold);
     constexpr float kMost = std::numeric_limits<float>::max();
-    return hot ? Band<float>{t, kMost, false} : Band<float>{-kMost, t, false};
+    return hot ? Band<float>{std::nextafter(t, kMost), kMost, false}
+               : Band<float>{-kMost, std::nextafter(t, -kMost), false};
   } else {
     const std::size_t size = std::min(
         scale.celsius.size(), std::size_t{std::numeric_limits<Pixel>::max()} + std::size_t{1});
@@ -86,7 +88,7 @@ Band<Pixel> band_of(const Scale<Pixel>& scale, double threshold, Polarity polari
     std::size_t last = 0;
     for (std::size_t i = 0; i < size; ++i) {
       const double t = scale.celsius[i];
-      if (hot ? t >= threshold : t <= threshold) {
+      if (hot ? t > threshold : t < threshold) {
         first = std::min(first, i);
         last = i;
       }

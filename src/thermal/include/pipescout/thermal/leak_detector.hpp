@@ -47,7 +47,7 @@ struct SeverityScale {
 struct LeakDetectorParameters {
   ThresholdRule threshold_rule = ThresholdRule::kFixed;
   Polarity polarity = Polarity::kHot;
-  double threshold = 100.0;  ///< degC, of `kFixed`; the paper's
+  double threshold = 100.0;  ///< degC, of `kFixed`; the paper's. A pipe is beyond it, not at it
   /// K, > 0: of `kScene`, how far the means of the two classes must lie apart, or there is no pipe;
   /// of `kLocal`, how far a pipe differs from the mean of its surroundings at least.
   double min_contrast = 2.0;
