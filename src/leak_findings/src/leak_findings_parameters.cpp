@@ -16,6 +16,8 @@ void require_not_negative(const char* field, double value, const char* unit_rang
 }  // namespace
 
 void LeakFindingsParameters::validate() const {
+  require_not_negative("mounting_attitude_deviation", mounting_attitude_deviation, "[0, inf) rad");
+  require_not_negative("mounting_position_deviation", mounting_position_deviation, "[0, inf) m");
   require_positive("distance", distance, "(0, inf) m");
   require_positive("distance_deviation", distance_deviation, "(0, inf) m");
   require_positive("pipe_diameter", pipe_diameter, "(0, inf) m");

@@ -28,6 +28,7 @@ void PlaceEstimate::begin(const Bearing& bearing, const RangePrior& prior) {
   add_row(across, 0, std::hypot(prior.range * bearing.across_deviation, bearing.position_jitter));
   bearings_ = 1;
   last_time_ = bearing.time;
+  eye_sum_ = bearing.eye;
   base_sum_ = bearing.base;
   pose_covariance_sum_ = bearing.pose_covariance;
 }
@@ -42,6 +43,7 @@ void PlaceEstimate::add(const Bearing& bearing) {
           std::hypot(range * bearing.across_deviation, bearing.position_jitter));
   ++bearings_;
   last_time_ = bearing.time;
+  eye_sum_ += bearing.eye;
   base_sum_ += bearing.base;
   pose_covariance_sum_ += bearing.pose_covariance;
 }
@@ -60,10 +62,13 @@ Eigen::Matrix3d PlaceEstimate::relative_covariance() const {
   return inverse(information_);
 }
 
-Eigen::Matrix3d PlaceEstimate::covariance(double correlation_time) const {
+Eigen::Matrix3d PlaceEstimate::covariance(double correlation_time, double mounting_attitude,
+                                          double mounting_position) const {
   const double n = bearings_;
-  return relative_covariance() + variance_of_mean(last_time_ - first_time_, correlation_time) *
-                                     pose_part(point(), base_sum_ / n, pose_covariance_sum_ / n);
+  return relative_covariance() +
+         variance_of_mean(last_time_ - first_time_, correlation_time) *
+             pose_part(point(), base_sum_ / n, pose_covariance_sum_ / n) +
+         mounting_part(point(), eye_sum_ / n, mounting_attitude, mounting_position);
 }
 
 Miss miss(const Bearing& bearing, const Eigen::Vector3d& point,
@@ -87,6 +92,12 @@ Eigen::Matrix3d pose_part(const Eigen::Vector3d& point, const Eigen::Vector3d& b
   Eigen::Matrix<double, 3, 6> by_pose;
   by_pose << Eigen::Matrix3d::Identity(), -geometry::skew(point - base);
   return by_pose * pose_covariance * by_pose.transpose();
+}
+
+Eigen::Matrix3d mounting_part(const Eigen::Vector3d& point, const Eigen::Vector3d& eye,
+                              double attitude, double position) {
+  const Eigen::Matrix3d turn = attitude * geometry::skew(point - eye);
+  return turn * turn.transpose() + position * position * Eigen::Matrix3d::Identity();
 }
 
 double variance_of_mean(double duration, double correlation_time) {

@@ -45,8 +45,10 @@ class PlaceEstimate {
   [[nodiscard]] Eigen::Vector3d point() const;
   /// m^2, but for what is common to all bearings.
   [[nodiscard]] Eigen::Matrix3d relative_covariance() const;
-  /// m^2. `correlation_time`: s, of the errors of the pose.
-  [[nodiscard]] Eigen::Matrix3d covariance(double correlation_time) const;
+  /// m^2. `correlation_time`: s, of the errors of the pose; deviations of the camera's mounting,
+  /// rad and m, which stay.
+  [[nodiscard]] Eigen::Matrix3d covariance(double correlation_time, double mounting_attitude,
+                                           double mounting_position) const;
 
  private:
   void add_row(const Eigen::Vector3d& row, double value, double deviation);
@@ -57,6 +59,7 @@ class PlaceEstimate {
   Eigen::Vector3d weighted_ = Eigen::Vector3d::Zero();
   double first_time_ = 0;
   double last_time_ = 0;
+  Eigen::Vector3d eye_sum_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d base_sum_ = Eigen::Vector3d::Zero();
   geometry::Matrix6d pose_covariance_sum_ = geometry::Matrix6d::Zero();
 };
@@ -73,6 +76,12 @@ struct Miss {
 /// m^2, of a point that is placed by a pose with that covariance.
 [[nodiscard]] Eigen::Matrix3d pose_part(const Eigen::Vector3d& point, const Eigen::Vector3d& base,
                                         const geometry::Matrix6d& pose_covariance);
+
+/// m^2, of a point that is placed by a camera that is off by angles and a place of these deviations
+/// per axis, rad and m.
+[[nodiscard]] Eigen::Matrix3d mounting_part(const Eigen::Vector3d& point,
+                                            const Eigen::Vector3d& eye, double attitude,
+                                            double position);
 
 /// The share of the variance of an error with a correlation time that is left in its mean over a
 /// duration: 1 for none.

@@ -38,6 +38,10 @@ struct PipeLine {
 struct LeakFindingsParameters {
   geometry::SE3 T_base_camera{};  ///< where a frame does not tell its own
 
+  /// rad per axis and m, >= 0, standard: how far `T_base_camera` may be off, the same all the time.
+  double mounting_attitude_deviation = 0.005;
+  double mounting_position_deviation = 0.02;
+
   RangeSource range_source = RangeSource::kNone;
   double distance = 10.0;            ///< m, > 0, of `kDistance`
   double distance_deviation = 1.0;   ///< m, > 0: standard

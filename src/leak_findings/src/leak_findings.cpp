@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_findings/leak_findings.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "leak_findings_implementation.hpp"
+
+namespace pipescout::leak_findings {
+namespace {
+
+/// Below this there is nothing to follow any more.
+constexpr double kLeastLogOdds = -5.0;
+/// Of the way to the temperature of a frame's sound pipe.
+constexpr double kReferenceGain = 0.05;
+
+double probability(double log_odds) {
+  return 1 / (1 + std::exp(-log_odds));
+}
+
+InputFault check(const FramePose& pose) {
+  if (!pose.T_map_base.matrix().allFinite() || !pose.covariance.allFinite()) {
+    return InputFault::kBadPose;
+  }
+  const double scale = pose.covariance.diagonal().cwiseAbs().maxCoeff();
+  if ((pose.covariance - pose.covariance.transpose()).cwiseAbs().maxCoeff() > 1e-6 * scale ||
+      !(pose.covariance.diagonal().minCoeff() >= 0)) {
+    return InputFault::kBadCovariance;
+  }
+  const Eigen::LDLT<geometry::Matrix6d> factors(pose.covariance);
+  return factors.vectorD().minCoeff() < -1e-9 * scale ? InputFault::kBadCovariance
+                                                      : InputFault::kNone;
+}
+
+bool finite(const Finding& f) {
+  const bool placed =
+      !f.position || (f.position->point.allFinite() && f.position->covariance.allFinite() &&
+                      f.position->direction.allFinite());
+  return placed && std::isfinite(f.probability) && std::isfinite(f.first_time) &&
+         std::isfinite(f.last_time) && std::isfinite(f.mean_delta);
+}
+
+}  // namespace
+
+std::optional<Eye> LeakFindings::Implementation::eye_of(const Frame& frame) {
+  if (!frame.pose) {
+    result.fault = InputFault::kNoPose;
+    return std::nullopt;
+  }
+  result.fault = check(*frame.pose);
+  const geometry::SE3& T_base_camera = frame.T_base_camera.value_or(p.T_base_camera);
+  if (result.fault == InputFault::kNone && !T_base_camera.matrix().allFinite()) {
+    result.fault = InputFault::kBadPose;
+  }
+  if (result.fault != InputFault::kNone) {
+    return std::nullopt;
+  }
+  return Eye{frame.pose->T_map_base * T_base_camera, frame.pose->T_map_base.translation(),
+             frame.pose->covariance};
+}
+
+void LeakFindings::Implementation::update(const Frame& frame,
+                                          const thermal::Detections& detections) {
+  result.fault = InputFault::kNone;
+  result.events.clear();
+  result.finding_of.assign(detections.leaks.size(), 0);
+  ++counters.frames;
+  const auto leave_out = [this](InputFault fault) {
+    result.fault = fault;
+    ++counters.faults[static_cast<std::size_t>(fault)];
+  };
+  if (!std::isfinite(frame.time) || frame.time <= last_time) {
+    return leave_out(InputFault::kBadTime);
+  }
+  last_time = frame.time;
+  if (detections.fault != thermal::FrameFault::kNone) {
+    return leave_out(InputFault::kNoDetections);
+  }
+  if (detections.width != camera.parameters().width ||
+      detections.height != camera.parameters().height) {
+    return leave_out(InputFault::kBadSize);
+  }
+  const std::optional<Eye> eye = eye_of(frame);
+  ++counters.faults[static_cast<std::size_t>(result.fault)];
+  learn_reference(detections);
+  observer.observe(frame.time, eye, detections, observations);
+  assign(frame, eye);
+  const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
+  const auto look = [&](Follow& follow) {
+    if (!follow.taken && seen_sound(follow, frame, eye, detections)) {
+      follow.log_odds = std::max(follow.log_odds + gain, -kMostLogOdds);
+    }
+    follow.finding.probability = probability(follow.log_odds);
+  };
+  std::for_each(followed.begin(), followed.end(), look);
+  std::for_each(candidates.begin(), candidates.end(), look);
+  judge(frame);
+}
+
+/// Of one pass: what is common to both does not tell them apart.
+bool LeakFindings::Implementation::same_leak(const Follow& a, const Follow& b, double time) const {
+  if (!a.finding.position || !b.finding.position) {
+    return false;
+  }
+  const bool together =
+      a.in_pass(time, p) && b.in_pass(time, p) && !a.place().empty() && !b.place().empty();
+  const Eigen::Vector3d apart = together ? a.place().point() - b.place().point()
+                                         : a.finding.position->point - b.finding.position->point;
+  Eigen::Matrix3d covariance =
+      together ? Eigen::Matrix3d(a.place().relative_covariance() + b.place().relative_covariance())
+               : Eigen::Matrix3d(a.finding.position->covariance + b.finding.position->covariance);
+  const Eigen::Vector3d& direction = b.finding.position->direction;
+  const double slack = p.extent_slack / p.gate;
+  covariance +=
+      slack * slack * direction * direction.transpose() + 1e-6 * Eigen::Matrix3d::Identity();
+  return apart.dot(covariance.ldlt().solve(apart)) <= p.gate * p.gate;
+}
+
+void LeakFindings::Implementation::judge(const Frame& frame) {
+  const double time = frame.time;
+  const double raise_at = logit(p.raise_probability);
+  for (std::size_t i = 0; i < candidates.size();) {
+    Follow& candidate = candidates[i];
+    const bool raised = candidate.taken && candidate.log_odds >= raise_at;
+    if (raised) {
+      raise(candidate, frame);
+    }
+    const bool lost = candidate.log_odds < kLeastLogOdds || !candidate.in_pass(time, p);
+    counters.candidates_dropped += lost && !raised ? 1U : 0U;
+    if (raised || lost) {
+      candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
+    }
+  }
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    Follow& follow = followed[i];
+    Finding& finding = follow.finding;
+    if (finding.state == FindingState::kRaised && finding.probability < p.clear_probability) {
+      finding.state = FindingState::kCleared;
+      tell(follow, EventKind::kCleared, time);
+    } else if (finding.state == FindingState::kCleared && follow.taken &&
+               finding.probability >= p.raise_probability) {
+      finding.state = FindingState::kRaised;
+      tell(follow, EventKind::kRaised, time);
+    } else if (finding.state == FindingState::kRaised && follow.news &&
+               time - follow.event_time >= p.update_interval) {
+      tell(follow, EventKind::kUpdated, time);
+    }
+    if (follow.taken || finding.probability != findings[i].probability) {
+      findings[i] = finding;
+    }
+  }
+}
+
+void LeakFindings::Implementation::raise(Follow& candidate, const Frame& frame) {
+  std::size_t which = followed.size();
+  for (std::size_t i = 0; i < followed.size() && which == followed.size(); ++i) {
+    if (same_leak(candidate, followed[i], frame.time)) {
+      which = i;
+      followed[i].absorb(candidate, p);
+      followed[i].taken = true;
+      followed[i].finding.probability = probability(followed[i].log_odds);
+    }
+  }
+  if (which == followed.size()) {
+    if (followed.size() >= p.max_findings) {
+      ++counters.findings_refused;
+      return;
+    }
+    candidate.finding.id = next_id++;
+    candidate.finding.state = FindingState::kRaised;
+    followed.push_back(candidate);
+    findings.push_back(candidate.finding);
+    tell(followed.back(), EventKind::kRaised, frame.time);
+  }
+  for (const Observation& o : observations) {
+    if ((o.centre() - candidate.pixel()).norm() < 1e-9) {
+      for (std::size_t k = o.first_detection; k <= o.last_detection; ++k) {
+        result.finding_of[k] = followed[which].finding.id;
+      }
+    }
+  }
+}
+
+void LeakFindings::Implementation::tell(Follow& follow, EventKind kind, double time) {
+  result.events.push_back({kind, follow.finding.id});
+  follow.event_time = time;
+  follow.news = false;
+}
+
+/// By the longest pipe; a pipe that leaks all along does not teach, since it has the reference that
+/// was given.
+void LeakFindings::Implementation::learn_reference(const thermal::Detections& detections) {
+  if (detections.pipes.empty() || !std::isfinite(detections.pipes.front().reference_temperature)) {
+    return;
+  }
+  const double seen = detections.pipes.front().reference_temperature;
+  reference = reference ? *reference + kReferenceGain * (seen - *reference) : seen;
+}
+
+LeakFindings::LeakFindings(const LeakFindingsParameters& parameters, const geometry::Camera& camera)
+    : implementation_(std::make_unique<Implementation>(parameters, camera)) {}
+LeakFindings::~LeakFindings() = default;
+LeakFindings::LeakFindings(LeakFindings&& other) noexcept = default;
+LeakFindings& LeakFindings::operator=(LeakFindings&& other) noexcept = default;
+
+std::size_t LeakFindings::restore(std::span<const Finding> stored) {
+  Implementation& i = *implementation_;
+  std::size_t taken = 0;
+  for (const Finding& finding : stored) {
+    if (finding.state == FindingState::kCandidate || finding.id == 0 ||
+        find(finding.id) != nullptr || !finite(finding) || i.followed.size() >= i.p.max_findings) {
+      continue;
+    }
+    Follow& follow = i.followed.emplace_back();
+    follow.finding = finding;
+    follow.log_odds = std::clamp(logit(std::clamp(finding.probability, 1e-6, 1 - 1e-6)),
+                                 -kMostLogOdds, kMostLogOdds);
+    i.next_id = std::max(i.next_id, finding.id + 1);
+    ++taken;
+  }
+  std::sort(i.followed.begin(), i.followed.end(),
+            [](const Follow& a, const Follow& b) { return a.finding.id < b.finding.id; });
+  i.findings.clear();
+  for (const Follow& follow : i.followed) {
+    i.findings.push_back(follow.finding);
+  }
+  return taken;
+}
+
+const FrameResult& LeakFindings::update(const Frame& frame, const thermal::Detections& detections) {
+  implementation_->update(frame, detections);
+  return implementation_->result;
+}
+
+std::span<const Finding> LeakFindings::findings() const noexcept {
+  return implementation_->findings;
+}
+
+const Finding* LeakFindings::find(std::uint64_t id) const noexcept {
+  const auto& all = implementation_->findings;
+  const auto found =
+      std::lower_bound(all.begin(), all.end(), id,
+                       [](const Finding& f, std::uint64_t value) { return f.id < value; });
+  return found != all.end() && found->id == id ? &*found : nullptr;
+}
+
+std::vector<Finding> LeakFindings::candidates() const {
+  std::vector<Finding> all;
+  for (const Follow& candidate : implementation_->candidates) {
+    all.push_back(candidate.finding);
+  }
+  return all;
+}
+
+std::optional<double> LeakFindings::reference_temperature() const noexcept {
+  return implementation_->reference;
+}
+
+const LeakFindings::Counters& LeakFindings::counters() const noexcept {
+  return implementation_->counters;
+}
+
+}  // namespace pipescout::leak_findings

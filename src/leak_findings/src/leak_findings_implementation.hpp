@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "follow.hpp"
+#include "observation.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+
+namespace pipescout::leak_findings {
+
+/// Evidence beyond, either way, does not count: it could not be taken back soon enough.
+inline constexpr double kMostLogOdds = 6.0;
+
+[[nodiscard]] inline double logit(double p) {
+  return std::log(p / (1 - p));
+}
+
+/// What an observation has to do with a leak that is followed.
+struct Match {
+  double distance = 0;  ///< squared, standard deviations
+  double motion = 0;    ///< evidence from where it is
+};
+
+struct LeakFindings::Implementation {
+  LeakFindingsParameters p;
+  geometry::Camera camera;
+  Observer observer;
+  std::vector<Finding> findings;  // as `followed`, for the outside
+  std::vector<Follow> followed;   // by id
+  std::vector<Follow> candidates;
+  std::vector<Observation> observations;
+  std::vector<std::uint8_t> used;
+  FrameResult result;
+  Counters counters;
+  std::uint64_t next_id = 1;
+  double last_time = -std::numeric_limits<double>::infinity();
+  std::optional<double> reference;
+
+  Implementation(const LeakFindingsParameters& parameters, const geometry::Camera& c)
+      : p((parameters.validate(), parameters)), camera(c), observer(p, camera) {
+    candidates.reserve(p.max_candidates);
+  }
+
+  void update(const Frame& frame, const thermal::Detections& detections);
+  [[nodiscard]] std::optional<Eye> eye_of(const Frame& frame);
+  [[nodiscard]] std::optional<Match> match(const Follow& follow, const Observation& o,
+                                           const Frame& frame, const std::optional<Eye>& eye) const;
+  void assign(const Frame& frame, const std::optional<Eye>& eye);
+  void take(Follow& follow, std::size_t observation, const Match& match, const Frame& frame,
+            const std::optional<Eye>& eye);
+  void start_candidate(std::size_t observation, const Frame& frame, const std::optional<Eye>& eye);
+  [[nodiscard]] bool seen_sound(const Follow& follow, const Frame& frame,
+                                const std::optional<Eye>& eye, const thermal::Detections& d) const;
+  void judge(const Frame& frame);
+  void raise(Follow& candidate, const Frame& frame);
+  [[nodiscard]] bool same_leak(const Follow& a, const Follow& b, double time) const;
+  void tell(Follow& follow, EventKind kind, double time);
+  void learn_reference(const thermal::Detections& detections);
+};
+
+}  // namespace pipescout::leak_findings

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "observation.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pipescout::leak_findings {
+namespace {
+
+/// Pipe widths that parts of one leak may lie apart where no scale is known.
+constexpr double kSlackWidths = 2.0;
+/// Pixels, added to how far the middle of what is seen of a leak may be from its own.
+constexpr double kPartialPixels = 10.0;
+
+Eigen::Vector3d at_unit_depth(const geometry::Camera& camera, const Eigen::Vector2d& pixel) {
+  const auto ray = camera.ray(pixel);
+  return ray ? *ray : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// What is known of a point on the ray at that range.
+RangePrior along_ray(const Bearing& bearing, double range, double deviation) {
+  RangePrior prior;
+  prior.range = range;
+  prior.point = bearing.eye + range * bearing.ray;
+  prior.information = bearing.ray * bearing.ray.transpose() / (deviation * deviation);
+  return prior;
+}
+
+}  // namespace
+
+double Observer::metres_per_pixel(const thermal::PipeSection& pipe) const {
+  if (pipe.metres_per_pixel > 0) {
+    return pipe.metres_per_pixel;
+  }
+  switch (parameters_.range_source) {
+    case RangeSource::kDistance:
+      return parameters_.distance / camera_.parameters().focal_length;
+    case RangeSource::kDiameter:
+      return parameters_.pipe_diameter / (2 * pipe.half_width);
+    case RangeSource::kNone:
+    case RangeSource::kLine:
+      break;
+  }
+  return 0;
+}
+
+void Observer::observe(double time, const std::optional<Eye>& eye,
+                       const thermal::Detections& detections,
+                       std::vector<Observation>& observations) const {
+  observations.clear();
+  for (std::size_t i = 0; i < detections.leaks.size(); ++i) {
+    const thermal::LeakDetection& leak = detections.leaks[i];
+    const thermal::PipeSection& pipe = detections.pipes[leak.pipe];
+    if (!observations.empty() && observations.back().pipe == leak.pipe) {
+      Observation& before = observations.back();
+      const double scale = metres_per_pixel(pipe);
+      const double slack =
+          scale > 0 ? parameters_.extent_slack / scale : 2 * kSlackWidths * pipe.half_width;
+      if ((leak.start - before.end).norm() <= slack) {
+        const double a = before.pixels();
+        const double b = (leak.end - leak.start).norm();
+        before.delta = (a * before.delta + b * leak.delta) / (a + b);
+        before.peak_delta = std::max(before.peak_delta, leak.peak_delta);
+        before.end = leak.end;
+        before.last_detection = i;
+        before.whole = !detections.leaks[before.first_detection].stretch.open_at_start &&
+                       !leak.stretch.open_at_end;
+        continue;
+      }
+    }
+    Observation o;
+    o.first_detection = i;
+    o.last_detection = i;
+    o.pipe = leak.pipe;
+    o.start = leak.start;
+    o.end = leak.end;
+    o.whole = !leak.stretch.open_at_start && !leak.stretch.open_at_end;
+    o.half_width = pipe.half_width;
+    o.delta = leak.delta;
+    o.peak_delta = leak.peak_delta;
+    observations.push_back(o);
+  }
+  if (!eye) {
+    return;
+  }
+  for (Observation& o : observations) {
+    add_bearing(time, *eye, o);
+    if (o.bearing) {
+      add_range(*eye, o);
+    }
+  }
+}
+
+void Observer::add_bearing(double time, const Eye& eye, Observation& o) const {
+  const Eigen::Vector3d middle = at_unit_depth(camera_, o.centre());
+  const Eigen::Vector3d along = at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start);
+  const geometry::SO3& to_map = eye.T_map_camera.rotation();
+  Bearing b;
+  b.time = time;
+  b.eye = eye.T_map_camera.translation();
+  b.ray = to_map * middle.normalized();
+  b.along = to_map * along;
+  b.along -= b.ray * b.ray.dot(b.along);
+  b.along.normalize();
+  if (!b.ray.allFinite() || !b.along.allFinite()) {
+    return;
+  }
+  const double focal = camera_.parameters().focal_length;
+  const double partial = o.whole ? 0 : 0.5 * o.pixels() + kPartialPixels;
+  b.along_deviation = std::hypot(std::hypot(parameters_.pixel_deviation, partial) / focal,
+                                 parameters_.attitude_jitter);
+  b.across_deviation = std::hypot(parameters_.pixel_deviation / focal, parameters_.attitude_jitter);
+  b.position_jitter = parameters_.position_jitter;
+  b.base = eye.base;
+  b.pose_covariance = eye.covariance;
+  o.bearing = b;
+}
+
+void Observer::add_range(const Eye& eye, Observation& o) const {
+  const Eigen::Vector3d axis = eye.T_map_camera.rotation() * Eigen::Vector3d::UnitZ();
+  const double depth_to_range = 1 / o.bearing->ray.dot(axis);
+  switch (parameters_.range_source) {
+    case RangeSource::kNone:
+      // Wide enough for any pipe; what comes out counts once motion has told the range.
+      o.range = along_ray(*o.bearing, parameters_.distance, parameters_.distance);
+      return;
+    case RangeSource::kDistance:
+      o.range = along_ray(*o.bearing, parameters_.distance * depth_to_range,
+                          parameters_.distance_deviation * depth_to_range);
+      return;
+    case RangeSource::kDiameter: {
+      const double range = camera_.parameters().focal_length * parameters_.pipe_diameter /
+                           (2 * o.half_width) * depth_to_range;
+      o.range = along_ray(*o.bearing, range, parameters_.width_deviation * range);
+      return;
+    }
+    case RangeSource::kLine:
+      add_range_of_line(o);
+      return;
+  }
+}
+
+/// The line that the ray comes nearest to; none when that is farther than errors reach.
+void Observer::add_range_of_line(Observation& o) const {
+  const Bearing& b = *o.bearing;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < parameters_.lines.size(); ++i) {
+    const PipeLine& line = parameters_.lines[i];
+    const Eigen::Vector3d u = (line.to - line.from).normalized();
+    const Eigen::Vector3d normal = b.ray.cross(u);
+    const double sine = normal.norm();
+    if (sine < 0.05) {  // one looks along it
+      continue;
+    }
+    const Eigen::Vector3d between = line.from - b.eye;
+    const double range = between.cross(u).dot(normal) / (sine * sine);
+    const double place = between.cross(b.ray).dot(normal) / (sine * sine);
+    const double pose_deviation = std::sqrt(
+        pose_part(b.eye + range * b.ray, b.base, b.pose_covariance).diagonal().maxCoeff());
+    const double deviation = std::hypot(std::hypot(parameters_.line_deviation, pose_deviation),
+                                        range * b.across_deviation);
+    const double distance = std::abs(between.dot(normal)) / sine;
+    const bool on_line = place >= -parameters_.gate * deviation &&
+                         place <= (line.to - line.from).norm() + parameters_.gate * deviation;
+    const double off = distance / deviation;
+    if (range > 0 && on_line && off <= parameters_.gate && off < least) {
+      least = off;
+      o.line = static_cast<int>(i);
+      o.range = along_ray(b, range, deviation / sine);
+    }
+  }
+}
+
+double Observer::length(const Observation& o, const Eye& eye, const Eigen::Vector3d& point) const {
+  const double depth = (eye.T_map_camera.inverse() * point).z();
+  return depth * (at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start)).norm();
+}
+
+Eigen::Vector3d Observer::direction(const Observation& o, const Eye& eye) const {
+  if (o.line >= 0) {
+    const PipeLine& line = parameters_.lines[static_cast<std::size_t>(o.line)];
+    return (line.to - line.from).normalized();
+  }
+  return eye.T_map_camera.rotation() *
+         (at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start)).normalized();
+}
+
+}  // namespace pipescout::leak_findings

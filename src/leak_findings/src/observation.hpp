@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "place_estimate.hpp"
+
+namespace pipescout::leak_findings {
+
+/// Where the camera was; only made of poses that are sound.
+struct Eye {
+  geometry::SE3 T_map_camera{};
+  Eigen::Vector3d base = Eigen::Vector3d::Zero();
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+};
+
+/// One leak in one frame: a detection, or several of one pipe with little in between.
+struct Observation {
+  std::size_t first_detection = 0;
+  std::size_t last_detection = 0;
+  std::size_t pipe = 0;
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< pixels
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+  bool whole = false;  ///< neither end is hidden or beyond the border
+  double half_width = 0;
+  double delta = 0;
+  double peak_delta = 0;
+  std::optional<Bearing> bearing{};  ///< when there is an eye
+  std::optional<RangePrior> range{};
+  int line = -1;  ///< of `LeakFindingsParameters::lines`, that the range is from
+
+  [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (start + end); }
+  [[nodiscard]] double pixels() const { return (end - start).norm(); }
+};
+
+/// Makes the observations of a frame; memory is kept.
+class Observer {
+ public:
+  Observer(const LeakFindingsParameters& parameters, const geometry::Camera& camera)
+      : parameters_(parameters), camera_(camera) {}
+
+  void observe(double time, const std::optional<Eye>& eye, const thermal::Detections& detections,
+               std::vector<Observation>& observations) const;
+
+  /// m, along the pipe, of what is seen from `start` to `end`, when its middle is at `point`: taken
+  /// as across the axis of the camera. NaN outside of what the camera can tell.
+  [[nodiscard]] double length(const Observation& observation, const Eye& eye,
+                              const Eigen::Vector3d& point) const;
+  /// Unit, in the map, of the pipe under the same assumption; or of the known line.
+  [[nodiscard]] Eigen::Vector3d direction(const Observation& observation, const Eye& eye) const;
+
+ private:
+  [[nodiscard]] double metres_per_pixel(const thermal::PipeSection& pipe) const;
+  void add_bearing(double time, const Eye& eye, Observation& observation) const;
+  void add_range(const Eye& eye, Observation& observation) const;
+  void add_range_of_line(Observation& observation) const;
+
+  const LeakFindingsParameters& parameters_;
+  const geometry::Camera& camera_;
+};
+
+}  // namespace pipescout::leak_findings
