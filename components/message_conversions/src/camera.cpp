@@ -81,4 +81,11 @@ geometry::CameraParameters from_message(const sensor_msgs::msg::CameraInfo& mess
   return camera;
 }
 
+bool same_calibration(const sensor_msgs::msg::CameraInfo& a,
+                      const sensor_msgs::msg::CameraInfo& b) {
+  return a.width() == b.width() && a.height() == b.height() && a.k() == b.k() && a.d() == b.d() &&
+         a.distortion_model() == b.distortion_model() && a.binning_x() == b.binning_x() &&
+         a.binning_y() == b.binning_y() && a.roi() == b.roi();
+}
+
 }  // namespace pipescout

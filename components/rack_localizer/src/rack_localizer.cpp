@@ -286,12 +286,7 @@ CallbackReturn RackLocalizer::on_cleanup() {
 }
 
 void RackLocalizer::on_camera_info(const CameraInfo& message) {
-  const auto same = [](const CameraInfo& a, const CameraInfo& b) {
-    return a.width() == b.width() && a.height() == b.height() && a.k() == b.k() && a.d() == b.d() &&
-           a.distortion_model() == b.distortion_model() && a.binning_x() == b.binning_x() &&
-           a.binning_y() == b.binning_y() && a.roi() == b.roi();
-  };
-  if (calibration_ && same(*calibration_, message)) {
+  if (calibration_ && same_calibration(*calibration_, message)) {
     return;
   }
   try {

@@ -17,4 +17,8 @@ namespace pipescout {
 /// camera (k[0] is 0, as ROS says it), and what CameraParameters::validate refuses.
 [[nodiscard]] geometry::CameraParameters from_message(const sensor_msgs::msg::CameraInfo& message);
 
+/// Whether both are of one camera, the same in all that `from_message` looks at.
+[[nodiscard]] bool same_calibration(const sensor_msgs::msg::CameraInfo& a,
+                                    const sensor_msgs::msg::CameraInfo& b);
+
 }  // namespace pipescout
