@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <nav_msgs/msg/odometry.hpp>
+#include <optional>
+#include <pipescout_msgs/msg/leak_detections.hpp>
+#include <pipescout_msgs/msg/leak_event.hpp>
+#include <sensor_msgs/msg/camera_info.hpp>
+#include <sensor_msgs/msg/image.hpp>
+#include <span>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/interfaces/component.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/leak_inspector/inspector_settings.hpp"
+#include "pipescout/message_conversions/odometry_history.hpp"
+#include "pipescout/message_conversions/thermal_image.hpp"
+#include "pipescout/thermal/leak_detector.hpp"
+
+namespace pipescout {
+
+/// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in,
+/// `leak/detections` at each picture and `leak/events` out.
+///
+/// Parameters and faults: docs/components/leak_inspector.md. Parameters take effect when it is
+/// configured.
+class LeakInspector final : public Component {
+ public:
+  explicit LeakInspector(ComponentOptions options);
+  ~LeakInspector() override;
+
+ protected:
+  CallbackReturn on_configure() override;
+  CallbackReturn on_cleanup() override;
+
+ private:
+  using Image = sensor_msgs::msg::Image;
+  using CameraInfo = sensor_msgs::msg::CameraInfo;
+  using Odometry = nav_msgs::msg::Odometry;
+
+  void on_image(const Image& message);
+  void on_camera_info(const CameraInfo& message);
+  void on_odometry(const Odometry& message);
+
+  /// degC of the pixels' values; nothing, and counted, where the camera is not described.
+  [[nodiscard]] std::optional<std::span<const float>> celsius_of(
+      const ThermalImageReader::View& picture);
+  [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
+  [[nodiscard]] thermal::FrameConditions conditions(
+      const std::optional<leak_findings::FramePose>& pose) const;
+  void report(const leak_findings::FrameResult& result, const Image& message,
+              const ThermalImageReader::View& picture, std::span<const float> celsius);
+  void tell_counts();
+
+  InspectorParameters declared_;
+
+  // As configured.
+  std::optional<InspectorSettings> settings_;
+
+  std::optional<thermal::LeakDetector> detector_;
+  std::optional<geometry::Camera> camera_;
+  std::optional<CameraInfo> calibration_;
+  std::optional<leak_findings::LeakFindings> findings_;  // from the first calibration on
+  std::optional<OdometryHistory> odometry_;
+  ThermalImageReader reader_;
+  std::map<std::uint64_t, Image> thumbnails_;  // by finding
+  std::uint64_t frame_ = 0;
+  std::uint64_t with_pipe_ = 0;
+  bool image_heard_ = true;
+
+  Publisher<pipescout_msgs::msg::LeakDetections> detections_publisher_;
+  Publisher<pipescout_msgs::msg::LeakEvent> event_publisher_;
+  Subscription<Image> image_subscription_;
+  Subscription<CameraInfo> camera_info_subscription_;
+  Subscription<Odometry> odometry_subscription_;
+  std::shared_ptr<Timer> silence_timer_;
+  std::shared_ptr<Timer> counts_timer_;
+};
+
+}  // namespace pipescout

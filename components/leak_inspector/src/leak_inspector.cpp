@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_inspector/leak_inspector.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "leak_messages.hpp"
+#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/interfaces/register_component.hpp"
+#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/message_conversions/camera.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using leak_findings::EventKind;
+using leak_findings::Finding;
+using leak_findings::FramePose;
+using leak_findings::FrameResult;
+using leak_findings::InputFault;
+using leak_findings::RangeSource;
+using thermal::Detections;
+using thermal::FrameFault;
+namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
+
+constexpr std::size_t kOdometryHistory = 2000;
+/// s over which odometry is interpolated, and moved on beyond its last message.
+constexpr double kOdometryReach = 0.2;
+
+std::uint8_t to_message(EventKind kind) {
+  switch (kind) {
+    case EventKind::kRaised:
+      return event_constants::RAISED;
+    case EventKind::kUpdated:
+      return event_constants::UPDATED;
+    case EventKind::kCleared:
+      return event_constants::CLEARED;
+  }
+  return event_constants::UPDATED;
+}
+
+/// Of the point on a line that is nearest to the camera, m along its axis.
+double depth(const leak_findings::PipeLine& line, const geometry::SE3& T_map_camera) {
+  const Eigen::Vector3d along = (line.to - line.from).normalized();
+  const Eigen::Vector3d nearest =
+      line.from + along * along.dot(T_map_camera.translation() - line.from);
+  return (T_map_camera.inverse() * nearest).z();
+}
+
+}  // namespace
+
+LeakInspector::LeakInspector(ComponentOptions options)
+    : Component(std::move(options)), declared_(parameters()) {}
+
+LeakInspector::~LeakInspector() {
+  close();
+}
+
+CallbackReturn LeakInspector::on_configure() {
+  settings_ = declared_.read();
+  detector_.emplace(settings_->detector);
+  odometry_.emplace(kOdometryHistory, kOdometryReach);
+  camera_.reset();
+  calibration_.reset();
+  findings_.reset();
+  thumbnails_.clear();
+  frame_ = 0;
+  with_pipe_ = 0;
+  image_heard_ = true;
+
+  detections_publisher_ = create_publisher(topics::kLeakDetections);
+  event_publisher_ = create_publisher(topics::kLeakEvents);
+  // Best effort hears every camera driver, reliable ones included.
+  image_subscription_ =
+      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
+                                 [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription<CameraInfo>(
+      topics::kThermalCameraInfo.name, QoS::sensor_data(),
+      [this](const CameraInfo& message) { on_camera_info(message); });
+  odometry_subscription_ = create_subscription(
+      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
+    if (!std::exchange(image_heard_, false)) {
+      report_fault("image.silent",
+                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+    }
+  });
+  counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn LeakInspector::on_cleanup() {
+  silence_timer_.reset();
+  counts_timer_.reset();
+  image_subscription_ = {};
+  camera_info_subscription_ = {};
+  odometry_subscription_ = {};
+  detections_publisher_ = {};
+  event_publisher_ = {};
+  findings_.reset();
+  detector_.reset();
+  odometry_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+void LeakInspector::on_camera_info(const CameraInfo& message) {
+  if (calibration_ && same_calibration(*calibration_, message)) {
+    return;
+  }
+  try {
+    camera_.emplace(from_message(message));
+  } catch (const std::invalid_argument& error) {
+    report_fault("camera_info.refused", std::string("calibration refused: ") + error.what());
+    return;
+  }
+  leak_findings::LeakFindings anew(settings_->findings, *camera_);
+  if (findings_) {
+    report_fault("camera_info.changed",
+                 "the calibration has changed: leaks that are not raised yet start again");
+    anew.restore(findings_->findings());
+  }
+  findings_.emplace(std::move(anew));
+  calibration_ = message;
+}
+
+void LeakInspector::on_odometry(const Odometry& message) {
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    if (fault->in_future) {
+      return;
+    }
+  }
+  if (message.header().frame_id() != settings_->map_frame) {
+    report_fault("odometry.header.frame_id", "odometry is in frame '" +
+                                                 message.header().frame_id() + "', not in '" +
+                                                 settings_->map_frame + "'");
+    return;
+  }
+  OdometryHistory::Entry entry;
+  try {
+    entry = odometry_entry(message);
+    entry.covariance = covariance_from_message(message.pose().covariance());
+  } catch (const std::invalid_argument& error) {
+    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
+    return;
+  }
+  if (!odometry_->add(entry)) {
+    report_fault("odometry.header.stamp.not_increasing",
+                 "odometry has a stamp that is not later than that of the one before");
+  }
+}
+
+std::optional<std::span<const float>> LeakInspector::celsius_of(
+    const ThermalImageReader::View& picture) {
+  if (std::holds_alternative<thermal::CountView>(picture)) {
+    if (settings_->counts) {
+      return settings_->counts->degrees();
+    }
+    report_fault("image.counts_without_camera",
+                 "pictures of counts come, and neither parameter 'camera.planck' nor "
+                 "'camera.linear' tells what they mean");
+    return std::nullopt;
+  }
+  if (std::holds_alternative<thermal::GreyView>(picture)) {
+    if (settings_->grey) {
+      return settings_->grey->degrees();
+    }
+    report_fault("image.grey_without_range",
+                 "pictures of grey levels come, and parameter 'camera.grey_range' does not tell "
+                 "what they mean");
+    return std::nullopt;
+  }
+  return std::span<const float>{};
+}
+
+std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
+  const auto T_map_base = odometry_->at(stamp);
+  const auto covariance = odometry_->covariance_at(stamp);
+  if (!T_map_base || !covariance) {
+    return std::nullopt;
+  }
+  return FramePose{.T_map_base = *T_map_base, .covariance = *covariance};
+}
+
+thermal::FrameConditions LeakInspector::conditions(const std::optional<FramePose>& pose) const {
+  thermal::FrameConditions result;
+  if (!findings_) {
+    return result;
+  }
+  result.reference_temperature = findings_->reference_temperature();
+  const leak_findings::LeakFindingsParameters& p = settings_->findings;
+  const double focal = camera_->parameters().focal_length;
+  if (p.range_source == RangeSource::kDistance) {
+    result.metres_per_pixel = p.distance / focal;
+  } else if (p.range_source == RangeSource::kLine && pose) {
+    const geometry::SE3 T_map_camera = pose->T_map_base * p.T_base_camera;
+    double nearest = 0;
+    for (const leak_findings::PipeLine& line : p.lines) {
+      const double ahead = depth(line, T_map_camera);
+      if (ahead > 0 && (nearest == 0 || ahead < nearest)) {
+        nearest = ahead;
+      }
+    }
+    result.metres_per_pixel = nearest / focal;
+  }
+  return result;
+}
+
+void LeakInspector::on_image(const Image& message) {
+  image_heard_ = true;
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    return;
+  }
+  ThermalImageReader::View picture;
+  try {
+    picture = reader_.read(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("image.refused", std::string("picture refused: ") + error.what());
+    return;
+  }
+  const auto celsius = celsius_of(picture);
+  if (!celsius) {
+    return;
+  }
+  ++frame_;
+  const std::optional<FramePose> pose = pose_at(stamp);
+  const thermal::FrameConditions circumstances = conditions(pose);
+  const Detections& detections = std::visit(
+      [&](const auto& image) -> const Detections& {
+        if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
+          return detector_->detect(image, circumstances);
+        } else {
+          return detector_->detect(image, *celsius, circumstances);
+        }
+      },
+      picture);
+  if (detections.fault != FrameFault::kNone) {
+    report_fault("image." + std::string(to_string(detections.fault)),
+                 "nothing can be detected in a picture of " + std::to_string(message.width()) +
+                     " x " + std::to_string(message.height()) + ": " +
+                     std::string(to_string(detections.fault)));
+  }
+  with_pipe_ += detections.pipes.empty() ? 0 : 1;
+
+  std::span<const std::uint64_t> finding_of;
+  if (!findings_) {
+    report_fault("camera_info.missing",
+                 "pictures come without a calibration on thermal/camera_info: leaks have no place");
+  } else {
+    const FrameResult& result = findings_->update(
+        {.time = to_seconds(stamp.time_since_epoch()), .number = frame_, .pose = pose}, detections);
+    // A picture without detections is told above.
+    if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
+      report_fault("findings." + std::string(to_string(result.fault)),
+                   "a picture is of less use to findings: " + std::string(to_string(result.fault)));
+    }
+    report(result, message, picture, *celsius);
+    finding_of = result.finding_of;
+  }
+  auto told = std::make_unique<pipescout_msgs::msg::LeakDetections>(
+      detections_message(detections, finding_of));
+  told->header(message.header());
+  detections_publisher_.publish(std::move(told));
+}
+
+void LeakInspector::report(const FrameResult& result, const Image& message,
+                           const ThermalImageReader::View& picture,
+                           std::span<const float> celsius) {
+  for (const std::uint64_t id : result.finding_of) {
+    const Finding* const finding = findings_->find(id);
+    if (finding == nullptr || finding->best.frame != frame_) {
+      continue;
+    }
+    Image& best = thumbnails_[id] =
+        thumbnail(picture, celsius, finding->best, settings_->coldest, settings_->hottest);
+    best.header(message.header());
+  }
+  for (const leak_findings::Event& event : result.events) {
+    const Finding* const finding = findings_->find(event.finding);
+    if (finding == nullptr) {
+      continue;
+    }
+    auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
+    told->header().stamp(message.header().stamp());
+    told->header().frame_id(settings_->map_frame);
+    told->kind(to_message(event.kind));
+    told->finding(finding_message(*finding));
+    if (const auto found = thumbnails_.find(event.finding); found != thumbnails_.end()) {
+      told->finding().thumbnail(found->second);
+    }
+    event_publisher_.publish(std::move(told));
+    if (event.kind == EventKind::kRaised) {
+      logger().warn("leak " + std::to_string(finding->id) +
+                    " raised: " + std::string(to_string(finding->severity)) + ", " +
+                    std::to_string(std::lround(finding->mean_delta)) + " K above the pipe");
+    } else if (event.kind == EventKind::kCleared) {
+      logger().info("leak " + std::to_string(finding->id) + " cleared");
+    }
+  }
+}
+
+void LeakInspector::tell_counts() {
+  const auto tell = [this](const char* key, std::uint64_t value) {
+    diagnostics().set_value(key, std::to_string(value));
+  };
+  tell("pictures", frame_);
+  tell("pictures.with_pipe", with_pipe_);
+  if (!findings_) {
+    return;
+  }
+  const auto raised = [](const Finding& finding) {
+    return finding.state == leak_findings::FindingState::kRaised;
+  };
+  tell("findings", findings_->findings().size());
+  tell("findings.raised",
+       static_cast<std::uint64_t>(std::ranges::count_if(findings_->findings(), raised)));
+  tell("findings.refused", findings_->counters().findings_refused);
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::LeakInspector)
