@@ -14,6 +14,9 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostAcross = 9;
+/// Of the warmth of a pipe: what is beside it and as warm is one body with what is seen in its
+/// place.
+constexpr double kSameBody = 0.7;
 
 bool set_at(const BitMask& mask, const Eigen::Vector2d& point) {
   const int x = static_cast<int>(std::lround(point.x()));
@@ -143,17 +146,29 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
 }
 
 /// Where the border cuts a pipe at an angle, or another pipe crosses, no chord is whole; the axis
-/// goes on for about a width.
+/// goes on for about a width, as long as it stays amid what is set.
 void LeakDetector::Implementation::extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction,
                                           double half_width) const {
+  const BitMask& mask = threshold.mask();
+  const Eigen::Vector2d side = 0.7 * half_width * Eigen::Vector2d(-direction.y(), direction.x());
+  const auto clear_at = [&](const Eigen::Vector2d& point) {
+    const int x = static_cast<int>(std::lround(point.x()));
+    const int y = static_cast<int>(std::lround(point.y()));
+    return mask.contains(x, y) && !mask.get(x, y);
+  };
   const int steps = static_cast<int>(3 * half_width) + 2;
-  for (int i = 0; i < steps && set_at(threshold.mask(), end + direction); ++i) {
-    end += direction;
+  for (int i = 0; i < steps; ++i) {
+    const Eigen::Vector2d next = end + direction;
+    if (!set_at(mask, next) || clear_at(next + side) || clear_at(next - side)) {
+      return;
+    }
+    end = next;
   }
 }
 
 /// Appends the temperatures along the axis, one a pixel, at the middle of sample i, and fills
-/// `pipe_shaped`: set within the edges, and not set outside one of them at least.
+/// `pipe_shaped`: set within the edges, and not as warm outside of them, where a post before the
+/// pipe or a body behind it would be.
 template <class Pixel>
 void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
                                           const PipeSection& pipe) {
@@ -166,6 +181,7 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
   const double step = 2 * reach / (across - 1);
   const Eigen::Vector2d inside = 0.6 * pipe.half_width * normal;
   const Eigen::Vector2d outside = (1.6 * pipe.half_width + 2) * normal;
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   pipe_shaped.clear();
   std::array<float, kMostAcross> values{};
   for (int i = 0; i < samples; ++i) {
@@ -186,8 +202,15 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
     detections.profile.push_back(2 * hidden > across || seen == 0
                                      ? std::numeric_limits<float>::quiet_NaN()
                                      : trimmed_mean(values, seen));
+    // Warmth counts from the threshold; where that varies, all that is set is as warm.
+    const double own = sign * (detections.profile.back() - threshold.threshold());
+    const auto as_warm = [&](const Eigen::Vector2d& point) {
+      return set_at(mask, point) &&
+             !(sign * (temperature_at(image, scale, point) - threshold.threshold()) <
+               kSameBody * own);
+    };
     const bool shaped = (set_at(mask, middle + inside) || set_at(mask, middle - inside)) &&
-                        (!set_at(mask, middle + outside) || !set_at(mask, middle - outside));
+                        !as_warm(middle + outside) && !as_warm(middle - outside);
     pipe_shaped.push_back(shaped ? 1 : 0);
   }
 }
