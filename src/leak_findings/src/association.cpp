@@ -26,42 +26,90 @@ std::optional<Match> LeakFindings::Implementation::match(const Follow& follow, c
                                                          const Frame& frame,
                                                          const std::optional<Eye>& eye) const {
   const bool in_pass = follow.in_pass(frame.time, p);
-  const bool placed = in_pass && !follow.place().empty();
-  if (o.bearing && (placed || (!in_pass && follow.finding.position))) {
-    const Eigen::Vector3d point = placed ? follow.place().point() : follow.finding.position->point;
-    const Eigen::Vector3d to_point = point - o.bearing->eye;
-    if (to_point.dot(o.bearing->ray) < kLeastCosine * to_point.norm()) {
-      return std::nullopt;
-    }
-    Eigen::Matrix3d covariance;
-    if (placed) {
-      covariance = follow.place().relative_covariance();
-    } else {
-      covariance = follow.finding.position->covariance +
-                   pose_part(point, eye->base, eye->covariance) +
-                   mounting_part(point, o.bearing->eye, p.mounting_attitude_deviation,
-                                 p.mounting_position_deviation);
-    }
-    const Miss m = miss(*o.bearing, point, covariance);
-    const double distance = m.offset.dot(m.covariance.ldlt().solve(m.offset));
-    if (!(distance <= p.gate * p.gate)) {
-      return std::nullopt;
-    }
-    // Clutter is anywhere within the gate, a leak at its place.
-    const double along = m.offset.x() * m.offset.x() / m.covariance(0, 0);
-    const double motion = placed && o.whole
-                              ? std::log(2 * p.gate / std::sqrt(2 * std::numbers::pi)) - 0.5 * along
-                              : 0.0;
-    return Match{distance, std::min(motion, 0.5)};
+  if (o.bearing && in_pass && !follow.place().empty()) {
+    return match_in_pass(follow, o);
+  }
+  if (o.bearing && !in_pass && follow.finding.position) {
+    return match_other_pass(follow.finding, o, *eye);
   }
   if (!in_pass || frame.time - follow.finding.last_time > kPictureMemory) {
     return std::nullopt;
   }
   const double reach =
       (follow.has_velocity() ? kNextStep : kFirstStep) * camera.parameters().width +
-      (o.whole ? 0 : 0.5 * o.pixels());
+      (o.whole() ? 0 : 0.5 * o.pixels());
   const double share = (o.centre() - follow.pixel_at(frame.time)).norm() / reach;
   return share <= 1 ? std::optional(Match{share * share * p.gate * p.gate, 0.0}) : std::nullopt;
+}
+
+/// By an end that was seen before, and else by what is seen of the leak being in one piece with
+/// what was.
+std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& follow,
+                                                                 const Observation& o) const {
+  const Bearing& b = *o.bearing;
+  const Eigen::Vector3d point = follow.place().point();
+  const Eigen::Vector3d to_point = point - b.eye;
+  const double range = to_point.norm();
+  if (to_point.dot(b.ray) < kLeastCosine * range) {
+    return std::nullopt;
+  }
+  const Miss m = miss(b, point, follow.place().relative_covariance());
+  const double across = m.offset.y() * m.offset.y() / m.covariance(1, 1);
+  const Extent extent = follow.extent();
+  const bool turned = o.direction.dot(extent.along) < 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto& end = o.ends[turned ? 1 - k : k];
+    if (!end || !extent.known[k]) {
+      continue;
+    }
+    const double place = place_on_line(end->eye, end->ray, extent.origin, extent.along);
+    const double squared_sine = 1 - std::pow(end->ray.dot(extent.along), 2);
+    const double variance =
+        (std::pow(range * end->along_deviation, 2) + std::pow(end->position_jitter, 2)) /
+        squared_sine;
+    const double off = place - extent.end[k];
+    nearest = std::min(nearest, off * off / (variance + extent.variance[k]));
+  }
+  double motion = 0;
+  if (std::isfinite(nearest)) {
+    // Clutter is anywhere within the gate, a leak at its place.
+    motion = std::log(2 * p.gate / std::sqrt(2 * std::numbers::pi)) - 0.5 * nearest;
+  } else {
+    const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
+    const double half = 0.5 * range * o.angle;
+    const bool touches = middle + half >= extent.low - p.extent_slack &&
+                         middle - half <= extent.high + p.extent_slack;
+    nearest = touches ? 0 : std::numeric_limits<double>::infinity();
+  }
+  const double distance = across + nearest;
+  return distance <= p.gate * p.gate ? std::optional(Match{distance, std::min(motion, 0.5)})
+                                     : std::nullopt;
+}
+
+/// By its middle, which lengths that differ, or are not seen, may move.
+std::optional<Match> LeakFindings::Implementation::match_other_pass(const Finding& finding,
+                                                                    const Observation& o,
+                                                                    const Eye& eye) const {
+  const Bearing& b = *o.bearing;
+  const MapPosition& known = *finding.position;
+  const Eigen::Vector3d to_point = known.point - b.eye;
+  const double range = to_point.norm();
+  if (to_point.dot(b.ray) < kLeastCosine * range) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d covariance =
+      known.covariance + pose_part(known.point, eye.base, eye.covariance) +
+      mounting_part(known.point, b.eye, p.mounting_attitude_deviation,
+                    p.mounting_position_deviation);
+  Miss m = miss(b, known.point, covariance);
+  const double seen = range * o.angle;
+  const double length = std::isfinite(finding.length) ? finding.length : seen;
+  const double slack = 0.5 * (o.whole() ? std::abs(length - seen) : length + seen);
+  m.offset.x() = std::max(0.0, std::abs(m.offset.x()) - slack);
+  const double distance = m.offset.x() * m.offset.x() / m.covariance(0, 0) +
+                          m.offset.y() * m.offset.y() / m.covariance(1, 1);
+  return distance <= p.gate * p.gate ? std::optional(Match{distance, 0.0}) : std::nullopt;
 }
 
 /// The nearest pairs first. What is left over, and near nothing, begins as a candidate.
@@ -97,7 +145,7 @@ void LeakFindings::Implementation::assign(const Frame& frame, const std::optiona
       if (best == nullptr) {
         break;
       }
-      take(*best, which, nearest, frame, eye);
+      take(*best, which, nearest, frame);
     }
   }
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -116,19 +164,19 @@ void LeakFindings::Implementation::assign(const Frame& frame, const std::optiona
         result.finding_of[k] = finding->finding.id;
       }
     } else if (std::none_of(candidates.begin(), candidates.end(), known)) {
-      start_candidate(i, frame, eye);
+      start_candidate(i, frame);
     }
   }
 }
 
 void LeakFindings::Implementation::take(Follow& follow, std::size_t observation, const Match& match,
-                                        const Frame& frame, const std::optional<Eye>& eye) {
+                                        const Frame& frame) {
   const Observation& o = observations[observation];
   follow.log_odds = std::min(
       follow.log_odds +
           std::max(std::log(p.detection_probability / p.clutter_probability) + match.motion, -4.0),
       kMostLogOdds);
-  follow.add(frame, o, eye, observer, camera, p);
+  follow.add(frame, o, camera, p);
   follow.taken = true;
   used[observation] = 1;
   for (std::size_t k = o.first_detection; k <= o.last_detection; ++k) {
@@ -136,8 +184,7 @@ void LeakFindings::Implementation::take(Follow& follow, std::size_t observation,
   }
 }
 
-void LeakFindings::Implementation::start_candidate(std::size_t observation, const Frame& frame,
-                                                   const std::optional<Eye>& eye) {
+void LeakFindings::Implementation::start_candidate(std::size_t observation, const Frame& frame) {
   if (candidates.size() >= p.max_candidates) {
     const auto least =
         std::min_element(candidates.begin(), candidates.end(),
@@ -147,7 +194,7 @@ void LeakFindings::Implementation::start_candidate(std::size_t observation, cons
   }
   Follow& candidate = candidates.emplace_back();
   candidate.log_odds = logit(p.prior_probability);
-  take(candidate, observation, Match{}, frame, eye);
+  take(candidate, observation, Match{}, frame);
 }
 
 /// Whether the pipe is seen, sound, all the way where the leak may be.

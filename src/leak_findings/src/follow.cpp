@@ -19,7 +19,7 @@ double view_score(const Observation& o, const geometry::Camera& camera) {
   const double height = camera.parameters().height;
   const Eigen::Vector2d from_centre = o.centre() - 0.5 * Eigen::Vector2d(width - 1, height - 1);
   const double eccentricity = from_centre.norm() / std::hypot(width, height);
-  return (o.whole ? 1.0 : 0.25) * o.pixels() * (1 - eccentricity);
+  return (o.whole() ? 1.0 : 0.25) * o.pixels() * (1 - eccentricity);
 }
 
 }  // namespace
@@ -27,12 +27,8 @@ double view_score(const Observation& o, const geometry::Camera& camera) {
 void Follow::begin_pass(double time, const LeakFindingsParameters& p) {
   frames_ = 0;
   past_ = finding.position;
-  place_.clear();
-  line_ = -1;
-  direction_.setZero();
+  pass_ = Pass{};
   has_velocity_ = false;
-  delta_ = partial_delta_ = peak_ = length_ = RunningMean{};
-  largest_peak_ = -std::numeric_limits<double>::infinity();
   if (finding.passes.size() >= p.max_passes) {
     finding.passes.erase(finding.passes.begin());
   }
@@ -41,8 +37,7 @@ void Follow::begin_pass(double time, const LeakFindingsParameters& p) {
   ++finding.pass_count;
 }
 
-void Follow::add(const Frame& frame, const Observation& o, const std::optional<Eye>& eye,
-                 const Observer& observer, const geometry::Camera& camera,
+void Follow::add(const Frame& frame, const Observation& o, const geometry::Camera& camera,
                  const LeakFindingsParameters& p) {
   if (!in_pass(frame.time, p)) {
     begin_pass(frame.time, p);
@@ -58,30 +53,11 @@ void Follow::add(const Frame& frame, const Observation& o, const std::optional<E
   finding.last_time = frame.time;
   ++finding.frames;
   ++frames_;
-  (o.whole ? delta_ : partial_delta_).add(o.delta);
-  peak_.add(o.peak_delta);
-  largest_peak_ = std::max(largest_peak_, o.peak_delta);
+  (o.whole() ? pass_.delta : pass_.partial_delta).add(o.delta);
+  pass_.peak.add(o.peak_delta);
+  pass_.largest_peak = std::max(pass_.largest_peak, o.peak_delta);
   if (o.bearing) {
-    if (!place_.empty()) {
-      place_.add(*o.bearing);
-    } else if (o.range) {
-      place_.begin(*o.bearing, *o.range);
-      line_ = o.line;
-    }
-    ray_ = o.bearing->ray;
-  }
-  if (eye && !place_.empty()) {
-    Eigen::Vector3d direction = observer.direction(o, *eye);
-    if (direction.dot(direction_) < 0) {
-      direction = -direction;
-    }
-    direction_ += direction;
-    if (o.whole) {
-      const double length = observer.length(o, *eye, place_.point());
-      if (std::isfinite(length)) {
-        length_.add(length);
-      }
-    }
+    add_places(o);
   }
   const double score = view_score(o, camera);
   if (finding.frames == 1 || score > finding.best.score) {
@@ -91,51 +67,129 @@ void Follow::add(const Frame& frame, const Observation& o, const std::optional<E
   news = true;
 }
 
+void Follow::add_places(const Observation& o) {
+  if (!pass_.place.empty()) {
+    pass_.place.add(*o.bearing);
+  } else if (o.range) {
+    pass_.place.begin(*o.bearing, *o.range);
+    pass_.line = o.line;
+    pass_.anchor = pass_.place.point();
+  } else {
+    return;
+  }
+  const Bearing& b = *o.bearing;
+  pass_.ray = b.ray;
+  const bool turned = o.direction.dot(pass_.direction) < 0;
+  pass_.direction += turned ? Eigen::Vector3d(-o.direction) : o.direction;
+  const Eigen::Vector3d along = pass_.direction.normalized();
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto& end = o.ends[turned ? 1 - k : k];
+    if (!end) {
+      continue;
+    }
+    if (!pass_.ends[k].empty()) {
+      pass_.ends[k].add(*end);
+      continue;
+    }
+    // As far as what has been seen of the leak so far.
+    const double place = place_on_line(end->eye, end->ray, pass_.place.point(), along);
+    if (std::isfinite(place)) {
+      RangePrior prior;
+      prior.point = pass_.place.point() + place * along;
+      prior.range = (prior.point - end->eye).norm();
+      const double variance = end->ray.dot(pass_.place.relative_covariance() * end->ray);
+      prior.information = end->ray * end->ray.transpose() / variance;
+      pass_.ends[k].begin(*end, prior);
+    }
+  }
+  // Half of what is seen, at the range that is known by now.
+  const double scale = (pass_.place.point() - b.eye).norm();
+  const double middle = place_on_line(b.eye, b.ray, pass_.anchor, along);
+  if (std::isfinite(middle)) {
+    pass_.low = std::min(pass_.low, middle - 0.5 * scale * o.angle);
+    pass_.high = std::max(pass_.high, middle + 0.5 * scale * o.angle);
+  }
+}
+
+Extent Follow::extent() const {
+  Extent e;
+  e.origin = pass_.anchor;
+  e.along = pass_.direction.normalized();
+  e.low = pass_.low;
+  e.high = pass_.high;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const PlaceEstimate& end = pass_.ends[k];
+    e.known[k] = !end.empty();
+    if (e.known[k]) {
+      e.end[k] = e.along.dot(end.point() - e.origin);
+      e.variance[k] = e.along.dot(end.relative_covariance() * e.along);
+    }
+  }
+  return e;
+}
+
 void Follow::summarise(const LeakFindingsParameters& p) {
   PassSummary& pass = finding.passes.back();
   pass.frames = frames_;
-  const RunningMean& delta = delta_.count() > 0 ? delta_ : partial_delta_;
+  const RunningMean& delta = pass_.delta.count() > 0 ? pass_.delta : pass_.partial_delta;
   pass.delta = delta.mean();
   pass.delta_deviation = std::hypot(delta.mean_deviation(), p.delta_deviation);
-  pass.peak_delta = largest_peak_;
-  pass.length = length_.mean();
-  pass.length_deviation = std::hypot(length_.mean_deviation(), p.extent_deviation);
+  pass.peak_delta = pass_.largest_peak;
   finding.mean_delta = pass.delta;
   finding.mean_delta_interval = interval(pass.delta, pass.delta, pass.delta_deviation);
-  finding.peak_delta = largest_peak_;
+  finding.peak_delta = pass_.largest_peak;
   // The largest of many is rather too large than too small.
   finding.peak_delta_interval =
-      interval(peak_.mean(), largest_peak_, std::hypot(peak_.mean_deviation(), p.delta_deviation));
-  if (length_.count() > 0) {
-    finding.length = pass.length;
-    finding.length_deviation = pass.length_deviation;
-  }
-  finding.severity = p.severity.of(finding.mean_delta, finding.length);
-  if (!place_.empty()) {
+      interval(pass_.peak.mean(), pass_.largest_peak,
+               std::hypot(pass_.peak.mean_deviation(), p.delta_deviation));
+  pass.length = std::numeric_limits<double>::quiet_NaN();
+  pass.length_deviation = std::numeric_limits<double>::quiet_NaN();
+  if (!pass_.place.empty()) {
     place_finding(pass, p);
   }
+  finding.severity = p.severity.of(finding.mean_delta, finding.length);
   find_growth();
 }
 
 void Follow::place_finding(PassSummary& pass, const LeakFindingsParameters& p) {
   if (p.range_source == RangeSource::kNone) {
-    const Eigen::Matrix3d relative = place_.relative_covariance();
-    if (std::sqrt(ray_.dot(relative * ray_)) > p.max_range_deviation) {
+    const double variance = pass_.ray.dot(pass_.place.relative_covariance() * pass_.ray);
+    if (std::sqrt(variance) > p.max_range_deviation) {
       return;
     }
   }
+  const Extent extent = this->extent();
   MapPosition here;
-  here.direction = direction_.normalized();
+  here.direction = extent.along;
   const Eigen::Matrix3d along = here.direction * here.direction.transpose();
-  here.point = place_.point();
-  here.covariance = place_.covariance(p.pose_correlation_time, p.mounting_attitude_deviation,
-                                      p.mounting_position_deviation) +
-                    p.extent_deviation * p.extent_deviation * along;
-  if (line_ >= 0) {
+  const double blur = p.extent_deviation * p.extent_deviation;
+  if (extent.known[0] && extent.known[1]) {
+    here.point = 0.5 * (pass_.ends[0].point() + pass_.ends[1].point());
+    here.covariance =
+        0.5 * (pass_.ends[0].relative_covariance() + pass_.ends[1].relative_covariance()) +
+        blur * along;
+    pass.length = extent.end[1] - extent.end[0];
+    pass.length_deviation = std::sqrt(extent.variance[0] + extent.variance[1] + 2 * blur);
+    finding.length = pass.length;
+    finding.length_deviation = pass.length_deviation;
+  } else {
+    // Its middle is beyond what has been seen of it.
+    const double hidden = p.hidden_length_deviation * p.hidden_length_deviation;
+    const double middle = 0.5 * ((extent.known[0] ? extent.end[0] : extent.low) +
+                                 (extent.known[1] ? extent.end[1] : extent.high));
+    const Eigen::Vector3d seen = pass_.place.point();
+    here.point = seen + (middle - here.direction.dot(seen - extent.origin)) * here.direction;
+    here.covariance = pass_.place.relative_covariance() + (blur + hidden) * along;
+  }
+  here.covariance +=
+      pass_.place.common_covariance(here.point, p.pose_correlation_time,
+                                    p.mounting_attitude_deviation, p.mounting_position_deviation);
+  if (pass_.line >= 0) {
     // The line is known in the map, whatever the pose.
-    const PipeLine& line = p.lines[static_cast<std::size_t>(line_)];
+    const PipeLine& line = p.lines[static_cast<std::size_t>(pass_.line)];
+    const Eigen::Vector3d u = (line.to - line.from).normalized();
     const Eigen::Matrix3d across =
-        (Eigen::Matrix3d::Identity() - along) / (p.line_deviation * p.line_deviation);
+        (Eigen::Matrix3d::Identity() - u * u.transpose()) / (p.line_deviation * p.line_deviation);
     const Eigen::Matrix3d information = here.covariance.ldlt().solve(Eigen::Matrix3d::Identity());
     const auto both = Eigen::Matrix3d(information + across).ldlt();
     here.point = both.solve(information * here.point + across * line.from);
@@ -183,15 +237,7 @@ void Follow::absorb(const Follow& other, const LeakFindingsParameters& p) {
     // The other's pass becomes this one's.
     begin_pass(other.finding.first_time, p);
     frames_ = other.frames_;
-    place_ = other.place_;
-    line_ = other.line_;
-    direction_ = other.direction_;
-    ray_ = other.ray_;
-    delta_ = other.delta_;
-    partial_delta_ = other.partial_delta_;
-    peak_ = other.peak_;
-    largest_peak_ = other.largest_peak_;
-    length_ = other.length_;
+    pass_ = other.pass_;
   }
   pixel_ = other.pixel_;
   velocity_ = other.velocity_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -43,6 +44,18 @@ class RunningMean {
   double squares_ = 0;
 };
 
+/// Where a leak is along its pipe, m from `origin`: what has been seen of it in the pass that goes
+/// on. Its ends are seen at different times when it is longer than the picture.
+struct Extent {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX();  ///< unit
+  double low = 0;                                    ///< of all that was seen of it
+  double high = 0;
+  std::array<bool, 2> known{};  ///< whether the lower and the upper end were seen
+  std::array<double, 2> end{};  ///< where
+  std::array<double, 2> variance{};
+};
+
 /// One leak, or what may be one: the finding, and what has been seen of it in the pass that goes
 /// on.
 class Follow {
@@ -57,8 +70,11 @@ class Follow {
   [[nodiscard]] bool in_pass(double time, const LeakFindingsParameters& p) const {
     return frames_ > 0 && time - finding.last_time <= p.pass_gap;
   }
-  /// In the map, from the pass that goes on; nothing before a bearing was seen.
-  [[nodiscard]] const PlaceEstimate& place() const { return place_; }
+  /// In the map, of the middle of what was seen of it in the pass that goes on; nothing before a
+  /// bearing was.
+  [[nodiscard]] const PlaceEstimate& place() const { return pass_.place; }
+  /// While there is a place.
+  [[nodiscard]] Extent extent() const;
   [[nodiscard]] const Eigen::Vector2d& pixel() const { return pixel_; }
   /// Pixels: where it is in the picture when it moves on as it did.
   [[nodiscard]] Eigen::Vector2d pixel_at(double time) const {
@@ -67,32 +83,40 @@ class Follow {
   [[nodiscard]] bool has_velocity() const { return has_velocity_; }
 
   /// Takes an observation in. Begins another pass when none goes on.
-  void add(const Frame& frame, const Observation& observation, const std::optional<Eye>& eye,
-           const Observer& observer, const geometry::Camera& camera,
+  void add(const Frame& frame, const Observation& observation, const geometry::Camera& camera,
            const LeakFindingsParameters& p);
   /// Takes in what another has seen of the same leak.
   void absorb(const Follow& other, const LeakFindingsParameters& p);
 
  private:
+  /// What belongs to one pass.
+  struct Pass {
+    PlaceEstimate place{};
+    std::array<PlaceEstimate, 2> ends{};
+    int line = -1;
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // sum
+    Eigen::Vector3d ray = Eigen::Vector3d::UnitX();       // the latest
+    Eigen::Vector3d anchor = Eigen::Vector3d::Zero();     // `low` and `high` count from here
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    RunningMean delta{};  // of whole views
+    RunningMean partial_delta{};
+    RunningMean peak{};
+    double largest_peak = -std::numeric_limits<double>::infinity();
+  };
+
   void begin_pass(double time, const LeakFindingsParameters& p);
+  void add_places(const Observation& observation);
   void summarise(const LeakFindingsParameters& p);
   void place_finding(PassSummary& pass, const LeakFindingsParameters& p);
   void find_growth();
 
   std::size_t frames_ = 0;  // of this pass
-  PlaceEstimate place_{};
-  int line_ = -1;
-  Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();  // sum
-  Eigen::Vector3d ray_ = Eigen::Vector3d::UnitX();       // the latest
-  std::optional<MapPosition> past_{};                    // from passes before
+  Pass pass_{};
+  std::optional<MapPosition> past_{};  // from passes before
   Eigen::Vector2d pixel_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();  // pixels/s
   bool has_velocity_ = false;
-  RunningMean delta_{};  // of whole views
-  RunningMean partial_delta_{};
-  RunningMean peak_{};
-  double largest_peak_ = 0;
-  RunningMean length_{};
 };
 
 }  // namespace pipescout::leak_findings

@@ -84,7 +84,7 @@ void LeakFindings::Implementation::update(const Frame& frame,
   const std::optional<Eye> eye = eye_of(frame);
   ++counters.faults[static_cast<std::size_t>(result.fault)];
   learn_reference(detections);
-  observer.observe(frame.time, eye, detections, observations);
+  counters.off_lines += observer.observe(frame.time, eye, detections, observations);
   assign(frame, eye);
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
   const auto look = [&](Follow& follow) {
@@ -98,22 +98,36 @@ void LeakFindings::Implementation::update(const Frame& frame,
   judge(frame);
 }
 
-/// Of one pass: what is common to both does not tell them apart.
+/// Whether two are one leak in two pieces: what was seen of them touches, and they are as far away.
+/// In one pass, what is common to both does not tell them apart.
 bool LeakFindings::Implementation::same_leak(const Follow& a, const Follow& b, double time) const {
   if (!a.finding.position || !b.finding.position) {
     return false;
   }
   const bool together =
       a.in_pass(time, p) && b.in_pass(time, p) && !a.place().empty() && !b.place().empty();
-  const Eigen::Vector3d apart = together ? a.place().point() - b.place().point()
-                                         : a.finding.position->point - b.finding.position->point;
-  Eigen::Matrix3d covariance =
-      together ? Eigen::Matrix3d(a.place().relative_covariance() + b.place().relative_covariance())
-               : Eigen::Matrix3d(a.finding.position->covariance + b.finding.position->covariance);
+  Eigen::Vector3d apart = a.finding.position->point - b.finding.position->point;
+  Eigen::Matrix3d covariance = a.finding.position->covariance + b.finding.position->covariance;
+  double reach = p.extent_slack;
+  if (together) {
+    apart = a.place().point() - b.place().point();
+    covariance = a.place().relative_covariance() + b.place().relative_covariance();
+    const Extent one = a.extent();
+    const Extent other = b.extent();
+    // From the middles of what was seen of them.
+    const double first = 0.5 * (one.low + one.high);
+    const double second = 0.5 * (other.low + other.high) * other.along.dot(one.along) +
+                          one.along.dot(other.origin - one.origin);
+    apart += (first - second - one.along.dot(apart)) * one.along;
+    reach += 0.5 * (one.high - one.low + other.high - other.low);
+  } else {
+    reach += 0.5 * ((std::isfinite(a.finding.length) ? a.finding.length : 0) +
+                    (std::isfinite(b.finding.length) ? b.finding.length : 0));
+  }
   const Eigen::Vector3d& direction = b.finding.position->direction;
-  const double slack = p.extent_slack / p.gate;
-  covariance +=
-      slack * slack * direction * direction.transpose() + 1e-6 * Eigen::Matrix3d::Identity();
+  const double along = direction.dot(apart);
+  apart -= std::clamp(along, -reach, reach) * direction;
+  covariance += 1e-6 * Eigen::Matrix3d::Identity();
   return apart.dot(covariance.ldlt().solve(apart)) <= p.gate * p.gate;
 }
 

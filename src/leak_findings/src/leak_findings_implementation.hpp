@@ -50,10 +50,13 @@ struct LeakFindings::Implementation {
   [[nodiscard]] std::optional<Eye> eye_of(const Frame& frame);
   [[nodiscard]] std::optional<Match> match(const Follow& follow, const Observation& o,
                                            const Frame& frame, const std::optional<Eye>& eye) const;
+  [[nodiscard]] std::optional<Match> match_in_pass(const Follow& follow,
+                                                   const Observation& o) const;
+  [[nodiscard]] std::optional<Match> match_other_pass(const Finding& finding, const Observation& o,
+                                                      const Eye& eye) const;
   void assign(const Frame& frame, const std::optional<Eye>& eye);
-  void take(Follow& follow, std::size_t observation, const Match& match, const Frame& frame,
-            const std::optional<Eye>& eye);
-  void start_candidate(std::size_t observation, const Frame& frame, const std::optional<Eye>& eye);
+  void take(Follow& follow, std::size_t observation, const Match& match, const Frame& frame);
+  void start_candidate(std::size_t observation, const Frame& frame);
   [[nodiscard]] bool seen_sound(const Follow& follow, const Frame& frame,
                                 const std::optional<Eye>& eye, const thermal::Detections& d) const;
   void judge(const Frame& frame);

@@ -36,6 +36,7 @@ void LeakFindingsParameters::validate() const {
   require_not_negative("position_jitter", position_jitter, "[0, inf) m");
   require_positive("pose_correlation_time", pose_correlation_time, "(0, inf) s");
   require_not_negative("extent_deviation", extent_deviation, "[0, inf) m");
+  require_positive("hidden_length_deviation", hidden_length_deviation, "(0, inf) m");
   require_not_negative("delta_deviation", delta_deviation, "[0, inf) K");
   require("prior_probability", prior_probability, prior_probability > 0 && prior_probability < 1,
           "(0, 1)");

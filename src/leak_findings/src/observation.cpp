@@ -13,6 +13,8 @@ namespace {
 constexpr double kSlackWidths = 2.0;
 /// Pixels, added to how far the middle of what is seen of a leak may be from its own.
 constexpr double kPartialPixels = 10.0;
+/// Cosine of the angle in the picture between a pipe and the known line that it is on, at least.
+constexpr double kParallel = 0.95;
 
 Eigen::Vector3d at_unit_depth(const geometry::Camera& camera, const Eigen::Vector2d& pixel) {
   const auto ray = camera.ray(pixel);
@@ -46,8 +48,7 @@ double Observer::metres_per_pixel(const thermal::PipeSection& pipe) const {
   return 0;
 }
 
-void Observer::observe(double time, const std::optional<Eye>& eye,
-                       const thermal::Detections& detections,
+void Observer::collect(const thermal::Detections& detections,
                        std::vector<Observation>& observations) const {
   observations.clear();
   for (std::size_t i = 0; i < detections.leaks.size(); ++i) {
@@ -65,8 +66,7 @@ void Observer::observe(double time, const std::optional<Eye>& eye,
         before.peak_delta = std::max(before.peak_delta, leak.peak_delta);
         before.end = leak.end;
         before.last_detection = i;
-        before.whole = !detections.leaks[before.first_detection].stretch.open_at_start &&
-                       !leak.stretch.open_at_end;
+        before.seen[1] = !leak.stretch.open_at_end;
         continue;
       }
     }
@@ -76,46 +76,61 @@ void Observer::observe(double time, const std::optional<Eye>& eye,
     o.pipe = leak.pipe;
     o.start = leak.start;
     o.end = leak.end;
-    o.whole = !leak.stretch.open_at_start && !leak.stretch.open_at_end;
+    o.seen = {!leak.stretch.open_at_start, !leak.stretch.open_at_end};
     o.half_width = pipe.half_width;
     o.delta = leak.delta;
     o.peak_delta = leak.peak_delta;
     observations.push_back(o);
   }
+}
+
+std::size_t Observer::observe(double time, const std::optional<Eye>& eye,
+                              const thermal::Detections& detections,
+                              std::vector<Observation>& observations) const {
+  collect(detections, observations);
   if (!eye) {
-    return;
+    return 0;
   }
   for (Observation& o : observations) {
-    add_bearing(time, *eye, o);
-    if (o.bearing) {
+    if (add_bearings(time, *eye, o)) {
       add_range(*eye, o);
     }
   }
+  return parameters_.range_source != RangeSource::kLine
+             ? 0
+             : std::erase_if(observations, [](const Observation& o) { return o.line < 0; });
 }
 
-void Observer::add_bearing(double time, const Eye& eye, Observation& o) const {
-  const Eigen::Vector3d middle = at_unit_depth(camera_, o.centre());
-  const Eigen::Vector3d along = at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start);
+bool Observer::add_bearings(double time, const Eye& eye, Observation& o) const {
   const geometry::SO3& to_map = eye.T_map_camera.rotation();
-  Bearing b;
-  b.time = time;
-  b.eye = eye.T_map_camera.translation();
-  b.ray = to_map * middle.normalized();
-  b.along = to_map * along;
-  b.along -= b.ray * b.ray.dot(b.along);
-  b.along.normalize();
-  if (!b.ray.allFinite() || !b.along.allFinite()) {
-    return;
-  }
   const double focal = camera_.parameters().focal_length;
-  const double partial = o.whole ? 0 : 0.5 * o.pixels() + kPartialPixels;
-  b.along_deviation = std::hypot(std::hypot(parameters_.pixel_deviation, partial) / focal,
-                                 parameters_.attitude_jitter);
-  b.across_deviation = std::hypot(parameters_.pixel_deviation / focal, parameters_.attitude_jitter);
-  b.position_jitter = parameters_.position_jitter;
-  b.base = eye.base;
-  b.pose_covariance = eye.covariance;
-  o.bearing = b;
+  const Eigen::Vector3d along = at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start);
+  const auto bearing = [&](const Eigen::Vector2d& pixel, double partial) -> std::optional<Bearing> {
+    Bearing b;
+    b.time = time;
+    b.eye = eye.T_map_camera.translation();
+    b.ray = to_map * at_unit_depth(camera_, pixel).normalized();
+    b.along = to_map * along;
+    b.along -= b.ray * b.ray.dot(b.along);
+    b.along.normalize();
+    b.along_deviation = std::hypot(std::hypot(parameters_.pixel_deviation, partial) / focal,
+                                   parameters_.attitude_jitter);
+    b.across_deviation =
+        std::hypot(parameters_.pixel_deviation / focal, parameters_.attitude_jitter);
+    b.position_jitter = parameters_.position_jitter;
+    b.base = eye.base;
+    b.pose_covariance = eye.covariance;
+    return b.ray.allFinite() && b.along.allFinite() ? std::optional(b) : std::nullopt;
+  };
+  o.bearing = bearing(o.centre(), o.whole() ? 0 : 0.5 * o.pixels() + kPartialPixels);
+  o.ends[0] = o.seen[0] ? bearing(o.start, 0) : std::nullopt;
+  o.ends[1] = o.seen[1] ? bearing(o.end, 0) : std::nullopt;
+  o.angle = std::acos(std::clamp(
+      at_unit_depth(camera_, o.start).normalized().dot(at_unit_depth(camera_, o.end).normalized()),
+      -1.0, 1.0));
+  // As if across the axis of the camera; a known line tells better.
+  o.direction = to_map * along.normalized();
+  return o.bearing.has_value();
 }
 
 void Observer::add_range(const Eye& eye, Observation& o) const {
@@ -162,29 +177,21 @@ void Observer::add_range_of_line(Observation& o) const {
     const double deviation = std::hypot(std::hypot(parameters_.line_deviation, pose_deviation),
                                         range * b.across_deviation);
     const double distance = std::abs(between.dot(normal)) / sine;
+    // What crosses the pipe, a post before it, is near its line too.
+    const Eigen::Vector3d seen = (u - b.ray * b.ray.dot(u)) / sine;
+    if (std::abs(seen.dot(b.along)) < kParallel) {
+      continue;
+    }
     const bool on_line = place >= -parameters_.gate * deviation &&
                          place <= (line.to - line.from).norm() + parameters_.gate * deviation;
     const double off = distance / deviation;
     if (range > 0 && on_line && off <= parameters_.gate && off < least) {
       least = off;
       o.line = static_cast<int>(i);
+      o.direction = seen.dot(b.along) > 0 ? u : Eigen::Vector3d(-u);
       o.range = along_ray(b, range, deviation / sine);
     }
   }
-}
-
-double Observer::length(const Observation& o, const Eye& eye, const Eigen::Vector3d& point) const {
-  const double depth = (eye.T_map_camera.inverse() * point).z();
-  return depth * (at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start)).norm();
-}
-
-Eigen::Vector3d Observer::direction(const Observation& o, const Eye& eye) const {
-  if (o.line >= 0) {
-    const PipeLine& line = parameters_.lines[static_cast<std::size_t>(o.line)];
-    return (line.to - line.from).normalized();
-  }
-  return eye.T_map_camera.rotation() *
-         (at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start)).normalized();
 }
 
 }  // namespace pipescout::leak_findings

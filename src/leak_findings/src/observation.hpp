@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -25,14 +26,20 @@ struct Observation {
   std::size_t pipe = 0;
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< pixels
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
-  bool whole = false;  ///< neither end is hidden or beyond the border
+  /// Of start and end: whether it is seen, neither hidden nor beyond the border.
+  std::array<bool, 2> seen{};
   double half_width = 0;
   double delta = 0;
   double peak_delta = 0;
-  std::optional<Bearing> bearing{};  ///< when there is an eye
+  std::optional<Bearing> bearing{};  ///< of the middle of what is seen, when there is an eye
+  std::array<std::optional<Bearing>, 2> ends{};          ///< of those that are seen, likewise
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< of the pipe in the map, likewise; from
+                                                         ///< start to end
+  double angle = 0;                                      ///< rad, between start and end, likewise
   std::optional<RangePrior> range{};
   int line = -1;  ///< of `LeakFindingsParameters::lines`, that the range is from
 
+  [[nodiscard]] bool whole() const { return seen[0] && seen[1]; }
   [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (start + end); }
   [[nodiscard]] double pixels() const { return (end - start).norm(); }
 };
@@ -43,19 +50,16 @@ class Observer {
   Observer(const LeakFindingsParameters& parameters, const geometry::Camera& camera)
       : parameters_(parameters), camera_(camera) {}
 
-  void observe(double time, const std::optional<Eye>& eye, const thermal::Detections& detections,
-               std::vector<Observation>& observations) const;
-
-  /// m, along the pipe, of what is seen from `start` to `end`, when its middle is at `point`: taken
-  /// as across the axis of the camera. NaN outside of what the camera can tell.
-  [[nodiscard]] double length(const Observation& observation, const Eye& eye,
-                              const Eigen::Vector3d& point) const;
-  /// Unit, in the map, of the pipe under the same assumption; or of the known line.
-  [[nodiscard]] Eigen::Vector3d direction(const Observation& observation, const Eye& eye) const;
+  /// Returns how many were left out, since they are on none of the known lines.
+  std::size_t observe(double time, const std::optional<Eye>& eye,
+                      const thermal::Detections& detections,
+                      std::vector<Observation>& observations) const;
 
  private:
   [[nodiscard]] double metres_per_pixel(const thermal::PipeSection& pipe) const;
-  void add_bearing(double time, const Eye& eye, Observation& observation) const;
+  void collect(const thermal::Detections& detections, std::vector<Observation>& observations) const;
+  /// False where the camera cannot tell.
+  bool add_bearings(double time, const Eye& eye, Observation& observation) const;
   void add_range(const Eye& eye, Observation& observation) const;
   void add_range_of_line(Observation& observation) const;
 

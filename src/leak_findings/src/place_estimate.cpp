@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pipescout::leak_findings {
 namespace {
@@ -62,13 +63,24 @@ Eigen::Matrix3d PlaceEstimate::relative_covariance() const {
   return inverse(information_);
 }
 
-Eigen::Matrix3d PlaceEstimate::covariance(double correlation_time, double mounting_attitude,
-                                          double mounting_position) const {
+Eigen::Matrix3d PlaceEstimate::common_covariance(const Eigen::Vector3d& near,
+                                                 double correlation_time, double mounting_attitude,
+                                                 double mounting_position) const {
   const double n = bearings_;
-  return relative_covariance() +
-         variance_of_mean(last_time_ - first_time_, correlation_time) *
-             pose_part(point(), base_sum_ / n, pose_covariance_sum_ / n) +
-         mounting_part(point(), eye_sum_ / n, mounting_attitude, mounting_position);
+  return variance_of_mean(last_time_ - first_time_, correlation_time) *
+             pose_part(near, base_sum_ / n, pose_covariance_sum_ / n) +
+         mounting_part(near, eye_sum_ / n, mounting_attitude, mounting_position);
+}
+
+double place_on_line(const Eigen::Vector3d& eye, const Eigen::Vector3d& ray,
+                     const Eigen::Vector3d& origin, const Eigen::Vector3d& along) {
+  const double cosine = ray.dot(along);
+  const double squared_sine = 1 - cosine * cosine;
+  if (squared_sine < 1e-6) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const Eigen::Vector3d from_origin = eye - origin;
+  return (from_origin.dot(along) - cosine * from_origin.dot(ray)) / squared_sine;
 }
 
 Miss miss(const Bearing& bearing, const Eigen::Vector3d& point,

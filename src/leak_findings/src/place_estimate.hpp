@@ -45,10 +45,11 @@ class PlaceEstimate {
   [[nodiscard]] Eigen::Vector3d point() const;
   /// m^2, but for what is common to all bearings.
   [[nodiscard]] Eigen::Matrix3d relative_covariance() const;
-  /// m^2. `correlation_time`: s, of the errors of the pose; deviations of the camera's mounting,
-  /// rad and m, which stay.
-  [[nodiscard]] Eigen::Matrix3d covariance(double correlation_time, double mounting_attitude,
-                                           double mounting_position) const;
+  /// m^2, what is common to all bearings, for a point near `point()`. `correlation_time`: s, of the
+  /// errors of the pose; deviations of the camera's mounting, rad and m, which stay.
+  [[nodiscard]] Eigen::Matrix3d common_covariance(const Eigen::Vector3d& near,
+                                                  double correlation_time, double mounting_attitude,
+                                                  double mounting_position) const;
 
  private:
   void add_row(const Eigen::Vector3d& row, double value, double deviation);
@@ -72,6 +73,11 @@ struct Miss {
 };
 [[nodiscard]] Miss miss(const Bearing& bearing, const Eigen::Vector3d& point,
                         const Eigen::Matrix3d& point_covariance);
+
+/// Place along the line through `origin` with the unit direction `along` that a ray comes nearest
+/// to, m; NaN when they are parallel.
+[[nodiscard]] double place_on_line(const Eigen::Vector3d& eye, const Eigen::Vector3d& ray,
+                                   const Eigen::Vector3d& origin, const Eigen::Vector3d& along);
 
 /// m^2, of a point that is placed by a pose with that covariance.
 [[nodiscard]] Eigen::Matrix3d pose_part(const Eigen::Vector3d& point, const Eigen::Vector3d& base,

@@ -26,7 +26,7 @@ enum class RangeSource : std::uint8_t {
               ///< the range is known to `max_range_deviation`
   kDistance,  ///< the distance of the pipes before the camera, along its axis
   kDiameter,  ///< the diameter of the pipes, by how wide they look
-  kLine,      ///< where the pipes are in the map
+  kLine,      ///< where the pipes are in the map; what is on none of them is left out
 };
 
 /// The axis of a straight pipe in the map.
@@ -62,6 +62,9 @@ struct LeakFindingsParameters {
   double pose_correlation_time = 30.0;
   /// m, >= 0: how far the middle of what is warm may be from the leak's, standard.
   double extent_deviation = 0.03;
+  /// m, > 0: how far the middle of a leak may be from the middle of what was seen of it while an
+  /// end has not been, standard.
+  double hidden_length_deviation = 1.0;
   /// K, >= 0: how far differences of temperature may be off all alike, standard.
   double delta_deviation = 3.0;
 
@@ -159,6 +162,7 @@ class LeakFindings {
   struct Counters {
     std::size_t frames = 0;
     std::array<std::size_t, kInputFaults> faults{};  ///< by `InputFault`
+    std::size_t off_lines = 0;                       ///< detections on none of the known pipes
     std::size_t candidates_dropped = 0;              ///< for lack of evidence, or of room
     std::size_t findings_refused = 0;                ///< for lack of room
   };
