@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/leak_findings/finding.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/leak_store/evidence.hpp"
+#include "pipescout/leak_store/leak_store.hpp"
+
+namespace pipescout {
+
+struct ReportedFinding {
+  leak_findings::Finding finding;
+  std::optional<Evidence> evidence;
+};
+
+/// What became of one picture.
+struct ReportedPicture {
+  std::string name;
+  std::string problem;  ///< why there are no detections, or they count for no finding; may be empty
+  std::string summary;  ///< kind, size, temperatures, pipes
+  std::string doubts;   ///< one a line
+  std::optional<Overview> overview;
+};
+
+struct LeakReport {
+  std::string title;
+  std::string made;  ///< when, and by what
+  std::vector<ReportedFinding> findings;
+  std::vector<leak_findings::PipeLine> pipes;  ///< of the map, where they are known
+  std::vector<Eigen::Vector2d> track;          ///< m, of the robot in the map
+  std::optional<geometry::GeodeticPosition> datum;
+  std::vector<ConditionRecord> conditions;
+  std::size_t pictures_read = 0;
+  std::size_t pictures_failed = 0;
+  std::vector<ReportedPicture> pictures;  ///< all, or those worth showing
+};
+
+/// One page of HTML that needs nothing but itself: no scripts, no links to other files. A map, a
+/// table by severity, each finding with its picture and its profile as in Figure 5 of Ibarguren et
+/// al. 2013, the log of conditions and the pictures. Texts may hold anything. Pure.
+[[nodiscard]] std::string leak_report_html(const LeakReport& report);
+
+}  // namespace pipescout
