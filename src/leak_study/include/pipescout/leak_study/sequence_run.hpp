@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/thermal/leak_detector.hpp"
+
+/// The leak inspection on a patrol, beside the truth. Units and frames as in campaign.hpp.
+namespace pipescout::leak_study {
+
+/// What the robot's own idea of its pose is off by. Errors that change do so as first-order
+/// Gauss-Markov processes; all deviations are standard, per axis. The paper's robot knows its place
+/// to 0.20 m.
+struct PoseErrors {
+  double level_deviation = 0.12;           ///< m, [0, 10]
+  double height_deviation = 0.1;           ///< m, [0, 10]
+  double position_time = 20;               ///< s, [0.1, 1e5]
+  double heading_deviation = 0.005;        ///< rad, [0, 1]
+  double heading_time = 20;                ///< s, [0.1, 1e5]
+  double tilt_deviation = 0.003;           ///< rad, [0, 1]: roll and pitch
+  double tilt_time = 5;                    ///< s, [0.1, 1e5]
+  double mounting_deviation = 0.0035;      ///< rad, [0, 1]: of the camera on the robot; constant
+  double mounting_shift_deviation = 0.01;  ///< m, [0, 10]: likewise
+  double line_deviation = 0.05;  ///< m, [0, 10]: of the row as surveyed, across it; constant
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+struct InspectionSettings {
+  double frame_rate = 25;  ///< Hz, [1, 200]
+  PoseErrors pose{};
+  thermal::LeakDetectorParameters detector{};
+  /// Mounting of the camera and lines of pipes are set by the run.
+  leak_findings::LeakFindingsParameters findings{};
+};
+
+/// A finding that was raised, at the end of its sequence.
+struct FindingScore {
+  std::optional<std::size_t> leak{};  ///< of the scene, that it is of
+  bool first = true;                  ///< of that leak
+  double place = 0;                   ///< m, along the row; NaN without a position
+  double mean_delta = 0;              ///< K
+  double length = 0;                  ///< m
+  double position_error = std::numeric_limits<double>::quiet_NaN();  ///< m
+  /// error^T covariance^-1 error, of the level position and of all three axes.
+  double level_square = std::numeric_limits<double>::quiet_NaN();
+  double square = std::numeric_limits<double>::quiet_NaN();
+  std::size_t frames_to_raise = 0;  ///< with a detection of it, the one in which it was raised too
+};
+
+struct SequenceScore {
+  std::size_t frames = 0;
+  double metres = 0;          ///< of tube that was passed
+  std::vector<bool> found{};  ///< of each leak of the scene
+  std::vector<FindingScore> findings{};
+  std::size_t frame_faults = 0;      ///< frames without detections, for a reason
+  std::size_t false_detections = 0;  ///< in single frames, where there is no leak
+
+  /// Findings where there is no leak, and second ones of a leak.
+  [[nodiscard]] std::size_t false_findings() const;
+};
+
+/// A finding is of a leak when its place is within its length and 1 m of it. Renders and looks at
+/// all frames from where the tube begins to where it ends. The same arguments give the same bits.
+/// Throws as the `validate` of its arguments.
+[[nodiscard]] SequenceScore run_sequence(const SequencePlan& plan,
+                                         const InspectionSettings& settings, std::uint64_t seed);
+
+/// Of many sequences.
+struct CampaignScore {
+  std::size_t sequences = 0;
+  std::size_t leaks = 0;
+  std::size_t found = 0;
+  std::size_t faint_leaks = 0;
+  std::size_t faint_found = 0;
+  std::size_t false_findings = 0;
+  double metres = 0;
+  std::vector<double> position_errors{};  ///< m, of found leaks
+  std::vector<double> level_squares{};    ///< as FindingScore::level_square
+  std::vector<double> squares{};
+  std::vector<std::size_t> frames_to_raise{};
+
+  void add(const SequencePlan& plan, const SequenceScore& score);
+  CampaignScore& operator+=(const CampaignScore& other);
+  [[nodiscard]] double found_percent() const;
+  /// Of findings of leaks, whose truth is within the ellipse that is to hold 95 %, in the plane,
+  /// and in space.
+  [[nodiscard]] double level_coverage_percent() const;
+  [[nodiscard]] double coverage_percent() const;
+};
+
+}  // namespace pipescout::leak_study

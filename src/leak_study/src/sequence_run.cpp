@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_study/sequence_run.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "pipescout/thermal/temperature_table.hpp"
+#include "pose_noise.hpp"
+
+namespace pipescout::leak_study {
+namespace {
+
+using Eigen::Vector3d;
+using leak_findings::LeakFindings;
+using simulation::ThermalPatrol;
+
+constexpr double kNear = 1;          // m, beyond the ends of a leak that a finding may be
+constexpr double kGreyLowest = 100;  // degC
+constexpr double kGreyHighest = 300;
+constexpr double kInside95Of2 = 5.991;  // quantiles of chi-square
+constexpr double kInside95Of3 = 7.815;
+
+/// How pictures come, and what they mean to who knows nothing of the scene but the paper's
+/// settings.
+class Pictures {
+ public:
+  explicit Pictures(const SequencePlan& plan)
+      : width_(plan.patrol.camera.camera.width),
+        height_(plan.patrol.camera.camera.height),
+        grey_(plan.grey),
+        radiometry_(plan.patrol.camera.constants, thermal::ibarguren2013_object()),
+        greys_(radiometry_, kGreyLowest, kGreyHighest),
+        table_(plan.grey ? thermal::TemperatureTable::of_grey(kGreyLowest, kGreyHighest)
+                         : thermal::TemperatureTable(radiometry_)),
+        counts_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
+        levels_(plan.grey ? counts_.size() : 0) {}
+
+  const thermal::Detections& look(ThermalPatrol& patrol, std::uint64_t frame,
+                                  const thermal::FrameConditions& conditions,
+                                  thermal::LeakDetector& detector) {
+    patrol.render(frame, counts_);
+    if (grey_) {
+      greys_.convert(counts_, levels_);
+      return detector.detect(thermal::GreyView{levels_.data(), width_, height_, width_},
+                             table_.degrees(), conditions);
+    }
+    return detector.detect(thermal::CountView{counts_.data(), width_, height_, width_},
+                           table_.degrees(), conditions);
+  }
+
+ private:
+  int width_;
+  int height_;
+  bool grey_;
+  thermal::Radiometry radiometry_;
+  simulation::ThermalGreys greys_;
+  thermal::TemperatureTable table_;
+  std::vector<std::uint16_t> counts_;
+  std::vector<std::uint8_t> levels_;
+};
+
+/// Which leak is at a place along the row, if any.
+std::optional<std::size_t> leak_at(const simulation::ThermalSceneParameters& scene, double place) {
+  std::optional<std::size_t> nearest;
+  double least = kNear;
+  for (std::size_t i = 0; i < scene.leaks.size(); ++i) {
+    const double beyond = std::abs(place - scene.leaks[i].place) - scene.leaks[i].length / 2;
+    if (beyond <= least) {
+      least = beyond;
+      nearest = i;
+    }
+  }
+  return nearest;
+}
+
+FindingScore score_finding(const leak_findings::Finding& finding,
+                           const simulation::ThermalScene& scene) {
+  FindingScore score;
+  score.mean_delta = finding.mean_delta;
+  score.length = finding.length;
+  score.place = std::numeric_limits<double>::quiet_NaN();
+  if (!finding.position) {
+    return score;
+  }
+  const geometry::SE3 T_row_map = scene.parameters().T_map_row.inverse();
+  score.place = (T_row_map * finding.position->point).x();
+  score.leak = leak_at(scene.parameters(), score.place);
+  if (score.leak) {
+    const Vector3d error =
+        finding.position->point - scene.on_tube(scene.parameters().leaks[*score.leak].place);
+    const Eigen::Matrix3d& covariance = finding.position->covariance;
+    score.position_error = error.norm();
+    score.square = error.dot(covariance.ldlt().solve(error));
+    const Eigen::Vector2d level = error.head<2>();
+    score.level_square = level.dot(covariance.topLeftCorner<2, 2>().ldlt().solve(level));
+  }
+  return score;
+}
+
+/// Detections of single frames that are of no leak: by the leaks' own place in the image.
+std::size_t false_ones(const thermal::Detections& detections,
+                       const simulation::ThermalTruth& truth) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(detections.leaks, [&truth](const thermal::LeakDetection& detection) {
+        const Eigen::Vector2d centre = detection.centre();
+        return std::ranges::none_of(truth.leaks, [&](const simulation::LeakInImage& leak) {
+          const Eigen::Vector2d middle = (leak.stretch.from + leak.stretch.to) / 2;
+          const double half = (leak.stretch.to - leak.stretch.from).norm() / 2;
+          return (centre - middle).norm() <= half + 2 * leak.stretch.width;
+        });
+      }));
+}
+
+double percent_within(const std::vector<double>& squares, double most) {
+  const auto inside =
+      std::ranges::count_if(squares, [most](double square) { return square <= most; });
+  return squares.empty() ? 0
+                         : 100 * static_cast<double>(inside) / static_cast<double>(squares.size());
+}
+
+template <class Value>
+void append(std::vector<Value>& to, const std::vector<Value>& values) {
+  to.insert(to.end(), values.begin(), values.end());
+}
+
+}  // namespace
+
+std::size_t SequenceScore::false_findings() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      findings, [](const FindingScore& each) { return !each.leak || !each.first; }));
+}
+
+SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& settings,
+                           std::uint64_t seed) {
+  if (!(settings.frame_rate >= 1 && settings.frame_rate <= 200)) {
+    throw std::invalid_argument("frame_rate: " + std::to_string(settings.frame_rate) +
+                                " is outside [1, 200]");
+  }
+  settings.pose.validate();
+  ThermalPatrol patrol(plan.patrol);
+  const simulation::ThermalScene& scene = patrol.scene();
+  internal::PoseNoise noise(settings.pose, seed);
+  Pictures pictures(plan);
+  thermal::LeakDetector detector(settings.detector);
+  leak_findings::LeakFindingsParameters parameters = settings.findings;
+  parameters.T_base_camera = noise.mounting(plan.patrol.T_body_camera);
+  parameters.mounting_attitude_deviation = settings.pose.mounting_deviation;
+  parameters.mounting_position_deviation = settings.pose.mounting_shift_deviation;
+  parameters.range_source = leak_findings::RangeSource::kLine;
+  const double length = plan.patrol.scene.length;
+  parameters.lines = {noise.line(scene.on_tube(0), scene.on_tube(length))};
+  constexpr double kLeastDeviation = 1e-3;  // m: none is not accepted
+  parameters.line_deviation = std::max(settings.pose.line_deviation, kLeastDeviation);
+  LeakFindings findings(parameters, patrol.renderer().camera());
+
+  SequenceScore score;
+  score.found.assign(plan.patrol.scene.leaks.size(), false);
+  std::vector<std::uint64_t> raised;
+  std::vector<std::size_t> frames_to_raise;
+  simulation::ThermalTruth truth;
+  const thermal::FrameConditions range{.metres_per_pixel = plan.patrol.distance /
+                                                           plan.patrol.camera.camera.focal_length};
+  for (std::uint64_t i = 0; patrol.place() < length && !patrol.arrived(); ++i) {
+    const double time = static_cast<double>(i) / settings.frame_rate;
+    patrol.drive_until(time);
+    const leak_findings::FramePose pose = noise.measure(patrol.robot().motion().T_map_body, time);
+    if (patrol.place() < 0) {
+      continue;
+    }
+    thermal::FrameConditions conditions = range;
+    conditions.reference_temperature = findings.reference_temperature();
+    const thermal::Detections& detections = pictures.look(patrol, i, conditions, detector);
+    const leak_findings::FrameResult& result =
+        findings.update({.time = time, .number = i, .pose = pose}, detections);
+    ++score.frames;
+    score.frame_faults += detections.fault == thermal::FrameFault::kNone ? 0 : 1;
+    patrol.renderer().truth(patrol.view(i), truth);
+    score.false_detections += false_ones(detections, truth);
+    for (const leak_findings::Event& event : result.events) {
+      if (event.kind == leak_findings::EventKind::kRaised) {
+        raised.push_back(event.finding);
+        frames_to_raise.push_back(findings.find(event.finding)->frames);
+      }
+    }
+  }
+  score.metres = length;
+  for (std::size_t i = 0; i < raised.size(); ++i) {
+    const leak_findings::Finding* finding = findings.find(raised[i]);
+    if (finding == nullptr) {
+      continue;
+    }
+    FindingScore each = score_finding(*finding, scene);
+    each.frames_to_raise = frames_to_raise[i];
+    if (each.leak) {
+      each.first = !score.found[*each.leak];
+      score.found[*each.leak] = true;
+    }
+    score.findings.push_back(each);
+  }
+  return score;
+}
+
+void CampaignScore::add(const SequencePlan& plan, const SequenceScore& score) {
+  ++sequences;
+  leaks += score.found.size();
+  faint_leaks += plan.faint_leaks;
+  for (std::size_t i = 0; i < score.found.size(); ++i) {
+    found += score.found[i] ? 1 : 0;
+    faint_found += score.found[i] && i < plan.faint_leaks ? 1 : 0;
+  }
+  false_findings += score.false_findings();
+  metres += score.metres;
+  for (const FindingScore& finding : score.findings) {
+    if (finding.leak && finding.first) {
+      position_errors.push_back(finding.position_error);
+      level_squares.push_back(finding.level_square);
+      squares.push_back(finding.square);
+      frames_to_raise.push_back(finding.frames_to_raise);
+    }
+  }
+}
+
+CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
+  sequences += other.sequences;
+  leaks += other.leaks;
+  found += other.found;
+  faint_leaks += other.faint_leaks;
+  faint_found += other.faint_found;
+  false_findings += other.false_findings;
+  metres += other.metres;
+  append(position_errors, other.position_errors);
+  append(level_squares, other.level_squares);
+  append(squares, other.squares);
+  append(frames_to_raise, other.frames_to_raise);
+  return *this;
+}
+
+double CampaignScore::found_percent() const {
+  return leaks == 0 ? 100 : 100 * static_cast<double>(found) / static_cast<double>(leaks);
+}
+
+double CampaignScore::level_coverage_percent() const {
+  return percent_within(level_squares, kInside95Of2);
+}
+
+double CampaignScore::coverage_percent() const {
+  return percent_within(squares, kInside95Of3);
+}
+
+}  // namespace pipescout::leak_study

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_study/sequence_run.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace pipescout::leak_study {
+namespace {
+
+/// One short row.
+SequencePlan short_plan(std::uint64_t seed) {
+  const CampaignSettings settings{
+      .sequences = 1, .faint_leaks = 1, .other_leaks = 0, .decoys = 0, .length = 24};
+  return plan_campaign(settings, seed).front();
+}
+
+TEST(SequenceRun, FindsAFaintLeakOnceAndInItsPlace) {
+  const SequencePlan plan = short_plan(1);
+  const SequenceScore score = run_sequence(plan, {}, 1);
+  // 24 m at 5.5 m/s and 25 Hz.
+  EXPECT_NEAR(static_cast<double>(score.frames), 109, 4);
+  EXPECT_EQ(score.frame_faults, 0U);
+  ASSERT_EQ(score.found.size(), 1U);
+  EXPECT_TRUE(score.found[0]);
+  EXPECT_EQ(score.false_findings(), 0U);
+  ASSERT_EQ(score.findings.size(), 1U);
+  const FindingScore& finding = score.findings[0];
+  EXPECT_TRUE(finding.first);
+  EXPECT_LE(finding.frames_to_raise, 3U);
+  EXPECT_LT(finding.position_error, 0.6);
+  EXPECT_NEAR(finding.mean_delta, plan.patrol.scene.leaks[0].rise, 15);
+  EXPECT_NEAR(finding.length, plan.patrol.scene.leaks[0].length, 0.1);
+  EXPECT_LT(finding.level_square, 20);
+}
+
+TEST(SequenceRun, IsTheSameForTheSameSeed) {
+  const SequencePlan plan = short_plan(2);
+  const SequenceScore first = run_sequence(plan, {}, 5);
+  const SequenceScore again = run_sequence(plan, {}, 5);
+  const SequenceScore other = run_sequence(plan, {}, 6);
+  ASSERT_FALSE(first.findings.empty());
+  ASSERT_EQ(first.findings.size(), again.findings.size());
+  EXPECT_EQ(first.findings[0].position_error, again.findings[0].position_error);
+  ASSERT_FALSE(other.findings.empty());
+  EXPECT_NE(first.findings[0].position_error, other.findings[0].position_error);
+}
+
+TEST(SequenceRun, NamesWhatIsWrong) {
+  InspectionSettings settings;
+  settings.frame_rate = 0;
+  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
+  settings = {};
+  settings.pose.tilt_time = 0;
+  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
+}
+
+TEST(CampaignScore, CountsFirstFindingsOfLeaksAndTheOthers) {
+  SequencePlan plan;
+  plan.faint_leaks = 1;
+  SequenceScore score{.frames = 100, .metres = 150, .found = {true, false, true}};
+  score.findings = {{.leak = 0, .position_error = 0.1, .level_square = 1, .square = 2},
+                    {.leak = 0, .first = false, .position_error = 2},
+                    {.leak = 2, .position_error = 0.5, .level_square = 6.1, .square = 7.5},
+                    {.place = 70}};
+  EXPECT_EQ(score.false_findings(), 2U);
+  CampaignScore sum;
+  sum.add(plan, score);
+  CampaignScore twice = sum;
+  twice += sum;
+  EXPECT_EQ(twice.sequences, 2U);
+  EXPECT_EQ(twice.leaks, 6U);
+  EXPECT_EQ(twice.found, 4U);
+  EXPECT_EQ(twice.faint_leaks, 2U);
+  EXPECT_EQ(twice.faint_found, 2U);
+  EXPECT_EQ(twice.false_findings, 4U);
+  EXPECT_EQ(twice.position_errors.size(), 4U);
+  EXPECT_NEAR(twice.found_percent(), 66.67, 0.01);
+  EXPECT_DOUBLE_EQ(twice.level_coverage_percent(), 50);
+  EXPECT_DOUBLE_EQ(twice.coverage_percent(), 100);
+}
+
+}  // namespace
+}  // namespace pipescout::leak_study
