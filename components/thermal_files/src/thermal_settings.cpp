@@ -1,82 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/thermal_files/thermal_settings.hpp"
 
-#include <yaml-cpp/yaml.h>
-
-#include <fstream>
-#include <functional>
-#include <set>
-#include <sstream>
-#include <stdexcept>
-#include <utility>
+#include "pipescout/thermal_files/yaml_entries.hpp"
 
 namespace pipescout {
 namespace {
 
-class Reader {
+class Reader : public YamlEntries {
  public:
-  using Entry = std::pair<const char*, std::function<void(const YAML::Node&)>>;
-
-  explicit Reader(std::string name) : name_(std::move(name)) {}
-
-  [[noreturn]] void refuse(const YAML::Node& node, const std::string& what) const {
-    throw std::runtime_error(name_ + ":" + std::to_string(node.Mark().line + 1) + ": " + what);
-  }
-
-  /// Hands each value of a map to the entry of its name.
-  void entries(const YAML::Node& map, const std::string& what,
-               const std::vector<Entry>& known) const {
-    if (!map.IsMap()) {
-      refuse(map, what + " is no map");
-    }
-    std::set<std::string> seen;
-    for (const auto& pair : map) {
-      const auto key = pair.first.as<std::string>();
-      if (!seen.insert(key).second) {
-        refuse(pair.first, "'" + key + "' is given twice");
-      }
-      const Entry* found = nullptr;
-      std::string names;
-      for (const Entry& entry : known) {
-        found = entry.first == key ? &entry : found;
-        names += (names.empty() ? "" : ", ") + std::string(entry.first);
-      }
-      if (found == nullptr) {
-        refuse(pair.first, "unknown name '" + key + "'; there is " + names);
-      }
-      found->second(pair.second);
-    }
-  }
-
-  template <class T>
-  [[nodiscard]] T value(const YAML::Node& node, const char* kind) const {
-    try {
-      return node.as<T>();
-    } catch (const YAML::Exception&) {
-      refuse(node,
-             "'" + (node.IsScalar() ? node.Scalar() : std::string("...")) + "' is no " + kind);
-    }
-  }
-
-  template <class Target>
-  [[nodiscard]] Entry number(const char* key, Target& target) const {
-    return {key,
-            [this, &target](const YAML::Node& node) { target = value<double>(node, "number"); }};
-  }
-  [[nodiscard]] Entry whole(const char* key, int& target) const {
-    return {key,
-            [this, &target](const YAML::Node& node) { target = value<int>(node, "whole number"); }};
-  }
-
-  /// Refuses what `check` throws, at this node.
-  void checked(const YAML::Node& node, const std::function<void()>& check) const {
-    try {
-      check();
-    } catch (const std::invalid_argument& error) {
-      refuse(node, error.what());
-    }
-  }
-
+  using YamlEntries::YamlEntries;
   void read(const YAML::Node& root, ThermalSettings& settings) const;
 
  private:
@@ -87,8 +19,6 @@ class Reader {
   void scale(const YAML::Node& node, ThermalSettings& settings) const;
   void grey(const YAML::Node& node, ThermalSettings& settings) const;
   void range(const YAML::Node& node, ThermalSettings& settings) const;
-
-  std::string name_;
 };
 
 /// All of them.
@@ -104,13 +34,13 @@ ObjectChanges changes_to(const thermal::ObjectParameters& object) {
 
 void Reader::object(const YAML::Node& node, ObjectChanges& changes) const {
   entries(node, "object",
-          {number("emissivity", changes.emissivity),
-           number("reflected_temperature", changes.reflected_temperature),
-           number("distance", changes.distance),
-           number("atmospheric_temperature", changes.atmospheric_temperature),
-           number("relative_humidity", changes.relative_humidity),
-           number("window_temperature", changes.window_temperature),
-           number("window_transmission", changes.window_transmission)});
+          {number_into("emissivity", changes.emissivity),
+           number_into("reflected_temperature", changes.reflected_temperature),
+           number_into("distance", changes.distance),
+           number_into("atmospheric_temperature", changes.atmospheric_temperature),
+           number_into("relative_humidity", changes.relative_humidity),
+           number_into("window_temperature", changes.window_temperature),
+           number_into("window_transmission", changes.window_transmission)});
   checked(node, [&changes] { changes.apply({}).validate(); });
 }
 
@@ -121,10 +51,10 @@ void Reader::regions(const YAML::Node& node, std::vector<RegionChanges>& regions
   for (const YAML::Node& item : node) {
     RegionChanges region;
     entries(item, "a region",
-            {whole("x", region.x),
-             whole("y", region.y),
-             whole("width", region.width),
-             whole("height", region.height),
+            {whole_into("x", region.x),
+             whole_into("y", region.y),
+             whole_into("width", region.width),
+             whole_into("height", region.height),
              {"object", [&](const YAML::Node& n) { object(n, region.object); }}});
     if (region.x < 0 || region.y < 0 || region.width < 1 || region.height < 1) {
       refuse(item, "a region needs x and y in [0, inf), width and height in [1, inf) pixels");
@@ -134,41 +64,42 @@ void Reader::regions(const YAML::Node& node, std::vector<RegionChanges>& regions
 }
 
 void Reader::deviations(const YAML::Node& node, thermal::ParameterDeviations& d) const {
-  entries(
-      node, "deviations",
-      {number("counts", d.counts), number("calibration", d.calibration),
-       number("emissivity", d.emissivity), number("reflected_temperature", d.reflected_temperature),
-       number("distance", d.distance), number("atmospheric_temperature", d.atmospheric_temperature),
-       number("relative_humidity", d.relative_humidity),
-       number("window_temperature", d.window_temperature),
-       number("window_transmission", d.window_transmission)});
+  entries(node, "deviations",
+          {number_into("counts", d.counts), number_into("calibration", d.calibration),
+           number_into("emissivity", d.emissivity),
+           number_into("reflected_temperature", d.reflected_temperature),
+           number_into("distance", d.distance),
+           number_into("atmospheric_temperature", d.atmospheric_temperature),
+           number_into("relative_humidity", d.relative_humidity),
+           number_into("window_temperature", d.window_temperature),
+           number_into("window_transmission", d.window_transmission)});
   checked(node, [&d] { d.validate(); });
 }
 
 void Reader::planck(const YAML::Node& node, ThermalSettings& settings) const {
   thermal::PlanckConstants& p = settings.planck.emplace();
   entries(node, "planck",
-          {number("r1", p.r1), number("r2", p.r2), number("b", p.b), number("f", p.f),
-           number("o", p.o)});
+          {number_into("r1", p.r1), number_into("r2", p.r2), number_into("b", p.b),
+           number_into("f", p.f), number_into("o", p.o)});
   checked(node, [&p] { p.validate(); });
 }
 
 void Reader::scale(const YAML::Node& node, ThermalSettings& settings) const {
   LinearScale& scale = settings.scale.emplace();
-  entries(node, "scale", {number("gain", scale.gain), number("offset", scale.offset)});
+  entries(node, "scale", {number_into("gain", scale.gain), number_into("offset", scale.offset)});
   checked(node, [&scale] { thermal::TemperatureTable(scale.gain, scale.offset); });
 }
 
 void Reader::grey(const YAML::Node& node, ThermalSettings& settings) const {
   GreyScale& grey = settings.grey.emplace();
-  entries(node, "grey", {number("black", grey.black), number("white", grey.white)});
+  entries(node, "grey", {number_into("black", grey.black), number_into("white", grey.white)});
   checked(node, [&grey] { (void)thermal::TemperatureTable::of_grey(grey.black, grey.white); });
 }
 
 void Reader::range(const YAML::Node& node, ThermalSettings& settings) const {
   int least = 0;
   int most = 65535;
-  entries(node, "range", {whole("least", least), whole("most", most)});
+  entries(node, "range", {whole_into("least", least), whole_into("most", most)});
   if (least < 0 || most > 65535 || least >= most) {
     refuse(node, "range needs 0 <= least < most <= 65535");
   }
@@ -177,18 +108,6 @@ void Reader::range(const YAML::Node& node, ThermalSettings& settings) const {
 
 void Reader::read(const YAML::Node& root, ThermalSettings& settings) const {
   bool preset = false;
-  const auto chosen = [this](const YAML::Node& node,
-                             const std::vector<std::string>& names) -> std::size_t {
-    const auto text = value<std::string>(node, "text");
-    std::string list;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i] == text) {
-        return i;
-      }
-      list += (i == 0 ? "" : ", ") + names[i];
-    }
-    refuse(node, "'" + text + "' is none of " + list);
-  };
   entries(root, "the file",
           {{"preset",
             [&](const YAML::Node& n) {
@@ -233,27 +152,17 @@ thermal::ObjectParameters ObjectChanges::apply(thermal::ObjectParameters object)
 }
 
 ThermalSettings parse_thermal_settings(const std::string& text, const std::string& name) {
-  YAML::Node root;
-  try {
-    root = YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(name + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
-  }
+  const Reader reader(name);
+  const YAML::Node root = reader.root(text);
   ThermalSettings settings;
   if (!root.IsNull()) {
-    Reader(name).read(root, settings);
+    reader.read(root, settings);
   }
   return settings;
 }
 
 ThermalSettings read_thermal_settings(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) {
-    throw std::runtime_error(file.string() + ": cannot be read");
-  }
-  return parse_thermal_settings(text.str(), file.string());
+  return parse_thermal_settings(text_of(file), file.string());
 }
 
 }  // namespace pipescout

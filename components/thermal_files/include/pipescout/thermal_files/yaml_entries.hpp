@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pipescout {
+
+/// Reads YAML of which every name must be known. All functions throw std::runtime_error,
+/// "file:line: what is wrong".
+class YamlEntries {
+ public:
+  using Entry = std::pair<const char*, std::function<void(const YAML::Node&)>>;
+
+  /// `name`: of the file, for messages.
+  explicit YamlEntries(std::string name) : name_(std::move(name)) {}
+
+  /// The top of the text; null where there is nothing in it.
+  [[nodiscard]] YAML::Node root(const std::string& text) const;
+  [[noreturn]] void refuse(const YAML::Node& node, const std::string& what) const;
+
+  /// Hands each value of a map to the entry of its name, in the order of the file.
+  void entries(const YAML::Node& map, const std::string& what,
+               const std::vector<Entry>& known) const;
+
+  [[nodiscard]] double number(const YAML::Node& node) const;
+  [[nodiscard]] int whole(const YAML::Node& node) const;
+  [[nodiscard]] std::string text(const YAML::Node& node) const;
+  /// A list of three numbers.
+  [[nodiscard]] Eigen::Vector3d three(const YAML::Node& node) const;
+  /// Which of `names` it is.
+  [[nodiscard]] std::size_t chosen(const YAML::Node& node,
+                                   const std::vector<std::string>& names) const;
+
+  /// Entries that set a variable.
+  [[nodiscard]] Entry number_into(const char* key, double& target) const;
+  [[nodiscard]] Entry number_into(const char* key, std::optional<double>& target) const;
+  [[nodiscard]] Entry whole_into(const char* key, int& target) const;
+  [[nodiscard]] Entry text_into(const char* key, std::string& target) const;
+
+  /// Refuses the node with what `check` says, where it throws std::invalid_argument.
+  void checked(const YAML::Node& node, const std::function<void()>& check) const;
+
+ private:
+  std::string name_;
+};
+
+/// The content of a file. Throws std::runtime_error naming it.
+[[nodiscard]] std::string text_of(const std::filesystem::path& file);
+
+}  // namespace pipescout
