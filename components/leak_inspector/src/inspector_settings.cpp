@@ -3,12 +3,14 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
+#include "pipescout/thermal/parameter_doubts.hpp"
 
 namespace pipescout {
 
@@ -123,6 +125,7 @@ InspectorParameters::InspectorParameters(Parameters& parameters) {
   declare_camera(parameters);
   declare_object();
   declare_findings(parameters);
+  declare_archive(parameters);
   declare_messages(parameters);
 }
 
@@ -309,9 +312,22 @@ void InspectorParameters::declare_findings(Parameters& parameters) {
   findings_->real(
       "update_interval", [](auto& p) -> double& { return p.update_interval; }, kSeconds,
       "s between two updates of one finding on leak/events");
-  thumbnail_range_ = parameters.declare<std::vector<double>>(
-      "thumbnail_range", {100.0, 300.0},
-      {.description = "degC of black and of white in thumbnails"});
+}
+
+void InspectorParameters::declare_archive(Parameters& parameters) {
+  store_ = parameters.declare<std::string>(
+      "store", "",
+      {.description = "SQLite file of the findings of all days; empty: they are forgotten"});
+  report_folder_ = parameters.declare<std::string>(
+      "report_folder", "",
+      {.description = "gets report.html, leaks.geojson, leaks.kml and leaks.csv when the component "
+                      "is deactivated; empty: no report"});
+  weather_ = parameters.declare<std::string>(
+      "weather", "", {.description = "as the operator saw it, for the log"});
+  datum_ = parameters.declare<std::vector<double>>(
+      "datum", {},
+      {.description = "latitude and longitude in degrees and altitude in m of the origin of the "
+                      "map, for maps; empty: not known"});
 }
 
 void InspectorParameters::declare_messages(Parameters& parameters) {
@@ -331,24 +347,29 @@ void InspectorParameters::declare_messages(Parameters& parameters) {
                                   .floating_point_range = kPositive});
 }
 
-std::optional<TemperatureTable> InspectorParameters::counts() const {
+std::optional<thermal::CameraConstants> InspectorParameters::camera_constants() const {
   const auto planck = planck_.share();
-  const auto linear = linear_.share();
-  if (!planck->empty() && !linear->empty()) {
-    throw std::invalid_argument(
-        "parameters 'camera.planck' and 'camera.linear' exclude each other");
+  if (planck->empty()) {
+    return std::nullopt;
   }
-  if (!planck->empty()) {
-    if (planck->size() != 5) {
+  if (planck->size() != 5) {
+    throw std::invalid_argument(
+        "parameter 'camera.planck' must be empty or five numbers: R1, R2, B, F, O");
+  }
+  const std::vector<double>& p = *planck;
+  return thermal::CameraConstants{
+      .planck = {.r1 = p[0], .r2 = p[1], .b = p[2], .f = p[3], .o = p[4]}};
+}
+
+std::optional<TemperatureTable> InspectorParameters::counts() const {
+  const auto linear = linear_.share();
+  if (const auto camera = camera_constants()) {
+    if (!linear->empty()) {
       throw std::invalid_argument(
-          "parameter 'camera.planck' must be empty or five numbers: R1, R2, B, F, O");
+          "parameters 'camera.planck' and 'camera.linear' exclude each other");
     }
-    const std::vector<double>& p = *planck;
-    return naming(planck_, [&] {
-      const thermal::CameraConstants camera{
-          .planck = {.r1 = p[0], .r2 = p[1], .b = p[2], .f = p[3], .o = p[4]}};
-      return TemperatureTable(thermal::Radiometry(camera, object_->read()));
-    });
+    return naming(planck_,
+                  [&] { return TemperatureTable(thermal::Radiometry(*camera, object_->read())); });
   }
   if (!linear->empty()) {
     if (linear->size() != 2) {
@@ -387,6 +408,47 @@ std::vector<leak_findings::PipeLine> InspectorParameters::lines() const {
   return result;
 }
 
+std::optional<geometry::GeodeticPosition> InspectorParameters::datum() const {
+  const auto values = three(datum_);
+  if (!values) {
+    return std::nullopt;
+  }
+  const geometry::GeodeticPosition result{values->x(), values->y(), values->z()};
+  naming(datum_, [&] { result.validate(); });
+  return result;
+}
+
+ConditionRecord InspectorParameters::conditions() const {
+  const ObjectParameters object = object_->read();
+  std::ostringstream text;
+  text << "emissivity " << object.emissivity << ", reflected " << object.reflected_temperature
+       << " degC, distance " << object.distance << " m, air " << object.atmospheric_temperature
+       << " degC, relative humidity " << object.relative_humidity << ", window "
+       << object.window_temperature << " degC, its transmission " << object.window_transmission;
+  std::ostringstream camera;
+  for (const auto& [what, parameter] :
+       {std::pair{"Planck R1 R2 B F O", &planck_}, std::pair{"K per count, degC at 0", &linear_},
+        std::pair{"degC of black and white", &grey_range_}}) {
+    if (const auto values = parameter->share(); !values->empty()) {
+      camera << (camera.tellp() > 0 ? "; " : "") << what << ":";
+      for (const double value : *values) {
+        camera << ' ' << value;
+      }
+    }
+  }
+  std::string doubts;
+  if (const auto constants = camera_constants()) {
+    for (const thermal::Doubt& doubt : thermal::doubts(*constants, object)) {
+      doubts += (doubts.empty() ? "" : "\n") + to_string(doubt);
+    }
+  }
+  return {.source = std::string(topics::kThermalImage.name),
+          .parameters = text.str(),
+          .weather = weather_.get(),
+          .calibration = camera.str(),
+          .doubts = doubts};
+}
+
 InspectorSettings InspectorParameters::read() const {
   InspectorSettings result;
   result.map_frame = map_frame_.get();
@@ -412,13 +474,10 @@ InspectorSettings InspectorParameters::read() const {
         "parameter 'pipe_diameter' is 0; 'range.source' is 'diameter', which needs it");
   }
   result.findings.validate();
-  const auto thumbnails = thumbnail_range_.share();
-  if (thumbnails->size() != 2 || !((*thumbnails)[0] < (*thumbnails)[1])) {
-    throw std::invalid_argument(
-        "parameter 'thumbnail_range' must be two rising numbers: degC of black and of white");
-  }
-  result.coldest = (*thumbnails)[0];
-  result.hottest = (*thumbnails)[1];
+  result.store = store_.get();
+  result.report_folder = report_folder_.get();
+  result.datum = datum();
+  result.conditions = conditions();
   return result;
 }
 

@@ -2,16 +2,22 @@
 #include "pipescout/leak_inspector/leak_inspector.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
+#include "findings_archive.hpp"
 #include "leak_messages.hpp"
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 
@@ -53,6 +59,28 @@ double depth(const leak_findings::PipeLine& line, const geometry::SE3& T_map_cam
   return (T_map_camera.inverse() * nearest).z();
 }
 
+/// degC of a picture; `buffer` is used where it is none of degC itself.
+thermal::TemperatureView temperatures(const ThermalImageReader::View& picture,
+                                      std::span<const float> celsius, std::vector<float>& buffer) {
+  return std::visit(
+      [&](const auto& image) -> thermal::TemperatureView {
+        if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
+          return image;
+        } else {
+          buffer.clear();
+          for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+              const std::size_t value = image(x, y);
+              buffer.push_back(value < celsius.size() ? celsius[value]
+                                                      : std::numeric_limits<float>::quiet_NaN());
+            }
+          }
+          return {buffer.data(), image.width, image.height, image.width};
+        }
+      },
+      picture);
+}
+
 }  // namespace
 
 LeakInspector::LeakInspector(ComponentOptions options)
@@ -69,9 +97,13 @@ CallbackReturn LeakInspector::on_configure() {
   camera_.reset();
   calibration_.reset();
   findings_.reset();
-  thumbnails_.clear();
+  archive_ = std::make_unique<FindingsArchive>(settings_->store, settings_->report_folder);
+  ConditionRecord conditions = settings_->conditions;
+  conditions.time = to_seconds(now().time_since_epoch());
+  archive_->log(conditions);
   frame_ = 0;
   with_pipe_ = 0;
+  failed_ = 0;
   image_heard_ = true;
 
   detections_publisher_ = create_publisher(topics::kLeakDetections);
@@ -95,6 +127,24 @@ CallbackReturn LeakInspector::on_configure() {
   return CallbackReturn::kSuccess;
 }
 
+CallbackReturn LeakInspector::on_deactivate() {
+  if (findings_) {
+    try_to_keep([this] {
+      for (const Finding& finding : findings_->findings()) {
+        archive_->save(finding);
+      }
+      archive_->write_report(findings_->findings(),
+                             {.made = iso_time(to_seconds(now().time_since_epoch())) + ", by " +
+                                      node_name().fully_qualified(),
+                              .pictures = frame_,
+                              .pictures_failed = failed_,
+                              .pipes = settings_->findings.lines,
+                              .datum = settings_->datum});
+    });
+  }
+  return CallbackReturn::kSuccess;
+}
+
 CallbackReturn LeakInspector::on_cleanup() {
   silence_timer_.reset();
   counts_timer_.reset();
@@ -104,6 +154,7 @@ CallbackReturn LeakInspector::on_cleanup() {
   detections_publisher_ = {};
   event_publisher_ = {};
   findings_.reset();
+  archive_.reset();
   detector_.reset();
   odometry_.reset();
   return CallbackReturn::kSuccess;
@@ -124,6 +175,13 @@ void LeakInspector::on_camera_info(const CameraInfo& message) {
     report_fault("camera_info.changed",
                  "the calibration has changed: leaks that are not raised yet start again");
     anew.restore(findings_->findings());
+  } else {
+    try_to_keep([&] {
+      const std::vector<Finding> known = archive_->known();
+      if (const std::size_t taken = anew.restore(known); taken > 0) {
+        logger().info(std::to_string(taken) + " findings are known from before");
+      }
+    });
   }
   findings_.emplace(std::move(anew));
   calibration_ = message;
@@ -154,7 +212,9 @@ void LeakInspector::on_odometry(const Odometry& message) {
   if (!odometry_->add(entry)) {
     report_fault("odometry.header.stamp.not_increasing",
                  "odometry has a stamp that is not later than that of the one before");
+    return;
   }
+  archive_->add_to_track(entry.T_odom_base.translation().head<2>());
 }
 
 std::optional<std::span<const float>> LeakInspector::celsius_of(
@@ -244,6 +304,7 @@ void LeakInspector::on_image(const Image& message) {
       },
       picture);
   if (detections.fault != FrameFault::kNone) {
+    ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),
                  "nothing can be detected in a picture of " + std::to_string(message.width()) +
                      " x " + std::to_string(message.height()) + ": " +
@@ -263,8 +324,11 @@ void LeakInspector::on_image(const Image& message) {
       report_fault("findings." + std::string(to_string(result.fault)),
                    "a picture is of less use to findings: " + std::string(to_string(result.fault)));
     }
-    report(result, message, picture, *celsius);
     finding_of = result.finding_of;
+    keep_evidence(result, stamp, picture, *celsius, detections);
+    for (const leak_findings::Event& event : result.events) {
+      publish(event, message);
+    }
   }
   auto told = std::make_unique<pipescout_msgs::msg::LeakDetections>(
       detections_message(detections, finding_of));
@@ -272,39 +336,56 @@ void LeakInspector::on_image(const Image& message) {
   detections_publisher_.publish(std::move(told));
 }
 
-void LeakInspector::report(const FrameResult& result, const Image& message,
-                           const ThermalImageReader::View& picture,
-                           std::span<const float> celsius) {
-  for (const std::uint64_t id : result.finding_of) {
-    const Finding* const finding = findings_->find(id);
+void LeakInspector::keep_evidence(const FrameResult& result, Time stamp,
+                                  const ThermalImageReader::View& picture,
+                                  std::span<const float> celsius, const Detections& detections) {
+  for (std::size_t leak = 0; leak < result.finding_of.size(); ++leak) {
+    const Finding* const finding = findings_->find(result.finding_of[leak]);
     if (finding == nullptr || finding->best.frame != frame_) {
       continue;
     }
-    Image& best = thumbnails_[id] =
-        thumbnail(picture, celsius, finding->best, settings_->coldest, settings_->hottest);
-    best.header(message.header());
+    const thermal::TemperatureView degrees = temperatures(picture, celsius, temperatures_);
+    archive_->keep(
+        finding->id,
+        make_evidence(degrees, detections, leak, settings_->detector.profile,
+                      to_seconds(stamp.time_since_epoch()),
+                      std::string(topics::kThermalImage.name) + " " + std::to_string(frame_)));
   }
-  for (const leak_findings::Event& event : result.events) {
-    const Finding* const finding = findings_->find(event.finding);
-    if (finding == nullptr) {
-      continue;
-    }
-    auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
-    told->header().stamp(message.header().stamp());
-    told->header().frame_id(settings_->map_frame);
-    told->kind(to_message(event.kind));
-    told->finding(finding_message(*finding));
-    if (const auto found = thumbnails_.find(event.finding); found != thumbnails_.end()) {
-      told->finding().thumbnail(found->second);
-    }
-    event_publisher_.publish(std::move(told));
-    if (event.kind == EventKind::kRaised) {
-      logger().warn("leak " + std::to_string(finding->id) +
-                    " raised: " + std::string(to_string(finding->severity)) + ", " +
-                    std::to_string(std::lround(finding->mean_delta)) + " K above the pipe");
-    } else if (event.kind == EventKind::kCleared) {
-      logger().info("leak " + std::to_string(finding->id) + " cleared");
-    }
+}
+
+void LeakInspector::publish(const leak_findings::Event& event, const Image& picture) {
+  const Finding* const finding = findings_->find(event.finding);
+  if (finding == nullptr) {
+    return;
+  }
+  try_to_keep([&] { archive_->save(*finding); });
+  auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
+  told->header().stamp(picture.header().stamp());
+  told->header().frame_id(settings_->map_frame);
+  told->kind(to_message(event.kind));
+  told->finding(finding_message(*finding));
+  if (const Evidence* const evidence = archive_->evidence(event.finding)) {
+    told->finding().thumbnail().header(picture.header());
+    told->finding().thumbnail().format("png");
+    told->finding().thumbnail().data(evidence->thumbnail.png);
+  }
+  event_publisher_.publish(std::move(told));
+  if (event.kind == EventKind::kRaised) {
+    logger().warn("leak " + std::to_string(finding->id) +
+                  " raised: " + std::string(to_string(finding->severity)) + ", " +
+                  std::to_string(std::lround(finding->mean_delta)) + " K above the pipe");
+  } else if (event.kind == EventKind::kCleared) {
+    logger().info("leak " + std::to_string(finding->id) + " cleared");
+  }
+}
+
+void LeakInspector::try_to_keep(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const LeakStoreError& error) {
+    report_fault("store.failed", error.what());
+  } catch (const std::system_error& error) {
+    report_fault("report.failed", error.what());
   }
 }
 

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leak_messages.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
-#include <variant>
 
 #include "pipescout/interfaces/conversions.hpp"
 
@@ -13,7 +9,6 @@ namespace pipescout {
 
 namespace {
 
-using leak_findings::BestView;
 using leak_findings::Finding;
 using thermal::LeakDetection;
 using thermal::PipeSection;
@@ -105,58 +100,6 @@ pipescout_msgs::msg::LeakFinding finding_message(const Finding& finding) {
   message.frames(finding.frames);
   message.passes(finding.pass_count);
   return message;
-}
-
-sensor_msgs::msg::Image thumbnail(const ThermalImageReader::View& picture,
-                                  std::span<const float> celsius, const BestView& view,
-                                  double coldest, double hottest) {
-  constexpr int kLargest = 160;   // pixels, to a side
-  constexpr double kAround = 24;  // pixels of the picture, and
-  constexpr double kOfPipe = 4;   // half widths of the pipe, beyond the leak
-  const double margin = kAround + kOfPipe * view.half_width;
-  sensor_msgs::msg::Image result;
-  std::visit(
-      [&](const auto& image) {
-        using Pixel = std::decay_t<decltype(image(0, 0))>;
-        const auto cut = [](double value, int size) {
-          return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
-        };
-        const int left =
-            cut(std::floor(std::min(view.start.x(), view.end.x()) - margin), image.width);
-        const int right =
-            cut(std::ceil(std::max(view.start.x(), view.end.x()) + margin), image.width);
-        const int top =
-            cut(std::floor(std::min(view.start.y(), view.end.y()) - margin), image.height);
-        const int bottom =
-            cut(std::ceil(std::max(view.start.y(), view.end.y()) + margin), image.height);
-        if (left >= right || top >= bottom) {
-          return;
-        }
-        const int step = 1 + (std::max(right - left, bottom - top) - 1) / kLargest;
-        const auto level = [&](Pixel pixel) {
-          double temperature = std::numeric_limits<double>::quiet_NaN();
-          if constexpr (std::is_same_v<Pixel, float>) {
-            temperature = static_cast<double>(pixel);
-          } else if (pixel < celsius.size()) {
-            temperature = static_cast<double>(celsius[pixel]);
-          }
-          const double share = (temperature - coldest) / (hottest - coldest);
-          return std::isnan(share)
-                     ? std::uint8_t{0}
-                     : static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
-        };
-        for (int y = top; y < bottom; y += step) {
-          for (int x = left; x < right; x += step) {
-            result.data().push_back(level(image(x, y)));
-          }
-        }
-        result.width(static_cast<std::uint32_t>((right - left + step - 1) / step));
-        result.height(static_cast<std::uint32_t>((bottom - top + step - 1) / step));
-        result.step(result.width());
-        result.encoding("mono8");
-      },
-      picture);
-  return result;
 }
 
 }  // namespace pipescout

@@ -4,12 +4,9 @@
 #include <cstdint>
 #include <pipescout_msgs/msg/leak_detections.hpp>
 #include <pipescout_msgs/msg/leak_finding.hpp>
-#include <sensor_msgs/msg/image.hpp>
 #include <span>
 
-#include "pipescout/interfaces/time.hpp"
 #include "pipescout/leak_findings/finding.hpp"
-#include "pipescout/message_conversions/thermal_image.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
 /// From detections and findings to messages. All functions are pure.
@@ -22,13 +19,5 @@ namespace pipescout {
 /// All but the thumbnail. Times of findings are s since the epoch of `Time`.
 [[nodiscard]] pipescout_msgs::msg::LeakFinding finding_message(
     const leak_findings::Finding& finding);
-
-/// What is around the leak of a picture, `mono8`: black is `coldest` degC, white `hottest`; pixels
-/// without a temperature are black. Coarser than the picture where it would be larger than 160
-/// pixels. `celsius`: as for thermal::LeakDetector::detect; not used for temperatures.
-[[nodiscard]] sensor_msgs::msg::Image thumbnail(const ThermalImageReader::View& picture,
-                                                std::span<const float> celsius,
-                                                const leak_findings::BestView& view, double coldest,
-                                                double hottest);
 
 }  // namespace pipescout

@@ -6,12 +6,15 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/testing/component_harness.hpp"
+#include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
@@ -169,10 +172,8 @@ TEST_F(LeakInspectorTest, RaisesALeakWhereItIs) {
   EXPECT_NEAR(finding.length(), 0.8, 0.3);
   EXPECT_EQ(finding.passes(), 1U);
   EXPECT_GT(finding.probability(), 0.9);
-  EXPECT_EQ(finding.thumbnail().encoding(), "mono8");
-  EXPECT_EQ(finding.thumbnail().data().size(),
-            std::size_t{finding.thumbnail().width()} * finding.thumbnail().height());
-  EXPECT_GT(finding.thumbnail().width(), 30U);
+  EXPECT_EQ(finding.thumbnail().format(), "png");
+  EXPECT_GT(finding.thumbnail().data().size(), 100U);
   EXPECT_EQ(events_.back().header().frame_id(), "map");
 
   std::size_t detected = 0;
@@ -196,6 +197,46 @@ TEST_F(LeakInspectorTest, RaisesItWithinThreePicturesOfSeeingIt) {
   ASSERT_EQ(raised.size(), 1U);
   EXPECT_LE(from_message(raised.front().header().stamp()),
             from_message(detections_.at(first + 2).header().stamp()));
+}
+
+TEST_F(LeakInspectorTest, KnowsALeakAgainOnAnotherDayAndReports) {
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path store = folder.path() / "site/leaks.db";
+  const std::filesystem::path report = folder.path() / "report";
+  const std::vector<NamedParameter> kept{{"store", store.string()},
+                                         {"report_folder", report.string()},
+                                         {"datum", std::vector<double>{36.6, -5.8, 80.0}}};
+  auto& first_day = start(kept);
+  send_calibration();
+  drive(10, 32);
+  ASSERT_EQ(events(event_constants::RAISED).size(), 1U);
+  ASSERT_TRUE(harness_.deactivate(first_day).success);
+  harness_.destroy(first_day);
+
+  events_.clear();
+  now_ += std::chrono::hours(24);
+  start(kept);
+  send_calibration();
+  drive(10, 32);
+  ASSERT_FALSE(events_.empty());
+  EXPECT_TRUE(events(event_constants::RAISED).empty()) << "it is known";
+  EXPECT_EQ(events_.back().finding().id(), 1U);
+  EXPECT_EQ(events_.back().finding().passes(), 2U);
+
+  for (const char* file : {"report.html", "leaks.geojson", "leaks.kml", "leaks.csv"}) {
+    EXPECT_GT(std::filesystem::file_size(report / file), 100U) << file;
+  }
+}
+
+TEST_F(LeakInspectorTest, AStoreThatIsNoneIsNamed) {
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path store = folder.path() / "leaks.db";
+  std::ofstream(store) << "This is no store of leaks, and it shall stay as it is. ";
+  auto& inspector = harness_.make<LeakInspector>(
+      {.name = "inspector", .parameters = {{"store", store.string()}}});
+  const auto result = harness_.configure(inspector);
+  EXPECT_FALSE(result.success);
+  EXPECT_THAT(result.message, HasSubstr(store.string()));
 }
 
 TEST_F(LeakInspectorTest, WithoutACalibrationLeaksAreDetectedAndHaveNoPlace) {
@@ -303,7 +344,7 @@ TEST_F(LeakInspectorTest, ParametersOutOfRangeAreNamed) {
   EXPECT_THAT(message({"range.lines", std::vector<double>{1, 2, 3}}), HasSubstr("range.lines"));
   EXPECT_THAT(message({"range.source", "diameter"}), HasSubstr("pipe_diameter"));
   EXPECT_THAT(message({"range.source", "radar"}), HasSubstr("'radar' is none of"));
-  EXPECT_THAT(message({"thumbnail_range", std::vector<double>{1}}), HasSubstr("thumbnail_range"));
+  EXPECT_THAT(message({"datum", std::vector<double>{91, 0, 0}}), HasSubstr("datum"));
   EXPECT_THAT(message({"leak_delta", std::vector<double>{1, 2}}), HasSubstr("leak_delta"));
   EXPECT_THROW((void)harness_.make<LeakInspector>(
                    {.name = "inspector_of_nothing", .parameters = {{"preset", "dragon"}}}),

@@ -92,6 +92,9 @@ inline const Topic<pipescout_msgs::msg::LeakDetections> kLeakDetections{"leak/de
                                                                         QoS::reliable(100)};
 /// Leaks that are raised, updated and cleared, from all pictures. Kept for late joiners.
 inline const Topic<pipescout_msgs::msg::LeakEvent> kLeakEvents{"leak/events", QoS::latched(1000)};
+/// The leaks that there are, from a simulator, one message each. Never published by a robot.
+inline const Topic<pipescout_msgs::msg::LeakEvent> kTrueLeaks{"ground_truth/leaks",
+                                                              QoS::latched(1000)};
 /// Angular rate and specific force, from the driver, and the position of the GPS antenna.
 inline const Topic<sensor_msgs::msg::Imu> kImu{"imu/data", QoS::reliable(200)};
 inline const Topic<sensor_msgs::msg::NavSatFix> kGpsFix{"gps/fix", QoS::reliable(50)};

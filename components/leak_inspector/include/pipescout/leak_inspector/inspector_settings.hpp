@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/interfaces/bound_parameters.hpp"
 #include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/leak_store/leak_store.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 #include "pipescout/thermal/radiometry.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
@@ -28,8 +30,10 @@ struct InspectorSettings {
   /// degC of the grey levels of `mono8` pictures; nothing: not described.
   std::optional<thermal::TemperatureTable> grey;
   leak_findings::LeakFindingsParameters findings;  ///< valid
-  double coldest = 0;                              ///< degC, that is black in thumbnails
-  double hottest = 0;                              ///< degC, white
+  std::string store;                               ///< file; empty: none
+  std::string report_folder;                       ///< empty: none
+  ConditionRecord conditions;
+  std::optional<geometry::GeodeticPosition> datum;
 };
 
 /// The parameters of the component: docs/components/leak_inspector.md.
@@ -55,10 +59,14 @@ class InspectorParameters {
   void declare_camera(Parameters& parameters);
   void declare_object();
   void declare_findings(Parameters& parameters);
+  void declare_archive(Parameters& parameters);
   void declare_messages(Parameters& parameters);
+  [[nodiscard]] std::optional<thermal::CameraConstants> camera_constants() const;
   [[nodiscard]] std::optional<thermal::TemperatureTable> counts() const;
   [[nodiscard]] std::optional<thermal::TemperatureTable> grey() const;
   [[nodiscard]] std::vector<leak_findings::PipeLine> lines() const;
+  [[nodiscard]] ConditionRecord conditions() const;
+  [[nodiscard]] std::optional<geometry::GeodeticPosition> datum() const;
 
   Preset defaults_;
   std::optional<BoundParameters<thermal::LeakDetectorParameters>> detector_;
@@ -73,7 +81,10 @@ class InspectorParameters {
   Parameter<std::vector<double>> grey_range_;
   Parameter<std::string> range_source_;
   Parameter<std::vector<double>> lines_;
-  Parameter<std::vector<double>> thumbnail_range_;
+  Parameter<std::string> store_;
+  Parameter<std::string> report_folder_;
+  Parameter<std::string> weather_;
+  Parameter<std::vector<double>> datum_;
   Parameter<std::string> map_frame_;
   Parameter<std::vector<double>> camera_position_;
   Parameter<std::vector<double>> camera_roll_pitch_yaw_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
@@ -11,6 +11,7 @@
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <span>
+#include <vector>
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/interfaces/component.hpp"
@@ -22,8 +23,11 @@
 
 namespace pipescout {
 
+class FindingsArchive;
+
 /// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in,
-/// `leak/detections` at each picture and `leak/events` out.
+/// `leak/detections` at each picture and `leak/events` out. Findings are kept in a file from day to
+/// day, and a report is written at the end.
 ///
 /// Parameters and faults: docs/components/leak_inspector.md. Parameters take effect when it is
 /// configured.
@@ -34,6 +38,7 @@ class LeakInspector final : public Component {
 
  protected:
   CallbackReturn on_configure() override;
+  CallbackReturn on_deactivate() override;
   CallbackReturn on_cleanup() override;
 
  private:
@@ -51,8 +56,13 @@ class LeakInspector final : public Component {
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
   [[nodiscard]] thermal::FrameConditions conditions(
       const std::optional<leak_findings::FramePose>& pose) const;
-  void report(const leak_findings::FrameResult& result, const Image& message,
-              const ThermalImageReader::View& picture, std::span<const float> celsius);
+  /// Keeps the picture of each finding that none has shown better.
+  void keep_evidence(const leak_findings::FrameResult& result, Time stamp,
+                     const ThermalImageReader::View& picture, std::span<const float> celsius,
+                     const thermal::Detections& detections);
+  void publish(const leak_findings::Event& event, const Image& picture);
+  /// Of the archive: what fails is counted, and the inspection goes on.
+  void try_to_keep(const std::function<void()>& action);
   void tell_counts();
 
   InspectorParameters declared_;
@@ -66,9 +76,11 @@ class LeakInspector final : public Component {
   std::optional<leak_findings::LeakFindings> findings_;  // from the first calibration on
   std::optional<OdometryHistory> odometry_;
   ThermalImageReader reader_;
-  std::map<std::uint64_t, Image> thumbnails_;  // by finding
+  std::unique_ptr<FindingsArchive> archive_;
+  std::vector<float> temperatures_;  // of a picture that is evidence, degC
   std::uint64_t frame_ = 0;
   std::uint64_t with_pipe_ = 0;
+  std::uint64_t failed_ = 0;
   bool image_heard_ = true;
 
   Publisher<pipescout_msgs::msg::LeakDetections> detections_publisher_;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/leak_findings/finding.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/leak_store/evidence.hpp"
+#include "pipescout/leak_store/leak_store.hpp"
+
+namespace pipescout {
+
+/// Where findings are kept beyond the run, and told to people. Not thread-safe.
+class FindingsArchive {
+ public:
+  /// `store`: file of the findings of all days; empty: they are not kept. `report_folder`: gets the
+  /// report; empty: there is none. Missing folders are made. Throws LeakStoreError and
+  /// std::filesystem::filesystem_error naming the file.
+  FindingsArchive(const std::filesystem::path& store, std::filesystem::path report_folder);
+
+  /// Of other days, and of this one so far.
+  [[nodiscard]] std::vector<leak_findings::Finding> known() const;
+
+  /// Throws LeakStoreError.
+  void log(const ConditionRecord& record);
+  /// The picture that shows a finding best; saved with it the next time.
+  void keep(std::uint64_t finding, Evidence evidence);
+  /// Nothing where none was kept since the start.
+  [[nodiscard]] const Evidence* evidence(std::uint64_t finding) const;
+  /// On the disk when it returns. Throws LeakStoreError.
+  void save(const leak_findings::Finding& finding);
+
+  /// Place of the robot in the map, m, for the report; every `kTrackStep` one is kept.
+  void add_to_track(const Eigen::Vector2d& place);
+  static constexpr double kTrackStep = 1.0;  ///< m
+
+  struct Run {
+    std::string made;  ///< when, and by what
+    std::size_t pictures = 0;
+    std::size_t pictures_failed = 0;
+    std::vector<leak_findings::PipeLine> pipes;
+    std::optional<geometry::GeodeticPosition> datum;
+  };
+  /// leaks.geojson, leaks.kml, leaks.csv and report.html of these findings. Throws LeakStoreError
+  /// and std::system_error naming the file.
+  void write_report(std::span<const leak_findings::Finding> findings, const Run& run) const;
+
+ private:
+  std::filesystem::path report_folder_;
+  std::optional<LeakStore> store_;
+  std::vector<ConditionRecord> conditions_;  // where there is no store
+  std::map<std::uint64_t, Evidence> evidence_;
+  std::set<std::uint64_t> unsaved_;  // whose evidence is not in the store
+  std::vector<Eigen::Vector2d> track_;
+};
+
+}  // namespace pipescout
