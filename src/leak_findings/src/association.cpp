@@ -2,7 +2,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "leak_findings_implementation.hpp"
 
@@ -15,6 +14,9 @@ constexpr double kFirstStep = 0.1;
 constexpr double kNextStep = 0.04;
 /// s: a picture as old says nothing of where a leak is in this one.
 constexpr double kPictureMemory = 1.0;
+/// Detections that count before something is raised: what mirrors or shines stays as long as a
+/// leak, and then only where it is tells them apart.
+constexpr double kMostPersistence = 3.25;
 /// Nothing is looked for at a larger angle from where it is expected: the cosine.
 constexpr double kLeastCosine = 0.9;
 
@@ -63,18 +65,15 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
     if (!end || !extent.known[k]) {
       continue;
     }
-    const double place = place_on_line(end->eye, end->ray, extent.origin, extent.along);
-    const double squared_sine = 1 - std::pow(end->ray.dot(extent.along), 2);
-    const double variance =
-        (std::pow(range * end->along_deviation, 2) + std::pow(end->position_jitter, 2)) /
-        squared_sine;
-    const double off = place - extent.end[k];
-    nearest = std::min(nearest, off * off / (variance + extent.variance[k]));
+    const PlaceEstimate& known = follow.end(k);
+    const Miss off = miss(*end, known.point(), known.relative_covariance());
+    nearest = std::min(nearest, off.offset.x() * off.offset.x() / off.covariance(0, 0));
   }
   double motion = 0;
   if (std::isfinite(nearest)) {
-    // Clutter is anywhere within the gate, a leak at its place.
-    motion = std::log(2 * p.gate / std::sqrt(2 * std::numbers::pi)) - 0.5 * nearest;
+    // What a leak that stays where it is would show, against something that moves anyhow. What
+    // moves along with the camera seems to be at another range than the pipe: that adds up here.
+    motion = 0.5 * (1 - nearest);
   } else {
     const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
     const double half = 0.5 * range * o.angle;
@@ -83,8 +82,7 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
     nearest = touches ? 0 : std::numeric_limits<double>::infinity();
   }
   const double distance = across + nearest;
-  return distance <= p.gate * p.gate ? std::optional(Match{distance, std::min(motion, 0.5)})
-                                     : std::nullopt;
+  return distance <= p.gate * p.gate ? std::optional(Match{distance, motion}) : std::nullopt;
 }
 
 /// By its middle, which lengths that differ, or are not seen, may move.
@@ -172,10 +170,14 @@ void LeakFindings::Implementation::assign(const Frame& frame, const std::optiona
 void LeakFindings::Implementation::take(Follow& follow, std::size_t observation, const Match& match,
                                         const Frame& frame) {
   const Observation& o = observations[observation];
-  follow.log_odds = std::min(
-      follow.log_odds +
-          std::max(std::log(p.detection_probability / p.clutter_probability) + match.motion, -4.0),
-      kMostLogOdds);
+  const double gain = std::log(p.detection_probability / p.clutter_probability);
+  if (follow.finding.id == 0) {
+    const double persistence = std::min(gain, kMostPersistence * gain - follow.persistence);
+    follow.persistence += persistence;
+    follow.log_odds += persistence + match.motion;
+  } else {
+    follow.log_odds = std::min(follow.log_odds + gain, kMostLogOdds);
+  }
   follow.add(frame, o, camera, p);
   follow.taken = true;
   used[observation] = 1;

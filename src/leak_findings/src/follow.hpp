@@ -62,6 +62,7 @@ class Follow {
  public:
   Finding finding{};
   double log_odds = 0;
+  double persistence = 0;  ///< the part of them that is from being detected
   double event_time = -std::numeric_limits<double>::infinity();  ///< of the latest event
   bool news = false;                                             ///< something has changed since
   bool taken = false;  ///< has an observation in this frame
@@ -73,6 +74,8 @@ class Follow {
   /// In the map, of the middle of what was seen of it in the pass that goes on; nothing before a
   /// bearing was.
   [[nodiscard]] const PlaceEstimate& place() const { return pass_.place; }
+  /// Of the lower and the upper end along the pipe, likewise.
+  [[nodiscard]] const PlaceEstimate& end(std::size_t which) const { return pass_.ends[which]; }
   /// While there is a place.
   [[nodiscard]] Extent extent() const;
   [[nodiscard]] const Eigen::Vector2d& pixel() const { return pixel_; }

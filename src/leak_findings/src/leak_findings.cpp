@@ -184,6 +184,7 @@ void LeakFindings::Implementation::raise(Follow& candidate, const Frame& frame) 
       return;
     }
     candidate.finding.id = next_id++;
+    candidate.log_odds = std::min(candidate.log_odds, kMostLogOdds);
     candidate.finding.state = FindingState::kRaised;
     followed.push_back(candidate);
     findings.push_back(candidate.finding);

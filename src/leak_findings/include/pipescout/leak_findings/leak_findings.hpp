@@ -20,7 +20,9 @@
 /// body of the robot, `camera` optical: x right, y down, z forward.
 namespace pipescout::leak_findings {
 
-/// What tells how far away the pipes are. Motion between frames adds to it, whatever it is.
+/// What tells how far away the pipes are. Motion between frames adds to it, whatever it is. What is
+/// mirrored in a tube and moves along with the camera is told from a leak by seeming to be farther
+/// away than the tube: the better the range is known, the better.
 enum class RangeSource : std::uint8_t {
   kNone,      ///< nothing: a leak has no position until the robot has moved enough, which is when
               ///< the range is known to `max_range_deviation`

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_findings/leak_findings.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "drive_helpers.hpp"
+
+namespace pipescout::leak_findings {
+namespace {
+
+using test::count;
+using test::Drive;
+using test::drive;
+
+double squared_distance(const MapPosition& position, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d error = position.point - truth;
+  return error.dot(position.covariance.ldlt().solve(error));
+}
+
+TEST(LeakFindings, ALeakIsOneFindingWithItsPlaceAndSize) {
+  Drive world;
+  world.spots = {{10, 0.5, 120}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  const auto told = drive(findings, world, 0, 20, 100);
+  EXPECT_EQ(count(told, EventKind::kRaised), 1U);
+  EXPECT_EQ(count(told, EventKind::kCleared), 0U);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  const Finding& f = findings.findings()[0];
+  EXPECT_EQ(f.id, 1U);
+  EXPECT_EQ(f.state, FindingState::kRaised);
+  EXPECT_GT(f.probability, 0.95);
+  ASSERT_TRUE(f.position);
+  EXPECT_LT((f.position->point - Drive::on_pipe(10)).norm(), 0.1);
+  EXPECT_GT(std::abs(f.position->direction.x()), 0.999);
+  EXPECT_NEAR(f.length, 0.5, 0.05);
+  EXPECT_NEAR(f.mean_delta, 120, 1);
+  EXPECT_LT(f.mean_delta_interval.low, 120);
+  EXPECT_GT(f.mean_delta_interval.high, 120);
+  EXPECT_GE(f.peak_delta, 124);
+  EXPECT_EQ(f.severity, thermal::Severity::kModerate);
+  EXPECT_GT(f.frames, 15U);
+  EXPECT_EQ(f.pass_count, 1U);
+  EXPECT_TRUE(std::isnan(f.delta_growth));
+  // The best view has it near the middle.
+  EXPECT_NEAR(0.5 * (f.best.start.x() + f.best.end.x()), 160, 40);
+  EXPECT_TRUE(findings.candidates().empty());
+}
+
+TEST(LeakFindings, ItIsRaisedAtTheThirdFrameAndNotBefore) {
+  Drive world;
+  world.spots = {{10, 0.3, 75}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  int seen = 0;
+  for (int i = 0;; ++i) {
+    const double x = 7 + 0.22 * i;
+    const thermal::Detections d = world.look(x);
+    const FrameResult& result = findings.update(world.frame(0.04 * i, x), d);
+    seen += d.leaks.empty() ? 0 : 1;
+    if (!result.events.empty()) {
+      EXPECT_EQ(result.events[0].kind, EventKind::kRaised);
+      EXPECT_EQ(result.finding_of, std::vector<std::uint64_t>{1});
+      break;
+    }
+    ASSERT_LT(seen, 4);
+  }
+  EXPECT_EQ(seen, 3);
+}
+
+/// To follow the camera by a share f looks as if it were farther away, by 1 / (1 - f): how little
+/// is noticed depends on how well the range is known.
+TEST(LeakFindings, AReflectionThatMovesAlongIsNone) {
+  LeakFindingsParameters by_diameter = Drive::parameters();
+  LeakFindingsParameters by_line = Drive::parameters();
+  by_line.range_source = RangeSource::kLine;
+  by_line.lines = {{Drive::on_pipe(-5), Drive::on_pipe(60)}};
+  const std::vector<std::pair<double, LeakFindingsParameters>> cases{
+      {0.35, by_line}, {0.6, by_line}, {1.0, by_line}, {0.6, by_diameter}, {1.0, by_diameter}};
+  for (const auto& [follow, parameters] : cases) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      Drive world(seed);
+      world.spots = {{10, 0.4, 150, follow}};
+      LeakFindings findings(parameters, Drive::camera());
+      drive(findings, world, -10, 40, 0);
+      EXPECT_TRUE(findings.findings().empty()) << follow << ' ' << seed;
+    }
+  }
+}
+
+TEST(LeakFindings, AGlintOfTwoFramesIsNone) {
+  Drive world;
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  for (int i = 0; i < 60; ++i) {
+    const double x = 5 + 0.22 * i;
+    world.spots.clear();
+    if (i == 20 || i == 21) {
+      world.spots = {{x, 0.4, 150}};
+    }
+    findings.update(world.frame(0.04 * i, x), world.look(x));
+  }
+  EXPECT_TRUE(findings.findings().empty());
+}
+
+TEST(LeakFindings, ALeakLongerThanThePictureIsOne) {
+  Drive world;
+  world.spots = {{20, 7.0, 140}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  const auto told = drive(findings, world, 5, 35, 0);
+  EXPECT_EQ(count(told, EventKind::kRaised), 1U);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  const Finding& f = findings.findings()[0];
+  EXPECT_NEAR(f.length, 7.0, 0.15);
+  ASSERT_TRUE(f.position);
+  EXPECT_LT((f.position->point - Drive::on_pipe(20)).norm(), 0.2);
+  EXPECT_EQ(f.severity, thermal::Severity::kCritical);
+}
+
+TEST(LeakFindings, TwoLeaksAreTwo) {
+  Drive world;
+  world.spots = {{10, 0.3, 80}, {11, 0.3, 110}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  drive(findings, world, 0, 20, 0);
+  EXPECT_EQ(findings.findings().size(), 2U);
+}
+
+TEST(LeakFindings, ALeakPartlyBehindAPostIsOneAndAdmitsItsPlace) {
+  Drive world;
+  world.spots = {{10, 0.4, 90}};
+  world.posts = {{9.7, 9.9}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  drive(findings, world, 0, 20, 0);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  const Finding& f = findings.findings()[0];
+  EXPECT_TRUE(std::isnan(f.length));  // an end was never seen
+  ASSERT_TRUE(f.position);
+  EXPECT_LT(squared_distance(*f.position, Drive::on_pipe(10)), 4);
+}
+
+TEST(LeakFindings, MotionTellsTheRangeWhereNothingElseDoes) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindingsParameters p = Drive::parameters();
+  p.range_source = RangeSource::kNone;
+  p.distance = 6;  // where it begins; far off
+  LeakFindings findings(p, Drive::camera());
+  drive(findings, world, 0, 20, 0);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  ASSERT_TRUE(findings.findings()[0].position);
+  EXPECT_LT((findings.findings()[0].position->point - Drive::on_pipe(10)).norm(), 0.6);
+
+  // A robot that stands still has no way to know.
+  LeakFindings standing(p, Drive::camera());
+  for (int i = 0; i < 30; ++i) {
+    standing.update(world.frame(0.04 * i, 10), world.look(10));
+  }
+  ASSERT_EQ(standing.findings().size(), 1U);
+  EXPECT_FALSE(standing.findings()[0].position);
+}
+
+TEST(LeakFindings, AKnownLineKeepsOutWhatIsNotOnIt) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindingsParameters p = Drive::parameters();
+  p.range_source = RangeSource::kLine;
+  p.lines = {{Drive::on_pipe(-5), Drive::on_pipe(60)}};
+  LeakFindings on_it(p, Drive::camera());
+  drive(on_it, world, 0, 20, 0);
+  ASSERT_EQ(on_it.findings().size(), 1U);
+  EXPECT_LT((on_it.findings()[0].position->point - Drive::on_pipe(10)).norm(), 0.1);
+  EXPECT_LT(on_it.findings()[0].position->covariance(2, 2), 0.06 * 0.06);
+
+  p.lines = {{Drive::on_pipe(-5) + Eigen::Vector3d(0, 0, 2), Drive::on_pipe(60)}};
+  LeakFindings off_it(p, Drive::camera());
+  drive(off_it, world, 0, 20, 0);
+  EXPECT_TRUE(off_it.findings().empty());
+  EXPECT_GT(off_it.counters().off_lines, 10U);
+}
+
+TEST(LeakFindings, OtherDaysMatchTheSameFindingAndShowGrowth) {
+  constexpr double kDay = 86400;
+  std::vector<Finding> stored;
+  for (int day = 0; day < 4; ++day) {
+    Drive world(static_cast<std::uint64_t>(day) + 1);
+    world.spots = {{10, 0.3 + 0.1 * day, 80.0 + 12 * day}, {15, 0.4, 100}};
+    world.position_error = {0.1 * (day % 2 == 0 ? 1 : -1), 0.05, 0};
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    EXPECT_EQ(findings.restore(stored), stored.size());
+    const auto told = drive(findings, world, 0, 25, kDay * day);
+    EXPECT_EQ(count(told, EventKind::kRaised), day == 0 ? 2U : 0U);
+    EXPECT_GE(count(told, EventKind::kUpdated), 2U);
+    stored.assign(findings.findings().begin(), findings.findings().end());
+    ASSERT_EQ(stored.size(), 2U);
+  }
+  EXPECT_EQ(stored[0].pass_count, 4U);
+  EXPECT_NEAR(stored[0].delta_growth * 24, 12, 1.5);
+  EXPECT_NEAR(stored[0].length_growth * 24, 0.1, 0.03);
+  EXPECT_NEAR(stored[1].delta_growth * 24, 0, 1.5);
+  EXPECT_LT((stored[0].position->point - Drive::on_pipe(10)).norm(), 0.15);
+  EXPECT_DOUBLE_EQ(stored[0].passes.front().time, stored[0].first_time);
+}
+
+TEST(LeakFindings, AMendedLeakIsCleared) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindings before(Drive::parameters(), Drive::camera());
+  drive(before, world, 0, 20, 0);
+  world.spots.clear();
+  LeakFindings after(Drive::parameters(), Drive::camera());
+  after.restore(before.findings());
+  const auto told = drive(after, world, 0, 20, 86400);
+  EXPECT_EQ(count(told, EventKind::kCleared), 1U);
+  ASSERT_EQ(after.findings().size(), 1U);
+  EXPECT_EQ(after.findings()[0].state, FindingState::kCleared);
+  // And raised again when it comes back.
+  world.spots = {{10, 0.3, 90}};
+  const auto again = drive(after, world, 0, 20, 2 * 86400);
+  EXPECT_EQ(count(again, EventKind::kRaised), 1U);
+  EXPECT_EQ(after.findings().size(), 1U);
+}
+
+TEST(LeakFindings, WithoutPosesItIsFollowedInThePicture) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  for (int i = 0; i < 60; ++i) {
+    const double x = 5 + 0.22 * i;
+    Frame frame = world.frame(0.04 * i, x);
+    frame.pose.reset();
+    EXPECT_EQ(findings.update(frame, world.look(x)).fault, InputFault::kNoPose);
+  }
+  ASSERT_EQ(findings.findings().size(), 1U);
+  EXPECT_FALSE(findings.findings()[0].position);
+  EXPECT_EQ(findings.counters().faults[static_cast<std::size_t>(InputFault::kNoPose)], 60U);
+}
+
+/// Errors of the poses as large as they say, the same all along a pass: whatever the number of
+/// frames, the truth must lie in the ellipse of 95 % in 90 to 99 % of the passes.
+TEST(LeakFindings, TheStatedEllipseHoldsTheTruth) {
+  constexpr double k95 = 7.815;  // chi-square, 3 degrees of freedom
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  int inside = 0;
+  constexpr int kPasses = 300;
+  for (int i = 0; i < kPasses; ++i) {
+    Drive world(static_cast<std::uint64_t>(i) + 1);
+    world.spots = {{10, 0.4, 90}};
+    world.pixel_noise = 1;
+    for (int k = 0; k < 3; ++k) {
+      world.position_error[k] = world.position_deviation * normal(engine);
+      world.rotation_error[k] = world.rotation_deviation * normal(engine);
+    }
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    drive(findings, world, 6, 14, 0);
+    ASSERT_EQ(findings.findings().size(), 1U);
+    inside += squared_distance(*findings.findings()[0].position, Drive::on_pipe(10)) < k95 ? 1 : 0;
+  }
+  EXPECT_GE(inside, kPasses * 0.90);
+  EXPECT_LE(inside, kPasses * 0.99);
+}
+
+}  // namespace
+}  // namespace pipescout::leak_findings
