@@ -225,8 +225,11 @@ std::size_t LeakFindings::restore(std::span<const Finding> stored) {
   Implementation& i = *implementation_;
   std::size_t taken = 0;
   for (const Finding& finding : stored) {
-    if (finding.state == FindingState::kCandidate || finding.id == 0 ||
-        find(finding.id) != nullptr || !finite(finding) || i.followed.size() >= i.p.max_findings) {
+    const bool known = std::any_of(i.followed.begin(), i.followed.end(), [&](const Follow& follow) {
+      return follow.finding.id == finding.id;
+    });
+    if (finding.state == FindingState::kCandidate || finding.id == 0 || known || !finite(finding) ||
+        i.followed.size() >= i.p.max_findings) {
       continue;
     }
     Follow& follow = i.followed.emplace_back();
