@@ -60,6 +60,12 @@ void ThermalPatrol::step() {
   ++steps_;
 }
 
+void ThermalPatrol::stand() {
+  robot_.command({});
+  robot_.step();
+  ++steps_;
+}
+
 void ThermalPatrol::drive_until(double time) {
   const auto wanted = std::llround(time / GroundRobot::kStep);
   while (static_cast<long long>(steps_) < wanted) {

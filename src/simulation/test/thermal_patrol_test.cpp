@@ -79,6 +79,17 @@ TEST(ThermalPatrol, IsTheSameForTheSameSeedHoweverItIsDriven) {
   EXPECT_EQ(first, second);
 }
 
+TEST(ThermalPatrol, StandsWhenItIsToldTo) {
+  ThermalPatrol patrol(patrol_of(1));
+  const double begin = patrol.place();
+  for (int i = 0; i < 500; ++i) {
+    patrol.stand();
+  }
+  EXPECT_NEAR(patrol.place(), begin, 0.01);
+  patrol.drive_until(3);
+  EXPECT_GT(patrol.place(), begin + 1);
+}
+
 TEST(ThermalPatrol, RefusesWhatIsOutOfRange) {
   ThermalPatrolParameters parameters = patrol_of(1);
   parameters.end = parameters.begin;

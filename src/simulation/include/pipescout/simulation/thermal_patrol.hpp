@@ -41,6 +41,8 @@ class ThermalPatrol {
 
   /// Steers for the end of its way; a step of `GroundRobot::kStep`.
   void step();
+  /// The same, but it stands, or stops.
+  void stand();
   /// To the nearest step; nothing for a time that has passed. Seconds.
   void drive_until(double time);
   [[nodiscard]] bool arrived() const noexcept { return course_.arrived(); }

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/patrol_simulation/patrol_drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace pipescout {
+namespace {
+
+using simulation::GroundRobot;
+
+std::int64_t steps_of(double seconds) {
+  return std::max<std::int64_t>(1, std::llround(seconds / GroundRobot::kStep));
+}
+
+const PatrolDriveParameters& checked(const PatrolDriveParameters& parameters) {
+  parameters.validate();
+  return parameters;
+}
+
+simulation::ImuParameters sampled(const PatrolDriveParameters& parameters) {
+  simulation::ImuParameters imu = parameters.imu;
+  imu.period = static_cast<double>(steps_of(imu.period)) * GroundRobot::kStep;
+  return imu;
+}
+
+void check(const char* field, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    std::ostringstream message;
+    message << field << ": " << value << " is outside [" << low << ", " << high << "]";
+    throw std::invalid_argument(message.str());
+  }
+}
+
+}  // namespace
+
+void PatrolDriveParameters::validate() const {
+  patrol.validate();
+  imu.validate();
+  gps.validate();
+  check("standing", standing, 0, 1000);
+  check("odometer_period", odometer_period, GroundRobot::kStep, 10);
+}
+
+PatrolDrive::PatrolDrive(const PatrolDriveParameters& parameters)
+    : parameters_(checked(parameters)),
+      patrol_(parameters.patrol),
+      imu_(sampled(parameters), parameters.seed),
+      gps_(parameters.gps, parameters.seed),
+      steps_per_imu_sample_(steps_of(parameters.imu.period)),
+      steps_per_odometer_sample_(steps_of(parameters.odometer_period)) {
+  measure();
+}
+
+void PatrolDrive::drive_until(double time) {
+  const std::int64_t wanted = std::llround(time / GroundRobot::kStep);
+  while (steps_ < wanted) {
+    if (static_cast<double>(steps_) * GroundRobot::kStep < parameters_.standing) {
+      patrol_.stand();
+    } else {
+      patrol_.step();
+    }
+    ++steps_;
+    measure();
+  }
+}
+
+void PatrolDrive::measure() {
+  const simulation::BodyMotion& body = motion();
+  if (steps_ % steps_per_imu_sample_ == 0) {
+    imu_samples_.push_back({.time = body.time,
+                            .reading = imu_.measure({.angular_rate = body.angular_rate,
+                                                     .specific_force = body.specific_force()})});
+  }
+  if (steps_ % steps_per_odometer_sample_ == 0) {
+    odometer_samples_.push_back({.time = body.time, .distances = patrol_.robot().odometers()});
+  }
+  // A fix is of the step that is nearest to its time.
+  while (gps_.due() < body.time + GroundRobot::kStep / 2) {
+    if (const auto fix = gps_.measure(body.T_map_body)) {
+      fixes_.push_back(*fix);
+    }
+  }
+}
+
+std::vector<PatrolDrive::ImuSample> PatrolDrive::take_imu_samples() {
+  return std::exchange(imu_samples_, {});
+}
+
+std::vector<PatrolDrive::OdometerSample> PatrolDrive::take_odometer_samples() {
+  return std::exchange(odometer_samples_, {});
+}
+
+std::vector<simulation::GpsFix> PatrolDrive::take_fixes() {
+  const double now = motion().time;
+  const auto late =
+      std::stable_partition(fixes_.begin(), fixes_.end(),
+                            [now](const simulation::GpsFix& fix) { return fix.arrival <= now; });
+  std::vector<simulation::GpsFix> arrived(fixes_.begin(), late);
+  fixes_.erase(fixes_.begin(), late);
+  std::ranges::stable_sort(arrived, {}, &simulation::GpsFix::arrival);
+  return arrived;
+}
+
+}  // namespace pipescout
