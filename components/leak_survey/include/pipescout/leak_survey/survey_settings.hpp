@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/thermal/leak_detector.hpp"
+
+namespace pipescout {
+
+/// For what a detector is set up.
+enum class SurveyPreset : std::uint8_t {
+  kCollectors,  ///< tubes of a solar plant, above 100 degC
+  kTorresol,    ///< the same to the letter of Ibarguren et al. 2013
+  kHotPipes,    ///< anything long that is warmer than what is around it
+  kColdPipes,   ///< or colder
+};
+/// "collectors", "torresol", "hot_pipes", "cold_pipes"; "unknown" for a value that is no
+/// enumerator.
+[[nodiscard]] std::string_view to_string(SurveyPreset preset) noexcept;
+[[nodiscard]] thermal::LeakDetectorParameters detector_of(SurveyPreset preset);
+
+/// How the pictures of a folder were taken.
+struct SurveySettings {
+  SurveyPreset preset = SurveyPreset::kCollectors;
+  std::optional<double> field_of_view;  ///< rad, across the whole width of a picture
+  double frame_rate = 9;                ///< 1/s, of pictures that do not tell when they were taken
+  double position_deviation = 0.2;      ///< m per axis, of poses that do not tell
+  double orientation_deviation = 0.02;  ///< rad per axis, likewise
+  leak_findings::LeakFindingsParameters findings;
+  std::optional<geometry::GeodeticPosition> datum;
+  std::string weather;
+  std::string calibration;
+};
+
+/// Of YAML, every entry of which may be left out:
+///
+///     preset: collectors                  # torresol, hot_pipes or cold_pipes
+///     field_of_view: 24.6                 # degrees, across the whole width of a picture
+///     camera_position: [0.3, 0, 1.2]      # m, of the optical frame in the base frame
+///     camera_roll_pitch_yaw: [-90, 0, 0]  # degrees
+///     range: {source: distance, distance: 10, distance_deviation: 1}
+///                                         # or none; diameter, pipe_diameter; lines
+///     lines: [[[0, 8, 2], [150, 8, 2]]]   # m, axes of the pipes in the map
+///     pose_deviation: {position: 0.2, orientation: 1.1}   # m, degrees
+///     frame_rate: 9
+///     datum: {latitude: 36.66, longitude: -5.8, altitude: 60}
+///     weather: clear night, 14 degC, wind 2 m/s
+///     calibration: black body at 100 degC, 2013-09-02
+///
+/// Throws std::runtime_error, "name:line: ...", for a name that is not known or given twice, and
+/// for a value of a wrong type or out of its range.
+[[nodiscard]] SurveySettings parse_survey_settings(const std::string& text,
+                                                   const std::string& name);
+
+}  // namespace pipescout
