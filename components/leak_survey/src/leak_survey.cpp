@@ -178,7 +178,11 @@ class Survey {
 
     leak_findings::LeakFindings& findings = findings_for(picture);
     thermal::FrameConditions conditions;
-    conditions.reference_temperature = findings.reference_temperature();
+    const double time = time_of(file, picture, known);
+    // Of the pictures before, where they are of the same drive: unrelated ones tell nothing.
+    if (last_time_ && std::abs(time - *last_time_) <= settings_.findings.pass_gap) {
+      conditions.reference_temperature = findings.reference_temperature();
+    }
     if (settings_.field_of_view &&
         settings_.findings.range_source == leak_findings::RangeSource::kDistance) {
       conditions.metres_per_pixel = settings_.findings.distance / focal_length(picture.width);
@@ -186,7 +190,7 @@ class Survey {
     const thermal::Detections& detections = detector_.detect(picture.view(), conditions);
 
     leak_findings::Frame frame;
-    frame.time = time_of(file, picture, known);
+    frame.time = time;
     frame.number = ++number_;
     if (known != nullptr) {
       frame.pose = known->pose;
