@@ -289,10 +289,14 @@ void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t 
     return i >= 0 && i < static_cast<int>(t.size()) &&
            std::isfinite(t[static_cast<std::size_t>(i)]);
   };
+  // Not into another body: the flank of what stands before the pipe is no leak.
   const int reach = static_cast<int>(std::ceil(least_width_));
+  const bool body_before = first > 0 && parts_[first - 1].kind == PartKind::kNotThisPipe;
+  const bool body_behind =
+      last + 1 < parts_.size() && parts_[last + 1].kind == PartKind::kNotThisPipe;
   const int middle = sample_at(0.5 * (stretch.from + stretch.to), t.size());
   int start = sample_at(stretch.from, t.size());
-  const int earliest = start - reach;
+  const int earliest = body_before ? start : start - reach;
   while (start < middle && !above(start)) {
     ++start;
   }
@@ -300,7 +304,7 @@ void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t 
     --start;
   }
   int end = sample_at(std::nextafter(stretch.to, stretch.from), t.size());
-  const int latest = end + reach;
+  const int latest = body_behind ? end : end + reach;
   while (end > middle && !above(end)) {
     --end;
   }

@@ -145,6 +145,18 @@ TEST(PipeProfile, WhatHasNotThePipesShapeIsNoLeak) {
   EXPECT_EQ(analysis.parts()[1].kind, PartKind::kNotThisPipe);
 }
 
+TEST(PipeProfile, TheFlankOfABodyBeforeThePipeIsNoLeak) {
+  auto profile = level(100, 150);
+  warm(profile, 42, 26, 300);
+  const float flank[] = {166, 200, 241, 276};
+  std::copy(std::begin(flank), std::end(flank), profile.begin() + 38);
+  std::vector<std::uint8_t> shaped(100, 1);
+  std::fill_n(shaped.begin() + 41, 27, std::uint8_t{0});
+  ProfileAnalysis analysis{ProfileParameters{}};
+  analysis.analyse(profile, shaped, {});
+  EXPECT_TRUE(analysis.leaks().empty());
+}
+
 TEST(PipeProfile, TheKnownReferenceCountsWhereThePipeIsMuchWarmer) {
   EXPECT_DOUBLE_EQ(analysed(level(50, 170), {}, {0, 150.0}).reference_temperature(), 170);
   const auto all = analysed(level(50, 250), {}, {0, 150.0});
