@@ -24,7 +24,8 @@ class Plot {
   Plot(std::string title, double x_most, std::string x_name, double y_least, double y_most,
        std::string y_name)
       : x_most_(std::max(x_most, 1e-9)), y_least_(y_least), y_most_(y_most) {
-    const double room = std::max(0.08 * (y_most_ - y_least_), 0.5);
+    // For curves at the end of the range, and for what is written above them.
+    const double room = std::max(0.15 * (y_most_ - y_least_), 0.5);
     y_most_ += room;
     y_least_ -= y_least_ == 0 ? 0 : room;
     svg_ = "<svg class=\"plot\" viewBox=\"0 0 " + fixed(kWidth, 0) + " " + fixed(kHeight, 0) +
@@ -164,6 +165,7 @@ std::string profile_figure(const Evidence& e) {
   Plot parts("C  Parts and what they are", length, x_name, double{*least}, double{*most},
              "T / degC");
   parts.band(e.leak_from * step, e.leak_to * step, kLeakColour);
+  parts.curve(e.profile, 0.5, step, "#e3a6b2");
   if (std::isfinite(e.reference_temperature)) {
     parts.line(0, e.reference_temperature, length, e.reference_temperature, "#777777", "1", "4 3");
   }
