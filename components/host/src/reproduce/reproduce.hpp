@@ -10,6 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/leak_study/roc.hpp"
+
 /// Tables of the papers and figures of our own, computed anew. tables.cpp lists
 /// them.
 namespace pipescout::host {
@@ -85,6 +88,13 @@ struct EstimatorExtent {
   double outage = 60;     ///< s, without GPS
 };
 
+/// How many patrols along collectors there are, for each seed.
+struct LeaksExtent {
+  std::size_t largest_seeds = 5;  ///< however many are asked for: five sets of sequences
+  leak_study::CampaignSettings campaign{};
+  leak_study::RocSettings roc{};
+};
+
 // The tables.
 Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
@@ -101,5 +111,10 @@ Reproduction reproduce_estimator(const ReproduceOptions& options, std::ostream& 
 /// The same with less, for tests.
 Reproduction reproduce_estimator(const ReproduceOptions& options, const EstimatorExtent& extent,
                                  std::ostream& out);
+
+Reproduction reproduce_leaks(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_leaks(const ReproduceOptions& options, const LeaksExtent& extent,
+                             std::ostream& out);
 
 }  // namespace pipescout::host

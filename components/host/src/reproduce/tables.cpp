@@ -19,6 +19,9 @@ std::span<const ReproducibleTable> reproducible_tables() {
       ReproducibleTable{"estimator",
                         "Figures of the state estimator on three robots and on real recordings",
                         true, reproduce_estimator},
+      ReproducibleTable{"leaks",
+                        "Figure 7 of Ibarguren and others, and the figures of leak inspection",
+                        true, reproduce_leaks},
   };
   return kTables;
 }

@@ -44,13 +44,34 @@ TEST(Reproduce, OdometryGivesThePapersTable) {
 }
 
 TEST(Reproduce, ListsItsTables) {
-  ASSERT_EQ(reproducible_tables().size(), 4U);
+  ASSERT_EQ(reproducible_tables().size(), 5U);
   EXPECT_EQ(reproducible_tables()[0].name, "odometry");
   EXPECT_FALSE(reproducible_tables()[0].simulates);
   EXPECT_EQ(reproducible_tables()[1].name, "in-pipe");
   EXPECT_TRUE(reproducible_tables()[1].simulates);
   EXPECT_EQ(reproducible_tables()[2].name, "rack");
   EXPECT_TRUE(reproducible_tables()[2].simulates);
+  EXPECT_EQ(reproducible_tables()[4].name, "leaks");
+  EXPECT_TRUE(reproducible_tables()[4].simulates);
+}
+
+TEST(Reproduce, LeaksGiveTheirFigures) {
+  std::ostringstream out;
+  LeaksExtent extent;
+  extent.campaign = {.sequences = 2, .faint_leaks = 1, .other_leaks = 1, .decoys = 1, .length = 40};
+  extent.roc = {.rises = {75}, .netds = {0.1}, .leaks = 1, .decoys = 1};
+  const auto result = reproduce_leaks({.seeds = 1}, extent, out);
+  for (const char* figure :
+       {"fig7_flagged", "fig7_cut_off_degc", "leaks_found_percent", "false_findings",
+        "finding_position_p95_m", "finding_coverage95_percent"}) {
+    EXPECT_TRUE(result.figures.contains(figure)) << figure;
+  }
+  EXPECT_EQ(result.figures["fig7_flagged"].get<double>(), 13);
+  EXPECT_EQ(result.figures["leaks_found_percent"].get<double>(), 100);
+  EXPECT_EQ(result.seeds.size(), 1U);
+  EXPECT_EQ(result.seeds[0], 1001);
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("Figure 7"), HasSubstr("2 sequences of 40 m"),
+                               HasSubstr("ROC, NETD 100 mK")));
 }
 
 TEST(Reproduce, FliesOverTheRack) {
