@@ -52,5 +52,6 @@ void add_summary_command(CLI::App& app, Action& action);
 void add_reproduce_command(CLI::App& app, Action& action);
 void add_ledger_commands(CLI::App& app, Action& action);
 void add_plot_commands(CLI::App& app, Action& action);
+void add_inspect_commands(CLI::App& app, Action& action);
 
 }  // namespace pipescout::host

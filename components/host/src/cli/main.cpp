@@ -67,6 +67,7 @@ int run(int argc, char** argv) {
   add_reproduce_command(app, action);
   add_ledger_commands(app, action);
   add_plot_commands(app, action);
+  add_inspect_commands(app, action);
   if (const auto problem = unknown_command(app, argc, argv); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitUsage;
