@@ -10,8 +10,10 @@
 namespace pipescout::leak_study {
 namespace {
 
-constexpr double kApart = 8;    // m, from leak to leak
-constexpr double kFirst = 6.1;  // m: in the middle between joints, and clear of posts
+/// m, from leak to leak: three tubes, as from post to post, so that all are half-way between joints
+/// and none is behind a post.
+constexpr double kApart = 3 * simulation::kAbsorberLength;
+constexpr double kFirst = 1.5 * simulation::kAbsorberLength;  // m
 constexpr std::uint64_t kOfRoc = 3;
 
 /// A row with leaks or decoys, evenly.
@@ -27,8 +29,7 @@ SequencePlan plan_row(double netd, std::size_t places, internal::Draw& draw) {
 }
 
 double place_of(std::size_t i) {
-  // Every second joint: 8.12 m apart.
-  return kFirst + 2 * simulation::kAbsorberLength * static_cast<double>(i);
+  return kFirst + kApart * static_cast<double>(i);
 }
 
 }  // namespace

@@ -31,12 +31,14 @@ TEST(Roc, AreaIsTheProbabilityToRankALeakHigher) {
 }
 
 TEST(Roc, HotLeaksAreFoundThroughNoise) {
-  const auto scores = run_roc({.rises = {100}, .netds = {0.1}, .leaks = 1, .decoys = 0}, {}, 1);
+  const auto scores = run_roc({.rises = {100}, .netds = {0.1}, .leaks = 3, .decoys = 0}, {}, 1);
   ASSERT_EQ(scores.size(), 1U);
   EXPECT_EQ(scores[0].netd, 0.1);
   ASSERT_EQ(scores[0].of_leaks.size(), 1U);
-  ASSERT_EQ(scores[0].of_leaks[0].size(), 1U);
-  EXPECT_NEAR(scores[0].of_leaks[0][0], 100, 15);
+  ASSERT_EQ(scores[0].of_leaks[0].size(), 3U);
+  for (const double delta : scores[0].of_leaks[0]) {
+    EXPECT_NEAR(delta, 100, 15);
+  }
   EXPECT_THROW(static_cast<void>(run_roc({.leaks = 0}, {}, 1)), std::invalid_argument);
 }
 
