@@ -9,6 +9,8 @@
 #                                               with the pipe's ledger
 #                                            3. a simulated UAV over a rack of pipes: images -> pose and
 #                                               offsets of the pipes -> servo loop along way-points
+#                                            4. a simulated ground robot on patrol along collectors:
+#                                               thermal pictures -> leaks, their places, a report
 #   inspect.sh READINGS.csv [OPTION...]      your own readings: docs/components/odometer_replay.md
 #
 # Options, of the readings:
@@ -21,7 +23,7 @@
 #   --rate R              speed of the replay, as a multiple of the recording's
 #   --reference COLUMN    column of your file that the fused distance is compared with
 #   --out DIR             the mission folder; default: missions/<name>_<UTC time>. That of the crawler
-#                         is DIR_crawler, that of the rack DIR_rack
+#                         is DIR_crawler, that of the rack DIR_rack, that of the patrol DIR_patrol
 #   -h, --help            this text
 #
 # Stays on this machine: ROS_LOCALHOST_ONLY is 1 unless it is set. Two missions at once on one machine
@@ -33,7 +35,7 @@ set -euo pipefail
 unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '3,31s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,33s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 wrong() {
   echo "inspect.sh: $1" >&2
   echo "inspect.sh --help tells the options." >&2
@@ -104,7 +106,7 @@ fi
 
 composition=$root/launch_scripts/odometry.yaml
 arguments=()
-with_simulations=true steps=6
+with_simulations=true steps=7
 if [ -n "$readings" ]; then
   with_simulations=false steps=4
   composition=$root/launch_scripts/own_readings.yaml
@@ -118,9 +120,11 @@ fi
 now=$(date -u +%Y-%m-%dT%H-%M-%SZ)
 crawler_out=missions/crawler_$now
 rack_out=missions/rack_$now
+patrol_out=missions/patrol_$now
 if [ -n "$out" ]; then
   crawler_out=${out%/}_crawler
   rack_out=${out%/}_rack
+  patrol_out=${out%/}_patrol
 else
   out=missions/$(basename "$composition" .yaml)_$now
 fi
@@ -151,7 +155,8 @@ else
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
       pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
       pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
-      pipescout_state_estimator pipescout_estimator_recorder \
+      pipescout_state_estimator pipescout_estimator_recorder pipescout_patrol_simulation \
+      pipescout_leak_inspector pipescout_leak_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -198,6 +203,9 @@ if $with_simulations; then
 
   step "Mission: a UAV over a rack of pipes"
   pipescout run "$root/launch_scripts/rack.yaml" --out "$rack_out"
+
+  step "Mission: a patrol along collectors"
+  pipescout run "$root/launch_scripts/patrol.yaml" --out "$patrol_out"
 fi
 
 step "Pictures"
@@ -208,4 +216,6 @@ if $with_simulations; then
   pipescout plot rack "$rack_out"
   pipescout plot estimator "$crawler_out"
   pipescout plot estimator "$rack_out"
+  pipescout plot estimator "$patrol_out"
+  echo "Leaks, to look at and to hand on: $patrol_out/report/report.html"
 fi

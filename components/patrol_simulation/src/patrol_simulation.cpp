@@ -75,6 +75,7 @@ CallbackReturn PatrolSimulation::on_configure() {
   complete_ = false;
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
+  true_leaks_publisher_ = create_publisher(topics::kTrueLeaks);
   true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
   imu_publisher_ = create_publisher(topics::kImu);
   fix_publisher_ = create_publisher(topics::kGpsFix);
@@ -104,6 +105,7 @@ CallbackReturn PatrolSimulation::on_cleanup() {
   active_ = false;
   timer_.reset();
   clock_publisher_ = {};
+  true_leaks_publisher_ = {};
   true_odometry_publisher_ = {};
   imu_publisher_ = {};
   fix_publisher_ = {};
@@ -144,6 +146,9 @@ void PatrolSimulation::next_image() {
   Clock clock;
   clock.clock(to_message(stamp));
   clock_publisher_.publish(std::move(clock));
+  if (images_ == 0) {
+    publish_true_leaks();
+  }
   publish_imu();
   publish_odometers();
   publish_fixes();
@@ -201,6 +206,28 @@ void PatrolSimulation::publish_fixes() {
     std::copy_n(covariance.data(), covariance.size(), message->position_covariance().begin());
     message->position_covariance_type(fix_constants::COVARIANCE_TYPE_KNOWN);
     fix_publisher_.publish(std::move(message));
+  }
+}
+
+void PatrolSimulation::publish_true_leaks() {
+  const simulation::ThermalScene& scene = drive_->patrol().scene();
+  std::uint64_t id = 0;
+  for (const simulation::ThermalLeak& leak : scene.parameters().leaks) {
+    const Eigen::Vector3d place = scene.on_tube(leak.place);
+    auto message = std::make_unique<pipescout_msgs::msg::LeakEvent>();
+    message->header().stamp(to_message(kStart));
+    message->header().frame_id(kMapFrame);
+    message->kind(pipescout_msgs::msg::LeakEvent_Constants::RAISED);
+    message->finding().id(++id);
+    message->finding().state("raised");
+    message->finding().probability(1);
+    message->finding().position_known(true);
+    message->finding().position().x(place.x());
+    message->finding().position().y(place.y());
+    message->finding().position().z(place.z());
+    message->finding().length(leak.length);
+    message->finding().delta(leak.rise);
+    true_leaks_publisher_.publish(std::move(message));
   }
 }
 

@@ -90,6 +90,23 @@ TEST(PatrolSimulation, DrivesAlongTheRowAndTellsAll) {
   }
 }
 
+TEST(PatrolSimulation, TellsWhereTheLeaksAre) {
+  ComponentHarness harness;
+  auto& simulation = harness.make<PatrolSimulation>({.parameters = short_patrol()});
+  const auto leaks = harness.collect(topics::kTrueLeaks);
+  const auto images = harness.collect(topics::kThermalImage);
+  const auto info = harness.collect(topics::kThermalCameraInfo);
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until([&] { return !images.empty() && !leaks.empty(); }));
+  ASSERT_EQ(leaks.size(), 1U);
+  EXPECT_EQ(leaks.back().header().frame_id(), "map");
+  EXPECT_EQ(leaks.back().finding().id(), 1U);
+  EXPECT_NEAR(leaks.back().finding().position().x(), 1, 1e-9);
+  EXPECT_NEAR(leaks.back().finding().position().y(), 10, 1e-9);
+  EXPECT_EQ(leaks.back().finding().length(), 0.3);
+  EXPECT_EQ(leaks.back().finding().delta(), 80);
+}
+
 TEST(PatrolSimulation, ShowsGreyLevelsWhenAskedTo) {
   ComponentHarness harness;
   auto& simulation = harness.make<PatrolSimulation>(

@@ -6,6 +6,7 @@
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
 #include <pipescout/geometry/geodesy.hpp>
+#include <pipescout_msgs/msg/leak_event.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
@@ -22,8 +23,8 @@ namespace pipescout {
 
 /// Stands in for a ground robot that patrols along a row of collectors at night, and for its
 /// drivers: publishes `thermal/image_raw`, `thermal/camera_info`, `imu/data`, `gps/fix`,
-/// `odometer/readings`, the truth on `ground_truth/odometry`, and the time of all that on `/clock`,
-/// for nodes with `use_sim_time`.
+/// `odometer/readings`, the truth on `ground_truth/odometry`, `ground_truth/leaks`, and the time of
+/// all that on `/clock`, for nodes with `use_sim_time`.
 ///
 /// Parameters: docs/components/patrol_simulation.md. They take effect when it is configured.
 class PatrolSimulation final : public Component {
@@ -53,6 +54,7 @@ class PatrolSimulation final : public Component {
   void publish_imu();
   void publish_odometers();
   void publish_fixes();
+  void publish_true_leaks();
   void publish_true_odometry(Time stamp);
   void publish_image(Time stamp);
 
@@ -81,6 +83,7 @@ class PatrolSimulation final : public Component {
   Publisher<Imu> imu_publisher_;
   Publisher<Fix> fix_publisher_;
   Publisher<Readings> readings_publisher_;
+  Publisher<pipescout_msgs::msg::LeakEvent> true_leaks_publisher_;
   Publisher<Odometry> true_odometry_publisher_;
   Publisher<Clock> clock_publisher_;
   std::shared_ptr<Timer> timer_;  // for one event
