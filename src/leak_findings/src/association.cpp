@@ -69,17 +69,20 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
     const Miss off = miss(*end, known.point(), known.relative_covariance());
     nearest = std::min(nearest, off.offset.x() * off.offset.x() / off.covariance(0, 0));
   }
+  const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
+  const double half = 0.5 * range * o.angle;
+  const double overlap = std::min(middle + half, extent.high) - std::max(middle - half, extent.low);
   double motion = 0;
   if (std::isfinite(nearest)) {
     // What a leak that stays where it is would show, against something that moves anyhow. What
     // moves along with the camera seems to be at another range than the pipe: that adds up here.
     motion = 0.5 * (1 - nearest);
-  } else {
-    const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
-    const double half = 0.5 * range * o.angle;
-    const bool touches = middle + half >= extent.low - p.extent_slack &&
-                         middle - half <= extent.high + p.extent_slack;
-    nearest = touches ? 0 : std::numeric_limits<double>::infinity();
+    // Of a leak that is known, more may come into view and change where its ends seem to be.
+    if (follow.finding.id != 0 && overlap > std::min(half, 0.5 * (extent.high - extent.low))) {
+      nearest = std::min(nearest, 1.0);
+    }
+  } else if (overlap >= -p.extent_slack) {
+    nearest = 0;
   }
   const double distance = across + nearest;
   return distance <= p.gate * p.gate ? std::optional(Match{distance, motion}) : std::nullopt;

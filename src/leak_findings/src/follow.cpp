@@ -14,6 +14,14 @@ Interval interval(double low, double high, double deviation) {
   return {low - k95 * deviation, high + k95 * deviation};
 }
 
+/// rad: a bearing that tells nothing.
+constexpr double kNothing = 1e3;
+
+bool nearby(const PlaceEstimate& place, const Bearing& bearing, double gate) {
+  const Miss off = miss(bearing, place.point(), place.relative_covariance());
+  return off.offset.x() * off.offset.x() <= gate * gate * off.covariance(0, 0);
+}
+
 double view_score(const Observation& o, const geometry::Camera& camera) {
   const double width = camera.parameters().width;
   const double height = camera.parameters().height;
@@ -57,7 +65,7 @@ void Follow::add(const Frame& frame, const Observation& o, const geometry::Camer
   pass_.peak.add(o.peak_delta);
   pass_.largest_peak = std::max(pass_.largest_peak, o.peak_delta);
   if (o.bearing) {
-    add_places(o);
+    add_places(o, p);
   }
   const double score = view_score(o, camera);
   if (finding.frames == 1 || score > finding.best.score) {
@@ -67,9 +75,12 @@ void Follow::add(const Frame& frame, const Observation& o, const geometry::Camer
   news = true;
 }
 
-void Follow::add_places(const Observation& o) {
+void Follow::add_places(const Observation& o, const LeakFindingsParameters& p) {
   if (!pass_.place.empty()) {
-    pass_.place.add(*o.bearing);
+    // The middle of what is seen of a leak that comes into view moves along with the camera.
+    Bearing bearing = *o.bearing;
+    bearing.along_deviation = o.whole() ? bearing.along_deviation : kNothing;
+    pass_.place.add(bearing);
   } else if (o.range) {
     pass_.place.begin(*o.bearing, *o.range);
     pass_.line = o.line;
@@ -87,10 +98,11 @@ void Follow::add_places(const Observation& o) {
     if (!end) {
       continue;
     }
-    if (!pass_.ends[k].empty()) {
+    if (!pass_.ends[k].empty() && nearby(pass_.ends[k], *end, p.gate)) {
       pass_.ends[k].add(*end);
       continue;
     }
+    // Not seen before; or, the warmer the leak turns out to be, the further in its end lies.
     // As far as what has been seen of the leak so far.
     const double place = place_on_line(end->eye, end->ray, pass_.place.point(), along);
     if (std::isfinite(place)) {

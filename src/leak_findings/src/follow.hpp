@@ -109,7 +109,7 @@ class Follow {
   };
 
   void begin_pass(double time, const LeakFindingsParameters& p);
-  void add_places(const Observation& observation);
+  void add_places(const Observation& observation, const LeakFindingsParameters& p);
   void summarise(const LeakFindingsParameters& p);
   void place_finding(PassSummary& pass, const LeakFindingsParameters& p);
   void find_growth();

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "drive_helpers.hpp"
@@ -115,6 +116,26 @@ TEST(LeakFindings, ALeakLongerThanThePictureIsOne) {
   ASSERT_TRUE(f.position);
   EXPECT_LT((f.position->point - Drive::on_pipe(20)).norm(), 0.2);
   EXPECT_EQ(f.severity, thermal::Severity::kCritical);
+}
+
+/// While it comes into view it looks colder, and longer at the end that is seen.
+TEST(LeakFindings, ALeakWithSoftShouldersIsOne) {
+  Drive world;
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  std::size_t raised = 0;
+  for (int i = 0; i < 120; ++i) {
+    const double x = 5 + 0.22 * i;
+    const double seen = std::clamp((x + 2.2 - 16.0) / 1.5, 0.0, 1.0);
+    const double shoulder = 0.5 * (1 - seen);
+    world.spots = {{18 - 0.5 * shoulder, 3.0 + shoulder, 70 + 120 * seen}};
+    for (const Event& event : findings.update(world.frame(0.04 * i, x), world.look(x)).events) {
+      raised += event.kind == EventKind::kRaised ? 1U : 0U;
+    }
+  }
+  EXPECT_EQ(raised, 1U);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  EXPECT_NEAR(findings.findings()[0].length, 3.0, 0.1);
+  EXPECT_LT((findings.findings()[0].position->point - Drive::on_pipe(18)).norm(), 0.15);
 }
 
 TEST(LeakFindings, TwoLeaksAreTwo) {
