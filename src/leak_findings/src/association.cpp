@@ -60,6 +60,7 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
   const Extent extent = follow.extent();
   const bool turned = o.direction.dot(extent.along) < 0;
   double nearest = std::numeric_limits<double>::infinity();
+  double farthest = 0;
   for (std::size_t k = 0; k < 2; ++k) {
     const auto& end = o.ends[turned ? 1 - k : k];
     if (!end || !extent.known[k]) {
@@ -67,7 +68,9 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
     }
     const PlaceEstimate& known = follow.end(k);
     const Miss off = miss(*end, known.point(), known.relative_covariance());
-    nearest = std::min(nearest, off.offset.x() * off.offset.x() / off.covariance(0, 0));
+    const double squared = off.offset.x() * off.offset.x() / off.covariance(0, 0);
+    nearest = std::min(nearest, squared);
+    farthest = std::max(farthest, squared);
   }
   const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
   const double half = 0.5 * range * o.angle;
@@ -76,7 +79,8 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
   if (std::isfinite(nearest)) {
     // What a leak that stays where it is would show, against something that moves anyhow. What
     // moves along with the camera seems to be at another range than the pipe: that adds up here.
-    motion = 0.5 * (1 - nearest);
+    // Both ends have to stay: what fades in as it moves keeps one of them.
+    motion = 0.5 * (1 - farthest);
     // Of a leak that is known, more may come into view and change where its ends seem to be.
     if (follow.finding.id != 0 && overlap > std::min(half, 0.5 * (extent.high - extent.low))) {
       nearest = std::min(nearest, 1.0);

@@ -311,13 +311,14 @@ void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t 
   while (end < latest && above(end + 1)) {
     ++end;
   }
-  stretch.open_at_start = !known(start - 1);
-  stretch.open_at_end = !known(end + 1);
-  stretch.from = stretch.open_at_start || above(start - 1) || !above(start)
+  // What hides the pipe, or the border, blurs: an edge as near to it may be its own.
+  const int blur = parameters_.split_distance;
+  stretch.open_at_start = !known(start - blur);
+  stretch.open_at_end = !known(end + blur);
+  stretch.from = !known(start - 1) || above(start - 1) || !above(start)
                      ? start
                      : crossing(t, start - 1, level);
-  stretch.to =
-      stretch.open_at_end || above(end + 1) || !above(end) ? end + 1 : crossing(t, end, level);
+  stretch.to = !known(end + 1) || above(end + 1) || !above(end) ? end + 1 : crossing(t, end, level);
 
   const bool leak = stretch.to - stretch.from >= least_width_;
   for (std::size_t i = first; i <= last; ++i) {
