@@ -170,8 +170,14 @@ class Leaks {
         metres += scores[noise].metres;
       }
       std::vector<Measure> measures;
+      for (const auto& point : leak_study::roc_curve({}, others, metres, thresholds())) {
+        measures.push_back({"false findings a km from " + number(point.threshold) + " K",
+                            point.false_per_km,
+                            {},
+                            kSmallIsGood});
+      }
       for (std::size_t rise = 0; rise < extent_.roc.rises.size(); ++rise) {
-        add_curve(measures, of_seeds, noise, rise, others, metres);
+        add_curve(measures, of_seeds, noise, rise, others);
       }
       rows_.add_study(
           "ROC, NETD " + number(1000 * extent_.roc.netds[noise]) + " mK, leaks of 0.3 m", measures);
@@ -180,7 +186,7 @@ class Leaks {
 
   void add_curve(std::vector<Measure>& measures,
                  const std::vector<std::vector<RocScores>>& of_seeds, std::size_t noise,
-                 std::size_t rise, const std::vector<double>& others, double metres) const {
+                 std::size_t rise, const std::vector<double>& others) const {
     std::vector<double> leaks;
     for (const std::vector<RocScores>& scores : of_seeds) {
       const std::vector<double>& more = scores[noise].of_leaks[rise];
@@ -189,13 +195,16 @@ class Leaks {
     const std::string name = "Delta-T " + number(extent_.roc.rises[rise]) + " K: ";
     measures.push_back(
         {name + "area under the curve", leak_study::roc_area(leaks, others), {}, kLargeIsGood});
-    const std::vector<double> thresholds{20, 35, 50, 70};
-    for (const auto& point : leak_study::roc_curve(leaks, others, metres, thresholds)) {
-      const std::string at = name + "from " + number(point.threshold) + " K: ";
-      measures.push_back({at + "found, %", point.found_percent, {}, kLargeIsGood});
-      measures.push_back({at + "false findings a km", point.false_per_km, {}, kSmallIsGood});
+    for (const auto& point : leak_study::roc_curve(leaks, {}, 0, thresholds())) {
+      measures.push_back({name + "found from " + number(point.threshold) + " K, %",
+                          point.found_percent,
+                          {},
+                          kLargeIsGood});
     }
   }
+
+  /// K, of a finding's Delta-T.
+  static std::vector<double> thresholds() { return {20, 35, 50, 70}; }
 
   const LeaksExtent& extent_;
   std::ostream& out_;
