@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kFirstStep = 0.02;  // of a spike, until it is known
 constexpr double kLeastStep = 1e-4;  // of a spike: the mean must be able to grow again
+constexpr std::size_t kMostDropped = 8;  // then it is the motion that is violent
 
 }  // namespace
 
@@ -61,8 +62,24 @@ void ImuIntake::join(const ImuReading& to, Taken& taken) noexcept {
   last_ = to;
 }
 
+void ImuIntake::begin(const ImuReading& now, Taken& taken) noexcept {
+  if (!held_) {
+    held_ = now;
+    return;
+  }
+  if (!near(*held_, now) && dropped_ < kMostDropped) {
+    ++dropped_;
+    taken.outcome = Outcome::kGated;
+    held_ = now;
+    return;
+  }
+  last_ = held_;
+  held_.reset();
+  dropped_ = 0;
+  join(now, taken);
+}
+
 ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
-  constexpr std::size_t kMostDropped = 8;  // then it is the motion that is violent
   if (!(std::isfinite(reading.time) && reading.angular_rate.allFinite() &&
         reading.specific_force.allFinite())) {
     return {.outcome = Outcome::kNotFinite};
@@ -83,13 +100,14 @@ ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
     case ClockWatch::Step::kSuspicious:
       return {.outcome = now.time > clock_.newest() ? Outcome::kFuture : Outcome::kLate};
     case ClockWatch::Step::kJump:
-      last_ = now;
-      held_.reset();
+      last_.reset();
+      held_ = now;
+      dropped_ = 0;
       taken.jumped = true;
       return taken;
   }
   if (!last_) {
-    last_ = now;
+    begin(now, taken);
     return taken;
   }
   if (held_ && near(*held_, now)) {

@@ -33,6 +33,8 @@ class ImuIntake {
  private:
   [[nodiscard]] bool near(const ImuReading& a, const ImuReading& b) const noexcept;
   void join(const ImuReading& to, Taken& taken) noexcept;
+  /// The first reading may be wrong: what is joined begins with one that the next bears out.
+  void begin(const ImuReading& now, Taken& taken) noexcept;
 
   geometry::SO3 R_body_imu_;
   double scale_;

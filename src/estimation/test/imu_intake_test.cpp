@@ -76,6 +76,20 @@ TEST(ImuIntake, SpikesAreBridged) {
   EXPECT_LT((sum.velocity - Vector3d(1 - std::cos(10), 0, 98.1)).norm(), 0.05);
 }
 
+TEST(ImuIntake, WrongFirstReadingsAreNotJoined) {
+  for (int wrong = 1; wrong <= 3; ++wrong) {
+    ImuIntake intake({});
+    Sum sum;
+    for (int i = 0; i <= 100; ++i) {
+      sum.add(intake.add(reading(i, i < wrong ? Vector3d(20 + 10 * i, 0, 0) : Vector3d::Zero())));
+    }
+    const double begin = kPeriod * wrong;
+    EXPECT_NEAR(sum.duration, 1 - begin, 1e-9);
+    EXPECT_LT((sum.velocity - Vector3d(std::cos(begin) - std::cos(1), 0, 9.81 * (1 - begin))).norm(),
+              1e-3);
+  }
+}
+
 TEST(ImuIntake, AStepThatLastsIsTakenOneReadingLate) {
   ImuIntake intake({});
   Sum sum;
