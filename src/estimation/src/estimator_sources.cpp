@@ -283,12 +283,14 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
     return;
   }
   if (verdict == Verdict::kAcquire) {
-    // Beyond that the smoother's gate could refuse what is within reach.
+    // Beyond that the smoother's gate could refuse what is within reach. Not what another source
+    // has made sure of: there it is the rack, or the new source, that is off.
     constexpr double kNear = 4;
     const double expected =
         fix.deviation * fix.deviation + fix.predicted_deviation * fix.predicted_deviation;
     const double off = (fix.measured - fix.predicted).squaredNorm();
-    if (contradicted_[index_of(source)] || off > kNear * expected) {
+    const bool far = off > kNear * expected && !contested(source, m.time);
+    if (contradicted_[index_of(source)] || far) {
       if (source == Source::kHeading) {
         turn({0, std::sqrt(off)}, RestartReason::kReacquired);
       } else {
