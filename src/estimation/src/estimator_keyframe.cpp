@@ -86,7 +86,11 @@ void StateEstimator::Implementation::keyframe(double time) {
 void StateEstimator::Implementation::add_own_factors(double time) {
   add_odometer(time);
   if (status_.standing_still) {
-    smoother_.add(ZeroVelocityMeasurement{time, parameters_.standstill.velocity_deviation});
+    // An odometer is late, and tells a motion some way after it has begun.
+    const StandstillUse& use = parameters_.standstill;
+    const double stood = odometer_.newest() - 0.5 * use.window;
+    smoother_.add(ZeroVelocityMeasurement{use.by_odometer && stood < time ? stood : time,
+                                          use.velocity_deviation});
     smoother_.add(ZeroAngularRateMeasurement{time, window_.sums().mean_rate(),
                                              parameters_.standstill.rate_deviation});
   }

@@ -54,10 +54,13 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
   const Vector3d in_body = 0.5 * (from_origin + to_origin);
   const Vector3d turn = (from.R_map_body.inverse() * to.R_map_body).log();
   const Sinc bend = sinc(turn.norm());
-  Vector3d r = travel.R_travel_body * in_body;
-  r.x() -= globals.odometer_scale * measurement_.distance * bend.value;
+  const Vector3d travelled = travel.R_travel_body * in_body;
+  const double scale = globals.odometer_scale;
+  Vector3d r = travelled;
+  r.x() = travelled.x() / scale - measurement_.distance * bend.value;
   if (derivatives != nullptr) {
-    const Matrix3d whitened = whitening_ * travel.R_travel_body;
+    const Matrix3d scaled = whitening_ * Vector3d(1 / scale, 1, 1).asDiagonal();
+    const Matrix3d whitened = scaled * travel.R_travel_body;
     const Matrix3d by_position = 0.5 * whitened * (to_from + to_to);
     derivatives->from.middleCols<3>(kPosition) = -by_position;
     derivatives->to.middleCols<3>(kPosition) = by_position;
@@ -66,14 +69,13 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
     derivatives->to.middleCols<3>(kRotation) =
         0.5 * whitened * (skew(to_origin) - to_from * to.R_map_body.matrix() * skew(sensor));
     // The angle's gradient is the axis of the turn, at both ends.
-    const Vector3d by_turn =
-        whitening_(0, 0) * globals.odometer_scale * measurement_.distance * bend.slope * turn;
+    const Vector3d by_turn = whitening_(0, 0) * measurement_.distance * bend.slope * turn;
     derivatives->from.block<1, 3>(0, kRotation) += by_turn.transpose();
     derivatives->to.block<1, 3>(0, kRotation) -= by_turn.transpose();
     derivatives->globals(0, kOdometerScale) =
-        -whitening_(0, 0) * measurement_.distance * bend.value;
-    derivatives->globals.col(kMountYaw) = whitening_ * travel.by_yaw * in_body;
-    derivatives->globals.col(kMountPitch) = whitening_ * travel.by_pitch * in_body;
+        -whitening_(0, 0) * travelled.x() / (scale * scale);
+    derivatives->globals.col(kMountYaw) = scaled * travel.by_yaw * in_body;
+    derivatives->globals.col(kMountPitch) = scaled * travel.by_pitch * in_body;
   }
   return whitening_ * r;
 }

@@ -226,7 +226,7 @@ TEST_P(FactorsTest, Odometer) {
   const Dual3 sensor = constant(m.sensor);
   const Dual3 moved = dj.p + dj.r * sensor - di.p - di.r * sensor;
   Dual3 plain = dg.travel() * (Dual(0.5) * ((transpose(di.r) + transpose(dj.r)) * moved));
-  plain[0] = plain[0] - dg.scale * m.distance * sin(a) / a;
+  plain[0] = plain[0] / dg.scale - m.distance * sin(a) / a;
   check_relative<OdometerFactor>(m, from, to, g, list({plain}),
                                  Vector3d(0.01, 0.04, 0.04).asDiagonal());
 }
