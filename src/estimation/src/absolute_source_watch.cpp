@@ -76,6 +76,12 @@ bool AbsoluteSourceWatch::within_reach(const WatchedFix& fix) const noexcept {
          gate_ * (square(fix.deviation) + square(fix.predicted_deviation) + square(drift(fix)));
 }
 
+bool AbsoluteSourceWatch::bears_state_out(const WatchedFix& fix) const noexcept {
+  return state_ == SourceState::kDoubted && fix.witnessed && !fix.shaken &&
+         (fix.measured - fix.predicted).squaredNorm() <=
+             gate_ * (square(fix.deviation) + square(fix.predicted_deviation));
+}
+
 bool AbsoluteSourceWatch::agrees_with_motion(const WatchedFix& fix) const noexcept {
   // Whatever the yaw between the two frames, and without it: how far it is from the first.
   const double measured = (fix.measured - first_.measured).norm();
@@ -144,7 +150,7 @@ Verdict AbsoluteSourceWatch::judge(const WatchedFix& fix) noexcept {
       track_.pairs() >= parameters_.agreeing) {
     return Verdict::kTakeOver;
   }
-  return Verdict::kHold;
+  return bears_state_out(fix) ? Verdict::kUse : Verdict::kHold;
 }
 
 void AbsoluteSourceWatch::note_accepted(double time, double way) noexcept {

@@ -289,8 +289,8 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
     const double expected =
         fix.deviation * fix.deviation + fix.predicted_deviation * fix.predicted_deviation;
     const double off = (fix.measured - fix.predicted).squaredNorm();
-    const bool far = off > kNear * expected && !contested(source, m.time);
-    if (contradicted_[index_of(source)] || far) {
+    const bool state_is_off = contradicted_[index_of(source)] || !contested(source, m.time);
+    if (off > kNear * expected && state_is_off) {
       if (source == Source::kHeading) {
         turn({0, std::sqrt(off)}, RestartReason::kReacquired);
       } else {

@@ -17,7 +17,8 @@ enum class SourceState : std::uint8_t {
   kAbsent,     ///< nothing has come from it for `outage`
   kCandidate,  ///< it has come back; what it says is compared, and not used
   kTrusted,    ///< used
-  kDoubted,    ///< it was trusted and has contradicted several times running; compared, not used
+  kDoubted,    ///< it was trusted and has contradicted several times running; compared, and not
+               ///< used where it contradicts
 };
 /// "absent", "candidate", "trusted", "doubted"; "unknown" for a value that is no enumerator.
 [[nodiscard]] std::string_view to_string(SourceState state) noexcept;
@@ -82,6 +83,9 @@ enum class Verdict : std::uint8_t {
 /// `takeover` or `confirmed_takeover` only, and not while another source contests it. So nothing is
 /// captured by a cluster of wrong fixes that lasts for minutes, and nothing is locked out for ever.
 ///
+/// Of a doubted source a fix is used, all the same, that lies where state and odometer have it: the
+/// ones before it were wrong, not the state.
+///
 /// Pure; no allocation.
 class AbsoluteSourceWatch {
  public:
@@ -119,6 +123,7 @@ class AbsoluteSourceWatch {
   [[nodiscard]] double drift_speed(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
+  [[nodiscard]] bool bears_state_out(const WatchedFix& fix) const noexcept;
 
   SourceWatchParameters parameters_;
   double gate_ = 0;
