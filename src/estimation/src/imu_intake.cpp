@@ -6,8 +6,8 @@
 namespace pipescout::estimation {
 namespace {
 
-constexpr double kFirstStep = 0.02;  // of a spike, until it is known
-constexpr double kLeastStep = 1e-4;  // of a spike: the mean must be able to grow again
+constexpr double kFirstStep = 0.02;      // of a spike, until it is known
+constexpr double kLeastStep = 1e-4;      // of a spike: the mean must be able to grow again
 constexpr std::size_t kMostDropped = 8;  // then it is the motion that is violent
 
 }  // namespace

@@ -72,8 +72,7 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
     const Vector3d by_turn = whitening_(0, 0) * measurement_.distance * bend.slope * turn;
     derivatives->from.block<1, 3>(0, kRotation) += by_turn.transpose();
     derivatives->to.block<1, 3>(0, kRotation) -= by_turn.transpose();
-    derivatives->globals(0, kOdometerScale) =
-        -whitening_(0, 0) * travelled.x() / (scale * scale);
+    derivatives->globals(0, kOdometerScale) = -whitening_(0, 0) * travelled.x() / (scale * scale);
     derivatives->globals.col(kMountYaw) = scaled * travel.by_yaw * in_body;
     derivatives->globals.col(kMountPitch) = scaled * travel.by_pitch * in_body;
   }

@@ -153,7 +153,9 @@ void FixedLagSmoother::Implementation::update(double time) noexcept {
       append_keyframe(time);
     }
     place_waiting();
-    solve();
+    do {
+      solve();
+    } while (count_ > 0 && drop_contradicted());
     if (count_ == 0) {
       return;
     }

@@ -114,7 +114,8 @@ class FixedLagSmoother::Implementation {
   [[nodiscard]] ImuMotion motion_to(std::size_t keyframe, double time) const;
   /// The chi-square of its difference from what is known without it; infinite when that cannot be
   /// told.
-  [[nodiscard]] double innovation(const PlacedFactor& factor, std::size_t keyframe) const;
+  [[nodiscard]] double innovation(const PlacedFactor& factor, std::size_t keyframe,
+                                  bool in_the_equations) const;
   /// Integrates from `begin` to `end` after `start`, the state at which the integration began.
   /// Returns the time of which the IMU says nothing.
   double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
@@ -143,6 +144,11 @@ class FixedLagSmoother::Implementation {
   /// By which of the factors that came in with this update is taken for the culprit.
   enum class Blame : std::uint8_t { kInformation, kResidual };
   [[nodiscard]] bool blame_a_factor(Blame blame);
+  /// Counts and reports it.
+  void take_out(std::size_t k, std::size_t factor, Outcome outcome);
+  /// Of those that came in with this update each had been judged without the others. Takes out the
+  /// one that the rest speaks against most, where that is more than its gate allows. False: none.
+  [[nodiscard]] bool drop_contradicted();
   /// After a step that went to where no estimate is of use.
   [[nodiscard]] bool go_back_and_blame();
   [[nodiscard]] bool substitute_all();

@@ -195,8 +195,11 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   report_.new_keyframe = true;
 }
 
-double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed,
-                                                    std::size_t k) const {
+double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, std::size_t k,
+                                                    bool in_the_equations) const {
+  // Whitened, so that the measurement's own covariance is 1. What the estimate has already learnt
+  // from it comes off: r^T (1 - J P J^T)^-1 r is by how much the least cost falls without it.
+  constexpr double kLeast = 1e-9;
   constexpr int kMost = LinearFactor::kMaxRows;
   LinearFactor linear;
   linear.from.setZero();
@@ -214,8 +217,16 @@ double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed,
   by_globals.rightCols(kMost - linear.rows).setZero();
   Eigen::Matrix<double, kMost, kMost> s =
       covariance_of<kMost>(k, linear.from.transpose(), by_globals);
+  if (in_the_equations) {
+    s = -s;
+    s.diagonal().array() += kLeast;
+  }
   s.diagonal().array() += 1;
-  const double chi_square = r.dot(s.llt().solve(r));
+  const Eigen::LLT<Eigen::Matrix<double, kMost, kMost>> root(s);
+  if (in_the_equations && root.info() != Eigen::Success) {
+    return this->chi_square(placed, k);  // nothing else is known of what it says
+  }
+  const double chi_square = r.dot(root.solve(r));
   return std::isfinite(chi_square) ? chi_square : std::numeric_limits<double>::infinity();
 }
 
@@ -248,7 +259,7 @@ Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
     return Outcome::kQuarantined;
   }
   if (parameters_.robustness[index_of(kind)].gate_probability < 1 && span.from == span.to) {
-    const double difference = innovation(placed, from);
+    const double difference = innovation(placed, from, false);
     if (difference > gates_[index_of(kind)]) {
       note(placed, Outcome::kGated, difference);
       return Outcome::kGated;

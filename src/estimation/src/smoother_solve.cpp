@@ -232,12 +232,45 @@ bool FixedLagSmoother::Implementation::blame_a_factor(Blame blame) {
   if (frame == count_) {
     return false;
   }
-  Keyframe& place = keyframe(frame);
-  const auto which = place.factors.begin() + static_cast<std::ptrdiff_t>(worst);
-  note(*which, Outcome::kQuarantined, chi_square(*which, frame));
+  take_out(frame, worst, Outcome::kQuarantined);
+  return true;
+}
+
+bool FixedLagSmoother::Implementation::drop_contradicted() {
+  std::size_t frame = count_;
+  std::size_t worst = 0;
+  double most = 1;
+  int judged = 0;
+  for (std::size_t k = 0; k < count_; ++k) {
+    for (std::size_t i = 0; i < keyframe(k).factors.size(); ++i) {
+      const PlacedFactor& placed = keyframe(k).factors[i];
+      const double gate = gates_[index_of(kind_of(placed.factor))];
+      if (!placed.fresh || gate == 0) {
+        continue;
+      }
+      ++judged;
+      const double misfit = innovation(placed, k, true) / gate;
+      if (misfit > most) {
+        most = misfit;
+        frame = k;
+        worst = i;
+      }
+    }
+  }
+  if (judged < 2 || frame == count_) {
+    return false;
+  }
+  take_out(frame, worst, Outcome::kGated);
+  return true;
+}
+
+void FixedLagSmoother::Implementation::take_out(std::size_t k, std::size_t factor,
+                                                Outcome outcome) {
+  Keyframe& place = keyframe(k);
+  const auto which = place.factors.begin() + static_cast<std::ptrdiff_t>(factor);
+  note(*which, outcome, chi_square(*which, k));
   place.factors.erase(which);
   place.dirty = true;
-  return true;
 }
 
 bool FixedLagSmoother::Implementation::eliminate_sound() {

@@ -85,8 +85,9 @@ TEST(ImuIntake, WrongFirstReadingsAreNotJoined) {
     }
     const double begin = kPeriod * wrong;
     EXPECT_NEAR(sum.duration, 1 - begin, 1e-9);
-    EXPECT_LT((sum.velocity - Vector3d(std::cos(begin) - std::cos(1), 0, 9.81 * (1 - begin))).norm(),
-              1e-3);
+    EXPECT_LT(
+        (sum.velocity - Vector3d(std::cos(begin) - std::cos(1), 0, 9.81 * (1 - begin))).norm(),
+        1e-3);
   }
 }
 

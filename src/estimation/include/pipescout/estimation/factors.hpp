@@ -222,9 +222,9 @@ class ZeroAngularRateFactor
 
 /// W (K M^T (R_i + R_j)^T (q_j - q_i) / 2 - [d sin(a) / a; 0; 0]), with q = p + R s the place of
 /// the point in the map, K = diag(1/k, 1, 1), k the scale, d the distance and a the angle of
-/// R_i^T R_j: exact for an arc of a circle whose axis is across the travel. The scale is on the side
-/// of the states: were the noise of d multiplied by it, the least cost would be at too small a one.
-/// Not finite for a scale of 0.
+/// R_i^T R_j: exact for an arc of a circle whose axis is across the travel. The scale is on the
+/// side of the states: were the noise of d multiplied by it, the least cost would be at too small a
+/// one. Not finite for a scale of 0.
 class OdometerFactor : public MeasuredFactor<OdometerMeasurement, FactorKind::kOdometer, 3> {
  public:
   explicit OdometerFactor(const OdometerMeasurement& measurement);
