@@ -389,6 +389,10 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [robustness](auto& p) -> double& { return p.smoother.robustness[robustness].width; },
       {1e-3, 1e3}, "of the kernel, in standard deviations");
   bind(
+      parameters, source + ".correlation_time",
+      [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
+      "s for which the error of a measurement lasts, as multipath does; 0: each has its own");
+  bind(
       parameters, source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; },
       {0.1, 1000}, "s without a measurement after which it must bear itself out anew");
   bind(

@@ -33,6 +33,7 @@ void SourceWatchParameters::validate() const {
                          const char* range) {
     require(field, value, value >= low && value <= high, range);
   };
+  within("correlation_time", correlation_time, 0, 1000, "[0, 1000]");
   within("outage", outage, 0.1, 1000, "[0.1, 1000]");
   within("doubt_after", static_cast<double>(doubt_after), 1, 1e4, "[1, 10000]");
   within("agreeing", static_cast<double>(agreeing), 2, 1e4, "[2, 10000]");
@@ -45,6 +46,14 @@ void SourceWatchParameters::validate() const {
   within("takeover", takeover, 1, 1e6, "[1, 1e6]");
   within("confirmed_takeover", confirmed_takeover, 1, 1e6, "[1, 1e6]");
   within("confirmation", confirmation, 0, 1e6, "[0, 1e6]");
+}
+
+double covariance_factor(double correlation_time, double spacing, double memory) noexcept {
+  if (!(correlation_time > 0)) {
+    return 1;
+  }
+  const double half = 0.5 * spacing / correlation_time;
+  return std::clamp(1 / std::tanh(half), 1.0, std::max(memory / spacing, 1.0));
 }
 
 AbsoluteSourceWatch::AbsoluteSourceWatch(const SourceWatchParameters& parameters)

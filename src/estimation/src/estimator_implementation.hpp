@@ -145,7 +145,9 @@ class StateEstimator::Implementation {
   // estimator_sources.cpp
   void feed(const Pending& pending);
   template <class Measurement>
-  void use(const Measurement& m) noexcept;
+  void use(Measurement m) noexcept;
+  /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
+  [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
                                   double prediction_variance) const;
   [[nodiscard]] WatchedFix fix_of(const GpsMeasurement& m) const;
@@ -183,6 +185,7 @@ class StateEstimator::Implementation {
   double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
   double imu_end_ = 0;                                            // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
+  std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
 
   Phase phase_ = Phase::kStarting;

@@ -241,8 +241,32 @@ void StateEstimator::Implementation::see(const WeldMeasurement& m, const Watched
   }
 }
 
+double StateEstimator::Implementation::covariance_factor_of(Source source, double time) noexcept {
+  constexpr double kLeast = 1e-3;  // s
+  double& last = last_used_[index_of(source)];
+  const double spacing = std::max(std::abs(time - last), kLeast);
+  last = time;
+  const double correlation = source == Source::kGps ? parameters_.gps.correlation_time
+                             : source == Source::kVisualPose
+                                 ? parameters_.visual_pose.correlation_time
+                             : source == Source::kHeading ? parameters_.heading.correlation_time
+                                                          : parameters_.weld.correlation_time;
+  return covariance_factor(correlation, spacing, parameters_.smoother.lag);
+}
+
 template <class Measurement>
-void StateEstimator::Implementation::use(const Measurement& m) noexcept {
+void StateEstimator::Implementation::use(Measurement m) noexcept {
+  if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
+    const double factor = covariance_factor_of(source_of(m), m.time);
+    if constexpr (std::is_same_v<Measurement, HeadingMeasurement>) {
+      m.standard_deviation *= std::sqrt(factor);
+    } else if constexpr (std::is_same_v<Measurement, WeldMeasurement>) {
+      m.along_deviation *= std::sqrt(factor);
+      m.across_deviation *= std::sqrt(factor);
+    } else {
+      m.covariance *= factor;
+    }
+  }
   const Outcome outcome = smoother_.add(m);
   if (outcome != Outcome::kWaiting) {
     refuse(source_of(m), outcome);

@@ -124,6 +124,9 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
 StateEstimatorParameters StateEstimatorParameters::uav() {
   StateEstimatorParameters p;
   p.start.largest_speed = 1;
+  // What poses from images are wrong by is that of what is seen, which changes within half a second
+  // or so, not that of the image.
+  p.visual_pose.correlation_time = 0.5;
   return p;
 }
 

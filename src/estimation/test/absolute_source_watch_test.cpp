@@ -145,5 +145,22 @@ TEST(SourceWatchParametersTest, OutOfRangeIsRefused) {
   EXPECT_THROW(AbsoluteSourceWatch{p}, std::invalid_argument);
 }
 
+TEST(CovarianceFactorTest, IsThatOfAMeanOfCorrelatedErrors) {
+  EXPECT_EQ(covariance_factor(0, 0.1, 2), 1);
+  EXPECT_NEAR(covariance_factor(0.1, 10, 100), 1, 1e-9);  // long apart
+  EXPECT_EQ(covariance_factor(1000, 0.1, 2), 20);         // no less than one in the memory
+  EXPECT_EQ(covariance_factor(1000, 5, 2), 1);
+  // Variance of the mean of n of them against that of white ones, summed up.
+  constexpr double kTime = 0.7;
+  constexpr double kSpacing = 0.2;
+  constexpr int kCount = 4000;
+  double sum = 0;
+  for (int lag = 1 - kCount; lag < kCount; ++lag) {
+    sum += (1 - std::abs(lag) / static_cast<double>(kCount)) *
+           std::exp(-std::abs(lag) * kSpacing / kTime);
+  }
+  EXPECT_NEAR(covariance_factor(kTime, kSpacing, 1e3), sum, 0.01);
+}
+
 }  // namespace
 }  // namespace pipescout::estimation

@@ -265,6 +265,35 @@ TEST_F(SmootherFaultsTest, AFactorThatDrownsAllOthersIsQuarantined) {
   EXPECT_LT(error(smoother, 29), 0.15);
 }
 
+TEST_F(SmootherFaultsTest, OfThoseThatComeTogetherTheOneThatTheOthersContradictIsGated) {
+  // What is known beforehand admits all of them, one by one.
+  constexpr int kLate = 8;
+  for (const int wrong : {0, 3, kLate}) {
+    FixedLagSmootherParameters parameters = test::flight_parameters();
+    parameters.robustness[static_cast<std::size_t>(FactorKind::kGps)].gate_probability = 0.9999;
+    FixedLagSmoother smoother(parameters);
+    StateVector known = StateVector::Constant(0.01);
+    known.segment<3>(kPosition).setConstant(20);
+    known.segment<3>(kVelocity).setConstant(5);
+    smoother.initialise(0, flight_.truth[0], known.cwiseAbs2().asDiagonal());
+    for (int k = 0; k <= kLate; ++k) {
+      flight_.feed(smoother, k, false, false, false);
+    }
+    for (int k = 0; k <= kLate; ++k) {
+      GpsMeasurement fix = flight_.gps[static_cast<std::size_t>(k)];
+      fix.position.y() += k == wrong ? 15 : 0;
+      smoother.add(fix);
+    }
+    const UpdateReport& report = smoother.update(SimulatedFlight::time_of(kLate));
+    ASSERT_EQ(report.factors.size(), kLate + 1U);
+    for (const FactorReport& factor : report.factors) {
+      const bool off = std::abs(factor.time - SimulatedFlight::time_of(wrong)) < 0.01;
+      EXPECT_EQ(factor.outcome, off ? Outcome::kGated : Outcome::kAccepted) << factor.time;
+    }
+    EXPECT_LT(error(smoother, kLate), 0.6);
+  }
+}
+
 TEST_F(SmootherFaultsTest, WhatLeadsOutOfTheWorldIsQuarantined) {
   // No gates here. Both are finite, and their covariances are sound.
   FixedLagSmoother smoother = flown(20);

@@ -2,7 +2,9 @@
 // Absolute sources that go, come back and lie.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <random>
 
 #include "simulated_vehicle.hpp"
 
@@ -211,6 +213,122 @@ TEST_F(StateEstimatorSourcesTest, WithTheImuAloneFixesAreTakenWithinTheUncertain
   run(estimator, vehicle, 360, 400, phases);
   EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
   EXPECT_LT(error(estimator, vehicle), 3);
+}
+
+/// GPS, and poses over a rack where `both`, from `from` on that far from where they were.
+AnyMessage shifted(AnyMessage message, double from, bool both, const Vector3d& by) {
+  if (auto* const gps = std::get_if<GpsMeasurement>(&message); gps && gps->time >= from) {
+    gps->position += by;
+  }
+  if (auto* const pose = std::get_if<VisualPoseMeasurement>(&message);
+      pose && both && pose->time >= from) {
+    pose->T_rack_body =
+        geometry::SE3(pose->T_rack_body.rotation(), Vector3d(pose->T_rack_body.translation() + by));
+  }
+  return message;
+}
+
+TEST_F(StateEstimatorSourcesTest, TwoSourcesThatAgreeTakeOverOneThatAnotherContestsDoesNot) {
+  constexpr double kFrom = 60;  // s, the state has been borne out for longer than is asked for
+  const Vector3d by(90, 120, 0);
+  VehicleOptions options;
+  options.duration = 190;
+  options.vision = true;
+  const SimulatedVehicle vehicle(8, options);
+  for (const bool both : {true, false}) {
+    StateEstimator estimator(robot());
+    const auto deliver_until = [&](double from, double until) {
+      test::deliver(estimator, vehicle, from, until, [&](AnyMessage& message) {
+        message = shifted(message, kFrom, both, by);
+        return true;
+      });
+    };
+    const auto off = [&] {
+      const auto estimate = estimator.estimate();
+      return Vector3d(estimate->state.position - vehicle.truth(estimate->time).position);
+    };
+    deliver_until(0, kFrom + robot().gps.takeover - 5);
+    EXPECT_LT(off().norm(), 2);
+    EXPECT_EQ(restarts(estimator, RestartReason::kTakenOver), 0U);
+    deliver_until(kFrom + robot().gps.takeover - 5, options.duration);
+    EXPECT_LT((off() - (both ? by : Vector3d::Zero())).norm(), 1);
+    EXPECT_EQ(restarts(estimator, RestartReason::kTakenOver), both ? 1U : 0U);
+    EXPECT_EQ(estimator.status().of(Source::kVisualPose).state, SourceState::kTrusted);
+  }
+}
+
+/// What is left of poses over a rack when their errors last for seconds.
+class CorrelatedPoses {
+ public:
+  static constexpr double kPosition = 0.01;  // m, per axis
+  static constexpr double kAngle = 0.002;    // rad, per axis
+  static constexpr double kTime = 1;         // s
+
+  explicit CorrelatedPoses(std::uint64_t seed) : engine_(seed) {}
+  void operator()(VisualPoseMeasurement& m, const SimulatedVehicle& vehicle) {
+    const double keep = std::exp(-(m.time - time_) / kTime);
+    time_ = m.time;
+    for (double& entry : errors_) {
+      entry = keep * entry + std::sqrt(1 - keep * keep) * normal_(engine_);
+    }
+    const NavState truth = vehicle.truth(m.time);
+    m.T_rack_body = geometry::SE3(truth.R_map_body * geometry::SO3::exp(kAngle * errors_.tail<3>()),
+                                  Vector3d(truth.position + kPosition * errors_.head<3>()));
+  }
+
+ private:
+  std::mt19937_64 engine_;
+  std::normal_distribution<double> normal_{};
+  double time_ = -1e3;
+  geometry::Vector6d errors_ = geometry::Vector6d::Zero();
+};
+
+TEST_F(StateEstimatorSourcesTest, ErrorsThatLastAreNotTakenForManyOfTheirOwn) {
+  constexpr std::uint64_t kSeeds = 10;
+  const auto mean_nees = [&](double correlation_time) {
+    double sum = 0;
+    int count = 0;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      VehicleOptions options;
+      options.kind = VehicleOptions::Kind::kFly;
+      options.duration = 60;
+      options.odometer = false;
+      options.gps = false;
+      options.vision = true;
+      const SimulatedVehicle vehicle(seed, options);
+      StateEstimatorParameters parameters = aircraft();
+      parameters.visual_pose.correlation_time = correlation_time;
+      StateEstimator estimator(parameters);
+      CorrelatedPoses poses(seed);
+      double next = 10;
+      test::deliver(
+          estimator, vehicle, 0, options.duration,
+          [&](AnyMessage& message) {
+            if (auto* const pose = std::get_if<VisualPoseMeasurement>(&message)) {
+              poses(*pose, vehicle);
+            }
+            return true;
+          },
+          [&](const Estimate& estimate) {
+            if (estimate.time < next || !estimate.in_map) {
+              return;
+            }
+            next += 1;
+            using Vector9d = Eigen::Matrix<double, 9, 1>;
+            const Vector9d error = vehicle.truth(estimate.time).local(estimate.state).head<9>();
+            const Eigen::Matrix<double, 9, 9> covariance =
+                estimator.covariance().topLeftCorner<9, 9>();
+            sum += error.dot(covariance.ldlt().solve(error));
+            ++count;
+          });
+    }
+    return sum / count;
+  };
+  // Of nine degrees. The same poses, taken for white ones, are believed far too much.
+  const double told = mean_nees(CorrelatedPoses::kTime);
+  EXPECT_GT(told, 7);
+  EXPECT_LT(told, 10);
+  EXPECT_GT(mean_nees(0), 30);
 }
 
 }  // namespace

@@ -213,6 +213,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
   p.odometer.deviation = 0.001;
   p.odometer.share = 0.002;
   if (run.vehicle == Vehicle::kUav) {
+    p.visual_pose.correlation_time = 0;  // each of its poses has an error of its own
     p.smoother.globals.rack_position = run.T_map_rack_surveyed.translation();
     p.smoother.globals.R_map_rack = run.T_map_rack_surveyed.rotation();
     p.smoother.global_deviations.rack_position = run.rack_position_deviation;

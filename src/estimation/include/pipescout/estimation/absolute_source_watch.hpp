@@ -24,6 +24,9 @@ enum class SourceState : std::uint8_t {
 [[nodiscard]] std::string_view to_string(SourceState state) noexcept;
 
 struct SourceWatchParameters {
+  /// Errors of measurements that are nearer in time than this are much the same; s, in [0, 1000].
+  /// 0: each has its own. See `covariance_factor`.
+  double correlation_time = 0;
   double outage = 5;                ///< s without an accepted measurement; in [0.1, 1000]
   std::size_t doubt_after = 8;      ///< measurements gated in a row; in [1, 10000]
   std::size_t agreeing = 5;         ///< measurements that must agree to be trusted; in [2, 10000]
@@ -62,6 +65,15 @@ struct WatchedFix {
   double borne_out = 0;    ///< s for which absolute positions have agreed with the state
   bool contested = false;  ///< another source of positions is trusted, and agrees with the state
 };
+
+/// By how much the covariance of each of a row of measurements, `spacing` seconds apart, has to be
+/// larger so that together they tell no more than they do, when their errors are those of a
+/// first-order Gauss-Markov process of that correlation time: (1 + a) / (1 - a) with
+/// a = exp(-spacing / correlation_time), the variance of the mean of many against that of white
+/// ones. Not beyond what makes all of `memory` seconds, the longest that is looked back upon, one
+/// measurement. 1 without correlation. `spacing` > 0; not checked.
+[[nodiscard]] double covariance_factor(double correlation_time, double spacing,
+                                       double memory) noexcept;
 
 /// What is to be done with a measurement.
 enum class Verdict : std::uint8_t {

@@ -80,7 +80,7 @@ struct FixedLagSmootherParameters {
 enum class Outcome : std::uint8_t {
   kAccepted,       ///< in the equations
   kWaiting,        ///< for an update at or after its time
-  kGated,          ///< refused by the consistency gate
+  kGated,          ///< refused by the consistency gate, before what came with it or after
   kLate,           ///< older than the lag
   kFuture,         ///< more than `max_step` ahead of the newest keyframe
   kDuplicate,      ///< the same numbers of the same time are there already
