@@ -112,6 +112,7 @@ TEST(FixedLagSmootherTest, FindsScaleAndMountOfTheOdometer) {
   std::normal_distribution<double> normal;
   FixedLagSmootherParameters parameters = test::flight_parameters();
   parameters.global_deviations = {.odometer_scale = 0.1, .mount_yaw = 0.1, .mount_pitch = 0.1};
+  parameters.relinearisation.rotation = 1e-3;  // as GlobalDeviations asks for
   FixedLagSmoother smoother(parameters);
   constexpr double kSpeed = 1;
   constexpr double kTurn = 0.3;
