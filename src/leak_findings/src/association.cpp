@@ -17,6 +17,8 @@ constexpr double kPictureMemory = 1.0;
 /// Detections that count before something is raised: what mirrors or shines stays as long as a
 /// leak, and then only where it is tells them apart.
 constexpr double kMostPersistence = 3.25;
+/// Evidence of a frame below which something is no longer where it was.
+constexpr double kJump = -3.0;
 /// Nothing is looked for at a larger angle from where it is expected: the cosine.
 constexpr double kLeastCosine = 0.9;
 
@@ -182,6 +184,12 @@ void LeakFindings::Implementation::take(Follow& follow, std::size_t observation,
     const double persistence = std::min(gain, kMostPersistence * gain - follow.persistence);
     follow.persistence += persistence;
     follow.log_odds += persistence + match.motion;
+    if (match.motion < kJump) {
+      // An end has jumped, as those of a long leak do while it comes into view: from here on anew.
+      follow.persistence = 0;
+      follow.log_odds = std::min(follow.log_odds, logit(p.prior_probability));
+      follow.log_odds = std::max(follow.log_odds, 2 * logit(p.prior_probability));
+    }
   } else {
     follow.log_odds = std::min(follow.log_odds + gain, kMostLogOdds);
   }
