@@ -63,39 +63,16 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
       {.description = "robot whose defaults all others have: ground_robot, uav or crawler",
        .read_only = true});
   defaults_ = preset(name.get());
+  bound_.emplace(parameters, defaults_);
   declare_frames(parameters);
   declare_messages(parameters);
   declare_sensors(parameters);
   declare_start(parameters);
-  declare_smoother(parameters);
-  declare_use(parameters);
+  declare_smoother();
+  declare_use();
   declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
   declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
   declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
-}
-
-void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
-                               std::function<double&(Estimator&)> field, FloatingPointRange range,
-                               const std::string& description) {
-  const auto parameter = parameters.declare<double>(
-      name, field(defaults_), {.description = description, .floating_point_range = range});
-  reals_.push_back({parameter, std::move(field)});
-}
-
-void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
-                               std::function<bool&(Estimator&)> field,
-                               const std::string& description) {
-  const auto parameter =
-      parameters.declare<bool>(name, field(defaults_), {.description = description});
-  booleans_.push_back({parameter, std::move(field)});
-}
-
-void EstimatorParameters::bind(Parameters& parameters, const std::string& name,
-                               std::function<std::size_t&(Estimator&)> field, IntegerRange range,
-                               const std::string& description) {
-  const auto parameter = parameters.declare<std::size_t>(
-      name, field(defaults_), {.description = description, .integer_range = range});
-  counts_.push_back({parameter, std::move(field)});
 }
 
 void EstimatorParameters::declare_frames(Parameters& parameters) {
@@ -140,29 +117,27 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   imu_position_ = place("imu.position", "the IMU");
   imu_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
       "imu.roll_pitch_yaw", {}, {.description = "rad, of the IMU in the base frame; empty: 0 0 0"});
-  bind(
-      parameters, "imu.gyro_noise", [](auto& p) -> double& { return p.smoother.imu_noise.gyro; },
-      {1e-9, 10}, "rad/s/sqrt(Hz)");
-  bind(
-      parameters, "imu.accelerometer_noise",
+  bound_->real(
+      "imu.gyro_noise", [](auto& p) -> double& { return p.smoother.imu_noise.gyro; }, {1e-9, 10},
+      "rad/s/sqrt(Hz)");
+  bound_->real(
+      "imu.accelerometer_noise",
       [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer; }, {1e-9, 1000},
       "m/s^2/sqrt(Hz)");
-  bind(
-      parameters, "imu.gyro_bias_walk",
-      [](auto& p) -> double& { return p.smoother.imu_noise.gyro_bias; }, {1e-9, 1},
-      "rad/s^2/sqrt(Hz)");
-  bind(
-      parameters, "imu.accelerometer_bias_walk",
+  bound_->real(
+      "imu.gyro_bias_walk", [](auto& p) -> double& { return p.smoother.imu_noise.gyro_bias; },
+      {1e-9, 1}, "rad/s^2/sqrt(Hz)");
+  bound_->real(
+      "imu.accelerometer_bias_walk",
       [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer_bias; }, {1e-9, 100},
       "m/s^3/sqrt(Hz)");
-  bind(
-      parameters, "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100},
+  bound_->real(
+      "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100},
       "m/s^2, at the place");
 
-  bind(
-      parameters, "imu.specific_force_scale",
-      [](auto& p) -> double& { return p.specific_force_scale; }, {1e-3, 1e3},
-      "what makes m/s^2 of its linear acceleration: 9.80665 for an IMU in g");
+  bound_->real(
+      "imu.specific_force_scale", [](auto& p) -> double& { return p.specific_force_scale; },
+      {1e-3, 1e3}, "what makes m/s^2 of its linear acceleration: 9.80665 for an IMU in g");
 
   gps_antenna_ = place("gps.position", "the antenna");
   datum_ = parameters.declare<std::vector<double>>(
@@ -196,12 +171,12 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   rack_heading_ = parameters.declare<double>(
       "rack.heading", 0.0,
       {.description = "rad, from the map's x axis to the rack's", .floating_point_range = kAngle});
-  bind(
-      parameters, "rack.position_deviation",
+  bound_->real(
+      "rack.position_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.rack_position; }, kNotNegative,
       "m, per axis; 0: the rack is where it is said to be");
-  bind(
-      parameters, "rack.rotation_deviation",
+  bound_->real(
+      "rack.rotation_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.rack_rotation; }, kNotNegative,
       "rad, per axis; 0: as above");
 
@@ -221,10 +196,9 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   centre_line_first_chainage_ = parameters.declare<double>(
       "centre_line.first_chainage", 0.0,
       {.description = "m, of its first point", .floating_point_range = {{-1e7, 1e7}}});
-  bind(
-      parameters, "centre_line.deviation",
-      [](auto& p) -> double& { return p.centre_line_deviation; }, {1e-6, 100},
-      "m, of the body from the centre line");
+  bound_->real(
+      "centre_line.deviation", [](auto& p) -> double& { return p.centre_line_deviation; },
+      {1e-6, 100}, "m, of the body from the centre line");
 }
 
 void EstimatorParameters::declare_start(Parameters& parameters) {
@@ -238,143 +212,131 @@ void EstimatorParameters::declare_start(Parameters& parameters) {
       {.description =
            "rad, of the base's x axis from the map's, and its standard deviation; empty: "
            "unknown"});
-  bind(
-      parameters, "start.levelling", [](auto& p) -> double& { return p.start.levelling; },
-      {0.1, 60}, "s of IMU readings that gravity is taken from");
-  bind(
-      parameters, "start.still_rate", [](auto& p) -> double& { return p.start.still_rate; },
-      {1e-6, 10}, "rad/s, standard deviation of the gyro that counts as standing still");
-  bind(
-      parameters, "start.still_force", [](auto& p) -> double& { return p.start.still_force; },
-      {1e-6, 100}, "m/s^2, the same of the accelerometer");
-  bind(
-      parameters, "start.largest_gyro_bias",
-      [](auto& p) -> double& { return p.start.largest_gyro_bias; }, {1e-6, 1},
-      "rad/s, a mean rate above it is a turn");
-  bind(
-      parameters, "start.accelerometer_bias_deviation",
+  bound_->real(
+      "start.levelling", [](auto& p) -> double& { return p.start.levelling; }, {0.1, 60},
+      "s of IMU readings that gravity is taken from");
+  bound_->real(
+      "start.still_rate", [](auto& p) -> double& { return p.start.still_rate; }, {1e-6, 10},
+      "rad/s, standard deviation of the gyro that counts as standing still");
+  bound_->real(
+      "start.still_force", [](auto& p) -> double& { return p.start.still_force; }, {1e-6, 100},
+      "m/s^2, the same of the accelerometer");
+  bound_->real(
+      "start.largest_gyro_bias", [](auto& p) -> double& { return p.start.largest_gyro_bias; },
+      {1e-6, 1}, "rad/s, a mean rate above it is a turn");
+  bound_->real(
+      "start.accelerometer_bias_deviation",
       [](auto& p) -> double& { return p.start.accelerometer_bias_deviation; }, {1e-6, 10}, "m/s^2");
-  bind(
-      parameters, "start.largest_tilt", [](auto& p) -> double& { return p.start.largest_tilt; },
-      {0.01, M_PI_2}, "rad: gravity further from the base's z axis is a fault of the mounting");
-  bind(
-      parameters, "start.gravity_tolerance",
-      [](auto& p) -> double& { return p.start.gravity_tolerance; }, {0.01, 0.5},
-      "share by which the mean specific force may differ from gravity");
-  bind(
-      parameters, "start.largest_speed", [](auto& p) -> double& { return p.start.largest_speed; },
-      {0, 100}, "m/s, that a robot which does not stand still may have");
-  bind(
-      parameters, "start.heading_deviation",
-      [](auto& p) -> double& { return p.start.heading_deviation; }, {1e-3, 1},
-      "rad, that a heading from motion must be better than");
-  bind(
-      parameters, "start.position_fixes",
-      [](auto& p) -> std::size_t& { return p.start.position_fixes; }, {1, 1000},
-      "GPS positions before one is believed");
-  bind(
-      parameters, "start.longest_alignment",
-      [](auto& p) -> double& { return p.start.longest_alignment; }, {1, 10000},
-      "s, after which a heading from motion is sought afresh");
-  bind(
-      parameters, "start.heading_from_weld",
-      [](auto& p) -> bool& { return p.start.heading_from_weld; },
+  bound_->real(
+      "start.largest_tilt", [](auto& p) -> double& { return p.start.largest_tilt; }, {0.01, M_PI_2},
+      "rad: gravity further from the base's z axis is a fault of the mounting");
+  bound_->real(
+      "start.gravity_tolerance", [](auto& p) -> double& { return p.start.gravity_tolerance; },
+      {0.01, 0.5}, "share by which the mean specific force may differ from gravity");
+  bound_->real(
+      "start.largest_speed", [](auto& p) -> double& { return p.start.largest_speed; }, {0, 100},
+      "m/s, that a robot which does not stand still may have");
+  bound_->real(
+      "start.heading_deviation", [](auto& p) -> double& { return p.start.heading_deviation; },
+      {1e-3, 1}, "rad, that a heading from motion must be better than");
+  bound_->count(
+      "start.position_fixes", [](auto& p) -> std::size_t& { return p.start.position_fixes; },
+      {1, 1000}, "GPS positions before one is believed");
+  bound_->real(
+      "start.longest_alignment", [](auto& p) -> double& { return p.start.longest_alignment; },
+      {1, 10000}, "s, after which a heading from motion is sought afresh");
+  bound_->boolean(
+      "start.heading_from_weld", [](auto& p) -> bool& { return p.start.heading_from_weld; },
       "the base's x axis points along the pipe, towards greater chainage");
 }
 
-void EstimatorParameters::declare_smoother(Parameters& parameters) {
-  bind(
-      parameters, "lag", [](auto& p) -> double& { return p.smoother.lag; }, {0.01, 1000},
+void EstimatorParameters::declare_smoother() {
+  bound_->real(
+      "lag", [](auto& p) -> double& { return p.smoother.lag; }, {0.01, 1000},
       "s that are estimated together; later measurements are refused");
-  bind(
-      parameters, "keyframe_period", [](auto& p) -> double& { return p.keyframe_period; },
-      {0.005, 10}, "s between keyframes");
-  bind(
-      parameters, "imu_silence", [](auto& p) -> double& { return p.imu_silence; }, {0.01, 10},
+  bound_->real(
+      "keyframe_period", [](auto& p) -> double& { return p.keyframe_period; }, {0.005, 10},
+      "s between keyframes");
+  bound_->real(
+      "imu_silence", [](auto& p) -> double& { return p.imu_silence; }, {0.01, 10},
       "s without readings of the IMU, then the state coasts on the other sensors");
-  bind(
-      parameters, "longest_coasting", [](auto& p) -> double& { return p.longest_coasting; },
-      {0.1, 1e4}, "s of that before the state is given up");
-  bind(
-      parameters, "longest_jump", [](auto& p) -> double& { return p.longest_jump; }, {0, 1e4},
+  bound_->real(
+      "longest_coasting", [](auto& p) -> double& { return p.longest_coasting; }, {0.1, 1e4},
+      "s of that before the state is given up");
+  bound_->real(
+      "longest_jump", [](auto& p) -> double& { return p.longest_jump; }, {0, 1e4},
       "s that the time may jump; after longer jumps it starts again");
-  bind(
-      parameters, "odometer.scale_deviation",
+  bound_->real(
+      "odometer.scale_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.odometer_scale; }, kNotNegative,
       "how far the scale of the fused odometer may be from 1; 0: it is 1");
-  bind(
-      parameters, "odometer.mount_yaw",
-      [](auto& p) -> double& { return p.smoother.globals.mount_yaw; }, kAngle,
+  bound_->real(
+      "odometer.mount_yaw", [](auto& p) -> double& { return p.smoother.globals.mount_yaw; }, kAngle,
       "rad, of the direction of travel in the base frame");
-  bind(
-      parameters, "odometer.mount_yaw_deviation",
+  bound_->real(
+      "odometer.mount_yaw_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.mount_yaw; }, kNotNegative,
       "rad; 0: it is known");
-  bind(
-      parameters, "odometer.mount_pitch_deviation",
+  bound_->real(
+      "odometer.mount_pitch_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.mount_pitch; }, kNotNegative,
       "rad, the same up and down");
-  bind(
-      parameters, "gps.position_deviation",
+  bound_->real(
+      "gps.position_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gps_lever_arm; }, kNotNegative,
       "m, per axis, how far the antenna may be from gps.position; 0: it is there");
-  bind(
-      parameters, "gps.time_offset_deviation",
+  bound_->real(
+      "gps.time_offset_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gps_time_offset; }, kNotNegative,
       "s, how much later or earlier than stamped a fix may be taken; 0: the stamps are right");
 }
 
-void EstimatorParameters::declare_use(Parameters& parameters) {
-  bind(
-      parameters, "odometer.deviation", [](auto& p) -> double& { return p.odometer.deviation; },
-      {1e-6, 10}, "m, added to each step between keyframes");
-  bind(
-      parameters, "odometer.share", [](auto& p) -> double& { return p.odometer.share; }, kShare,
+void EstimatorParameters::declare_use() {
+  bound_->real(
+      "odometer.deviation", [](auto& p) -> double& { return p.odometer.deviation; }, {1e-6, 10},
+      "m, added to each step between keyframes");
+  bound_->real(
+      "odometer.share", [](auto& p) -> double& { return p.odometer.share; }, kShare,
       "of the step, added");
-  bind(
-      parameters, "odometer.across_deviation",
-      [](auto& p) -> double& { return p.odometer.across_deviation; }, {1e-6, 100},
-      "m, sideways slip between keyframes");
-  bind(
-      parameters, "odometer.no_consensus_factor",
+  bound_->real(
+      "odometer.across_deviation", [](auto& p) -> double& { return p.odometer.across_deviation; },
+      {1e-6, 100}, "m, sideways slip between keyframes");
+  bound_->real(
+      "odometer.no_consensus_factor",
       [](auto& p) -> double& { return p.odometer.no_consensus_factor; }, {0, 1000},
       "on the deviations where the odometers contradict each other; 0: not used then");
-  bind(
-      parameters, "odometer.largest_speed",
-      [](auto& p) -> double& { return p.odometer.largest_speed; }, {0.1, 1000},
-      "m/s, faster is a reset of its counter");
-  bind(
-      parameters, "standstill.by_odometer",
-      [](auto& p) -> bool& { return p.standstill.by_odometer; },
+  bound_->real(
+      "odometer.largest_speed", [](auto& p) -> double& { return p.odometer.largest_speed; },
+      {0.1, 1000}, "m/s, faster is a reset of its counter");
+  bound_->boolean(
+      "standstill.by_odometer", [](auto& p) -> bool& { return p.standstill.by_odometer; },
       "the robot stands where the distance does not change and the gyro is quiet");
-  bind(
-      parameters, "standstill.by_imu", [](auto& p) -> bool& { return p.standstill.by_imu; },
+  bound_->boolean(
+      "standstill.by_imu", [](auto& p) -> bool& { return p.standstill.by_imu; },
       "and where gyro and accelerometer are quiet; not for robots that hover or roll evenly");
-  bind(
-      parameters, "standstill.window", [](auto& p) -> double& { return p.standstill.window; },
-      {0.05, 10}, "s for which it must be so");
-  bind(
-      parameters, "standstill.rate", [](auto& p) -> double& { return p.standstill.still_rate; },
-      {1e-6, 10}, "rad/s that count as quiet");
-  bind(
-      parameters, "standstill.force", [](auto& p) -> double& { return p.standstill.still_force; },
-      {1e-6, 100}, "m/s^2, the same");
-  bind(
-      parameters, "non_holonomic.lateral_deviation",
-      [](auto& p) -> double& { return p.lateral_deviation; }, {0, 100},
-      "m/s, how fast the robot may slip sideways; 0: it may go any way");
-  bind(
-      parameters, "non_holonomic.vertical_deviation",
-      [](auto& p) -> double& { return p.vertical_deviation; }, {0, 100},
-      "m/s, the same up and down");
+  bound_->real(
+      "standstill.window", [](auto& p) -> double& { return p.standstill.window; }, {0.05, 10},
+      "s for which it must be so");
+  bound_->real(
+      "standstill.rate", [](auto& p) -> double& { return p.standstill.still_rate; }, {1e-6, 10},
+      "rad/s that count as quiet");
+  bound_->real(
+      "standstill.force", [](auto& p) -> double& { return p.standstill.still_force; }, {1e-6, 100},
+      "m/s^2, the same");
+  bound_->real(
+      "non_holonomic.lateral_deviation", [](auto& p) -> double& { return p.lateral_deviation; },
+      {0, 100}, "m/s, how fast the robot may slip sideways; 0: it may go any way");
+  bound_->real(
+      "non_holonomic.vertical_deviation", [](auto& p) -> double& { return p.vertical_deviation; },
+      {0, 100}, "m/s, the same up and down");
 }
 
 void EstimatorParameters::declare_watch(Parameters& parameters, const std::string& source,
                                         estimation::SourceWatchParameters Estimator::*watch,
                                         FactorKind kind) {
   const auto robustness = static_cast<std::size_t>(kind);
-  bind(
-      parameters, source + ".gate",
+  bound_->real(
+      source + ".gate",
       [robustness](auto& p) -> double& {
         return p.smoother.robustness[robustness].gate_probability;
       },
@@ -384,42 +346,37 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
                  source + ".kernel",
                  std::string(to_string(defaults_.smoother.robustness[robustness].kernel)),
                  {.description = "robust kernel: none, huber, cauchy or saliency"})});
-  bind(
-      parameters, source + ".kernel_width",
+  bound_->real(
+      source + ".kernel_width",
       [robustness](auto& p) -> double& { return p.smoother.robustness[robustness].width; },
       {1e-3, 1e3}, "of the kernel, in standard deviations");
-  bind(
-      parameters, source + ".correlation_time",
+  bound_->real(
+      source + ".correlation_time",
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
       "s for which the error of a measurement lasts, as multipath does; 0: each has its own");
-  bind(
-      parameters, source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; },
-      {0.1, 1000}, "s without a measurement after which it must bear itself out anew");
-  bind(
-      parameters, source + ".doubt_after",
-      [watch](auto& p) -> std::size_t& { return (p.*watch).doubt_after; }, {1, 10000},
-      "measurements against the state in a row after which it is no longer used");
-  bind(
-      parameters, source + ".agreeing",
-      [watch](auto& p) -> std::size_t& { return (p.*watch).agreeing; }, {2, 10000},
-      "measurements that must agree before it is used");
-  bind(
-      parameters, source + ".agreeing_time",
-      [watch](auto& p) -> double& { return (p.*watch).agreeing_time; }, {0, 1000},
-      "s that these must span");
-  bind(
-      parameters, source + ".drift_share",
-      [watch](auto& p) -> double& { return (p.*watch).drift_share; }, kShare,
-      "of the way, that dead reckoning may be off: a source farther away is not believed");
-  bind(
-      parameters, source + ".drift_floor",
-      [watch](auto& p) -> double& { return (p.*watch).drift_floor; }, {0, 1000},
-      "m (rad for headings), the same while standing");
-  bind(
-      parameters, source + ".takeover", [watch](auto& p) -> double& { return (p.*watch).takeover; },
-      {1, 1e6}, "s of agreeing with the motion after which it moves a state that it contradicts");
-  bind(
-      parameters, source + ".confirmed_takeover",
+  bound_->real(
+      source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; }, {0.1, 1000},
+      "s without a measurement after which it must bear itself out anew");
+  bound_->count(
+      source + ".doubt_after", [watch](auto& p) -> std::size_t& { return (p.*watch).doubt_after; },
+      {1, 10000}, "measurements against the state in a row after which it is no longer used");
+  bound_->count(
+      source + ".agreeing", [watch](auto& p) -> std::size_t& { return (p.*watch).agreeing; },
+      {2, 10000}, "measurements that must agree before it is used");
+  bound_->real(
+      source + ".agreeing_time", [watch](auto& p) -> double& { return (p.*watch).agreeing_time; },
+      {0, 1000}, "s that these must span");
+  bound_->real(
+      source + ".drift_share", [watch](auto& p) -> double& { return (p.*watch).drift_share; },
+      kShare, "of the way, that dead reckoning may be off: a source farther away is not believed");
+  bound_->real(
+      source + ".drift_floor", [watch](auto& p) -> double& { return (p.*watch).drift_floor; },
+      {0, 1000}, "m (rad for headings), the same while standing");
+  bound_->real(
+      source + ".takeover", [watch](auto& p) -> double& { return (p.*watch).takeover; }, {1, 1e6},
+      "s of agreeing with the motion after which it moves a state that it contradicts");
+  bound_->real(
+      source + ".confirmed_takeover",
       [watch](auto& p) -> double& { return (p.*watch).confirmed_takeover; }, {1, 1e6},
       "s, the same where it had borne out the state itself");
 }
@@ -475,16 +432,7 @@ EstimatorSettings EstimatorParameters::read() const {
   result.T_base_camera = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
   result.start = start();
 
-  Estimator& estimator = result.estimator = defaults_;
-  for (const Bound<double>& bound : reals_) {
-    bound.field(estimator) = bound.parameter.get();
-  }
-  for (const Bound<bool>& bound : booleans_) {
-    bound.field(estimator) = bound.parameter.get();
-  }
-  for (const Bound<std::size_t>& bound : counts_) {
-    bound.field(estimator) = bound.parameter.get();
-  }
+  Estimator& estimator = result.estimator = bound_->read();
   for (const Kernel& bound : kernels_) {
     estimator.smoother.robustness[static_cast<std::size_t>(bound.kind)].kernel =
         kernel(bound.parameter.name(), bound.parameter.get());

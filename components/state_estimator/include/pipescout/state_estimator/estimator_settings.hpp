@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <pipescout/estimation/state_estimator.hpp>
 #include <pipescout/geometry/geodesy.hpp>
@@ -9,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/interfaces/bound_parameters.hpp"
 #include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/interfaces/stamp_limits.hpp"
 
@@ -52,35 +52,19 @@ class EstimatorParameters {
 
  private:
   using Estimator = estimation::StateEstimatorParameters;
-  template <class T>
-  struct Bound {
-    Parameter<T> parameter;
-    std::function<T&(Estimator&)> field;
-  };
-
   void declare_frames(Parameters& parameters);
   void declare_messages(Parameters& parameters);
   void declare_sensors(Parameters& parameters);
   void declare_start(Parameters& parameters);
-  void declare_smoother(Parameters& parameters);
-  void declare_use(Parameters& parameters);
+  void declare_smoother();
+  void declare_use();
   void declare_watch(Parameters& parameters, const std::string& source,
                      estimation::SourceWatchParameters Estimator::*watch,
                      estimation::FactorKind kind);
-  void bind(Parameters& parameters, const std::string& name,
-            std::function<double&(Estimator&)> field, FloatingPointRange range,
-            const std::string& description);
-  void bind(Parameters& parameters, const std::string& name, std::function<bool&(Estimator&)> field,
-            const std::string& description);
-  void bind(Parameters& parameters, const std::string& name,
-            std::function<std::size_t&(Estimator&)> field, IntegerRange range,
-            const std::string& description);
   [[nodiscard]] std::optional<estimation::GivenPose> start() const;
 
   Estimator defaults_;
-  std::vector<Bound<double>> reals_;
-  std::vector<Bound<bool>> booleans_;
-  std::vector<Bound<std::size_t>> counts_;
+  std::optional<BoundParameters<Estimator>> bound_;
   struct Kernel {
     estimation::FactorKind kind;
     Parameter<std::string> parameter;
