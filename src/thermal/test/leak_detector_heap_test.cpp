@@ -36,7 +36,7 @@ TEST(LeakDetectorHeap, NothingIsTakenAfterAFewFrames) {
       return leaks;
     };
     EXPECT_GE(all(), frames.size() / 2);
-    const test::HeapGuard guard;
+    const odometry::test::HeapGuard guard;
     all();
     EXPECT_EQ(guard.allocations(), 0U);
   }
