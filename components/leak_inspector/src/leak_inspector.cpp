@@ -12,11 +12,11 @@
 #include <utility>
 #include <variant>
 
-#include "findings_archive.hpp"
 #include "leak_messages.hpp"
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
@@ -38,6 +38,8 @@ namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
 constexpr std::size_t kOdometryHistory = 2000;
 /// s over which odometry is interpolated, and moved on beyond its last message.
 constexpr double kOdometryReach = 0.2;
+/// m, between places of the robot that the report shows.
+constexpr double kTrackStep = 1.0;
 
 std::uint8_t to_message(EventKind kind) {
   switch (kind) {
@@ -98,6 +100,7 @@ CallbackReturn LeakInspector::on_configure() {
   calibration_.reset();
   findings_.reset();
   archive_ = std::make_unique<FindingsArchive>(settings_->store, settings_->report_folder);
+  track_.clear();
   ConditionRecord conditions = settings_->conditions;
   conditions.time = to_seconds(now().time_since_epoch());
   archive_->log(conditions);
@@ -133,13 +136,16 @@ CallbackReturn LeakInspector::on_deactivate() {
       for (const Finding& finding : findings_->findings()) {
         archive_->save(finding);
       }
-      archive_->write_report(findings_->findings(),
-                             {.made = iso_time(to_seconds(now().time_since_epoch())) + ", by " +
-                                      node_name().fully_qualified(),
-                              .pictures = frame_,
-                              .pictures_failed = failed_,
-                              .pipes = settings_->findings.lines,
-                              .datum = settings_->datum});
+      LeakReport report;
+      report.title = "Leaks";
+      report.made =
+          iso_time(to_seconds(now().time_since_epoch())) + ", by " + node_name().fully_qualified();
+      report.pipes = settings_->findings.lines;
+      report.track = track_;
+      report.datum = settings_->datum;
+      report.pictures_read = frame_;
+      report.pictures_failed = failed_;
+      archive_->write_report(findings_->findings(), std::move(report));
     });
   }
   return CallbackReturn::kSuccess;
@@ -214,7 +220,10 @@ void LeakInspector::on_odometry(const Odometry& message) {
                  "odometry has a stamp that is not later than that of the one before");
     return;
   }
-  archive_->add_to_track(entry.T_odom_base.translation().head<2>());
+  const Eigen::Vector2d place = entry.T_odom_base.translation().head<2>();
+  if (track_.empty() || (place - track_.back()).norm() >= kTrackStep) {
+    track_.push_back(place);
+  }
 }
 
 std::optional<std::span<const float>> LeakInspector::celsius_of(

@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/interfaces/whole_file.hpp"
-#include "pipescout/leak_store/leak_exports.hpp"
+#include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_report.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
@@ -85,7 +84,7 @@ class Survey {
         settings_(settings_of(options)),
         reader_(thermal_settings_of(options), options.exiftool),
         detector_(detector_parameters(settings_)),
-        store_(made(options.out) / "leaks.sqlite") {
+        archive_(made(options.out) / "leaks.sqlite", options.out) {
     if (options.poses) {
       const std::string file = options.poses->string();
       poses_ = parse_survey_poses(read_csv_text(file), file, settings_);
@@ -153,7 +152,7 @@ class Survey {
       camera.centre_u = 0.5 * (picture.width - 1);
       camera.centre_v = 0.5 * (picture.height - 1);
       findings_.emplace(settings_.findings, geometry::Camera(camera));
-      findings_->restore(store_.findings());
+      findings_->restore(archive_.known());
     }
     return *findings_;
   }
@@ -199,8 +198,8 @@ class Survey {
     const leak_findings::FrameResult& outcome = findings.update(frame, detections);
     if (outcome.fault != leak_findings::InputFault::kBadTime) {
       last_time_ = frame.time;
-      store_.log(condition_record(picture, reader_.settings(), settings_, frame.time,
-                                  options_.pictures.string()));
+      archive_.log(condition_record(picture, reader_.settings(), settings_, frame.time,
+                                    options_.pictures.string()));
     }
     keep_evidence(picture, detections, outcome, frame, name);
     save(outcome);
@@ -216,10 +215,9 @@ class Survey {
       const Finding* finding = findings_->find(outcome.finding_of[i]);
       // One that is raised now may have been seen better before, when nothing was kept of it.
       if (finding != nullptr &&
-          (finding->best.frame == frame.number || !evidence_.contains(finding->id))) {
-        evidence_[finding->id] = make_evidence(picture.view(), detections, i,
-                                               detector_.parameters().profile, frame.time, name);
-        unsaved_[finding->id] = true;
+          (finding->best.frame == frame.number || archive_.evidence(finding->id) == nullptr)) {
+        archive_.keep(finding->id, make_evidence(picture.view(), detections, i,
+                                                 detector_.parameters().profile, frame.time, name));
       }
     }
   }
@@ -227,14 +225,9 @@ class Survey {
   void save(const leak_findings::FrameResult& outcome) {
     for (const leak_findings::Event& event : outcome.events) {
       if (const Finding* finding = findings_->find(event.finding)) {
-        save(*finding);
+        archive_.save(*finding);
       }
     }
-  }
-  void save(const Finding& finding) {
-    const auto shown = evidence_.find(finding.id);
-    const bool anew = shown != evidence_.end() && std::exchange(unsaved_[finding.id], false);
-    store_.save(finding, anew ? &shown->second : nullptr);
   }
 
   void tell(const ThermalPicture& picture, const thermal::Detections& detections,
@@ -293,7 +286,7 @@ class Survey {
   void finish() {
     if (findings_) {
       for (const Finding& finding : findings_->findings()) {
-        save(finding);
+        archive_.save(finding);
         result_.raised += finding.state == FindingState::kRaised ? 1U : 0U;
       }
       result_.candidates = findings_->candidates().size();
@@ -310,27 +303,17 @@ class Survey {
     for (Shown& shown : shown_) {
       report.pictures.push_back(std::move(shown.picture));
     }
-    report.conditions = store_.conditions();
     // From the store: what other days have found and this one could not see is there too.
-    const std::vector<Finding> all = store_.findings();
-    for (const Finding& finding : all) {
-      report.findings.push_back({finding, store_.evidence(finding.id)});
-    }
-    replace_file(options_.out / "report.html", leak_report_html(report));
-    replace_file(options_.out / "leaks.geojson", leaks_geojson(all, settings_.datum));
-    replace_file(options_.out / "leaks.kml", leaks_kml(all, settings_.datum));
-    replace_file(options_.out / "leaks.csv", leaks_csv(all, settings_.datum));
+    archive_.write_report(archive_.known(), std::move(report));
   }
 
   const LeakSurveyOptions& options_;
   SurveySettings settings_;
   ThermalFileReader reader_;
   thermal::LeakDetector detector_;
-  LeakStore store_;
+  FindingsArchive archive_;
   std::map<std::string, PicturePose> poses_;
   std::optional<leak_findings::LeakFindings> findings_;  // from the first picture on
-  std::map<std::uint64_t, Evidence> evidence_;
-  std::map<std::uint64_t, bool> unsaved_;  // whether the store lacks the evidence
   std::vector<Eigen::Vector2d> track_;
   std::vector<Shown> shown_;
   std::size_t shown_count_ = 0;

@@ -77,7 +77,8 @@ class LeakInspector final : public Component {
   std::optional<OdometryHistory> odometry_;
   ThermalImageReader reader_;
   std::unique_ptr<FindingsArchive> archive_;
-  std::vector<float> temperatures_;  // of a picture that is evidence, degC
+  std::vector<Eigen::Vector2d> track_;  // of the robot in the map, m
+  std::vector<float> temperatures_;     // of a picture that is evidence, degC
   std::uint64_t frame_ = 0;
   std::uint64_t with_pipe_ = 0;
   std::uint64_t failed_ = 0;

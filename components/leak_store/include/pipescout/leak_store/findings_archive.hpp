@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/leak_findings/finding.hpp"
-#include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_store/evidence.hpp"
+#include "pipescout/leak_store/leak_report.hpp"
 #include "pipescout/leak_store/leak_store.hpp"
 
 namespace pipescout {
@@ -40,20 +36,10 @@ class FindingsArchive {
   /// On the disk when it returns. Throws LeakStoreError.
   void save(const leak_findings::Finding& finding);
 
-  /// Place of the robot in the map, m, for the report; every `kTrackStep` one is kept.
-  void add_to_track(const Eigen::Vector2d& place);
-  static constexpr double kTrackStep = 1.0;  ///< m
-
-  struct Run {
-    std::string made;  ///< when, and by what
-    std::size_t pictures = 0;
-    std::size_t pictures_failed = 0;
-    std::vector<leak_findings::PipeLine> pipes;
-    std::optional<geometry::GeodeticPosition> datum;
-  };
-  /// leaks.geojson, leaks.kml, leaks.csv and report.html of these findings. Throws LeakStoreError
-  /// and std::system_error naming the file.
-  void write_report(std::span<const leak_findings::Finding> findings, const Run& run) const;
+  /// leaks.geojson, leaks.kml, leaks.csv and report.html of these findings. Theirs and the
+  /// conditions are put into `report`; all else of it is the caller's. Throws LeakStoreError and
+  /// std::system_error naming the file.
+  void write_report(std::span<const leak_findings::Finding> findings, LeakReport report) const;
 
  private:
   std::filesystem::path report_folder_;
@@ -61,7 +47,6 @@ class FindingsArchive {
   std::vector<ConditionRecord> conditions_;  // where there is no store
   std::map<std::uint64_t, Evidence> evidence_;
   std::set<std::uint64_t> unsaved_;  // whose evidence is not in the store
-  std::vector<Eigen::Vector2d> track_;
 };
 
 }  // namespace pipescout

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "findings_archive.hpp"
+#include "pipescout/leak_store/findings_archive.hpp"
 
 #include <utility>
 
 #include "pipescout/interfaces/whole_file.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
-#include "pipescout/leak_store/leak_report.hpp"
 
 namespace pipescout {
 
@@ -55,24 +54,10 @@ void FindingsArchive::save(const Finding& finding) {
   unsaved_.erase(finding.id);
 }
 
-void FindingsArchive::add_to_track(const Eigen::Vector2d& place) {
-  if (track_.empty() || (place - track_.back()).norm() >= kTrackStep) {
-    track_.push_back(place);
-  }
-}
-
-void FindingsArchive::write_report(std::span<const Finding> findings, const Run& run) const {
+void FindingsArchive::write_report(std::span<const Finding> findings, LeakReport report) const {
   if (report_folder_.empty()) {
     return;
   }
-  LeakReport report;
-  report.title = "Leaks";
-  report.made = run.made;
-  report.pipes = run.pipes;
-  report.track = track_;
-  report.datum = run.datum;
-  report.pictures_read = run.pictures;
-  report.pictures_failed = run.pictures_failed;
   report.conditions = store_ ? store_->conditions() : conditions_;
   for (const Finding& finding : findings) {
     const Evidence* const kept = evidence(finding.id);
@@ -81,9 +66,9 @@ void FindingsArchive::write_report(std::span<const Finding> findings, const Run&
                                            : store_        ? store_->evidence(finding.id)
                                                            : std::nullopt});
   }
-  replace_file(report_folder_ / "leaks.geojson", leaks_geojson(findings, run.datum));
-  replace_file(report_folder_ / "leaks.kml", leaks_kml(findings, run.datum));
-  replace_file(report_folder_ / "leaks.csv", leaks_csv(findings, run.datum));
+  replace_file(report_folder_ / "leaks.geojson", leaks_geojson(findings, report.datum));
+  replace_file(report_folder_ / "leaks.kml", leaks_kml(findings, report.datum));
+  replace_file(report_folder_ / "leaks.csv", leaks_csv(findings, report.datum));
   replace_file(report_folder_ / "report.html", leak_report_html(report));
 }
 
