@@ -15,6 +15,7 @@ namespace nav_msgs::msg {
 class Odometry;
 }
 namespace pipescout_msgs::msg {
+class ArmState;
 class EddyCurrentSamples;
 class EstimatorState;
 class FusedOdometer;
@@ -23,6 +24,8 @@ class LeakEvent;
 class MissionStatus;
 class OdometerReadings;
 class PipePosition;
+class PipeTrack;
+class PipeTrackParticles;
 class RackState;
 class WeldDetection;
 }  // namespace pipescout_msgs::msg
@@ -37,10 +40,14 @@ namespace sensor_msgs::msg {
 class CameraInfo;
 class Image;
 class Imu;
+class JointState;
 class NavSatFix;
 }  // namespace sensor_msgs::msg
 namespace tf2_msgs::msg {
 class TFMessage;
+}
+namespace trajectory_msgs::msg {
+class JointTrajectory;
 }
 
 /// The catalogue: the one place where a topic's name, type and QoS are written down. The types are
@@ -95,6 +102,20 @@ inline const Topic<pipescout_msgs::msg::LeakEvent> kLeakEvents{"leak/events", Qo
 /// The leaks that there are, from a simulator, one message each. Never published by a robot.
 inline const Topic<pipescout_msgs::msg::LeakEvent> kTrueLeaks{"ground_truth/leaks",
                                                               QoS::latched(1000)};
+/// The pipe that is tracked, for each picture, and the particles that track it, to look at.
+inline const Topic<pipescout_msgs::msg::PipeTrack> kPipeTrack{"track/pipe", QoS::reliable(100)};
+inline const Topic<pipescout_msgs::msg::PipeTrackParticles> kPipeTrackParticles{"track/particles",
+                                                                                QoS::reliable(10)};
+/// Where the pipe really is in each picture, from a simulator. Never published by a robot.
+inline const Topic<pipescout_msgs::msg::PipeTrack> kTruePipeTrack{"ground_truth/pipe_track",
+                                                                  QoS::reliable(100)};
+/// Joints of the camera arm: where the driver says they are, and where they shall go. Only the last
+/// command counts.
+inline const Topic<sensor_msgs::msg::JointState> kJointStates{"joint_states", QoS::reliable(100)};
+inline const Topic<trajectory_msgs::msg::JointTrajectory> kArmCommand{"arm/command",
+                                                                      QoS::reliable(1)};
+/// What the camera arm does and why, in each cycle.
+inline const Topic<pipescout_msgs::msg::ArmState> kArmState{"arm/state", QoS::reliable(100)};
 /// Angular rate and specific force, from the driver, and the position of the GPS antenna.
 inline const Topic<sensor_msgs::msg::Imu> kImu{"imu/data", QoS::reliable(200)};
 inline const Topic<sensor_msgs::msg::NavSatFix> kGpsFix{"gps/fix", QoS::reliable(50)};
