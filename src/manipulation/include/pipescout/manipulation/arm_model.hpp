@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/geometry/se3.hpp"
+
+/// Kinematics of a serial arm that carries a camera. SI units and radians. Frames: `base` is the
+/// link that the arm is described from, x forward, y left, z up (REP 103); `camera` is the optical
+/// frame of the camera (x right, y down, z forward).
+namespace pipescout::manipulation {
+
+inline constexpr int kMostJoints = 8;
+/// One entry per joint, from the base to the camera. Allocates nothing.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
+/// 6 x joints. Rows as geometry::SE3's tangents: [linear, m/s; angular, rad/s] per rad/s.
+using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints>;
+
+/// A joint that turns.
+struct ArmJoint {
+  std::string name;
+  double lower = 0;     ///< rad
+  double upper = 0;     ///< rad, > lower
+  double velocity = 0;  ///< rad/s, > 0: largest
+};
+
+/// Between bodies of the arm, m; negative where they overlap. Infinite where nothing is to be hit.
+struct Clearance {
+  double self = 0;   ///< the least between two links that do not follow each other
+  double plane = 0;  ///< of the moving links from the plane of the ground
+};
+
+/// An arm as its URDF describes it: the chain of joints between two links of it.
+///
+/// Bodies are the links' collision geometry: spheres, and cylinders, which are rounded to capsules
+/// (half a sphere at each end, beyond the cylinder's length). Links fixed to each other are one
+/// body. The kinematics are those of Orocos KDL. Nothing allocates after construction. Not for use
+/// by several threads at once.
+class ArmModel {
+ public:
+  /// `urdf`: the text of a robot description. Throws std::invalid_argument naming the link or
+  /// joint: the text is no robot description, a link is not in it, the camera is not above the
+  /// base, a joint on the way is neither fixed nor revolute, has no position or velocity limits or
+  /// mimics another, there are no joints or more than `kMostJoints`, or a body is neither a sphere
+  /// nor a cylinder.
+  ArmModel(std::string_view urdf, const std::string& base_link, const std::string& camera_link);
+  ArmModel(ArmModel&&) noexcept;
+  ArmModel& operator=(ArmModel&&) noexcept;
+  ~ArmModel();
+
+  [[nodiscard]] const std::vector<ArmJoint>& joints() const noexcept;
+  [[nodiscard]] Eigen::Index size() const noexcept;  ///< number of joints
+
+  // `q`: rad, one per joint, within the limits or not. Each throws std::invalid_argument when its
+  // size is another or an angle is not finite.
+
+  [[nodiscard]] geometry::SE3 T_base_camera(const JointVector& q) const;
+  /// Of the camera's velocity against the base: of its origin and its rotation, in axes of the
+  /// camera.
+  [[nodiscard]] Jacobian camera_jacobian(const JointVector& q) const;
+  /// `ground`: m, height of the plane in the base frame.
+  [[nodiscard]] Clearance clearance(const JointVector& q, double ground) const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Yoshikawa's measure sqrt(det(J J^T)): 0 in singular postures (Yoshikawa, Manipulability of
+/// Robotic Mechanisms, 1985). 0 for arms of fewer than 6 joints.
+[[nodiscard]] double manipulability(const Jacobian& jacobian) noexcept;
+
+/// The text of a robot description: a ground robot (`base_link`, half-way between its wheels) with
+/// an arm of six joints that carries a thermal camera (`camera_optical_frame`). Installed as
+/// share/pipescout_manipulation/urdf/camera_arm.urdf.
+[[nodiscard]] std::string_view camera_arm_urdf() noexcept;
+
+}  // namespace pipescout::manipulation
