@@ -8,7 +8,8 @@
 namespace pipescout::tracking {
 namespace {
 
-static_assert(ShapeModel<PipeShape> && ShapeModel<ValveShape> && ShapeModel<VesselShape>);
+static_assert(TrackableShape<PipeShape> && TrackableShape<ValveShape> &&
+              TrackableShape<VesselShape>);
 
 void require_weight(const char* field, double value) {
   if (!(value > 0) || !std::isfinite(value)) {
@@ -23,17 +24,25 @@ void PipeShape::validate() const {
   require_weight("lambda", lambda);
   require_weight("beta", beta);
   require_weight("gamma", gamma);
+  require_weight("edge_deviation", edge_deviation);
+  require_weight("end_deviation", end_deviation);
+  if (!(border >= 0) || !std::isfinite(border)) {
+    throw std::invalid_argument("border is " + std::to_string(border) +
+                                ": must be at least 0 and finite");
+  }
 }
 
 void ValveShape::validate() const {
   require_weight("lambda", lambda);
   require_weight("beta", beta);
+  require_weight("edge_deviation", edge_deviation);
 }
 
 void VesselShape::validate() const {
   require_weight("lambda", lambda);
   require_weight("beta", beta);
   require_weight("gamma", gamma);
+  require_weight("edge_deviation", edge_deviation);
 }
 
 }  // namespace pipescout::tracking

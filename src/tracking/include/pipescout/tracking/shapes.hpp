@@ -1,27 +1,61 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 
-#include "pipescout/tracking/shape_model.hpp"
+#include "pipescout/tracking/trackable_shape.hpp"
 
 /// The shapes of pipes, valves and vessels. x to the right, y down, from the middle of the upper
 /// left pixel; angles from x towards y.
 namespace pipescout::tracking {
 
+/// A straight section of a pipe as it is found in a picture: its axis between two ends.
+struct PipeRegion {
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+  double half_width = 0;   ///< px, >= 0: from the axis to the edge
+  bool cut_along = false;  ///< the border cuts it lengthwise: the axis is that of what is left
+};
+
 /// A straight section of a pipe: x, y of its middle, length, direction of its axis. Equation (14):
 /// lambda |position| + beta dl^2 + gamma dalpha^2.
+///
+/// A region gives four readings: how far its middle lies off the predicted axis, its direction, and
+/// where along the axis each end is. An end at the border of the picture says that the pipe goes at
+/// least so far: it is a reading only where the prediction ends before it. One within the picture
+/// may be that of a post before the pipe.
 struct PipeShape {
+  using Region = PipeRegion;
+  using State = Eigen::Matrix<double, 4, 1>;
+  using Covariance = Eigen::Matrix<double, 4, 4>;
   static constexpr std::size_t kSize = 4;
   static constexpr std::array<double, kSize> kPeriods{0, 0, 0, std::numbers::pi};
   enum : std::size_t { kX, kY, kLength, kAngle };
 
+  static constexpr std::array<double, kSize> kStartDeviation{3, 3, 5, 0.03};
+  static constexpr std::array<double, kSize> kProcessDeviation{10, 10, 15, 0.05};
+  static constexpr std::array<double, kSize> kRateWalk{800, 800, 200, 3};
+
   double lambda = 0.5;  ///< 1/px, > 0
   double beta = 0.02;   ///< 1/px^2, > 0
   double gamma = 600;   ///< 1/rad^2, > 0
+
+  double edge_deviation = 0.5;  ///< px, > 0: of the outline, common to half of the pipe's length
+  double end_deviation = 1.5;   ///< px, > 0: of an end along the axis
+  double border = 2.0;          ///< px, >= 0: an end so near to the border is cut by it
+
+  /// In (-pi/2, pi/2], as all angles of sections.
+  [[nodiscard]] static State state_of(const PipeRegion& region);
+  [[nodiscard]] static double size_of(const PipeRegion& region);
+  void observe(const PipeRegion& region, const State& predicted, const Covariance& covariance,
+               const ImageSize& image, ObservationRows<kSize>& rows) const;
+  [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
+  [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
+  [[nodiscard]] static State scaled(const State& state, double factor);
 
   template <class T>
   [[nodiscard]] T distance(const std::array<T, kSize>& d) const {
@@ -35,12 +69,29 @@ struct PipeShape {
 
 /// A valve seen as a circle: x, y of its middle, radius.
 struct ValveShape {
+  using State = Eigen::Matrix<double, 3, 1>;
+  using Covariance = Eigen::Matrix<double, 3, 3>;
+  using Region = State;  ///< all its numbers
   static constexpr std::size_t kSize = 3;
   static constexpr std::array<double, kSize> kPeriods{0, 0, 0};
   enum : std::size_t { kX, kY, kRadius };
 
+  static constexpr std::array<double, kSize> kStartDeviation{3, 3, 2};
+  static constexpr std::array<double, kSize> kProcessDeviation{10, 10, 5};
+  static constexpr std::array<double, kSize> kRateWalk{800, 800, 100};
+
   double lambda = 0.5;  ///< 1/px, > 0
   double beta = 0.2;    ///< 1/px^2, > 0
+
+  double edge_deviation = 1.0;  ///< px, > 0: of the outline
+
+  [[nodiscard]] static State state_of(const Region& region);
+  [[nodiscard]] static double size_of(const Region& region);
+  void observe(const Region& region, const State& predicted, const Covariance& covariance,
+               const ImageSize& image, ObservationRows<kSize>& rows) const;
+  [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
+  [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
+  [[nodiscard]] static State scaled(const State& state, double factor);
 
   template <class T>
   [[nodiscard]] T distance(const std::array<T, kSize>& d) const {
@@ -54,13 +105,30 @@ struct ValveShape {
 /// A vessel seen as a rectangle: x, y of its middle, length along its axis, width, direction of the
 /// axis.
 struct VesselShape {
+  using State = Eigen::Matrix<double, 5, 1>;
+  using Covariance = Eigen::Matrix<double, 5, 5>;
+  using Region = State;  ///< all its numbers
   static constexpr std::size_t kSize = 5;
   static constexpr std::array<double, kSize> kPeriods{0, 0, 0, 0, std::numbers::pi};
   enum : std::size_t { kX, kY, kLength, kWidth, kAngle };
 
+  static constexpr std::array<double, kSize> kStartDeviation{3, 3, 4, 4, 0.03};
+  static constexpr std::array<double, kSize> kProcessDeviation{10, 10, 10, 10, 0.05};
+  static constexpr std::array<double, kSize> kRateWalk{800, 800, 200, 200, 3};
+
   double lambda = 0.5;  ///< 1/px, > 0
   double beta = 0.02;   ///< 1/px^2, > 0: of length and width
   double gamma = 600;   ///< 1/rad^2, > 0
+
+  double edge_deviation = 1.0;  ///< px, > 0: of the outline
+
+  [[nodiscard]] static State state_of(const Region& region);
+  [[nodiscard]] static double size_of(const Region& region);
+  void observe(const Region& region, const State& predicted, const Covariance& covariance,
+               const ImageSize& image, ObservationRows<kSize>& rows) const;
+  [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
+  [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
+  [[nodiscard]] static State scaled(const State& state, double factor);
 
   template <class T>
   [[nodiscard]] T distance(const std::array<T, kSize>& d) const {

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/se3.hpp"
+
+namespace pipescout::tracking {
+
+/// How the picture moves: a field of velocities that is linear about a point of it.
+struct ImageMotion {
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();        ///< px
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< px/s, of what is seen there
+  Eigen::Matrix2d gradient = Eigen::Matrix2d::Zero();  ///< 1/s: derivative of the velocity by place
+
+  /// Of what is seen at a point, px/s.
+  [[nodiscard]] Eigen::Vector2d of(const Eigen::Vector2d& point) const {
+    return velocity + gradient * (point - at);
+  }
+  [[nodiscard]] bool finite() const {
+    return at.allFinite() && velocity.allFinite() && gradient.allFinite();
+  }
+};
+
+/// The velocity of a camera that is fixed to a body: [linear m/s; angular rad/s], against the
+/// world, in the camera's frame, from that of the body in the body's.
+[[nodiscard]] geometry::Vector6d camera_velocity(const geometry::SE3& T_body_camera,
+                                                 const geometry::Vector6d& body_velocity);
+
+/// What stands still, `depth` m before the camera (along its z; the plane through it is parallel
+/// to the picture), moves in the picture of a camera that moves with `camera_velocity`: the
+/// interaction matrix of a point (Chaumette and Hutchinson, IEEE Robotics and Automation Magazine
+/// 13, 2006, equation 11), and its derivative by place. Lens distortion is not considered: rectify
+/// first. Nothing for a depth that is not positive, or numbers that are not finite.
+[[nodiscard]] std::optional<ImageMotion> image_motion(const geometry::Camera& camera,
+                                                      const Eigen::Vector2d& at, double depth,
+                                                      const geometry::Vector6d& camera_velocity);
+
+}  // namespace pipescout::tracking

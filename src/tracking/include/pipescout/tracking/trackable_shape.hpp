@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <span>
+
+#include "pipescout/tracking/image_motion.hpp"
+#include "pipescout/tracking/shape_model.hpp"
+
+namespace pipescout::tracking {
+
+struct ImageSize {
+  int width = 0;   ///< px
+  int height = 0;  ///< px
+  friend bool operator==(const ImageSize&, const ImageSize&) = default;
+};
+
+template <ShapeModel Model>
+using ShapeCovariance =
+    Eigen::Matrix<double, static_cast<int>(Model::kSize), static_cast<int>(Model::kSize)>;
+
+// The following are templates over the size of a shape, for shapes name them themselves.
+
+/// One number that is read off a region, as a function of the shape to first order.
+template <std::size_t kSize>
+struct ObservationRow {
+  using Gradient = Eigen::Matrix<double, static_cast<int>(kSize), 1>;
+  Gradient gradient = Gradient::Zero();  ///< of the number by the shape
+  double residual = 0;                   ///< what was read less what the predicted shape gives
+  double variance = 0;                   ///< of the reading
+  double span = 1;  ///< where regions of something else would have it: evenly, over so much
+  /// It may tell of something else though the region is of the shape: the end of a pipe before
+  /// which a post stands.
+  bool doubtful = false;
+};
+
+template <std::size_t kSize>
+class ObservationRows {
+ public:
+  void clear() noexcept { count_ = 0; }
+  /// Throws std::out_of_range beyond `kSize` rows.
+  void add(const ObservationRow<kSize>& row) { rows_.at(count_++) = row; }
+  [[nodiscard]] std::span<const ObservationRow<kSize>> all() const noexcept {
+    return {rows_.data(), count_};
+  }
+
+ private:
+  std::array<ObservationRow<kSize>, kSize> rows_{};
+  std::size_t count_ = 0;
+};
+
+/// What of a shape is in the picture.
+template <std::size_t kSize>
+struct ShapeInView {
+  using State = Eigen::Matrix<double, static_cast<int>(kSize), 1>;
+  State shape = State::Zero();
+  bool in_view = false;         ///< otherwise `shape` is the whole, outside the picture
+  bool start_censored = false;  ///< it goes on beyond the border; of a pipe, at the end against its
+                                ///< direction (cos alpha, sin alpha): the left one, of an upright
+                                ///< pipe the upper one
+  bool end_censored = false;    ///< the same at the other end
+};
+
+/// A shape that `ShapeTracker` can follow: beside what the particle filter needs,
+///
+///   Region      as it is found in a picture
+///   state_of    the numbers of a region, as they are seen: what particles are compared with
+///   size_of     px: of several regions the largest is taken up first
+///   observe     the readings of a region, beside the prediction and its covariance
+///   in_view     the part of a shape that is in the picture
+///   moved_by    rates of the numbers, 1/s, when the picture moves
+///   scaled      the shape in the picture scaled by a factor
+///   kStartDeviation, kProcessDeviation  of particles; as in ParticleFilterParameters
+///   kRateWalk   by how much rates change, per square root of a second, without camera motion
+template <class Model>
+concept TrackableShape = ShapeModel<Model> &&
+    requires(const Model& model, const typename Model::Region& region,
+             const ShapeState<Model>& state, const ShapeCovariance<Model>& covariance,
+             const ImageSize& image, const ImageMotion& motion,
+             ObservationRows<Model::kSize>& rows) {
+  { Model::state_of(region) } -> std::same_as<ShapeState<Model>>;
+  { Model::size_of(region) } -> std::same_as<double>;
+  { model.observe(region, state, covariance, image, rows) } -> std::same_as<void>;
+  { Model::in_view(state, image) } -> std::same_as<ShapeInView<Model::kSize>>;
+  { Model::moved_by(state, motion) } -> std::same_as<ShapeState<Model>>;
+  { Model::scaled(state, 1.0) } -> std::same_as<ShapeState<Model>>;
+  { Model::kStartDeviation[0] } -> std::convertible_to<double>;
+  { Model::kProcessDeviation[0] } -> std::convertible_to<double>;
+  { Model::kRateWalk[0] } -> std::convertible_to<double>;
+};
+
+}  // namespace pipescout::tracking

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipescout/tracking/shapes.hpp"
+
+namespace pipescout::tracking {
+namespace {
+
+using Eigen::Vector2d;
+using State = ShapeState<PipeShape>;
+using Row = ObservationRow<PipeShape::kSize>;
+
+Vector2d direction(double angle) {
+  return {std::cos(angle), std::sin(angle)};
+}
+
+Vector2d across(const Vector2d& u) {
+  return {-u.y(), u.x()};
+}
+
+double diagonal(const ImageSize& image) {
+  return std::hypot(image.width, image.height);
+}
+
+/// How far within the border of the picture a point is, px; negative outside.
+double inside(const Vector2d& point, const ImageSize& image) {
+  return std::min(
+      {point.x(), point.y(), image.width - 1 - point.x(), image.height - 1 - point.y()});
+}
+
+/// In (-pi/2, pi/2].
+double axis_angle(double angle) {
+  const double wrapped = std::remainder(angle, std::numbers::pi);
+  return wrapped <= -std::numbers::pi / 2 ? std::numbers::pi / 2 : wrapped;
+}
+
+State section(const Vector2d& from, const Vector2d& to) {
+  const Vector2d middle = 0.5 * (from + to);
+  const Vector2d along = to - from;
+  return {middle.x(), middle.y(), along.norm(), axis_angle(std::atan2(along.y(), along.x()))};
+}
+
+}  // namespace
+
+State PipeShape::state_of(const PipeRegion& region) {
+  return section(region.start, region.end);
+}
+
+double PipeShape::size_of(const PipeRegion& region) {
+  return (region.end - region.start).norm();
+}
+
+void PipeShape::observe(const PipeRegion& region, const State& predicted,
+                        const Covariance& covariance, const ImageSize& image,
+                        ObservationRows<kSize>& rows) const {
+  rows.clear();
+  const Vector2d u = direction(predicted[kAngle]);
+  const Vector2d n = across(u);
+  const Vector2d centre = predicted.head<2>();
+  const State seen = state_of(region);
+  const Vector2d middle = seen.head<2>();
+  const double length = seen[kLength];
+  const double span = diagonal(image);
+
+  const double cut = region.cut_along ? region.half_width : 0;
+  Row offset;
+  offset.gradient << n.x(), n.y(), 0, u.dot(middle - centre);
+  offset.residual = n.dot(middle - centre);
+  // The mean of two halves.
+  offset.variance = edge_deviation * edge_deviation / 2 + cut * cut;
+  offset.span = span;
+  rows.add(offset);
+
+  Row turn;
+  turn.gradient[kAngle] = 1;
+  turn.residual = std::remainder(seen[kAngle] - predicted[kAngle], std::numbers::pi);
+  // The line through the middles of two halves.
+  const double deviation = std::numbers::sqrt2 * edge_deviation / std::max(length / 2, 1.0);
+  turn.variance = deviation * deviation;
+  turn.span = std::numbers::pi;
+  rows.add(turn);
+
+  const bool forwards = u.dot(region.end - region.start) >= 0;
+  for (const double side : {-1.0, 1.0}) {
+    const Vector2d& end = (side > 0) == forwards ? region.end : region.start;
+    Row row;
+    row.gradient << u.x(), u.y(), side / 2, n.dot(centre - end);
+    row.residual = u.dot(end - centre) - side * predicted[kLength] / 2;
+    row.variance = end_deviation * end_deviation;
+    row.span = span;
+    if (inside(end, image) <= border) {
+      const double beyond = -side * row.residual;  // px, of the predicted end
+      if (beyond > 0) {
+        // Nothing is read, but an end is not looked for farther away than a diagonal.
+        const double uncertain = row.gradient.dot(covariance * row.gradient);
+        if (beyond <= span && uncertain <= span * span) {
+          continue;
+        }
+        row.residual = -side * std::max(0.0, beyond - span);
+        row.variance = span * span;
+      }
+    } else {
+      row.doubtful = true;
+    }
+    rows.add(row);
+  }
+}
+
+ShapeInView<PipeShape::kSize> PipeShape::in_view(const State& state, const ImageSize& image) {
+  const Vector2d u = direction(state[kAngle]);
+  const Vector2d centre = state.head<2>();
+  const Vector2d last(image.width - 1, image.height - 1);
+  double from = -state[kLength] / 2;
+  double to = state[kLength] / 2;
+  ShapeInView<PipeShape::kSize> result;
+  result.shape = state;
+  for (int i = 0; i < 2; ++i) {
+    // At what place along the axis it crosses the lower and the upper border.
+    if (u[i] == 0) {
+      if (centre[i] < 0 || centre[i] > last[i]) {
+        return result;
+      }
+      continue;
+    }
+    const double low = -centre[i] / u[i];
+    const double high = (last[i] - centre[i]) / u[i];
+    if (std::min(low, high) > from) {
+      from = std::min(low, high);
+      result.start_censored = true;
+    }
+    if (std::max(low, high) < to) {
+      to = std::max(low, high);
+      result.end_censored = true;
+    }
+  }
+  if (!(from < to)) {
+    result.start_censored = false;
+    result.end_censored = false;
+    return result;
+  }
+  result.in_view = true;
+  result.shape.head<2>() = centre + 0.5 * (from + to) * u;
+  result.shape[kLength] = to - from;
+  return result;
+}
+
+State PipeShape::moved_by(const State& state, const ImageMotion& motion) {
+  const Vector2d u = direction(state[kAngle]);
+  const Vector2d centre = motion.of(state.head<2>());
+  const Vector2d along = motion.gradient * u;
+  return {centre.x(), centre.y(), state[kLength] * u.dot(along), across(u).dot(along)};
+}
+
+State PipeShape::scaled(const State& state, double factor) {
+  // Pixel 0 reaches from -0.5 to 0.5.
+  return {factor * (state[kX] + 0.5) - 0.5, factor * (state[kY] + 0.5) - 0.5,
+          factor * state[kLength], state[kAngle]};
+}
+
+}  // namespace pipescout::tracking

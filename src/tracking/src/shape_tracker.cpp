@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/tracking/shape_tracker_definition.hpp"
+
+namespace pipescout::tracking {
+
+std::string_view to_string(TrackState state) noexcept {
+  switch (state) {
+    case TrackState::kDetecting:
+      return "detecting";
+    case TrackState::kLocked:
+      return "locked";
+    case TrackState::kCoasting:
+      return "coasting";
+    case TrackState::kLost:
+      return "lost";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(TrackFault fault) noexcept {
+  switch (fault) {
+    case TrackFault::kNone:
+      return "none";
+    case TrackFault::kBadStamp:
+      return "bad_stamp";
+    case TrackFault::kTimeWentBack:
+      return "time_went_back";
+    case TrackFault::kBadImageSize:
+      return "bad_image_size";
+    case TrackFault::kTooManyRegions:
+      return "too_many_regions";
+    case TrackFault::kBadRegion:
+      return "bad_region";
+    case TrackFault::kBadMotion:
+      return "bad_motion";
+    case TrackFault::kBadHint:
+      return "bad_hint";
+  }
+  return "unknown";
+}
+
+template class ShapeKalman<PipeShape>;
+template class ShapeKalman<ValveShape>;
+template class ShapeKalman<VesselShape>;
+template struct ShapeTrackerParameters<PipeShape>;
+template struct ShapeTrackerParameters<ValveShape>;
+template struct ShapeTrackerParameters<VesselShape>;
+template class ShapeTracker<PipeShape>;
+template class ShapeTracker<ValveShape>;
+template class ShapeTracker<VesselShape>;
+
+}  // namespace pipescout::tracking
