@@ -9,12 +9,14 @@ from collections.abc import Sequence
 from . import odometry
 from .estimator import subject as estimator
 from .rack import subject as rack
+from .tracking import subject as tracking
 
 # Each subject is a module with add_arguments(parser) and run(options), which gives the exit code.
 SUBJECTS = {
     "estimator": estimator,
     "odometry": odometry,
     "rack": rack,
+    "tracking": tracking,
 }
 
 

@@ -66,3 +66,11 @@ def mission_recordings(mission: Path, data_files: Sequence[str]) -> list[tuple[s
     notes: list[str] = []
     return [(".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else "",
              Recording(mission, folder, notes=notes)) for folder in folders]
+
+
+def image_file(recording: Recording, name: str) -> Path:
+    """Of a file that a table names; it may not lead out of the folder."""
+    path = (recording.folder / name).resolve()
+    if not path.is_relative_to(recording.folder.resolve()):
+        raise Missing(f"{name} lies outside of {recording.folder}")
+    return path

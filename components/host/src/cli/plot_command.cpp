@@ -116,6 +116,15 @@ void add_estimator(CLI::App& plot, Action& action) {
       [=, &action] { action = [=] { return draw_subject("estimator", *options, {}); }; });
 }
 
+void add_tracking(CLI::App& plot, Action& action) {
+  auto options = std::make_shared<PlotOptions>();
+  auto* subject = add_subject(
+      plot, "tracking", "The track of a pipe, and the arm; prints the path of each picture",
+      "Mission folder, or the JSON file of `pipescout reproduce tracking`", *options);
+  subject->callback(
+      [=, &action] { action = [=] { return draw_subject("tracking", *options, {}); }; });
+}
+
 }  // namespace
 
 void add_plot_commands(CLI::App& app, Action& action) {
@@ -124,6 +133,7 @@ void add_plot_commands(CLI::App& app, Action& action) {
   add_odometry(*plot, action);
   add_rack(*plot, action);
   add_estimator(*plot, action);
+  add_tracking(*plot, action);
 }
 
 }  // namespace pipescout::host

@@ -3,28 +3,22 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from pathlib import Path
 
 import numpy
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from PIL import Image
 
 from .. import style
+from ..gif import MOST_FRAMES, write_gif
 from ..recording import Missing, Recording
 from .flight_data import Poses, read_servo
 from .map import PIPE, PIPE_ABOVE, SUPPORT, draw_path, draw_rack, draw_way_points, extent, limit
 from .overlay import Images, draw_image, draw_lines, read_images
 
-MOST_BYTES = 3_000_000
-MOST_FRAMES = 48
-FRAME_TIME = 125
-"""Milliseconds."""
-GREYS = 32
 DPI = 120
 """420 pixels wide."""
 DRAWN_WITH = (style.ORANGE, style.SKY, style.BLUE, style.VERMILLION, PIPE, PIPE_ABOVE, SUPPORT)
@@ -36,28 +30,7 @@ def write(recording: Recording, path: Path) -> None:
     if len(images) < 2:
         raise Missing("one image does not move")
     frames = _frames(recording, images, min(len(images), MOST_FRAMES))
-    content = _gif(frames)
-    while len(content) > MOST_BYTES and len(frames) > 2:
-        frames = frames[::2]
-        content = _gif(frames)
-    style.write_bytes(content, path)
-
-
-def _gif(frames: list[Image.Image]) -> bytes:
-    """All frames have the same few colours: they do not flicker, and what rests costs nothing."""
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(_colours())
-    few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    buffer = io.BytesIO()
-    few[0].save(buffer, format="GIF", save_all=True, append_images=few[1:], duration=FRAME_TIME, loop=0,
-                optimize=False)
-    return buffer.getvalue()
-
-
-def _colours() -> list[int]:
-    greys = [[round(level)] * 3 for level in numpy.linspace(0, 255, GREYS)]
-    drawn = [[round(255 * part) for part in to_rgb(colour)] for colour in DRAWN_WITH]
-    return [part for colour in (*greys, *drawn) for part in colour]
+    write_gif(frames, DRAWN_WITH, path)
 
 
 def _frames(recording: Recording, images: Images, count: int) -> list[Image.Image]:

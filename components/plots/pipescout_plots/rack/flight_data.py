@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy
 import yaml
@@ -216,11 +215,3 @@ def _flat(parameters: dict, prefix: str = "") -> dict:
         else:
             result[f"{prefix}{name}"] = value
     return result
-
-
-def image_file(recording: Recording, name: str) -> Path:
-    """Of images.csv; it may not lead out of the folder."""
-    path = (recording.folder / name).resolve()
-    if not path.is_relative_to(recording.folder.resolve()):
-        raise Missing(f"{name} lies outside of {recording.folder}")
-    return path

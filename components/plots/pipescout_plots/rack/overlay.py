@@ -12,10 +12,10 @@ from matplotlib.patches import Rectangle
 
 from .. import style
 from ..csv_table import Table
-from ..recording import Missing, Recording
+from ..recording import Missing, Recording, image_file
 from .camera import Camera, read_camera, read_pgm
 from .contours import Line, image_lines
-from .flight_data import Poses, image_file, read_poses
+from .flight_data import Poses, read_poses
 from .rack_file import Rack, read_rack
 
 IMAGES = 3
