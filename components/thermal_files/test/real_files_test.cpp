@@ -4,19 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <sstream>
 #include <string>
-#include <vector>
 
+#include "pipescout/thermal_files/flir_reference.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"
 
 namespace pipescout {
@@ -31,7 +23,7 @@ class RealFiles : public ::testing::Test {
   void SetUp() override {
     const char* shared = std::getenv("PIPESCOUT_SHARED_DATA");
     folder_ = fs::path(shared == nullptr ? "" : shared) / "thermal_flir";
-    if (!fs::exists(folder_ / "iguana_sc660.jpg")) {
+    if (!fs::exists(folder_ / kFlirReferenceFile)) {
       GTEST_SKIP() << "NOT TESTED on real thermal pictures: PIPESCOUT_SHARED_DATA names no folder "
                       "with thermal_flir/iguana_sc660.jpg";
     }
@@ -44,87 +36,14 @@ class RealFiles : public ::testing::Test {
   fs::path folder_;
 };
 
-/// Numbers of a gzipped CSV file.
-std::vector<double> exported(const fs::path& file) {
-  const std::string command = "gzip -dc '" + file.string() + "'";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  std::string text;
-  std::array<char, 65536> block{};
-  for (std::size_t size = 0; (size = std::fread(block.data(), 1, block.size(), pipe.get())) > 0;) {
-    text.append(block.data(), size);
-  }
-  std::replace(text.begin(), text.end(), ',', ' ');
-  std::istringstream stream(text);
-  std::vector<double> values;
-  for (double value = 0; stream >> value;) {
-    values.push_back(value);
-  }
-  return values;
-}
-
-struct Difference {
-  double mean = 0;
-  double mean_abs = 0;
-  double max_abs = 0;
-};
-
-Difference difference(const ThermalPicture& picture, const std::vector<double>& truth) {
-  Difference d;
-  EXPECT_EQ(picture.degrees.size(), truth.size());
-  for (std::size_t i = 0; i < std::min(truth.size(), picture.degrees.size()); ++i) {
-    const double error = double{picture.degrees[i]} - truth[i];
-    d.mean += error / static_cast<double>(truth.size());
-    d.mean_abs += std::abs(error) / static_cast<double>(truth.size());
-    d.max_abs = std::max(d.max_abs, std::abs(error));
-  }
-  return d;
-}
-
-TEST_F(RealFiles, AgreesWithThermaCam) {
-  ThermalSettings settings;
-  settings.object.emissivity = 0.96;  // what ThermaCAM was told
-  const Difference d =
-      difference(read("iguana_sc660.jpg", settings),
-                 exported(folder_ / "iguana_ThermaCAM_truth_E0.96_RT20_OD1_RH50_degC.csv.gz"));
-  // ThermaCAM prints a digit behind the point: half of it is all that may be off.
-  std::printf("iguana, ThermaCAM: mean %.4f K, mean abs %.4f K, max abs %.4f K\n", d.mean,
-              d.mean_abs, d.max_abs);
-  EXPECT_LE(d.mean_abs, 0.026);
-  EXPECT_LE(d.max_abs, 0.0501);
-}
-
-TEST_F(RealFiles, AgreesWithFlirResearchAndDevelopment) {
-  // The export's name says 0.96, but its temperatures are those of the 0.95 in the file, to the
-  // last of the three digits printed.
-  const Difference d = difference(read("iguana_sc660.jpg"),
-                                  exported(folder_ / "iguana_FLIR_RandD_truth_E0.96_degC.csv.gz"));
-  std::printf("iguana, FLIR R&D: mean %.4f K, mean abs %.4f K, max abs %.4f K\n", d.mean,
-              d.mean_abs, d.max_abs);
-  EXPECT_LE(d.mean_abs, 0.0005);
-  EXPECT_LE(d.max_abs, 0.001);
-}
-
-TEST_F(RealFiles, AgreeWithTheirDecodedPictures) {
-  // Those were decoded with the air divided in two halves.
-  ThermalSettings settings;
-  settings.air_path = thermal::AirPath::kWindowMidway;
-  const std::array<std::pair<const char*, const char*>, 5> files = {
-      {{"conveyor_zenmuse_xtr.jpg", "conveyor_zenmuse_xtr_degC_x100.png"},
-       {"duo_pro_r_640x512.fff", "duo_pro_r_640x512_degC_x100.png"},
-       {"fluorescent_tubes_t650sc.jpg", "fluorescent_tubes_t650sc_degC_x100.png"},
-       {"iguana_sc660.jpg", "iguana_sc660_degC_x100.png"},
-       {"pipe_ax8.jpg", "pipe_ax8_degC_x100.png"}}};
-  for (const auto& [name, decoded] : files) {
-    ThermalSettings linear;
-    linear.scale = LinearScale{.gain = 0.01, .offset = -100};
-    const ThermalPicture truth = read(decoded, linear);
-    const std::vector<double> degrees(truth.degrees.begin(), truth.degrees.end());
-    const Difference d = difference(read(name, settings), degrees);
-    const Difference whole = difference(read(name), degrees);
-    std::printf("%s: max abs %.4f K; all air before the window: %.4f K\n", name, d.max_abs,
-                whole.max_abs);
-    EXPECT_LE(d.max_abs, 0.02) << name;
-  }
+TEST_F(RealFiles, AgreeWithOtherSoftware) {
+  const FlirReferenceErrors errors = score_flir_reference(folder_);
+  // Half of the last digit printed is all that may be off.
+  EXPECT_LE(errors.thermacam.mean_abs, 0.026);
+  EXPECT_LE(errors.thermacam.max_abs, 0.0501);
+  EXPECT_LE(errors.research.mean_abs, 0.0005);
+  EXPECT_LE(errors.research.max_abs, 0.001);
+  EXPECT_LE(errors.decoded.max_abs, 0.02);
 }
 
 TEST_F(RealFiles, TellWhatToDoubt) {

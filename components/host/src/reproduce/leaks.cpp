@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <numeric>
 #include <stdexcept>
@@ -15,6 +16,7 @@
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/thermal/ibarguren2013_figure7.hpp"
+#include "pipescout/thermal_files/flir_reference.hpp"
 #include "reproduce/each_seed.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"
@@ -48,7 +50,8 @@ std::string number(double value) {
 class Leaks {
  public:
   Leaks(const ReproduceOptions& options, const LeaksExtent& extent, std::ostream& out)
-      : extent_(extent),
+      : options_(options),
+        extent_(extent),
         out_(out),
         seeds_(unseen_seeds(std::min(options.seeds, extent.largest_seeds))),
         rows_(result_, out),
@@ -59,6 +62,7 @@ class Leaks {
          << seeds_.back() << ", which no tuning saw.\n\n";
     result_.seeds = seeds_;
     add_figure_seven();
+    add_real_pictures();
     add_campaigns();
     add_roc();
     return std::move(result_);
@@ -88,6 +92,43 @@ class Leaks {
          {"warmest part that is not, degC", labels.warmest_sound, {}, kSmallIsGood},
          {"coldest part that is, degC", labels.coldest_leak, {}, kLargeIsGood},
          {"cut-off, degC", labels.cut_off, {}, kLargeIsGood, "fig7_cut_off_degc"}});
+  }
+
+  void add_real_pictures() {
+    const std::string study = "Real pictures: temperatures against those of other software";
+    const std::filesystem::path folder =
+        std::filesystem::path(options_.data.empty() ? default_data_folder() : options_.data) /
+        "thermal_flir";
+    if (options_.data.empty() && !exists(folder / kFlirReferenceFile)) {
+      out_ << study << "\n\n  NOT MEASURED, its figures are left out: there is no thermal_flir/"
+           << kFlirReferenceFile
+           << "\n  in the folder of --data, $PIPESCOUT_SHARED_DATA or ../shared/data.\n\n";
+      return;
+    }
+    const FlirReferenceErrors errors = score_flir_reference(folder);
+    rows_.add_study(
+        study, {{"iguana, ThermaCAM (prints tenths): mean, K",
+                 errors.thermacam.mean_abs,
+                 {},
+                 kSmallIsGood},
+                {"the same, largest, K", errors.thermacam.max_abs, {}, kSmallIsGood},
+                {"iguana, FLIR R&D Software: mean, K", errors.research.mean_abs, {}, kSmallIsGood},
+                {"the same, largest, K", errors.research.max_abs, {}, kSmallIsGood},
+                {"iguana, the worse of both: mean, K",
+                 std::max(errors.thermacam.mean_abs, errors.research.mean_abs),
+                 {},
+                 {.most = 0.05},
+                 "iguana_mean_abs_error_k"},
+                {"the same, largest, K",
+                 std::max(errors.thermacam.max_abs, errors.research.max_abs),
+                 {},
+                 {.most = 0.15},
+                 "iguana_max_abs_error_k"},
+                {"five pictures, their degC_x100 files: largest, K",
+                 errors.decoded.max_abs,
+                 {},
+                 {.most = 0.02},
+                 "degc_x100_max_error_k"}});
   }
 
   /// One score for each seed.
@@ -206,6 +247,7 @@ class Leaks {
   /// K, of a finding's Delta-T.
   static std::vector<double> thresholds() { return {20, 35, 50, 70}; }
 
+  const ReproduceOptions& options_;
   const LeaksExtent& extent_;
   std::ostream& out_;
   std::vector<std::uint64_t> seeds_;

@@ -72,6 +72,9 @@ TEST(Reproduce, LeaksGiveTheirFigures) {
   EXPECT_EQ(result.seeds[0], 1001);
   EXPECT_THAT(out.str(), AllOf(HasSubstr("Figure 7"), HasSubstr("2 sequences of 40 m"),
                                HasSubstr("ROC, NETD 100 mK")));
+  // What needs real pictures is measured, or said not to be.
+  EXPECT_EQ(result.figures.contains("iguana_max_abs_error_k"),
+            out.str().find("NOT MEASURED") == std::string::npos);
 }
 
 TEST(Reproduce, FliesOverTheRack) {

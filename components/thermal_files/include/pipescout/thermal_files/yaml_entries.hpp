@@ -38,6 +38,15 @@ class YamlEntries {
   /// Which of `names` it is.
   [[nodiscard]] std::size_t chosen(const YAML::Node& node,
                                    const std::vector<std::string>& names) const;
+  /// Which of these values, whose names `to_string` tells.
+  template <class Values>
+  [[nodiscard]] auto chosen(const YAML::Node& node, const Values& values) const {
+    std::vector<std::string> names;
+    for (const auto value : values) {
+      names.emplace_back(to_string(value));
+    }
+    return values[chosen(node, names)];
+  }
 
   /// Entries that set a variable.
   [[nodiscard]] Entry number_into(const char* key, double& target) const;
