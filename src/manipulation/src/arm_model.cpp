@@ -36,7 +36,14 @@ class ArmModel::Implementation {
         jacobian_(arm_.chain.getNrOfJoints()),
         frames_(arm_.chain.getNrOfSegments()),
         placed_(arm_.bodies.size()) {
+    double length = 0;
+    for (unsigned i = 0; i < arm_.chain.getNrOfSegments(); ++i) {
+      length += arm_.chain.getSegment(i).getFrameToTip().p.Norm();
+    }
     for (std::size_t b = 0; b < arm_.bodies.size(); ++b) {
+      const internal::Capsule& capsule = arm_.bodies[b].capsule;
+      reach_ = std::max(reach_,
+                        length + capsule.radius + std::max(capsule.from.norm(), capsule.to.norm()));
       for (std::size_t a = 0; a < b; ++a) {
         if (arm_.bodies[b].joint - arm_.bodies[a].joint >= 2) {
           pairs_.emplace_back(a, b);
@@ -46,6 +53,7 @@ class ArmModel::Implementation {
   }
 
   [[nodiscard]] const std::vector<ArmJoint>& joints() const { return arm_.joints; }
+  [[nodiscard]] double reach() const { return reach_; }
 
   geometry::SE3 camera(const JointVector& q) {
     solve(q);
@@ -104,6 +112,7 @@ class ArmModel::Implementation {
   KDL::Jacobian jacobian_;
   std::vector<KDL::Frame> frames_;  // after each segment, in the base
   std::vector<internal::Capsule> placed_;
+  double reach_ = 0;
   std::vector<std::pair<std::size_t, std::size_t>> pairs_;  // bodies that may hit each other
 };
 
@@ -120,6 +129,9 @@ const std::vector<ArmJoint>& ArmModel::joints() const noexcept {
 }
 Eigen::Index ArmModel::size() const noexcept {
   return static_cast<Eigen::Index>(implementation_->joints().size());
+}
+double ArmModel::reach() const noexcept {
+  return implementation_->reach();
 }
 geometry::SE3 ArmModel::T_base_camera(const JointVector& q) const {
   return implementation_->camera(q);

@@ -34,11 +34,13 @@ struct ArmControllerParameters {
 
   /// Posture from which the camera looks at where pipes are, and the one to be driven about in:
   /// rad, one per joint. The way between both is a straight line over the joints' angles.
-  std::vector<double> ready = {-1.5708, -0.5, 1.9, -1.4, 1.5708, 0.0};
-  std::vector<double> stow = {0.0, -1.1, 2.4, -1.3, 1.5708, 0.0};
+  std::vector<double> ready = {1.5708, -0.9, 1.3, 0.0, 1.0258, 0.0};
+  std::vector<double> stow = {0.0, -1.4, 2.4, 0.0, 0.8, 0.0};
+  double move_speed = 0.6;  ///< rad/s, (0, 10]: of a joint, between both and when it searches
 
   double rotation_gain = 8;            ///< 1/s, (0, 50]: of the image error
   double position_gain = 2;            ///< 1/s, (0, 50]: of where the camera is held
+  double correction_rate = 1;          ///< rad/s, m/s, (0, 10]: of the camera for an error, at most
   double image_time = 0.15;            ///< s, [0, 5]: over which what images show is averaged
   double response_time = 0.03;         ///< s, [0, 0.5]: from a command to what the arm does
   double largest_acceleration = 12;    ///< rad/s^2, (0, 200]: of each joint
@@ -50,10 +52,11 @@ struct ArmControllerParameters {
   double farthest = 14;     ///< m, [nearest, 1000]: the camera reaches out when farther
   double usual_range = 10;  ///< m, [nearest, farthest]: where the track does not say
   double reach = 0.12;      ///< m, [0, 2]: by which it draws back or reaches out at most
+  double turn = 0.2;        ///< rad, [0, 1.5]: by which it turns after an end of the pipe at most
 
-  double edge_share = 0.2;  ///< (0, 0.5): of the image, from its edge, kAtEdge
-  double centred_share =
-      0.05;  ///< (0, 0.5 - edge_share): off the middle, where kAtEdge rests again
+  double edge_share = 0.2;  ///< (0, 0.49]: of the image, from its edge, kAtEdge
+  /// (0, 0.5 - edge_share]: off the middle of the image, where kAtEdge rests again.
+  double centred_share = 0.05;
 
   double joints_stale_after = 0.1;    ///< s, (0, 10]
   double track_stale_after = 0.3;     ///< s, (0, 10]
@@ -163,9 +166,9 @@ struct ArmCommand {
   JointVector position{};  ///< rad
   JointVector velocity{};  ///< rad/s
 
-  // Of the pipe as it should be seen now; NaN unless it is known.
-  double error_u = std::numeric_limits<double>::quiet_NaN();      ///< pixels, from the middle
-  double error_v = std::numeric_limits<double>::quiet_NaN();      ///< pixels
+  // Of the pipe as it should be seen now; NaN unless it tracks.
+  double error_u = std::numeric_limits<double>::quiet_NaN();  ///< pixels; 0 without an end in view
+  double error_v = std::numeric_limits<double>::quiet_NaN();  ///< pixels
   double error_angle = std::numeric_limits<double>::quiet_NaN();  ///< rad, from level
   double range = std::numeric_limits<double>::quiet_NaN();        ///< m
   bool feed_forward = false;  ///< the motion of the vehicle was made up for
@@ -174,7 +177,12 @@ struct ArmCommand {
   bool clearance_cut = false;  ///< slowed, not to hit itself or the ground
 };
 
-/// The control law: resolved rates by damped least squares (Nakamura and Hanafusa, Inverse
+/// Commands of an arm that keeps the pipe in the middle of the image, level, and in range.
+///
+/// An image shows of a straight pipe the plane through it and the camera, and when an end of it is
+/// in view, where along it the camera looks. The controller keeps the normal of that plane, at rest
+/// in the map, as the mean of what images show, and turns the camera's y axis to it. The control
+/// law: resolved rates by damped least squares (Nakamura and Hanafusa, Inverse
 /// Kinematic Solutions With Singularity Robustness, 1986), from the plane through the camera and
 /// the pipe.
 ///

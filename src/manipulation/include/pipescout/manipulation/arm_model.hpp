@@ -55,6 +55,8 @@ class ArmModel {
 
   [[nodiscard]] const std::vector<ArmJoint>& joints() const noexcept;
   [[nodiscard]] Eigen::Index size() const noexcept;  ///< number of joints
+  /// m: no point of a body is ever farther than this from the axis of a joint that moves it.
+  [[nodiscard]] double reach() const noexcept;
 
   // `q`: rad, one per joint, within the limits or not. Each throws std::invalid_argument when its
   // size is another or an angle is not finite.

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "arm_inputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pipescout::manipulation::internal {
+namespace {
+
+constexpr double kQuaternionNorm = 1e-3;  // how far it may be off 1: as printed to 4 digits
+constexpr double kLargestRate = 100;      // m/s or rad/s: no vehicle is as fast
+constexpr double kLargestPixel = 1e5;     // pixels: no image is as large
+
+InputVerdict counted(ArmController::Counts& counts, InputVerdict verdict) noexcept {
+  ++counts[static_cast<std::size_t>(verdict)];
+  return verdict;
+}
+
+bool is_pixel(double value) {
+  return std::abs(value) <= kLargestPixel;
+}
+
+bool is_number(const PipeSection& section) {
+  if (section.state != TrackState::kLocked) {
+    return true;  // nothing else of it is used
+  }
+  return is_pixel(section.u) && is_pixel(section.v) && is_pixel(section.length) &&
+         section.length > 0 && std::isfinite(section.angle) &&
+         (std::isnan(section.range) || (section.range > 0 && std::isfinite(section.range)));
+}
+
+}  // namespace
+
+ArmInputs::ArmInputs(const ArmControllerParameters& parameters) : parameters_(parameters) {}
+
+void ArmInputs::set_camera(const geometry::Camera& camera) {
+  if (camera_ && (camera_->parameters().width != camera.parameters().width ||
+                  camera_->parameters().height != camera.parameters().height)) {
+    forget_pipe();
+  }
+  camera_ = camera;
+}
+
+void ArmInputs::forget_pipe() noexcept {
+  section_time_.reset();
+  track_ = TrackState::kNone;
+  seen_ = -std::numeric_limits<double>::infinity();
+  plane_.forget();
+}
+
+void ArmInputs::forget() noexcept {
+  joints_time_.reset();
+  R_base_camera_.clear();
+  motion_time_.reset();
+  R_map_base_.clear();
+  forget_pipe();
+}
+
+InputVerdict ArmInputs::judge_time(double time, double now, double stale_after,
+                                   const std::optional<double>& last) const noexcept {
+  if (time > now + parameters_.future_tolerance) {
+    return InputVerdict::kFromTheFuture;
+  }
+  if (now - time > stale_after) {
+    return InputVerdict::kStale;
+  }
+  return last && time <= *last ? InputVerdict::kOutOfOrder : InputVerdict::kTaken;
+}
+
+InputVerdict ArmInputs::observe(const ArmModel& model, const JointReadings& readings, double now) {
+  return counted(joint_counts, take(model, readings, now));
+}
+
+InputVerdict ArmInputs::observe(const PipeSection& section, double now) {
+  return counted(section_counts, take(section, now));
+}
+
+InputVerdict ArmInputs::observe(const VehicleMotion& motion, double now) {
+  return counted(motion_counts, take(motion, now));
+}
+
+InputVerdict ArmInputs::take(const ArmModel& model, const JointReadings& readings, double now) {
+  if (!std::isfinite(now) || !std::isfinite(readings.time)) {
+    return InputVerdict::kNotANumber;
+  }
+  JointVector q(model.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const auto found =
+        std::ranges::find(readings.names, model.joints()[static_cast<std::size_t>(i)].name);
+    const auto place = static_cast<std::size_t>(found - readings.names.begin());
+    if (place >= readings.positions.size() || found == readings.names.end()) {
+      return InputVerdict::kMissingJoint;
+    }
+    q[i] = readings.positions[place];
+  }
+  if (!q.allFinite()) {
+    return InputVerdict::kNotANumber;
+  }
+  const InputVerdict verdict =
+      judge_time(readings.time, now, parameters_.joints_stale_after, joints_time_);
+  if (verdict == InputVerdict::kTaken) {
+    joints_time_ = readings.time;
+    joints_ = q;
+    R_base_camera_.add(readings.time, model.T_base_camera(q).rotation(), Eigen::Vector3d::Zero(),
+                       parameters_.period / 2);
+  }
+  return verdict;
+}
+
+InputVerdict ArmInputs::take(const VehicleMotion& motion, double now) {
+  const double norm = motion.R_map_base.norm();
+  if (!std::isfinite(now) || !std::isfinite(motion.time) || !std::isfinite(norm) ||
+      !(motion.velocity.norm() <= kLargestRate) || !(motion.angular_rate.norm() <= kLargestRate)) {
+    return InputVerdict::kNotANumber;
+  }
+  if (std::abs(norm - 1) > kQuaternionNorm) {
+    return InputVerdict::kNoRotation;
+  }
+  const InputVerdict verdict =
+      judge_time(motion.time, now, parameters_.odometry_stale_after, motion_time_);
+  if (verdict == InputVerdict::kTaken) {
+    motion_time_ = motion.time;
+    motion_ = motion;
+    R_map_base_.add(motion.time, geometry::SO3::from_quaternion(motion.R_map_base.normalized()),
+                    motion.angular_rate, parameters_.period / 2);
+  }
+  return verdict;
+}
+
+InputVerdict ArmInputs::take(const PipeSection& section, double now) {
+  if (!std::isfinite(now) || !std::isfinite(section.time) || !is_number(section)) {
+    return InputVerdict::kNotANumber;
+  }
+  const InputVerdict verdict =
+      judge_time(section.time, now, parameters_.track_stale_after, section_time_);
+  if (verdict != InputVerdict::kTaken) {
+    return verdict;
+  }
+  if (!camera_ || camera_->parameters().width != section.width ||
+      camera_->parameters().height != section.height) {
+    return InputVerdict::kOtherImageSize;
+  }
+  if (section.state == TrackState::kLocked) {
+    const auto view = view_of(section, *camera_);
+    if (!view) {
+      return InputVerdict::kNotANumber;
+    }
+    const auto R_rest_base_then = R_rest_base(section.time);
+    const auto R_base_camera_then = R_base_camera_.at(section.time);
+    if (!R_rest_base_then || !R_base_camera_then) {
+      return InputVerdict::kStale;  // from before the first joint readings or odometry
+    }
+    const double since = section.time - seen_;
+    const double share = parameters_.image_time > 0 && since < parameters_.track_stale_after
+                             ? 1 - std::exp(-since / parameters_.image_time)
+                             : 1;
+    plane_.observe(*R_rest_base_then * (*R_base_camera_then * view->normal),
+                   std::isnan(section.range) ? parameters_.usual_range : section.range, share);
+    view_ = *view;
+    seen_ = section.time;
+  }
+  section_time_ = section.time;
+  track_ = section.state;
+  return InputVerdict::kTaken;
+}
+
+bool ArmInputs::joints_fresh(double now) const noexcept {
+  return joints_time_ && now - *joints_time_ <= parameters_.joints_stale_after;
+}
+
+bool ArmInputs::motion_fresh(double now) const noexcept {
+  return motion_time_ && now - *motion_time_ <= parameters_.odometry_stale_after;
+}
+
+bool ArmInputs::section_fresh(double now) const noexcept {
+  return section_time_ && now - *section_time_ <= parameters_.track_stale_after;
+}
+
+std::optional<geometry::SO3> ArmInputs::R_rest_base(double time) const {
+  return parameters_.feed_forward ? R_map_base_.at(time) : geometry::SO3();
+}
+
+}  // namespace pipescout::manipulation::internal

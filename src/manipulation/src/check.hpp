@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+namespace pipescout::manipulation::internal {
+
+/// Throws std::invalid_argument unless low <= value <= high.
+inline void check_within(const std::string& field, double value, double low, double high) {
+  if (!(value >= low && value <= high && std::isfinite(value))) {
+    std::ostringstream message;
+    message << field << ": " << value << " is outside [" << low << ", " << high << "]";
+    throw std::invalid_argument(message.str());
+  }
+}
+
+/// Throws std::invalid_argument unless low < value <= high.
+inline void check_above(const std::string& field, double value, double low, double high) {
+  if (!(value > low && value <= high && std::isfinite(value))) {
+    std::ostringstream message;
+    message << field << ": " << value << " is outside (" << low << ", " << high << "]";
+    throw std::invalid_argument(message.str());
+  }
+}
+
+}  // namespace pipescout::manipulation::internal

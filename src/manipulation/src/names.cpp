@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/manipulation/arm_controller.hpp"
+
+namespace pipescout::manipulation {
+
+const char* to_string(InputVerdict verdict) noexcept {
+  switch (verdict) {
+    case InputVerdict::kTaken:
+      return "taken";
+    case InputVerdict::kNotANumber:
+      return "not a number";
+    case InputVerdict::kNoRotation:
+      return "no rotation";
+    case InputVerdict::kMissingJoint:
+      return "missing joint";
+    case InputVerdict::kFromTheFuture:
+      return "from the future";
+    case InputVerdict::kStale:
+      return "stale";
+    case InputVerdict::kOutOfOrder:
+      return "out of order";
+    case InputVerdict::kOtherImageSize:
+      return "other image size";
+  }
+  return "unknown";
+}
+
+const char* to_string(ArmState state) noexcept {
+  switch (state) {
+    case ArmState::kIdle:
+      return "idle";
+    case ArmState::kTracking:
+      return "tracking";
+    case ArmState::kHolding:
+      return "holding";
+    case ArmState::kSearching:
+      return "searching";
+    case ArmState::kStowing:
+      return "stowing";
+    case ArmState::kStowed:
+      return "stowed";
+    case ArmState::kFault:
+      return "fault";
+  }
+  return "unknown";
+}
+
+const char* to_string(ArmReason reason) noexcept {
+  switch (reason) {
+    case ArmReason::kNone:
+      return "";
+    case ArmReason::kNoJointReadings:
+      return "no joint states yet";
+    case ArmReason::kStaleJointReadings:
+      return "joint states are stale";
+    case ArmReason::kNoIntrinsics:
+      return "the camera's intrinsics are not known";
+    case ArmReason::kStaleOdometry:
+      return "odometry is stale";
+    case ArmReason::kNoPipe:
+      return "no pipe seen yet";
+    case ArmReason::kStaleTrack:
+      return "the track of the pipe is stale";
+    case ArmReason::kPipeLost:
+      return "the pipe is lost";
+    case ArmReason::kSearchedInVain:
+      return "searched in vain";
+    case ArmReason::kToldToStow:
+      return "told to stow";
+    case ArmReason::kFollowingError:
+      return "a joint is not where it was commanded to be";
+    case ArmReason::kOutsideLimits:
+      return "the arm was found beyond a joint limit";
+    case ArmReason::kTooClose:
+      return "the arm was found too close to itself or the ground";
+  }
+  return "unknown";
+}
+
+}  // namespace pipescout::manipulation
