@@ -298,8 +298,10 @@ class ArmController::Implementation {
     const internal::PipePlane& plane = inputs_.plane();
     const double turn = std::clamp(inputs_.view().turn, -parameters_.turn, parameters_.turn);
 
-    // What is commanded now is done a response time from now, when the vehicle has turned on.
-    const SO3 R_base_rest = inputs_.R_rest_base(now + parameters_.response_time)->inverse();
+    // What was commanded a period ago is done a response time after that: what is wrong with it is
+    // what the vehicle, which turns on, makes of it then.
+    const double done = now - parameters_.period + parameters_.response_time;
+    const SO3 R_base_rest = inputs_.R_rest_base(done)->inverse();
     const Vector3d normal = R_base_rest * plane.normal();
     const Vector3d forward =
         T_base_ready_.rotation() * Vector3d(std::sin(turn_), 0, std::cos(turn_));

@@ -22,7 +22,7 @@ void ArmControllerParameters::validate(std::size_t joints) const {
   check_above("position_gain", position_gain, 0, 50);
   check_above("correction_rate", correction_rate, 0, 10);
   check_within("image_time", image_time, 0, 5);
-  check_within("response_time", response_time, 0, 0.5);
+  check_within("response_time", response_time, period, 0.5);
   check_above("largest_acceleration", largest_acceleration, 0, 200);
   check_within("damping", damping, 0, 1);
   check_above("least_manipulability", least_manipulability, 0, 1);

@@ -169,7 +169,8 @@ bool ArmInputs::joints_fresh(double now) const noexcept {
 }
 
 bool ArmInputs::motion_fresh(double now) const noexcept {
-  return motion_time_ && now - *motion_time_ <= parameters_.odometry_stale_after;
+  return motion_time_ && now - *motion_time_ <= parameters_.odometry_stale_after &&
+         R_map_base_.at(now).has_value();  // a first one may be from the future, a little
 }
 
 bool ArmInputs::section_fresh(double now) const noexcept {

@@ -66,8 +66,8 @@ class ArmModel::Implementation {
     velocity_.JntToJac(angles_, jacobian_);
     const Eigen::Matrix3d R_camera_base = matrix(frames_.back().M).transpose();
     Jacobian result(6, q.size());
-    result.topRows<3>() = R_camera_base * jacobian_.data.topRows<3>();
-    result.bottomRows<3>() = R_camera_base * jacobian_.data.bottomRows<3>();
+    result.topRows<3>().noalias() = R_camera_base * jacobian_.data.topRows<3>();
+    result.bottomRows<3>().noalias() = R_camera_base * jacobian_.data.bottomRows<3>();
     return result;
   }
 

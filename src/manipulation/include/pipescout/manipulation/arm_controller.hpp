@@ -42,7 +42,7 @@ struct ArmControllerParameters {
   double position_gain = 2;            ///< 1/s, (0, 50]: of where the camera is held
   double correction_rate = 1;          ///< rad/s, m/s, (0, 10]: of the camera for an error, at most
   double image_time = 0.15;            ///< s, [0, 5]: over which what images show is averaged
-  double response_time = 0.03;         ///< s, [0, 0.5]: from a command to what the arm does
+  double response_time = 0.03;         ///< s, [period, 0.5]: until what is commanded is done
   double largest_acceleration = 12;    ///< rad/s^2, (0, 200]: of each joint
   double damping = 0.05;               ///< [0, 1]: of least squares, where the arm is singular
   double least_manipulability = 0.02;  ///< (0, 1]: below it least squares are damped
