@@ -90,8 +90,9 @@ void add_findings(const char* name, const Recorded& recorded) {
     auto findings = std::make_shared<leak_findings::LeakFindings>(thermal_findings_parameters(),
                                                                   recorded->camera);
     return [=](std::size_t round, std::size_t shot) {
-      const thermal::Detections& detections = detector->detect(
-          recorded->view(shot), recorded->table.degrees(), {0, findings->reference_temperature()});
+      const thermal::Detections& detections =
+          detector->detect(recorded->view(shot), recorded->table.degrees(),
+                           findings->conditions(recorded->frame(round, shot)));
       findings->update(recorded->frame(round, shot), detections);
       return findings->findings().size();
     };

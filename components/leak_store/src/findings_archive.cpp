@@ -36,6 +36,11 @@ void FindingsArchive::log(const ConditionRecord& record) {
   }
 }
 
+bool FindingsArchive::wants(const Finding& finding, double time) const {
+  return finding.best.time == time ||
+         (evidence(finding.id) == nullptr && !(store_ && store_->evidence(finding.id).has_value()));
+}
+
 void FindingsArchive::keep(std::uint64_t finding, Evidence evidence) {
   evidence_.insert_or_assign(finding, std::move(evidence));
   unsaved_.insert(finding);

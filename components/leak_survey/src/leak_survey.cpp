@@ -121,7 +121,8 @@ class Survey {
   }
 
   static thermal::LeakDetectorParameters detector_parameters(const SurveySettings& settings) {
-    thermal::LeakDetectorParameters parameters = detector_of(settings.preset);
+    thermal::LeakDetectorParameters parameters =
+        thermal::LeakDetectorParameters::of(settings.preset);
     if (settings.findings.range_source == leak_findings::RangeSource::kDiameter) {
       parameters.pipe_diameter = settings.findings.pipe_diameter;
     }
@@ -176,25 +177,18 @@ class Survey {
     const PicturePose* known = pose == poses_.end() ? nullptr : &pose->second;
 
     leak_findings::LeakFindings& findings = findings_for(picture);
-    thermal::FrameConditions conditions;
-    const double time = time_of(file, picture, known);
-    // Of the pictures before, where they are of the same drive: unrelated ones tell nothing.
-    if (last_time_ && std::abs(time - *last_time_) <= settings_.findings.pass_gap) {
-      conditions.reference_temperature = findings.reference_temperature();
-    }
-    if (settings_.field_of_view &&
-        settings_.findings.range_source == leak_findings::RangeSource::kDistance) {
-      conditions.metres_per_pixel = settings_.findings.distance / focal_length(picture.width);
-    }
-    const thermal::Detections& detections = detector_.detect(picture.view(), conditions);
-
     leak_findings::Frame frame;
-    frame.time = time;
+    frame.time = time_of(file, picture, known);
     frame.number = ++number_;
     if (known != nullptr) {
       frame.pose = known->pose;
       track_.emplace_back(known->pose.T_map_base.translation().head<2>());
     }
+    thermal::FrameConditions conditions = findings.conditions(frame);
+    if (!settings_.field_of_view) {
+      conditions.metres_per_pixel = 0;  // the usual one would be a guess
+    }
+    const thermal::Detections& detections = detector_.detect(picture.view(), conditions);
     const leak_findings::FrameResult& outcome = findings.update(frame, detections);
     if (outcome.fault != leak_findings::InputFault::kBadTime) {
       last_time_ = frame.time;
@@ -213,9 +207,7 @@ class Survey {
     const std::size_t leaks = std::min(outcome.finding_of.size(), detections.leaks.size());
     for (std::size_t i = 0; i < leaks; ++i) {
       const Finding* finding = findings_->find(outcome.finding_of[i]);
-      // One that is raised now may have been seen better before, when nothing was kept of it.
-      if (finding != nullptr &&
-          (finding->best.frame == frame.number || archive_.evidence(finding->id) == nullptr)) {
+      if (finding != nullptr && archive_.wants(*finding, frame.time)) {
         archive_.keep(finding->id, make_evidence(picture.view(), detections, i,
                                                  detector_.parameters().profile, frame.time, name));
       }

@@ -2,7 +2,6 @@
 #include "pipescout/leak_survey/survey_settings.hpp"
 
 #include <numbers>
-#include <stdexcept>
 
 #include "pipescout/thermal_files/yaml_entries.hpp"
 
@@ -22,10 +21,7 @@ class Reader : public YamlEntries {
     leak_findings::LeakFindingsParameters& findings = settings.findings;
     entries(root, "the file",
             {{"preset",
-              [&](const YAML::Node& n) {
-                settings.preset = static_cast<SurveyPreset>(
-                    chosen(n, {"collectors", "torresol", "hot_pipes", "cold_pipes"}));
-              }},
+              [&](const YAML::Node& n) { settings.preset = chosen(n, thermal::kDetectorPresets); }},
              {"field_of_view",
               [&](const YAML::Node& n) {
                 settings.field_of_view = kDegree * in_range(n, number(n), 0.1, 170, "degrees");
@@ -71,8 +67,7 @@ class Reader : public YamlEntries {
     entries(node, "range",
             {{"source",
               [&](const YAML::Node& n) {
-                findings.range_source = static_cast<leak_findings::RangeSource>(
-                    chosen(n, {"none", "distance", "diameter", "lines"}));
+                findings.range_source = chosen(n, leak_findings::kRangeSources);
               }},
              number_into("distance", findings.distance),
              number_into("distance_deviation", findings.distance_deviation),
@@ -102,34 +97,6 @@ class Reader : public YamlEntries {
 };
 
 }  // namespace
-
-std::string_view to_string(SurveyPreset preset) noexcept {
-  switch (preset) {
-    case SurveyPreset::kCollectors:
-      return "collectors";
-    case SurveyPreset::kTorresol:
-      return "torresol";
-    case SurveyPreset::kHotPipes:
-      return "hot_pipes";
-    case SurveyPreset::kColdPipes:
-      return "cold_pipes";
-  }
-  return "unknown";
-}
-
-thermal::LeakDetectorParameters detector_of(SurveyPreset preset) {
-  switch (preset) {
-    case SurveyPreset::kCollectors:
-      return {};
-    case SurveyPreset::kTorresol:
-      return thermal::LeakDetectorParameters::torresol();
-    case SurveyPreset::kHotPipes:
-      return thermal::LeakDetectorParameters::adaptive(thermal::Polarity::kHot);
-    case SurveyPreset::kColdPipes:
-      return thermal::LeakDetectorParameters::adaptive(thermal::Polarity::kCold);
-  }
-  throw std::invalid_argument("preset: none of the enumerators");
-}
 
 SurveySettings parse_survey_settings(const std::string& text, const std::string& name) {
   const Reader reader(name);

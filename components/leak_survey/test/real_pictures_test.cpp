@@ -28,9 +28,9 @@ class RealPictures : public ::testing::Test {
                       "with thermal_flir/conveyor_zenmuse_xtr.jpg";
     }
   }
-  [[nodiscard]] thermal::Detections detect(const char* name, SurveyPreset preset) const {
+  [[nodiscard]] thermal::Detections detect(const char* name, thermal::DetectorPreset preset) const {
     const ThermalPicture picture = ThermalFileReader({}).read(folder_ / name);
-    thermal::LeakDetector detector(detector_of(preset));
+    thermal::LeakDetector detector(thermal::LeakDetectorParameters::of(preset));
     return detector.detect(picture.view());
   }
 
@@ -55,18 +55,18 @@ auto holds(const Straight& wanted, int width) {
 }
 
 TEST_F(RealPictures, BothHotTubes) {
-  const auto found = detect("fluorescent_tubes_t650sc.jpg", SurveyPreset::kHotPipes);
+  const auto found = detect("fluorescent_tubes_t650sc.jpg", thermal::DetectorPreset::kHotPipes);
   EXPECT_THAT(found.pipes, holds({.row = 111, .least_length = 450, .slack = 10}, 640));
   EXPECT_THAT(found.pipes, holds({.row = 389, .least_length = 450, .slack = 10}, 640));
 }
 
 TEST_F(RealPictures, TheConveyorsStringer) {
-  const auto found = detect("conveyor_zenmuse_xtr.jpg", SurveyPreset::kHotPipes);
+  const auto found = detect("conveyor_zenmuse_xtr.jpg", thermal::DetectorPreset::kHotPipes);
   EXPECT_THAT(found.pipes, holds({.row = 307, .least_length = 580, .slack = 10}, 640));
 }
 
 TEST_F(RealPictures, ThePipeThatIsColderThanItsWall) {
-  const auto found = detect("pipe_ax8.jpg", SurveyPreset::kColdPipes);
+  const auto found = detect("pipe_ax8.jpg", thermal::DetectorPreset::kColdPipes);
   EXPECT_THAT(found.pipes, holds({.row = 28, .least_length = 45, .slack = 2}, 80));
 }
 
@@ -74,7 +74,8 @@ TEST_F(RealPictures, NothingAboveTheThresholdIsNoPipe) {
   // None is as hot as a collector: with the settings of a solar plant there is no pipe.
   for (const char* name : {"fluorescent_tubes_t650sc.jpg", "conveyor_zenmuse_xtr.jpg",
                            "pipe_ax8.jpg", "iguana_sc660.jpg", "duo_pro_r_640x512.fff"}) {
-    for (const SurveyPreset preset : {SurveyPreset::kCollectors, SurveyPreset::kTorresol}) {
+    for (const thermal::DetectorPreset preset :
+         {thermal::DetectorPreset::kCollectors, thermal::DetectorPreset::kTorresol}) {
       EXPECT_TRUE(detect(name, preset).pipes.empty()) << name;
     }
   }

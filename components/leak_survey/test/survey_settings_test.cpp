@@ -33,7 +33,7 @@ datum: {latitude: 36.66, longitude: -5.8, altitude: 60}
 weather: clear night
 calibration: black body
 )");
-  EXPECT_EQ(s.preset, SurveyPreset::kHotPipes);
+  EXPECT_EQ(s.preset, thermal::DetectorPreset::kHotPipes);
   EXPECT_NEAR(s.field_of_view.value_or(0), M_PI / 2, 1e-12);
   // Looks forward: z of the camera is x of the robot.
   const Eigen::Vector3d ahead = s.findings.T_base_camera * Eigen::Vector3d(0, 0, 1);
@@ -52,7 +52,7 @@ calibration: black body
 
 TEST(SurveySettings, MayBeEmpty) {
   const SurveySettings s = parse("");
-  EXPECT_EQ(s.preset, SurveyPreset::kCollectors);
+  EXPECT_EQ(s.preset, thermal::DetectorPreset::kCollectors);
   EXPECT_FALSE(s.field_of_view.has_value());
   const Eigen::Vector3d down = s.findings.T_base_camera * Eigen::Vector3d(0, 0, 1);
   EXPECT_LT((down - Eigen::Vector3d(0, 0, -1)).norm(), 1e-9);

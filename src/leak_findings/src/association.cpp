@@ -63,16 +63,23 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
   const bool turned = o.direction.dot(extent.along) < 0;
   double nearest = std::numeric_limits<double>::infinity();
   double farthest = 0;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const auto& end = o.ends[turned ? 1 - k : k];
-    if (!end || !extent.known[k]) {
-      continue;
+  const auto squared_miss = [](const std::optional<Bearing>& seen, const PlaceEstimate& known) {
+    if (!seen || known.empty()) {
+      return std::numeric_limits<double>::infinity();
     }
-    const PlaceEstimate& known = follow.end(k);
-    const Miss off = miss(*end, known.point(), known.relative_covariance());
-    const double squared = off.offset.x() * off.offset.x() / off.covariance(0, 0);
-    nearest = std::min(nearest, squared);
-    farthest = std::max(farthest, squared);
+    const Miss off = miss(*seen, known.point(), known.relative_covariance());
+    return off.offset.x() * off.offset.x() / off.covariance(0, 0);
+  };
+  for (std::size_t k = 0; k < 2; ++k) {
+    // Half-way up, an end moves inwards while more of a leak with soft shoulders comes into view;
+    // where the rise begins, it moves with what is next to the leak.
+    const std::size_t which = turned ? 1 - k : k;
+    const double squared = std::min(squared_miss(o.ends[which], follow.end(k)),
+                                    squared_miss(o.onsets[which], follow.onset(k)));
+    if (std::isfinite(squared)) {
+      nearest = std::min(nearest, squared);
+      farthest = std::max(farthest, squared);
+    }
   }
   const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
   const double half = 0.5 * range * o.angle;

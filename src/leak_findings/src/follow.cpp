@@ -94,24 +94,12 @@ void Follow::add_places(const Observation& o, const LeakFindingsParameters& p) {
   pass_.direction += turned ? Eigen::Vector3d(-o.direction) : o.direction;
   const Eigen::Vector3d along = pass_.direction.normalized();
   for (std::size_t k = 0; k < 2; ++k) {
-    const auto& end = o.ends[turned ? 1 - k : k];
-    if (!end) {
-      continue;
+    const std::size_t which = turned ? 1 - k : k;
+    if (o.ends[which]) {
+      add_on_pipe(pass_.ends[k], *o.ends[which], p.gate);
     }
-    if (!pass_.ends[k].empty() && nearby(pass_.ends[k], *end, p.gate)) {
-      pass_.ends[k].add(*end);
-      continue;
-    }
-    // Not seen before; or, the warmer the leak turns out to be, the further in its end lies.
-    // As far as what has been seen of the leak so far.
-    const double place = place_on_line(end->eye, end->ray, pass_.place.point(), along);
-    if (std::isfinite(place)) {
-      RangePrior prior;
-      prior.point = pass_.place.point() + place * along;
-      prior.range = (prior.point - end->eye).norm();
-      const double variance = end->ray.dot(pass_.place.relative_covariance() * end->ray);
-      prior.information = end->ray * end->ray.transpose() / variance;
-      pass_.ends[k].begin(*end, prior);
+    if (o.onsets[which]) {
+      add_on_pipe(pass_.onsets[k], *o.onsets[which], p.gate);
     }
   }
   // Half of what is seen, at the range that is known by now.
@@ -120,6 +108,26 @@ void Follow::add_places(const Observation& o, const LeakFindingsParameters& p) {
   if (std::isfinite(middle)) {
     pass_.low = std::min(pass_.low, middle - 0.5 * scale * o.angle);
     pass_.high = std::max(pass_.high, middle + 0.5 * scale * o.angle);
+  }
+}
+
+/// Begins anew with a bearing that is elsewhere: the warmer a leak turns out to be, the further in
+/// its ends lie. It is as far as what has been seen of the leak so far.
+void Follow::add_on_pipe(PlaceEstimate& place, const Bearing& bearing, double gate) const {
+  if (!place.empty() && nearby(place, bearing, gate)) {
+    place.add(bearing);
+    return;
+  }
+  const Eigen::Vector3d middle = pass_.place.point();
+  const Eigen::Vector3d along = pass_.direction.normalized();
+  const double at = place_on_line(bearing.eye, bearing.ray, middle, along);
+  if (std::isfinite(at)) {
+    RangePrior prior;
+    prior.point = middle + at * along;
+    prior.range = (prior.point - bearing.eye).norm();
+    const double variance = bearing.ray.dot(pass_.place.relative_covariance() * bearing.ray);
+    prior.information = bearing.ray * bearing.ray.transpose() / variance;
+    place.begin(bearing, prior);
   }
 }
 

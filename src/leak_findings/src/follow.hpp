@@ -76,6 +76,8 @@ class Follow {
   [[nodiscard]] const PlaceEstimate& place() const { return pass_.place; }
   /// Of the lower and the upper end along the pipe, likewise.
   [[nodiscard]] const PlaceEstimate& end(std::size_t which) const { return pass_.ends[which]; }
+  /// Of where the rise begins at either end, likewise.
+  [[nodiscard]] const PlaceEstimate& onset(std::size_t which) const { return pass_.onsets[which]; }
   /// While there is a place.
   [[nodiscard]] Extent extent() const;
   [[nodiscard]] const Eigen::Vector2d& pixel() const { return pixel_; }
@@ -96,6 +98,7 @@ class Follow {
   struct Pass {
     PlaceEstimate place{};
     std::array<PlaceEstimate, 2> ends{};
+    std::array<PlaceEstimate, 2> onsets{};
     int line = -1;
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // sum
     Eigen::Vector3d ray = Eigen::Vector3d::UnitX();       // the latest
@@ -110,6 +113,7 @@ class Follow {
 
   void begin_pass(double time, const LeakFindingsParameters& p);
   void add_places(const Observation& observation, const LeakFindingsParameters& p);
+  void add_on_pipe(PlaceEstimate& place, const Bearing& bearing, double gate) const;
   void summarise(const LeakFindingsParameters& p);
   void place_finding(PassSummary& pass, const LeakFindingsParameters& p);
   void find_growth();

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "leak_findings_implementation.hpp"
 
@@ -39,6 +40,14 @@ bool finite(const Finding& f) {
                       f.position->direction.allFinite());
   return placed && std::isfinite(f.probability) && std::isfinite(f.first_time) &&
          std::isfinite(f.last_time) && std::isfinite(f.mean_delta);
+}
+
+/// Of the place on a line that is nearest to the camera, m along its axis.
+double depth(const PipeLine& line, const geometry::SE3& T_map_camera) {
+  const Eigen::Vector3d along = (line.to - line.from).normalized();
+  const Eigen::Vector3d nearest =
+      line.from + along * along.dot(T_map_camera.translation() - line.from);
+  return (T_map_camera.inverse() * nearest).z();
 }
 
 }  // namespace
@@ -83,7 +92,7 @@ void LeakFindings::Implementation::update(const Frame& frame,
   }
   const std::optional<Eye> eye = eye_of(frame);
   ++counters.faults[static_cast<std::size_t>(result.fault)];
-  learn_reference(detections);
+  learn_reference(frame.time, detections);
   counters.off_lines += observer.observe(frame.time, eye, detections, observations);
   assign(frame, eye);
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
@@ -206,13 +215,38 @@ void LeakFindings::Implementation::tell(Follow& follow, EventKind kind, double t
 }
 
 /// By the longest pipe; a pipe that leaks all along does not teach, since it has the reference that
-/// was given.
-void LeakFindings::Implementation::learn_reference(const thermal::Detections& detections) {
+/// was given. Pictures of another drive say nothing of how warm a sound pipe is.
+void LeakFindings::Implementation::learn_reference(double time,
+                                                   const thermal::Detections& detections) {
   if (detections.pipes.empty() || !std::isfinite(detections.pipes.front().reference_temperature)) {
     return;
   }
   const double seen = detections.pipes.front().reference_temperature;
-  reference = reference ? *reference + kReferenceGain * (seen - *reference) : seen;
+  const bool goes_on = reference && time - reference_time <= p.pass_gap;
+  reference = goes_on ? *reference + kReferenceGain * (seen - *reference) : seen;
+  reference_time = time;
+}
+
+thermal::FrameConditions LeakFindings::Implementation::conditions(const Frame& frame) const {
+  thermal::FrameConditions told;
+  if (std::abs(frame.time - reference_time) <= p.pass_gap) {
+    told.reference_temperature = reference;
+  }
+  const double focal = camera.parameters().focal_length;
+  if (p.range_source == RangeSource::kDistance) {
+    told.metres_per_pixel = p.distance / focal;
+  } else if (p.range_source == RangeSource::kLine && frame.pose &&
+             check(*frame.pose) == InputFault::kNone) {
+    const geometry::SE3 T_map_camera =
+        frame.pose->T_map_base * frame.T_base_camera.value_or(p.T_base_camera);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const PipeLine& line : p.lines) {
+      const double ahead = depth(line, T_map_camera);
+      nearest = ahead > 0 ? std::min(nearest, ahead) : nearest;
+    }
+    told.metres_per_pixel = std::isfinite(nearest) ? nearest / focal : 0;
+  }
+  return told;
 }
 
 LeakFindings::LeakFindings(const LeakFindingsParameters& parameters, const geometry::Camera& camera)
@@ -271,6 +305,10 @@ std::vector<Finding> LeakFindings::candidates() const {
     all.push_back(candidate.finding);
   }
   return all;
+}
+
+thermal::FrameConditions LeakFindings::conditions(const Frame& frame) const {
+  return implementation_->conditions(frame);
 }
 
 std::optional<double> LeakFindings::reference_temperature() const noexcept {

@@ -40,6 +40,7 @@ struct LeakFindings::Implementation {
   std::uint64_t next_id = 1;
   double last_time = -std::numeric_limits<double>::infinity();
   std::optional<double> reference;
+  double reference_time = -std::numeric_limits<double>::infinity();
 
   Implementation(const LeakFindingsParameters& parameters, const geometry::Camera& c)
       : p((parameters.validate(), parameters)), camera(c), observer(p, camera) {
@@ -48,6 +49,7 @@ struct LeakFindings::Implementation {
 
   void update(const Frame& frame, const thermal::Detections& detections);
   [[nodiscard]] std::optional<Eye> eye_of(const Frame& frame);
+  [[nodiscard]] thermal::FrameConditions conditions(const Frame& frame) const;
   [[nodiscard]] std::optional<Match> match(const Follow& follow, const Observation& o,
                                            const Frame& frame, const std::optional<Eye>& eye) const;
   [[nodiscard]] std::optional<Match> match_in_pass(const Follow& follow,
@@ -63,7 +65,7 @@ struct LeakFindings::Implementation {
   void raise(Follow& candidate, const Frame& frame);
   [[nodiscard]] bool same_leak(const Follow& a, const Follow& b, double time) const;
   void tell(Follow& follow, EventKind kind, double time);
-  void learn_reference(const thermal::Detections& detections);
+  void learn_reference(double time, const thermal::Detections& detections);
 };
 
 }  // namespace pipescout::leak_findings

@@ -27,6 +27,29 @@ std::string_view to_string(EventKind kind) noexcept {
   return "unknown";
 }
 
+std::string_view to_string(RangeSource source) noexcept {
+  switch (source) {
+    case RangeSource::kNone:
+      return "none";
+    case RangeSource::kDistance:
+      return "distance";
+    case RangeSource::kDiameter:
+      return "diameter";
+    case RangeSource::kLine:
+      return "lines";
+  }
+  return "unknown";
+}
+
+std::optional<RangeSource> range_source(std::string_view name) noexcept {
+  for (const RangeSource source : kRangeSources) {
+    if (to_string(source) == name) {
+      return source;
+    }
+  }
+  return std::nullopt;
+}
+
 std::string_view to_string(InputFault fault) noexcept {
   switch (fault) {
     case InputFault::kNone:

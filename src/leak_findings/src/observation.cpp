@@ -67,6 +67,7 @@ void Observer::collect(const thermal::Detections& detections,
         before.end = leak.end;
         before.last_detection = i;
         before.seen[1] = !leak.stretch.open_at_end;
+        before.onset[1] = pipe.at(leak.stretch.onset_to - 0.5);
         continue;
       }
     }
@@ -77,6 +78,8 @@ void Observer::collect(const thermal::Detections& detections,
     o.start = leak.start;
     o.end = leak.end;
     o.seen = {!leak.stretch.open_at_start, !leak.stretch.open_at_end};
+    // Sample i reaches from half a pixel before its middle to half a pixel behind it.
+    o.onset = {pipe.at(leak.stretch.onset_from - 0.5), pipe.at(leak.stretch.onset_to - 0.5)};
     o.half_width = pipe.half_width;
     o.delta = leak.delta;
     o.peak_delta = leak.peak_delta;
@@ -125,6 +128,9 @@ bool Observer::add_bearings(double time, const Eye& eye, Observation& o) const {
   o.bearing = bearing(o.centre(), o.whole() ? 0 : 0.5 * o.pixels() + kPartialPixels);
   o.ends[0] = o.seen[0] ? bearing(o.start, 0) : std::nullopt;
   o.ends[1] = o.seen[1] ? bearing(o.end, 0) : std::nullopt;
+  for (std::size_t k = 0; k < 2; ++k) {
+    o.onsets[k] = o.onset[k].allFinite() ? bearing(o.onset[k], 0) : std::nullopt;
+  }
   o.angle = std::acos(std::clamp(
       at_unit_depth(camera_, o.start).normalized().dot(at_unit_depth(camera_, o.end).normalized()),
       -1.0, 1.0));

@@ -32,7 +32,10 @@ struct Observation {
   double delta = 0;
   double peak_delta = 0;
   std::optional<Bearing> bearing{};  ///< of the middle of what is seen, when there is an eye
-  std::array<std::optional<Bearing>, 2> ends{};          ///< of those that are seen, likewise
+  std::array<std::optional<Bearing>, 2> ends{};  ///< of those that are seen, likewise
+  /// Pixels, where the rise begins at either end; NaN where that is not seen.
+  std::array<Eigen::Vector2d, 2> onset{};
+  std::array<std::optional<Bearing>, 2> onsets{};        ///< of those that are seen
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< of the pipe in the map, likewise; from
                                                          ///< start to end
   double angle = 0;                                      ///< rad, between start and end, likewise

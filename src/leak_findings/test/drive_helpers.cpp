@@ -113,8 +113,16 @@ thermal::Detections Drive::look(double x) {
     thermal::LeakDetection leak;
     leak.delta = spot.delta + normal(delta_noise);
     leak.peak_delta = leak.delta + 5;
-    leak.stretch = {from,       to,      kReference + leak.delta, 1, kReference + leak.peak_delta,
-                    open_start, open_end};
+    constexpr double kNotSeen = std::numeric_limits<double>::quiet_NaN();
+    leak.stretch = {.from = from,
+                    .to = to,
+                    .onset_from = open_start ? kNotSeen : from,
+                    .onset_to = open_end ? kNotSeen : to,
+                    .mean = kReference + leak.delta,
+                    .deviation = 1,
+                    .peak = kReference + leak.peak_delta,
+                    .open_at_start = open_start,
+                    .open_at_end = open_end};
     leak.start = pipe.at(from - 0.5);
     leak.end = pipe.at(to - 0.5);
     leak.length = std::numeric_limits<double>::quiet_NaN();

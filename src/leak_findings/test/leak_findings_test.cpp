@@ -50,6 +50,38 @@ TEST(LeakFindings, ALeakIsOneFindingWithItsPlaceAndSize) {
   EXPECT_TRUE(findings.candidates().empty());
 }
 
+TEST(LeakFindings, TellsTheDetectorTheScaleAndHowWarmSoundPipesAre) {
+  Drive world;
+  LeakFindingsParameters p = Drive::parameters();
+  const double focal = Drive::camera().parameters().focal_length;
+  const auto scale = [&](const Frame& frame) {
+    return LeakFindings(p, Drive::camera()).conditions(frame).metres_per_pixel;
+  };
+  const Frame frame = world.frame(10, 5);
+  EXPECT_EQ(scale(frame), 0);  // each pipe tells it by its width
+  p.range_source = RangeSource::kDistance;
+  p.distance = 8;
+  EXPECT_DOUBLE_EQ(scale(frame), 8 / focal);
+  p.range_source = RangeSource::kLine;
+  p.lines = {{Drive::on_pipe(-100), Drive::on_pipe(100)}, {{-100, 40, 2}, {100, 40, 2}}};
+  EXPECT_NEAR(scale(frame), std::hypot(Drive::kRange, Drive::kHeight - 1) / focal, 1e-4);
+  EXPECT_EQ(scale({.time = 10}), 0);
+
+  LeakFindings findings(p, Drive::camera());
+  EXPECT_FALSE(findings.conditions(frame).reference_temperature.has_value());
+  findings.update(frame, world.look(5));
+  EXPECT_DOUBLE_EQ(findings.conditions({.time = 10.1}).reference_temperature.value_or(0), 150);
+  // Of another drive nothing is known.
+  EXPECT_FALSE(findings.conditions({.time = 11 + p.pass_gap}).reference_temperature.has_value());
+}
+
+TEST(RangeSource, IsKnownByItsName) {
+  for (const RangeSource source : kRangeSources) {
+    EXPECT_EQ(range_source(to_string(source)), source);
+  }
+  EXPECT_FALSE(range_source("radar").has_value());
+}
+
 TEST(LeakFindings, ItIsRaisedAtTheThirdFrameAndNotBefore) {
   Drive world;
   world.spots = {{10, 0.3, 75}};

@@ -162,20 +162,17 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   std::vector<std::uint64_t> raised;
   std::vector<std::size_t> frames_to_raise;
   simulation::ThermalTruth truth;
-  const thermal::FrameConditions range{.metres_per_pixel = plan.patrol.distance /
-                                                           plan.patrol.camera.camera.focal_length};
   for (std::uint64_t i = 0; patrol.place() < length && !patrol.arrived(); ++i) {
     const double time = static_cast<double>(i) / settings.frame_rate;
     patrol.drive_until(time);
-    const leak_findings::FramePose pose = noise.measure(patrol.robot().motion().T_map_body, time);
+    const leak_findings::Frame frame{
+        .time = time, .number = i, .pose = noise.measure(patrol.robot().motion().T_map_body, time)};
     if (patrol.place() < 0) {
       continue;
     }
-    thermal::FrameConditions conditions = range;
-    conditions.reference_temperature = findings.reference_temperature();
-    const thermal::Detections& detections = pictures.look(patrol, i, conditions, detector);
-    const leak_findings::FrameResult& result =
-        findings.update({.time = time, .number = i, .pose = pose}, detections);
+    const thermal::Detections& detections =
+        pictures.look(patrol, i, findings.conditions(frame), detector);
+    const leak_findings::FrameResult& result = findings.update(frame, detections);
     ++score.frames;
     score.frame_faults += detections.fault == thermal::FrameFault::kNone ? 0 : 1;
     patrol.renderer().truth(patrol.view(i), truth);

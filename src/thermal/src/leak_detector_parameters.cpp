@@ -38,6 +38,29 @@ std::string_view to_string(FrameFault fault) noexcept {
   return "unknown";
 }
 
+std::string_view to_string(DetectorPreset preset) noexcept {
+  switch (preset) {
+    case DetectorPreset::kCollectors:
+      return "collectors";
+    case DetectorPreset::kTorresol:
+      return "torresol";
+    case DetectorPreset::kHotPipes:
+      return "hot_pipes";
+    case DetectorPreset::kColdPipes:
+      return "cold_pipes";
+  }
+  return "unknown";
+}
+
+std::optional<DetectorPreset> detector_preset(std::string_view name) noexcept {
+  for (const DetectorPreset preset : kDetectorPresets) {
+    if (to_string(preset) == name) {
+      return preset;
+    }
+  }
+  return std::nullopt;
+}
+
 Severity SeverityScale::of(double delta, double length) const noexcept {
   int level = delta >= severe_delta ? 2 : delta >= moderate_delta ? 1 : 0;
   level += length >= long_leak ? 1 : 0;
@@ -48,6 +71,20 @@ void SeverityScale::validate() const {
   require("moderate_delta", moderate_delta, moderate_delta > 0, "(0, inf) K");
   require("severe_delta", severe_delta, severe_delta > moderate_delta, "(moderate_delta, inf) K");
   require("long_leak", long_leak, long_leak > 0, "(0, inf) m");
+}
+
+LeakDetectorParameters LeakDetectorParameters::of(DetectorPreset preset) {
+  switch (preset) {
+    case DetectorPreset::kCollectors:
+      return {};
+    case DetectorPreset::kTorresol:
+      return torresol();
+    case DetectorPreset::kHotPipes:
+      return adaptive(Polarity::kHot);
+    case DetectorPreset::kColdPipes:
+      return adaptive(Polarity::kCold);
+  }
+  refuse("preset: none of the enumerators");
 }
 
 LeakDetectorParameters LeakDetectorParameters::torresol() {

@@ -26,6 +26,23 @@ double crossing(std::span<const float> t, int i, double level) {
   return i + 0.5 + std::clamp((level - t[k]) / rise, 0.0, 1.0);
 }
 
+/// Where a rise to `level` at sample `i` begins, before (`step` -1) or behind (1) it; NaN where
+/// that is hidden, or beyond `last`.
+double onset_of(std::span<const float> t, int i, int last, int step, double level) {
+  while (i != last) {
+    const double next = t[static_cast<std::size_t>(i + step)];
+    if (!std::isfinite(next)) {
+      return kNan;
+    }
+    if (next < level) {
+      return t[static_cast<std::size_t>(i)] < level ? kNan
+                                                    : crossing(t, std::min(i, i + step), level);
+    }
+    i += step;
+  }
+  return kNan;
+}
+
 /// Mean and deviation of samples one after the other.
 class Moments {
  public:
@@ -265,7 +282,7 @@ void ProfileAnalysis::label(Temperatures t, Shapes pipe_shaped) {
 /// Parts `first` to `last` are warm and touch. How wide they are is taken half-way up: that does
 /// not depend on blur.
 void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t last) {
-  LeakStretch stretch{parts_[first].from, parts_[last].to, 0, 0, 0, false, false};
+  LeakStretch stretch{.from = parts_[first].from, .to = parts_[last].to};
   double weight = 0;
   double squares = 0;
   stretch.peak = -std::numeric_limits<double>::infinity();
@@ -319,6 +336,10 @@ void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t 
                      ? start
                      : crossing(t, start - 1, level);
   stretch.to = !known(end + 1) || above(end + 1) || !above(end) ? end + 1 : crossing(t, end, level);
+  const double onset = std::min(level, base + kReferenceSlack * least_rise());
+  stretch.onset_from = onset_of(t, start, body_before ? earliest : 0, -1, onset);
+  stretch.onset_to =
+      onset_of(t, end, body_behind ? latest : static_cast<int>(t.size()) - 1, 1, onset);
 
   const bool leak = stretch.to - stretch.from >= least_width_;
   for (std::size_t i = first; i <= last; ++i) {
@@ -352,6 +373,7 @@ void ProfileAnalysis::join_leaks(Temperatures t) {
     before.mean += b / (a + b) * apart;
     before.peak = std::max(before.peak, next.peak);
     before.to = next.to;
+    before.onset_to = next.onset_to;
     before.open_at_end = next.open_at_end;
   }
   if (!leaks_.empty()) {

@@ -163,5 +163,14 @@ TEST(Severity, ByDeltaAndLength) {
   EXPECT_EQ(to_string(PartKind::kNotThisPipe), "not_this_pipe");
 }
 
+TEST(DetectorPreset, IsKnownByItsName) {
+  for (const DetectorPreset preset : kDetectorPresets) {
+    EXPECT_EQ(detector_preset(to_string(preset)), preset);
+    EXPECT_NO_THROW(LeakDetectorParameters::of(preset).validate());
+  }
+  EXPECT_FALSE(detector_preset("").has_value());
+  EXPECT_EQ(LeakDetectorParameters::of(DetectorPreset::kColdPipes).polarity, Polarity::kCold);
+}
+
 }  // namespace
 }  // namespace pipescout::thermal

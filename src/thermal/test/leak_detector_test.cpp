@@ -97,7 +97,7 @@ TEST(LeakDetector, ALeakIsPlacedAndMeasured) {
 TEST(LeakDetector, JointsAreFilteredByMetresWhereTheScaleIsKnown) {
   Picture picture(kWidth, kHeight);
   picture.pipe({-5, 120}, {325, 120}, 5, 150, {{80, 95, 260}, {200, 230, 260}});
-  // 15 pixels are 0.15 m, below the 0.2 m of a leak; 30 are not.
+  // 15 pixels are 0.15 m, below the 0.24 m of a leak; 30 are not.
   const Detections d = detect(picture, {}, {0.01, {}});
   ASSERT_EQ(d.leaks.size(), 1U);
   EXPECT_NEAR(d.leaks[0].length, 0.3, 0.02);
@@ -255,6 +255,16 @@ TEST(LeakDetector, ASceneWithoutContrastHasNoPipe) {
   EXPECT_TRUE(detect(Picture(kWidth, kHeight).noise(0.1, 4), p).pipes.empty());
   p.threshold_rule = ThresholdRule::kLocal;
   EXPECT_TRUE(detect(Picture(kWidth, kHeight).noise(0.1, 4), p).pipes.empty());
+}
+
+TEST(LeakDetector, AStripBesideAWarmEdgeIsNoPipe) {
+  // Near it the surroundings are warm on the mean, so what is next to it is colder than they are.
+  Picture picture(320, 240, 20);
+  picture.box(160, 0, 160, 240, 26).noise(0.05, 3);
+  for (const Polarity polarity : {Polarity::kCold, Polarity::kHot}) {
+    LeakDetector detector(LeakDetectorParameters::adaptive(polarity));
+    EXPECT_TRUE(detector.detect(picture.view()).pipes.empty()) << static_cast<int>(polarity);
+  }
 }
 
 TEST(LeakDetector, AKnownReferenceTellsThatAllOfItLeaks) {

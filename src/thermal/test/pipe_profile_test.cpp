@@ -41,6 +41,24 @@ TEST(PipeProfile, EquationFour) {
   EXPECT_TRUE(change.empty());
 }
 
+TEST(PipeProfile, TheOnsetStaysWhereMoreOfALeakComesIntoView) {
+  auto profile = level(140, 150);
+  for (std::size_t i = 60; i < 140; ++i) {
+    profile[i] = 150 + 2 * static_cast<float>(i - 59);
+  }
+  double least = 0;
+  for (const std::size_t seen : {100U, 120U}) {
+    const auto analysis = analysed({profile.begin(), profile.begin() + static_cast<int>(seen)});
+    ASSERT_EQ(analysis.leaks().size(), 1U) << seen;
+    const LeakStretch& leak = analysis.leaks().front();
+    // 25 K above the pipe.
+    EXPECT_NEAR(leak.onset_from, 72.0, 0.1) << seen;
+    EXPECT_TRUE(std::isnan(leak.onset_to)) << seen;
+    EXPECT_GT(leak.from, least + 3) << seen;
+    least = leak.from;
+  }
+}
+
 TEST(PipeProfile, ALevelPipeIsOnePart) {
   const auto analysis = analysed(level(100, 150));
   ASSERT_EQ(analysis.parts().size(), 1U);

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,18 +22,6 @@ struct Arguments {
   std::string poses;
   std::string preset;
 };
-
-constexpr std::array kPresets{SurveyPreset::kCollectors, SurveyPreset::kTorresol,
-                              SurveyPreset::kHotPipes, SurveyPreset::kColdPipes};
-
-std::optional<SurveyPreset> preset_of(const std::string& name) {
-  for (const SurveyPreset preset : kPresets) {
-    if (to_string(preset) == name) {
-      return preset;
-    }
-  }
-  return std::nullopt;
-}
 
 /// "[##########..........] 12 of 24 pictures"
 std::string bar(std::size_t done, std::size_t total) {
@@ -56,7 +42,7 @@ int inspect_leaks(const Arguments& arguments) {
   if (!arguments.poses.empty()) {
     options.poses = arguments.poses;
   }
-  options.preset = preset_of(arguments.preset);
+  options.preset = thermal::detector_preset(arguments.preset);
   options.made = "Made by pipescout " PIPESCOUT_VERSION " at " +
                  iso_time(std::chrono::duration<double>(now).count());
   options.progress = [&progress](std::size_t done, std::size_t total) {
@@ -102,7 +88,7 @@ void add_inspect_commands(CLI::App& app, Action& action) {
   leaks->add_option("--poses", arguments->poses, "CSV file: where the robot was at each picture")
       ->check(CLI::ExistingFile);
   std::vector<std::string> names;
-  for (const SurveyPreset preset : kPresets) {
+  for (const thermal::DetectorPreset preset : thermal::kDetectorPresets) {
     names.emplace_back(to_string(preset));
   }
   leaks->add_option("--preset", arguments->preset, "In place of that of survey.yaml")

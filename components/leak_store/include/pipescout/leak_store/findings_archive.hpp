@@ -29,6 +29,9 @@ class FindingsArchive {
 
   /// Throws LeakStoreError.
   void log(const ConditionRecord& record);
+  /// Whether a picture of that time is evidence of a finding that is in it: it shows it best, or
+  /// there is none yet, as of one that is raised now and was seen better before.
+  [[nodiscard]] bool wants(const leak_findings::Finding& finding, double time) const;
   /// The picture that shows a finding best; saved with it the next time.
   void keep(std::uint64_t finding, Evidence evidence);
   /// Nothing where none was kept since the start.

@@ -19,8 +19,8 @@ struct LeakSurveyOptions {
   /// Gets leaks.sqlite, which may be there already with findings of other days, report.html,
   /// leaks.geojson, leaks.kml and leaks.csv. Made when it does not exist.
   std::filesystem::path out;
-  std::optional<std::filesystem::path> poses;  ///< CSV: parse_survey_poses
-  std::optional<SurveyPreset> preset;          ///< in place of that of the settings
+  std::optional<std::filesystem::path> poses;     ///< CSV: parse_survey_poses
+  std::optional<thermal::DetectorPreset> preset;  ///< in place of that of the settings
   std::string exiftool = "exiftool";
   std::string made;                ///< when, and by what, for the report
   std::size_t most_pictures = 60;  ///< that the report shows

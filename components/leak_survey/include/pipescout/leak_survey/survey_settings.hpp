@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
@@ -12,21 +10,9 @@
 
 namespace pipescout {
 
-/// For what a detector is set up.
-enum class SurveyPreset : std::uint8_t {
-  kCollectors,  ///< tubes of a solar plant, above 100 degC
-  kTorresol,    ///< the same to the letter of Ibarguren et al. 2013
-  kHotPipes,    ///< anything long that is warmer than what is around it
-  kColdPipes,   ///< or colder
-};
-/// "collectors", "torresol", "hot_pipes", "cold_pipes"; "unknown" for a value that is no
-/// enumerator.
-[[nodiscard]] std::string_view to_string(SurveyPreset preset) noexcept;
-[[nodiscard]] thermal::LeakDetectorParameters detector_of(SurveyPreset preset);
-
 /// How the pictures of a folder were taken.
 struct SurveySettings {
-  SurveyPreset preset = SurveyPreset::kCollectors;
+  thermal::DetectorPreset preset = thermal::DetectorPreset::kCollectors;
   std::optional<double> field_of_view;  ///< rad, across the whole width of a picture
   double frame_rate = 9;                ///< 1/s, of pictures that do not tell when they were taken
   double position_deviation = 0.2;      ///< m per axis, of poses that do not tell

@@ -30,6 +30,12 @@ enum class RangeSource : std::uint8_t {
   kDiameter,  ///< the diameter of the pipes, by how wide they look
   kLine,      ///< where the pipes are in the map; what is on none of them is left out
 };
+inline constexpr std::array kRangeSources{RangeSource::kNone, RangeSource::kDistance,
+                                          RangeSource::kDiameter, RangeSource::kLine};
+/// "none", "distance", "diameter", "lines"; "unknown" for a value that is no enumerator.
+[[nodiscard]] std::string_view to_string(RangeSource source) noexcept;
+/// Nothing for a name that none has.
+[[nodiscard]] std::optional<RangeSource> range_source(std::string_view name) noexcept;
 
 /// The axis of a straight pipe in the map.
 struct PipeLine {
@@ -157,8 +163,13 @@ class LeakFindings {
   /// What there is evidence for, with what is known of it; the ids are 0.
   [[nodiscard]] std::vector<Finding> candidates() const;
 
-  /// degC, of sound pipes as seen lately; nothing before the first. For
-  /// `thermal::FrameConditions::reference_temperature`: what leaks as far as one sees is noticed.
+  /// For the detector, before `update` with what it finds in that frame: how large a pixel is at
+  /// the pipes, where `range_source` tells (by a diameter each pipe tells itself:
+  /// `thermal::LeakDetectorParameters::pipe_diameter`), and how warm sound pipes of this pass were:
+  /// so what leaks as far as one sees is noticed. Only the pose and the time of `frame` count.
+  [[nodiscard]] thermal::FrameConditions conditions(const Frame& frame) const;
+
+  /// degC, of sound pipes as seen lately; nothing before the first.
   [[nodiscard]] std::optional<double> reference_temperature() const noexcept;
 
   struct Counters {

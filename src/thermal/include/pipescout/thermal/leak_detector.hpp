@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -20,7 +21,9 @@ namespace pipescout::thermal {
 enum class ThresholdRule : std::uint8_t {
   kFixed,  ///< `threshold`
   kScene,  ///< between the two classes of temperatures that the picture divides into best (Otsu)
-  kLocal,  ///< against the mean of the surroundings; it takes a few times as long
+  kLocal,  ///< against the mean of the surroundings; it takes a few times as long. A pipe differs
+           ///< from what is on either side of it; one that the border cuts lengthwise shows one
+           ///< side only, and is none
 };
 enum class Polarity : std::uint8_t {
   kHot,   ///< pipes are warmer than what is behind them
@@ -43,6 +46,21 @@ struct SeverityScale {
   /// `length`: m; NaN: not known, which is not long.
   [[nodiscard]] Severity of(double delta, double length) const noexcept;
 };
+
+/// For what a detector is set up.
+enum class DetectorPreset : std::uint8_t {
+  kCollectors,  ///< tubes of a solar plant, above 100 degC
+  kTorresol,    ///< the same to the letter of the paper
+  kHotPipes,    ///< anything long that is warmer than what is around it
+  kColdPipes,   ///< or colder
+};
+inline constexpr std::array kDetectorPresets{DetectorPreset::kCollectors, DetectorPreset::kTorresol,
+                                             DetectorPreset::kHotPipes, DetectorPreset::kColdPipes};
+/// "collectors", "torresol", "hot_pipes", "cold_pipes"; "unknown" for a value that is no
+/// enumerator.
+[[nodiscard]] std::string_view to_string(DetectorPreset preset) noexcept;
+/// Nothing for a name that none has.
+[[nodiscard]] std::optional<DetectorPreset> detector_preset(std::string_view name) noexcept;
 
 struct LeakDetectorParameters {
   ThresholdRule threshold_rule = ThresholdRule::kFixed;
@@ -70,6 +88,7 @@ struct LeakDetectorParameters {
 
   SeverityScale severity{};
 
+  [[nodiscard]] static LeakDetectorParameters of(DetectorPreset preset);
   /// The settings of the paper: 100 degC, `ProfileParameters::torresol`.
   [[nodiscard]] static LeakDetectorParameters torresol();
   /// For scenes of which nothing is known: `kLocal`, and leaks of a few degrees.

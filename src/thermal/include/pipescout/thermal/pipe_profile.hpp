@@ -37,8 +37,9 @@ struct ProfileParameters {
   /// defects.
   double min_part_width = 8.0;
   /// m, >= 0: the same where the scale is known; it then takes the place of `min_part_width`, but
-  /// never below `kLeastSamples`.
-  double min_part_width_m = 0.2;
+  /// never below `kLeastSamples`. Half-way, by their ratio, between the widest joints, 0.18 m, and
+  /// the shortest leaks, 0.3 m.
+  double min_part_width_m = 0.24;
   /// K, > 0: a part leaks that is warmer than the pipe by as much; nothing: such a part is none.
   std::optional<double> leak_delta = 50.0;
   /// degC, a part leaks that is warmer; nothing: such a part is none.
@@ -69,6 +70,10 @@ struct PipePart {
 struct LeakStretch {
   double from = 0;  ///< where the temperature is half-way between pipe and leak
   double to = 0;
+  /// Where the rise begins, by half of what makes a leak: unlike `from` and `to` it stays where it
+  /// is however warm what is seen of the leak. NaN where that is not seen.
+  double onset_from = 0;
+  double onset_to = 0;
   double mean = 0;             ///< degC, of the leaking parts
   double deviation = 0;        ///< K, of their samples about the mean
   double peak = 0;             ///< degC
