@@ -30,7 +30,6 @@ using leak_findings::Finding;
 using leak_findings::FramePose;
 using leak_findings::FrameResult;
 using leak_findings::InputFault;
-using leak_findings::RangeSource;
 using thermal::Detections;
 using thermal::FrameFault;
 namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
@@ -51,14 +50,6 @@ std::uint8_t to_message(EventKind kind) {
       return event_constants::CLEARED;
   }
   return event_constants::UPDATED;
-}
-
-/// Of the point on a line that is nearest to the camera, m along its axis.
-double depth(const leak_findings::PipeLine& line, const geometry::SE3& T_map_camera) {
-  const Eigen::Vector3d along = (line.to - line.from).normalized();
-  const Eigen::Vector3d nearest =
-      line.from + along * along.dot(T_map_camera.translation() - line.from);
-  return (T_map_camera.inverse() * nearest).z();
 }
 
 /// degC of a picture; `buffer` is used where it is none of degC itself.
@@ -258,30 +249,6 @@ std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
   return FramePose{.T_map_base = *T_map_base, .covariance = *covariance};
 }
 
-thermal::FrameConditions LeakInspector::conditions(const std::optional<FramePose>& pose) const {
-  thermal::FrameConditions result;
-  if (!findings_) {
-    return result;
-  }
-  result.reference_temperature = findings_->reference_temperature();
-  const leak_findings::LeakFindingsParameters& p = settings_->findings;
-  const double focal = camera_->parameters().focal_length;
-  if (p.range_source == RangeSource::kDistance) {
-    result.metres_per_pixel = p.distance / focal;
-  } else if (p.range_source == RangeSource::kLine && pose) {
-    const geometry::SE3 T_map_camera = pose->T_map_base * p.T_base_camera;
-    double nearest = 0;
-    for (const leak_findings::PipeLine& line : p.lines) {
-      const double ahead = depth(line, T_map_camera);
-      if (ahead > 0 && (nearest == 0 || ahead < nearest)) {
-        nearest = ahead;
-      }
-    }
-    result.metres_per_pixel = nearest / focal;
-  }
-  return result;
-}
-
 void LeakInspector::on_image(const Image& message) {
   image_heard_ = true;
   const Time stamp = from_message(message.header().stamp());
@@ -301,8 +268,10 @@ void LeakInspector::on_image(const Image& message) {
     return;
   }
   ++frame_;
-  const std::optional<FramePose> pose = pose_at(stamp);
-  const thermal::FrameConditions circumstances = conditions(pose);
+  const leak_findings::Frame frame{
+      .time = to_seconds(stamp.time_since_epoch()), .number = frame_, .pose = pose_at(stamp)};
+  const thermal::FrameConditions circumstances =
+      findings_ ? findings_->conditions(frame) : thermal::FrameConditions{};
   const Detections& detections = std::visit(
       [&](const auto& image) -> const Detections& {
         if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
@@ -326,15 +295,14 @@ void LeakInspector::on_image(const Image& message) {
     report_fault("camera_info.missing",
                  "pictures come without a calibration on thermal/camera_info: leaks have no place");
   } else {
-    const FrameResult& result = findings_->update(
-        {.time = to_seconds(stamp.time_since_epoch()), .number = frame_, .pose = pose}, detections);
+    const FrameResult& result = findings_->update(frame, detections);
     // A picture without detections is told above.
     if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
       report_fault("findings." + std::string(to_string(result.fault)),
                    "a picture is of less use to findings: " + std::string(to_string(result.fault)));
     }
     finding_of = result.finding_of;
-    keep_evidence(result, stamp, picture, *celsius, detections);
+    keep_evidence(result, frame, picture, *celsius, detections);
     for (const leak_findings::Event& event : result.events) {
       publish(event, message);
     }
@@ -345,20 +313,19 @@ void LeakInspector::on_image(const Image& message) {
   detections_publisher_.publish(std::move(told));
 }
 
-void LeakInspector::keep_evidence(const FrameResult& result, Time stamp,
+void LeakInspector::keep_evidence(const FrameResult& result, const leak_findings::Frame& frame,
                                   const ThermalImageReader::View& picture,
                                   std::span<const float> celsius, const Detections& detections) {
   for (std::size_t leak = 0; leak < result.finding_of.size(); ++leak) {
     const Finding* const finding = findings_->find(result.finding_of[leak]);
-    if (finding == nullptr || finding->best.frame != frame_) {
+    if (finding == nullptr || !archive_->wants(*finding, frame.time)) {
       continue;
     }
     const thermal::TemperatureView degrees = temperatures(picture, celsius, temperatures_);
-    archive_->keep(
-        finding->id,
-        make_evidence(degrees, detections, leak, settings_->detector.profile,
-                      to_seconds(stamp.time_since_epoch()),
-                      std::string(topics::kThermalImage.name) + " " + std::to_string(frame_)));
+    archive_->keep(finding->id,
+                   make_evidence(degrees, detections, leak, settings_->detector.profile, frame.time,
+                                 std::string(topics::kThermalImage.name) + " " +
+                                     std::to_string(frame.number)));
   }
 }
 

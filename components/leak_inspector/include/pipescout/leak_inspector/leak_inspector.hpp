@@ -54,10 +54,8 @@ class LeakInspector final : public Component {
   [[nodiscard]] std::optional<std::span<const float>> celsius_of(
       const ThermalImageReader::View& picture);
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
-  [[nodiscard]] thermal::FrameConditions conditions(
-      const std::optional<leak_findings::FramePose>& pose) const;
   /// Keeps the picture of each finding that none has shown better.
-  void keep_evidence(const leak_findings::FrameResult& result, Time stamp,
+  void keep_evidence(const leak_findings::FrameResult& result, const leak_findings::Frame& frame,
                      const ThermalImageReader::View& picture, std::span<const float> celsius,
                      const thermal::Detections& detections);
   void publish(const leak_findings::Event& event, const Image& picture);
