@@ -12,6 +12,7 @@
 #include "imu_window.hpp"
 #include "odom_frame.hpp"
 #include "odometer_intake.hpp"
+#include "pipescout/estimation/in_motion_alignment.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
 
 namespace pipescout::estimation {
@@ -86,6 +87,11 @@ class StateEstimator::Implementation {
     double deviation = 0;
   };
 
+  /// Whether the odometer tells how the body moves.
+  [[nodiscard]] bool has_odometer(double time) const noexcept {
+    constexpr double kWitnessAge = 1;  // s, of the newest reading
+    return time - odometer_.newest() < kWitnessAge;
+  }
   [[nodiscard]] bool reckons() const noexcept {
     return phase_ != Phase::kStarting && phase_ != Phase::kFault;
   }
@@ -122,7 +128,15 @@ class StateEstimator::Implementation {
   /// What is wrong with gravity, in words; empty when nothing is.
   [[nodiscard]] std::string fault_of(const Eigen::Vector3d& mean_force, bool still) const;
   void begin_reckoning(double time, bool still);
+  /// What it may be doing; `seeming` is what the smoother begins with.
+  void begin_in_motion(double time, const NavState& seeming, const StateVector& deviations,
+                       bool still);
   void align();
+  /// Whether the state is in the map now, from GPS and IMU.
+  [[nodiscard]] bool align_in_motion();
+  /// The state is in the map.
+  void run();
+  void level_again() noexcept;
   [[nodiscard]] std::optional<Angle> start_yaw() const;
   [[nodiscard]] std::optional<Placement> start_place(const Angle& yaw) const;
 
@@ -154,6 +168,8 @@ class StateEstimator::Implementation {
   [[nodiscard]] WatchedFix fix_of(const HeadingMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(const WeldMeasurement& m) const;
+  /// Of the start of a vehicle without odometer.
+  void hear_in_motion(GpsMeasurement m);
   template <class Measurement>
   void judge(const Measurement& m);
   void see(const GpsMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}
@@ -176,6 +192,7 @@ class StateEstimator::Implementation {
   UpdateReport no_report_{};
   ImuIntake imu_;
   ImuWindow window_;
+  InMotionAlignment in_motion_;
   OdometerIntake odometer_;
   OdomFrame odom_;
   std::array<AbsoluteSourceWatch, kSources> watches_;
@@ -196,6 +213,11 @@ class StateEstimator::Implementation {
   double levelling_end_ = 0;
   double reckons_since_ = 0;
   bool still_since_start_ = false;
+  bool seems_still_ = false;  // at its start, by an IMU that feels the same on a straight flight
+  // Of the start in motion: a position has come; positions contradict it; what is known by now.
+  bool told_in_motion_ = false;
+  bool contradicted_in_motion_ = false;
+  double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<GivenPose> given_{};
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};

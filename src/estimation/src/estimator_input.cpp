@@ -33,6 +33,7 @@ StateEstimator::Implementation::Implementation(const StateEstimatorParameters& p
       report_(&no_report_),
       imu_(parameters),
       window_(intervals(parameters.standstill.window, parameters.keyframe_period) + 1),
+      in_motion_(parameters.smoother.imu_integration(), parameters.smoother.max_imu_samples),
       odometer_(parameters.odometer),
       odom_(intervals(parameters.smoother.lag, parameters.keyframe_period) + 2),
       watches_{AbsoluteSourceWatch({}),
@@ -95,6 +96,9 @@ void StateEstimator::Implementation::take(const ImuSample& sample) {
     phase_ = Phase::kRunning;
   }
   window_.add(sample);
+  if (in_motion_.begun()) {
+    in_motion_.add(sample);
+  }
   smoother_.add(sample);
   while (reckons() && imu_end_ >= newest_time() + parameters_.keyframe_period - kCovered) {
     keyframe(newest_time() + parameters_.keyframe_period);

@@ -271,6 +271,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   status_.standing_still = false;
   levelling_ = {};
   pending_.clear();
+  in_motion_.end();
   given_.reset();
   seen_place_.reset();
   seen_yaw_.reset();

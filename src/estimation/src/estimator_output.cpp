@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What comes out.
 #include <cmath>
+#include <numbers>
 #include <sstream>
 
 #include "estimator_implementation.hpp"
@@ -87,6 +88,18 @@ EstimatorStatus StateEstimator::Implementation::status() const {
         status.waits_for = WaitsFor::kPlace;
         text << "waits for a position and a heading: GPS and motion, a visual pose, or a given "
                 "pose";
+      } else if (in_motion_.begun()) {
+        status.waits_for = WaitsFor::kHeading;
+        constexpr double kDegrees = 180 / std::numbers::pi;
+        text << "waits for a heading: GPS and IMU tell it ";
+        if (std::isfinite(heading_deviation_)) {
+          text << "to " << std::ceil(heading_deviation_ * kDegrees) << " degrees by now, ";
+        } else {
+          text << "not at all yet, ";
+        }
+        text << std::floor(parameters_.start.heading_deviation * kDegrees)
+             << " are needed; change the speed or fly a curve, or give a heading, visual pose or "
+                "given pose";
       } else {
         // Two fixes of this deviation tell the direction of so long a way well enough.
         const double needed = 1.5 * gps.first_deviation() / parameters_.start.heading_deviation;

@@ -13,7 +13,6 @@ namespace {
 using Eigen::Vector3d;
 using geometry::SO3;
 
-constexpr double kWitnessAge = 1;    // s, of the newest odometer reading
 constexpr double kShakenBefore = 2;  // s, before the last position: it had not shown yet
 /// Beyond it a visual pose says nothing of the place in the map.
 constexpr double kUnknownRack = 10;  // m
@@ -41,7 +40,7 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
           ? std::sqrt(covariance.diagonal().segment<3>(kPosition).maxCoeff() + prediction_variance)
           : kAnywhere;
   fix.way = odom_.at(time).way;
-  fix.witnessed = time - odometer_.newest() < kWitnessAge;
+  fix.witnessed = has_odometer(time);
   fix.shaken = fault_time_ > last_position_ - kShakenBefore;
   fix.borne_out = borne_out_;
   return fix;
@@ -273,6 +272,21 @@ void StateEstimator::Implementation::use(Measurement m) noexcept {
   }
 }
 
+void StateEstimator::Implementation::hear_in_motion(GpsMeasurement m) {
+  if (!in_motion_.begun()) {
+    return;
+  }
+  std::optional<InMotionAlignment::Standstill> standstill;
+  if (status_.standing_still) {
+    standstill = {parameters_.standstill.velocity_deviation, window_.sums().mean_rate(),
+                  parameters_.standstill.rate_deviation};
+  }
+  m.covariance *= covariance_factor_of(Source::kGps, m.time);
+  const auto verdict = in_motion_.add(m, smoother_.globals().gps_lever_arm, standstill);
+  told_in_motion_ |= verdict == InMotionAlignment::Verdict::kUsed;
+  contradicted_in_motion_ |= verdict == InMotionAlignment::Verdict::kContradicts;
+}
+
 template <class Measurement>
 void StateEstimator::Implementation::judge(const Measurement& m) {
   const Source source = source_of(m);
@@ -287,6 +301,9 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
     ++status_of(source).held;
     if (watch.agreeing() != before) {
       see(m, fix);
+    }
+    if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
+      hear_in_motion(m);
     }
     return;
   }

@@ -99,6 +99,7 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   // The part of the levelling that the odometer may be expected to cover.
   const auto motion = odometer_.motion(0.5 * parameters_.start.levelling);
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
+  seems_still_ = still && !motion && !parameters_.standstill.by_imu;
   Vector3d velocity = Vector3d::Zero();
   if (still && !moving) {
     mean.gyro_bias = rate;
@@ -126,6 +127,9 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   covariance.block<3, 3>(kRotation, kRotation) =
       to_body * covariance.block<3, 3>(kRotation, kRotation) * to_body.transpose();
 
+  if (!motion) {
+    begin_in_motion(time, mean, deviations, still);
+  }
   smoother_.restart(time, mean, covariance);
   odom_.forget();
   odom_.record(time, mean, true);
@@ -142,6 +146,27 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
     watch.distrust(time, 0);
   }
   phase_ = Phase::kAligning;
+}
+
+void StateEstimator::Implementation::begin_in_motion(double time, const NavState& seeming,
+                                                     const StateVector& deviations, bool still) {
+  const StartParameters& start = parameters_.start;
+  const StartHypothesis stands = {.mean = seeming,
+                                  .tilt_deviation = deviations[kRotation],
+                                  .velocity_deviation = deviations[kVelocity],
+                                  .gyro_bias_deviation = deviations[kGyroBias],
+                                  .accelerometer_bias_deviation = deviations[kAccelerometerBias],
+                                  .stands = still};
+  StartHypothesis moves = stands;
+  moves.mean.gyro_bias.setZero();
+  moves.tilt_deviation = start.moving_tilt_deviation;
+  moves.velocity_deviation = start.largest_speed;
+  moves.gyro_bias_deviation = start.largest_gyro_bias;
+  moves.stands = false;
+  const std::array<StartHypothesis, 2> either = {stands, moves};
+  in_motion_.begin(time, either.data(), seems_still_ ? 2 : 1);
+  told_in_motion_ = contradicted_in_motion_ = false;
+  heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
 }
 
 std::optional<StateEstimator::Implementation::Angle> StateEstimator::Implementation::start_yaw()
@@ -172,7 +197,7 @@ std::optional<StateEstimator::Implementation::Angle> StateEstimator::Implementat
     offer(passed_yaw_->value, passed_yaw_->deviation);
   }
   const AbsoluteSourceWatch& gps = watch_of(Source::kGps);
-  if (gps.agreeing() >= parameters_.start.position_fixes) {
+  if (!in_motion_.begun() && gps.agreeing() >= parameters_.start.position_fixes) {
     const auto placement = placement_of(gps.track());
     if (placement && placement->yaw_deviation > 0) {
       offer(placement->yaw, placement->yaw_deviation);
@@ -201,7 +226,7 @@ StateEstimator::Implementation::start_place(const Angle& yaw) const {
                                              moved * moved)});
   };
   const AbsoluteSourceWatch& gps = watch_of(Source::kGps);
-  if (gps.agreeing() >= parameters_.start.position_fixes) {
+  if (!in_motion_.begun() && gps.agreeing() >= parameters_.start.position_fixes) {
     if (const auto track = gps.track().solve(yaw.value)) {
       offer({.yaw = yaw.value,
              .yaw_deviation = yaw.deviation,
@@ -225,10 +250,40 @@ StateEstimator::Implementation::start_place(const Angle& yaw) const {
   return best;
 }
 
+bool StateEstimator::Implementation::align_in_motion() {
+  if (!told_in_motion_) {
+    return false;
+  }
+  told_in_motion_ = false;
+  const double time = newest_time();
+  std::optional<InMotionAlignment::Heading> heading;
+  if (const std::optional<Angle> yaw = start_yaw(); yaw) {
+    heading = {yaw->value + yaw_of(odom_.plain(newest_state()).rotation()), yaw->deviation};
+  }
+  const auto result = in_motion_.solve(time, heading);
+  heading_deviation_ =
+      result ? result->heading_deviation : std::numeric_limits<double>::quiet_NaN();
+  if (!result || result->positions < parameters_.start.position_fixes ||
+      result->heading_deviation > parameters_.start.heading_deviation) {
+    return false;
+  }
+  anchor(time, result->state, result->covariance, RestartReason::kNone);
+  return true;
+}
+
 void StateEstimator::Implementation::align() {
   if (!status_.standing_still &&
       newest_time() - reckons_since_ > 2 * parameters_.standstill.window) {
     still_since_start_ = false;
+  }
+  if (in_motion_.begun() && (contradicted_in_motion_ || has_odometer(newest_time()))) {
+    level_again();
+    return;
+  }
+  if (align_in_motion()) {
+    run();
+    watch_of(Source::kGps).trust(newest_time(), odom_.way());
+    return;
   }
   const std::optional<Angle> yaw = start_yaw();
   if (!yaw) {
@@ -238,8 +293,22 @@ void StateEstimator::Implementation::align() {
   if (!placement) {
     return;
   }
-  phase_ = Phase::kRunning;
   place(*placement, RestartReason::kNone);
+  if (seems_still_) {
+    const StartParameters& start = parameters_.start;
+    StateVector deviations = StateVector::Zero();
+    deviations.segment<3>(kRotation).setConstant(start.moving_tilt_deviation);
+    deviations.segment<3>(kVelocity).setConstant(start.largest_speed);
+    deviations.segment<3>(kGyroBias).setConstant(start.largest_gyro_bias);
+    StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+    covariance.diagonal() += deviations.cwiseAbs2();
+    anchor(newest_time(), NavState(newest_state()), covariance, RestartReason::kNone);
+  }
+  run();
+}
+
+void StateEstimator::Implementation::run() {
+  phase_ = Phase::kRunning;
   const double time = newest_time();
   for (const Source source : {Source::kGps, Source::kVisualPose, Source::kHeading, Source::kWeld}) {
     AbsoluteSourceWatch& watch = watch_of(source);
@@ -249,8 +318,17 @@ void StateEstimator::Implementation::align() {
       watch.distrust(time, odom_.way());
     }
   }
+  in_motion_.end();
   given_.reset();
   borne_out_ = 0;
+}
+
+void StateEstimator::Implementation::level_again() noexcept {
+  const FixedLagSmoother::Propagated shown = *smoother_.propagated();
+  last_odom_ = odom_.smooth(shown.time, shown.state);
+  in_motion_.end();
+  levelling_ = {};
+  phase_ = Phase::kStarting;
 }
 
 }  // namespace pipescout::estimation

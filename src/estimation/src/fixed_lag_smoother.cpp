@@ -40,6 +40,14 @@ std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustn
   return all;
 }
 
+ImuIntegration FixedLagSmootherParameters::imu_integration() const noexcept {
+  ImuIntegration how{
+      .noise = imu_noise, .coasting = imu_noise, .max_held = max_held_imu, .gravity = gravity};
+  how.coasting.gyro = coasting_angular_rate;
+  how.coasting.accelerometer = coasting_acceleration;
+  return how;
+}
+
 void FixedLagSmootherParameters::validate() const {
   const auto within = [](const char* field, double value, double low, double high,
                          const char* range) {

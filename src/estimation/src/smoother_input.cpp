@@ -157,13 +157,7 @@ std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noe
 
 double FixedLagSmoother::Implementation::integrate(const NavState& start, double begin, double end,
                                                    ImuPreintegration& sum) const {
-  ImuIntegration how{.noise = parameters_.imu_noise,
-                     .coasting = parameters_.imu_noise,
-                     .max_held = parameters_.max_held_imu,
-                     .gravity = parameters_.gravity};
-  how.coasting.gyro = parameters_.coasting_angular_rate;
-  how.coasting.accelerometer = parameters_.coasting_acceleration;
-  return imu_.integrate(how, start.R_map_body, begin, end, sum);
+  return imu_.integrate(parameters_.imu_integration(), start.R_map_body, begin, end, sum);
 }
 
 ImuMotion FixedLagSmoother::Implementation::motion_to(std::size_t k, double time) const {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "pipescout/estimation/factors.hpp"
-#include "pipescout/estimation/imu_preintegration.hpp"
+#include "pipescout/estimation/imu_timeline.hpp"
 #include "pipescout/estimation/robust_kernel.hpp"
 
 namespace pipescout::estimation {
@@ -72,6 +72,7 @@ struct FixedLagSmootherParameters {
 
   /// No kernels, gates of 0.9999 for GPS, headings, visual poses and welds.
   [[nodiscard]] static std::array<Robustness, kFactorKinds> default_robustness();
+  [[nodiscard]] ImuIntegration imu_integration() const noexcept;
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
