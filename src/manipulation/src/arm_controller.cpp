@@ -19,12 +19,13 @@ namespace {
 using Eigen::Vector3d;
 using geometry::SO3;
 
-constexpr double kNewBeginning = 1;   // s: the clock went back by more
-constexpr double kLimitSlack = 1e-3;  // rad: beyond a limit, as encoders are read
-constexpr double kArrived = 0.01;     // rad, of each joint
-constexpr int kWayChecks = 200;       // postures on the way between ready and stow
-constexpr int kGrowingSweeps = 3;     // after which a search sweeps by its whole amplitude
-constexpr double kLeastFacing = 0.3;  // sine between the plane's normal and where it looks
+constexpr double kNewBeginning = 1;    // s: the clock went back by more
+constexpr double kLimitSlack = 1e-3;   // rad: beyond a limit, as encoders are read
+constexpr double kArrived = 0.01;      // rad, of each joint
+constexpr int kWayChecks = 200;        // postures on the way between ready and stow
+constexpr int kGrowingSweeps = 3;      // after which a search sweeps by its whole amplitude
+constexpr double kLeastUpright = 0.1;  // cosine between the plane's normal and the camera's y
+constexpr double kLeastFacing = 0.3;   // sine between the plane's normal and where it looks
 
 JointVector posture(const std::vector<double>& angles) {
   return Eigen::Map<const Eigen::VectorXd>(angles.data(), static_cast<Eigen::Index>(angles.size()));
@@ -357,10 +358,13 @@ class ArmController::Implementation {
   void report(const SO3& R_camera_target, double turn) {
     const geometry::CameraParameters& camera = inputs_.camera()->parameters();
     const Vector3d normal = R_camera_target * Vector3d::UnitY();
+    command_.range = inputs_.plane().range();
+    if (normal.y() < kLeastUpright) {
+      return;  // the pipe stands so steeply in the image that it has no row
+    }
     command_.error_u = camera.focal_length * std::tan(turn);
     command_.error_v = -camera.focal_length * camera.aspect_ratio * normal.z() / normal.y();
     command_.error_angle = std::atan(-normal.x() / normal.y());
-    command_.range = inputs_.plane().range();
   }
 
   /// The paper's rule, from the last image.

@@ -10,6 +10,8 @@ namespace {
 constexpr double kQuaternionNorm = 1e-3;  // how far it may be off 1: as printed to 4 digits
 constexpr double kLargestRate = 100;      // m/s or rad/s: no vehicle is as fast
 constexpr double kLargestPixel = 1e5;     // pixels: no image is as large
+constexpr double kLeastRange = 0.1;       // m: no arm brings its camera nearer to a pipe on purpose
+constexpr double kLargestRange = 1e4;     // m
 
 InputVerdict counted(ArmController::Counts& counts, InputVerdict verdict) noexcept {
   ++counts[static_cast<std::size_t>(verdict)];
@@ -26,7 +28,8 @@ bool is_number(const PipeSection& section) {
   }
   return is_pixel(section.u) && is_pixel(section.v) && is_pixel(section.length) &&
          section.length > 0 && std::isfinite(section.angle) &&
-         (std::isnan(section.range) || (section.range > 0 && std::isfinite(section.range)));
+         (std::isnan(section.range) ||
+          (section.range >= kLeastRange && section.range <= kLargestRange));
 }
 
 }  // namespace

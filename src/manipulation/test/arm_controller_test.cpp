@@ -282,7 +282,7 @@ TEST(ArmController, CountsInputsByVerdict) {
   section.length = -1;
   EXPECT_EQ(controller.observe(section, later()), InputVerdict::kNotANumber);
   section.length = 300;
-  section.range = 0;
+  section.range = 1e-200;
   EXPECT_EQ(controller.observe(section, later()), InputVerdict::kNotANumber);
   section.range = NAN;
   section.time = later() + 1;

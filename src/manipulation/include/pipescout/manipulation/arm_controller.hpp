@@ -100,7 +100,7 @@ struct PipeSection {
   double v = 0;       ///< pixels
   double length = 0;  ///< pixels, > 0
   double angle = 0;   ///< rad, from u towards v, of an axis: a half turn is none
-  /// m, from the camera to the middle of the section; NaN: not known.
+  /// m, [0.1, 1e4], from the camera to the middle of the section; NaN: not known.
   double range = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -119,7 +119,7 @@ enum class InputVerdict : std::uint8_t {
   kNoRotation = 2,    ///< the norm of the quaternion is off 1 by more than 1e-3
   kMissingJoint = 3,  ///< a joint of the arm is not among the readings
   kFromTheFuture = 4,
-  kStale = 5,
+  kStale = 5,           ///< or from before the first joint readings, or odometry that is used
   kOutOfOrder = 6,      ///< not younger than the last one that was taken
   kOtherImageSize = 7,  ///< not that of the camera's intrinsics, or these are not known
 };
@@ -166,7 +166,8 @@ struct ArmCommand {
   JointVector position{};  ///< rad
   JointVector velocity{};  ///< rad/s
 
-  // Of the pipe as it should be seen now; NaN unless it tracks.
+  // Of the pipe as it should be seen now; NaN unless it tracks (errors: a pipe that is not
+  // upright).
   double error_u = std::numeric_limits<double>::quiet_NaN();  ///< pixels; 0 without an end in view
   double error_v = std::numeric_limits<double>::quiet_NaN();  ///< pixels
   double error_angle = std::numeric_limits<double>::quiet_NaN();  ///< rad, from level
