@@ -42,7 +42,7 @@ TEST(Terrain, HasTheSpectrumOfItsClassInEveryDirection) {
   // 100 m lines, bins that are 1/100 cycle/m wide; grounds are independent of each other.
   const std::vector<int> bins{4, 6, 9, 13, 19, 28, 40, 60, 90, 130, 190};
   constexpr int kGrounds = 400;
-  for (const RoadClass road : {RoadClass::kC, RoadClass::kE}) {
+  for (const RoadClass road : {RoadClass::kC, RoadClass::kD, RoadClass::kE}) {
     const TerrainParameters parameters{.roughness = iso_8608_density(road)};
     std::vector<double> mean(bins.size());
     std::vector<double> square(bins.size());
