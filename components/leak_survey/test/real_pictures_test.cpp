@@ -70,6 +70,16 @@ TEST_F(RealPictures, ThePipeThatIsColderThanItsWall) {
   EXPECT_THAT(found.pipes, holds({.row = 28, .least_length = 45, .slack = 2}, 80));
 }
 
+TEST_F(RealPictures, NothingLongAndStraightIsNoPipe) {
+  // Beside a body that is warmer there is a strip that is colder than the mean about it.
+  for (const char* name : {"iguana_sc660.jpg", "duo_pro_r_640x512.fff"}) {
+    for (const auto preset :
+         {thermal::DetectorPreset::kHotPipes, thermal::DetectorPreset::kColdPipes}) {
+      EXPECT_TRUE(detect(name, preset).pipes.empty()) << name << ", " << to_string(preset);
+    }
+  }
+}
+
 TEST_F(RealPictures, NothingAboveTheThresholdIsNoPipe) {
   // None is as hot as a collector: with the settings of a solar plant there is no pipe.
   for (const char* name : {"fluorescent_tubes_t650sc.jpg", "conveyor_zenmuse_xtr.jpg",
