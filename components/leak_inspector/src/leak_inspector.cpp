@@ -85,7 +85,7 @@ LeakInspector::~LeakInspector() {
 
 CallbackReturn LeakInspector::on_configure() {
   settings_ = declared_.read();
-  detector_.emplace(settings_->detector);
+  detector_.emplace(settings_->detection.detector);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   camera_.reset();
   calibration_.reset();
@@ -111,6 +111,10 @@ CallbackReturn LeakInspector::on_configure() {
       [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  if (settings_->mount.moves()) {
+    tf_subscription_ =
+        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
+  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (!std::exchange(image_heard_, false)) {
       report_fault("image.silent",
@@ -148,6 +152,7 @@ CallbackReturn LeakInspector::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
+  tf_subscription_ = {};
   detections_publisher_ = {};
   event_publisher_ = {};
   findings_.reset();
@@ -217,27 +222,12 @@ void LeakInspector::on_odometry(const Odometry& message) {
   }
 }
 
-std::optional<std::span<const float>> LeakInspector::celsius_of(
-    const ThermalImageReader::View& picture) {
-  if (std::holds_alternative<thermal::CountView>(picture)) {
-    if (settings_->counts) {
-      return settings_->counts->degrees();
-    }
-    report_fault("image.counts_without_camera",
-                 "pictures of counts come, and neither parameter 'camera.planck' nor "
-                 "'camera.linear' tells what they mean");
-    return std::nullopt;
+void LeakInspector::on_tf(const TFMessage& message) {
+  try {
+    settings_->mount.add(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
   }
-  if (std::holds_alternative<thermal::GreyView>(picture)) {
-    if (settings_->grey) {
-      return settings_->grey->degrees();
-    }
-    report_fault("image.grey_without_range",
-                 "pictures of grey levels come, and parameter 'camera.grey_range' does not tell "
-                 "what they mean");
-    return std::nullopt;
-  }
-  return std::span<const float>{};
 }
 
 std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
@@ -263,24 +253,25 @@ void LeakInspector::on_image(const Image& message) {
     report_fault("image.refused", std::string("picture refused: ") + error.what());
     return;
   }
-  const auto celsius = celsius_of(picture);
-  if (!celsius) {
+  std::span<const float> celsius;
+  try {
+    celsius = settings_->detection.celsius_of(picture);
+  } catch (const UndescribedPicture& error) {
+    report_fault(error.counter(), error.what());
     return;
   }
   ++frame_;
-  const leak_findings::Frame frame{
-      .time = to_seconds(stamp.time_since_epoch()), .number = frame_, .pose = pose_at(stamp)};
+  const std::optional<geometry::SE3> T_base_camera = settings_->mount.T_base_camera(stamp);
+  if (!T_base_camera) {
+    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+  }
+  const leak_findings::Frame frame{.time = to_seconds(stamp.time_since_epoch()),
+                                   .number = frame_,
+                                   .pose = T_base_camera ? pose_at(stamp) : std::nullopt,
+                                   .T_base_camera = T_base_camera};
   const thermal::FrameConditions circumstances =
       findings_ ? findings_->conditions(frame) : thermal::FrameConditions{};
-  const Detections& detections = std::visit(
-      [&](const auto& image) -> const Detections& {
-        if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
-          return detector_->detect(image, circumstances);
-        } else {
-          return detector_->detect(image, *celsius, circumstances);
-        }
-      },
-      picture);
+  const Detections& detections = detect(*detector_, picture, celsius, circumstances);
   if (detections.fault != FrameFault::kNone) {
     ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),
@@ -302,7 +293,7 @@ void LeakInspector::on_image(const Image& message) {
                    "a picture is of less use to findings: " + std::string(to_string(result.fault)));
     }
     finding_of = result.finding_of;
-    keep_evidence(result, frame, picture, *celsius, detections);
+    keep_evidence(result, frame, picture, celsius, detections);
     for (const leak_findings::Event& event : result.events) {
       publish(event, message);
     }
@@ -322,10 +313,10 @@ void LeakInspector::keep_evidence(const FrameResult& result, const leak_findings
       continue;
     }
     const thermal::TemperatureView degrees = temperatures(picture, celsius, temperatures_);
-    archive_->keep(finding->id,
-                   make_evidence(degrees, detections, leak, settings_->detector.profile, frame.time,
-                                 std::string(topics::kThermalImage.name) + " " +
-                                     std::to_string(frame.number)));
+    archive_->keep(finding->id, make_evidence(degrees, detections, leak,
+                                              settings_->detection.detector.profile, frame.time,
+                                              std::string(topics::kThermalImage.name) + " " +
+                                                  std::to_string(frame.number)));
   }
 }
 

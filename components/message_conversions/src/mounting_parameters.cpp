@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -30,6 +32,17 @@ geometry::SE3 camera_mounting(const Parameter<std::vector<double>>& position,
   const auto angles = three(roll_pitch_yaw);
   return angles ? geometry::SE3(geometry::SO3::from_roll_pitch_yaw(*angles), place)
                 : rack_vision::downward_camera(place);
+}
+
+std::string file_content(const Parameter<std::string>& parameter) {
+  const std::string file = parameter.get();
+  std::ifstream stream(file, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) {
+    throw std::invalid_argument("parameter '" + parameter.name() + "': '" + file +
+                                "' cannot be read");
+  }
+  return content;
 }
 
 }  // namespace pipescout

@@ -11,6 +11,7 @@
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <span>
+#include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -45,14 +46,13 @@ class LeakInspector final : public Component {
   using Image = sensor_msgs::msg::Image;
   using CameraInfo = sensor_msgs::msg::CameraInfo;
   using Odometry = nav_msgs::msg::Odometry;
+  using TFMessage = tf2_msgs::msg::TFMessage;
 
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
+  void on_tf(const TFMessage& message);
 
-  /// degC of the pixels' values; nothing, and counted, where the camera is not described.
-  [[nodiscard]] std::optional<std::span<const float>> celsius_of(
-      const ThermalImageReader::View& picture);
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
   /// Keeps the picture of each finding that none has shown better.
   void keep_evidence(const leak_findings::FrameResult& result, const leak_findings::Frame& frame,
@@ -87,6 +87,7 @@ class LeakInspector final : public Component {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
+  Subscription<TFMessage> tf_subscription_;
   std::shared_ptr<Timer> silence_timer_;
   std::shared_ptr<Timer> counts_timer_;
 };

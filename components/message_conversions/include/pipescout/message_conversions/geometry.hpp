@@ -4,6 +4,7 @@
 #include <array>
 #include <geometry_msgs/msg/pose.hpp>
 #include <geometry_msgs/msg/pose_with_covariance.hpp>
+#include <geometry_msgs/msg/transform.hpp>
 
 #include "pipescout/geometry/se3.hpp"
 
@@ -16,6 +17,10 @@ namespace pipescout {
 /// Throws std::invalid_argument naming the field when a value is not finite or the norm is further
 /// from 1 (a quaternion of zeros, too, is no orientation).
 [[nodiscard]] geometry::SE3 from_message(const geometry_msgs::msg::Pose& message);
+
+[[nodiscard]] geometry_msgs::msg::Transform transform_message(const geometry::SE3& pose);
+/// As that of a pose.
+[[nodiscard]] geometry::SE3 from_message(const geometry_msgs::msg::Transform& message);
 
 /// Covariances over (x, y, z, rotation about the fixed axes X, Y, Z), row-major.
 [[nodiscard]] std::array<double, 36> to_message(const geometry::Matrix6d& covariance);

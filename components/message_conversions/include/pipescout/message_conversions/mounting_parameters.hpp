@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pipescout/geometry/se3.hpp"
@@ -20,5 +21,9 @@ namespace pipescout {
 /// forward. Throws as `three`.
 [[nodiscard]] geometry::SE3 camera_mounting(const Parameter<std::vector<double>>& position,
                                             const Parameter<std::vector<double>>& roll_pitch_yaw);
+
+/// The content of the file that a parameter names: a robot description. Throws
+/// std::invalid_argument naming the parameter and the file when it cannot be read.
+[[nodiscard]] std::string file_content(const Parameter<std::string>& parameter);
 
 }  // namespace pipescout
