@@ -124,6 +124,8 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
 StateEstimatorParameters StateEstimatorParameters::uav() {
   StateEstimatorParameters p;
   p.start.largest_speed = 1;
+  // RTK GPS is finer than what the smoother leaves out of a larger one: 1 - cos of it, of the way.
+  p.start.heading_deviation = 0.08;
   // What poses from images are wrong by is that of what is seen, which changes within half a second
   // or so, not that of the image.
   p.visual_pose.correlation_time = 0.5;
