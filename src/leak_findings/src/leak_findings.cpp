@@ -311,10 +311,6 @@ thermal::FrameConditions LeakFindings::conditions(const Frame& frame) const {
   return implementation_->conditions(frame);
 }
 
-std::optional<double> LeakFindings::reference_temperature() const noexcept {
-  return implementation_->reference;
-}
-
 const LeakFindings::Counters& LeakFindings::counters() const noexcept {
   return implementation_->counters;
 }

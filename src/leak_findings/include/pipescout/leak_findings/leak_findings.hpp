@@ -169,9 +169,6 @@ class LeakFindings {
   /// so what leaks as far as one sees is noticed. Only the pose and the time of `frame` count.
   [[nodiscard]] thermal::FrameConditions conditions(const Frame& frame) const;
 
-  /// degC, of sound pipes as seen lately; nothing before the first.
-  [[nodiscard]] std::optional<double> reference_temperature() const noexcept;
-
   struct Counters {
     std::size_t frames = 0;
     std::array<std::size_t, kInputFaults> faults{};  ///< by `InputFault`
