@@ -117,4 +117,6 @@ Reproduction reproduce_leaks(const ReproduceOptions& options, std::ostream& out)
 Reproduction reproduce_leaks(const ReproduceOptions& options, const LeaksExtent& extent,
                              std::ostream& out);
 
+Reproduction reproduce_tracking(const ReproduceOptions& options, std::ostream& out);
+
 }  // namespace pipescout::host
