@@ -193,7 +193,9 @@ InMotionAlignment::Verdict InMotionAlignment::add(const GpsMeasurement& m,
     ++positions_;
     return Verdict::kUsed;
   }
-  const auto off_by = [&](const Hypothesis& h) { return m.position - antenna(h.state, lever_arm); };
+  const auto off_by = [&](const Hypothesis& h) -> Eigen::Vector3d {
+    return m.position - antenna(h.state, lever_arm);
+  };
   const double likely = best().log_weight - kLikely;
   const bool reached = std::ranges::any_of(hypotheses_, [&](const Hypothesis& h) {
     return h.log_weight >= likely &&

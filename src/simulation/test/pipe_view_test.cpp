@@ -27,7 +27,7 @@ geometry::SE3 side(double height, double roll = 0) {
 TEST(PipeView, OfALevelPipe) {
   const auto view = view_pipe(kPipe, camera(), side(3));
   ASSERT_TRUE(view);
-  const auto& parameters = camera().parameters();
+  const auto parameters = camera().parameters();
   EXPECT_NEAR(std::min(view->from.x(), view->to.x()), 0, 1e-9);
   EXPECT_NEAR(std::max(view->from.x(), view->to.x()), parameters.width - 1, 1e-9);
   EXPECT_NEAR(view->from.y(), parameters.centre_v, 1e-9);
@@ -48,7 +48,7 @@ TEST(PipeView, AxisGoesThroughThePointsThatAreProjected) {
 }
 
 TEST(PipeView, WholeWidthEndsWhereAnEdgeLeavesTheImage) {
-  const auto& parameters = camera().parameters();
+  const auto parameters = camera().parameters();
   // The edge's ray touches the pipe: its angle from the axis has the sine radius / distance.
   const double border = std::atan(parameters.centre_v / parameters.focal_length);
   const auto at = [&](double share) {
