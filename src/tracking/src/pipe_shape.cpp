@@ -49,7 +49,8 @@ State PipeShape::state_of(const PipeRegion& region) {
 }
 
 double PipeShape::size_of(const PipeRegion& region) {
-  return (region.end - region.start).norm();
+  const bool sensible = region.half_width >= 0 && std::isfinite(region.half_width);
+  return sensible ? (region.end - region.start).norm() : 0;
 }
 
 void PipeShape::observe(const PipeRegion& region, const State& predicted,
@@ -92,15 +93,22 @@ void PipeShape::observe(const PipeRegion& region, const State& predicted,
     row.span = span;
     if (inside(end, image) <= border) {
       const double beyond = -side * row.residual;  // px, of the predicted end
-      if (beyond > 0) {
-        // Nothing is read, but an end is not looked for farther away than a diagonal.
-        const double uncertain = row.gradient.dot(covariance * row.gradient);
-        if (beyond <= span && uncertain <= span * span) {
+      const double uncertain = std::sqrt(row.gradient.dot(covariance * row.gradient));
+      if (uncertain < span / 4) {
+        if (beyond > 0) {
+          continue;  // as it is known to be
+        }
+        constexpr double kNear = 3;  // deviations
+        if (-beyond <= border + kNear * std::hypot(uncertain, end_deviation)) {
+          rows.add(row);  // about to leave the picture
           continue;
         }
-        row.residual = -side * std::max(0.0, beyond - span);
-        row.variance = span * span;
       }
+      // About a diagonal beyond the border, anywhere.
+      row.bound = true;
+      row.residual += side * span;
+      row.variance = span * span;
+      row.slack << side * span * u, 2 * span, 0;
     } else {
       row.doubtful = true;
     }

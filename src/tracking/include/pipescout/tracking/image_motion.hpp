@@ -19,8 +19,14 @@ struct ImageMotion {
   [[nodiscard]] Eigen::Vector2d of(const Eigen::Vector2d& point) const {
     return velocity + gradient * (point - at);
   }
-  [[nodiscard]] bool finite() const {
-    return at.allFinite() && velocity.allFinite() && gradient.allFinite();
+  /// Not NaN, and no faster than pictures that show anything.
+  [[nodiscard]] bool usable() const {
+    constexpr double kFarthest = 1e6;         // px
+    constexpr double kFastest = 1e6;          // px/s
+    constexpr double kFastestGradient = 1e3;  // 1/s
+    return at.cwiseAbs().maxCoeff() < kFarthest && velocity.cwiseAbs().maxCoeff() < kFastest &&
+           gradient.cwiseAbs().maxCoeff() < kFastestGradient && at.allFinite() &&
+           velocity.allFinite() && gradient.allFinite();
   }
 };
 

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <span>
 
 #include "pipescout/tracking/shapes.hpp"
 #include "pipescout/tracking/trackable_shape.hpp"
@@ -30,10 +29,6 @@ class ShapeKalman {
   /// Takes readings in, one after the other. Doubtful ones are left out that are less probable than
   /// `doubt` has it; the residuals are beside the state at which they were taken.
   Fit correct(const ObservationRows<Model::kSize>& rows, double gate, double doubt);
-
-  /// Takes the place of itself: the mixture of `parts` with `weights`, by its first two moments;
-  /// angles beside those of the state as it is.
-  void mix(std::span<const ShapeKalman> parts, std::span<const double> weights);
 
   void scale(double factor);
   /// Adds to what is uncertain of the shape and its rate.

@@ -51,6 +51,7 @@ typename ShapeKalman<Model>::Fit ShapeKalman<Model>::correct(
   Fit fit{.ratio = 1, .gated = true};
   const State predicted = state();
   for (const ObservationRow<Model::kSize>& row : rows.all()) {
+    covariance_.template topLeftCorner<kSize, kSize>() += row.slack * row.slack.transpose();
     const Full cross = covariance_.template leftCols<kSize>() * row.gradient;
     const double variance = row.gradient.dot(cross.template head<kSize>()) + row.variance;
     const double innovation = row.residual - row.gradient.dot(state() - predicted);
@@ -61,39 +62,16 @@ typename ShapeKalman<Model>::Fit ShapeKalman<Model>::correct(
       fit.ratio *= doubt;
       continue;
     }
-    fit.ratio *= ratio;
-    fit.gated = fit.gated && square <= gate * gate;
+    if (!row.bound) {
+      fit.ratio *= ratio;
+      fit.gated = fit.gated && square <= gate * gate;
+    }
     const Full gain = cross / variance;
     mean_ += gain * innovation;
     covariance_ -= gain * cross.transpose();
   }
   wrap();
   return fit;
-}
-
-template <TrackableShape Model>
-void ShapeKalman<Model>::mix(std::span<const ShapeKalman> parts, std::span<const double> weights) {
-  const Full reference = mean_;
-  const auto difference = [&reference](const Full& mean) {
-    Full d = mean - reference;
-    for (int i = 0; i < kSize; ++i) {
-      const double period = Model::kPeriods[static_cast<std::size_t>(i)];
-      d[i] = period > 0 ? std::remainder(d[i], period) : d[i];
-    }
-    return d;
-  };
-  Full shift = Full::Zero();
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    shift += weights[i] * difference(parts[i].mean_);
-  }
-  FullCovariance covariance = FullCovariance::Zero();
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Full d = difference(parts[i].mean_) - shift;
-    covariance += weights[i] * (parts[i].covariance_ + d * d.transpose());
-  }
-  mean_ = reference + shift;
-  covariance_ = covariance;
-  wrap();
 }
 
 template <TrackableShape Model>

@@ -36,7 +36,7 @@ enum class TrackFault : std::uint8_t {
   kBadImageSize,  ///< not within [1, 32767]: the picture is not used
   kTooManyRegions,  ///< more than `max_regions`: the picture counts as one without any
   kBadRegion,       ///< one with numbers that are not finite, or of no size: it is left out
-  kBadMotion,       ///< of the camera, not finite: left out
+  kBadMotion,       ///< of the camera, not `usable`: left out
   kBadHint,         ///< not finite, or without deviation: left out
 };
 inline constexpr std::size_t kTrackFaults = 8;
@@ -51,7 +51,7 @@ struct ShapeTrackerParameters {
   /// Of the rate, per square root of a second, > 0: random walk, where the camera's motion is not
   /// told.
   ShapeState<Model> rate_walk;
-  double motion_share = 0.15;  ///< (0, 1]: of `rate_walk`, where it is told
+  double motion_share = 0.06;  ///< (0, 1]: of `rate_walk`, where it is told
   double rate_memory = 1.0;    ///< s, (0, 100]: rates that nothing bears out fade within it
   double gate = 4.0;           ///< deviations, [1, 20]: readings within it may be of the shape
   double detection = 0.95;     ///< (0, 1): probability that the shape is found when it is there
@@ -66,8 +66,9 @@ struct ShapeTrackerParameters {
   double max_back = 1.0;           ///< s, [0, 1000]
   std::size_t max_regions = 1000;  ///< [1, 100000]
   /// Distance as of equation (14), > 0: a region so near the particles' robust mean is taken when
-  /// nothing has been within the gate for two pictures.
-  double guard_distance = 10.0;
+  /// nothing has been within the gate for two pictures; particles farther from what is locked on
+  /// begin anew there.
+  double guard_distance = 20.0;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -110,7 +111,7 @@ struct Track {
   bool start_censored = false;  ///< as of ShapeInView: the shape is longer than the estimate
   bool end_censored = false;
   /// With what is beyond the border, as long as it was when it left the picture; never shrunk by
-  /// it. Beyond one diagonal of the picture nothing is claimed.
+  /// it. An end that has never been seen is anywhere within some diagonals of the picture.
   State whole = State::Zero();
 
   State best_particle = State::Zero();  ///< Ibarguren and others (2013), section 7.2
@@ -124,13 +125,15 @@ struct Track {
   std::size_t regions = 0;              ///< that were usable
 };
 
-/// Follows one shape. A Kalman filter of constant rates with probabilistic data association
-/// (Musicki, Evans, Stankovic, "Integrated probabilistic data association", IEEE Transactions on
-/// Automatic Control 39, 1994) tells where it is; each reading of a region counts with its own
-/// accuracy, so that what the border of the picture cuts says nothing of the length. The paper's
-/// particle filter runs beside it and takes it along where the picture jumps. Other regions are
-/// followed too, so that none is taken for the shape when that is hidden. The same frames and seed
-/// give the same bits. Allocates nothing after construction. Not thread-safe.
+/// Follows one shape. A Kalman filter of rates that fade tells where it is; each reading of a
+/// region counts with its own accuracy, so that what the border of the picture cuts says nothing of
+/// the length. The likeliest region within the gate is taken, and with it those that fit then too:
+/// parts of the same. The probability that there is a shape is that of Musicki, Evans, Stankovic,
+/// "Integrated probabilistic data association" (IEEE Transactions on Automatic Control 39, 1994),
+/// but that pictures in which it is missing count by their time: gaps come in one piece. The
+/// paper's particle filter runs beside it and takes it along where the picture jumps. Other regions
+/// are followed too, so that none is taken for the shape when that is hidden. The same frames and
+/// seed give the same bits. Allocates nothing after construction. Not thread-safe.
 template <TrackableShape Model>
 class ShapeTracker {
  public:
@@ -174,7 +177,7 @@ class ShapeTracker {
   using Regions = std::span<const Region>;
   using Motion = std::optional<ImageMotion>;
   static constexpr std::size_t kMostRivals = 16;
-  static constexpr std::size_t kMostCandidates = 16;
+  static constexpr std::size_t kMostCompared = 16;
 
   bool accept(const TrackingFrame<Model>& frame);
   void resize(const ImageSize& image);
@@ -188,6 +191,7 @@ class ShapeTracker {
   void take_up(const TrackingFrame<Model>& frame, const Motion& motion);
   [[nodiscard]] std::optional<std::size_t> fits_hint(Regions regions, const TrackHint<Model>& hint);
   void begin(const Region& region, const Motion& motion);
+  void start_at(ShapeKalman<Model>& kalman, const Region& region, const Motion& motion);
   void seen_in(std::size_t region);
   void live();
   void report();
@@ -195,6 +199,10 @@ class ShapeTracker {
 
   [[nodiscard]] State start_deviation() const { return parameters_.filter.start_deviation; }
   [[nodiscard]] State start_rate_deviation() const;
+  [[nodiscard]] bool lost() const {
+    return confirmed_ && track_.time - last_seen_ > parameters_.max_coast;
+  }
+  [[nodiscard]] double distance_between(const State& a, const State& b) const;
   [[nodiscard]] bool of_known_rival(const Usable& usable) const;
   typename ShapeKalman<Model>::Fit fit(ShapeKalman<Model>& kalman, const Region& region);
 
@@ -214,9 +222,6 @@ class ShapeTracker {
   bool clocked_ = false;    // the time of a picture is known
   std::vector<Rival> rivals_;
   std::vector<Usable> usable_;
-  std::vector<std::size_t> candidates_;  // in `usable_`
-  std::vector<ShapeKalman<Model>> hypotheses_;
-  std::vector<double> weights_;
   std::vector<State> compared_;
   ObservationRows<Model::kSize> rows_;
 };

@@ -57,10 +57,7 @@ ShapeTracker<Model>::ShapeTracker(const Model& model,
   parameters_.validate();
   rivals_.reserve(kMostRivals);
   usable_.reserve(parameters_.max_regions);
-  candidates_.reserve(kMostCandidates);
-  hypotheses_.reserve(kMostCandidates + 1);
-  weights_.reserve(kMostCandidates + 1);
-  compared_.reserve(kMostCandidates);
+  compared_.reserve(kMostCompared);
   restart();
 }
 
@@ -110,7 +107,7 @@ const Track<Model>& ShapeTracker<Model>::update(const TrackingFrame<Model>& fram
     return track_;
   }
   Motion motion = frame.motion;
-  if (motion && !motion->finite()) {
+  if (motion && !motion->usable()) {
     note(TrackFault::kBadMotion);
     motion.reset();
   }
@@ -125,9 +122,13 @@ const Track<Model>& ShapeTracker<Model>::update(const TrackingFrame<Model>& fram
   }
   if (following_) {
     predict(dt, motion);
-    associate(frame.regions);
-    correct(frame.regions);
-    jump(frame.regions);
+    if (frame.hint && lost()) {
+      ++misses_;  // where it is, the hint tells better
+    } else {
+      associate(frame.regions);
+      correct(frame.regions);
+      jump(frame.regions);
+    }
     follow_rivals(frame.regions, motion);
     weigh(frame.regions);
   }
@@ -164,7 +165,6 @@ void ShapeTracker<Model>::resize(const ImageSize& image) {
 template <TrackableShape Model>
 void ShapeTracker<Model>::gather(Regions regions) {
   usable_.clear();
-  candidates_.clear();
   track_.region.reset();
   track_.regions = 0;
   if (regions.size() > parameters_.max_regions) {
@@ -218,8 +218,7 @@ bool ShapeTracker<Model>::of_known_rival(const Usable& usable) const {
 
 template <TrackableShape Model>
 void ShapeTracker<Model>::associate(Regions regions) {
-  for (std::size_t i = 0; i < usable_.size(); ++i) {
-    Usable& usable = usable_[i];
+  for (Usable& usable : usable_) {
     ShapeKalman<Model> trial = kalman_;
     const auto target = fit(trial, regions[usable.region]);
     usable.ratio = target.gated ? target.ratio : 0;
@@ -231,13 +230,8 @@ void ShapeTracker<Model>::associate(Regions regions) {
         usable.rival = k;
       }
     }
-    const bool kept =
-        usable.ratio > 0 && (usable.ratio >= usable.rival_ratio || !of_known_rival(usable));
-    if (kept) {
-      usable.rival.reset();
-      if (candidates_.size() < kMostCandidates) {
-        candidates_.push_back(i);
-      }
+    if (of_known_rival(usable) && usable.rival_ratio > usable.ratio) {
+      usable.ratio = 0;
     }
   }
 }
@@ -252,30 +246,39 @@ void ShapeTracker<Model>::seen_in(std::size_t region) {
 
 template <TrackableShape Model>
 void ShapeTracker<Model>::correct(Regions regions) {
-  if (candidates_.empty()) {
+  const auto likeliest = std::ranges::max_element(usable_, {}, &Usable::ratio);
+  if (likeliest == usable_.end() || likeliest->ratio == 0) {
     ++misses_;
     return;
   }
-  // Weights of the hypotheses that none of the regions is of the shape, and that each is; their sum
-  // is 1 - delta of Musicki, Evans and Stankovic.
-  double sum = 1 - parameters_.detection;
-  hypotheses_.assign(1, kalman_);
-  weights_.assign(1, sum);
-  std::size_t likeliest = candidates_.front();
-  for (const std::size_t i : candidates_) {
-    const Usable& candidate = usable_[i];
-    hypotheses_.push_back(kalman_);
-    fit(hypotheses_.back(), regions[candidate.region]);
-    weights_.push_back(parameters_.detection / parameters_.clutter * candidate.ratio);
-    sum += weights_.back();
-    likeliest = candidate.ratio > usable_[likeliest].ratio ? i : likeliest;
+  fit(kalman_, regions[likeliest->region]);
+  // 1 - delta of Musicki, Evans and Stankovic.
+  const double seen =
+      1 - parameters_.detection + parameters_.detection / parameters_.clutter * likeliest->ratio;
+  existence_ = seen * existence_ / (1 - existence_ + seen * existence_);
+  for (Usable& usable : usable_) {
+    if (usable.ratio > 0 && usable.region != likeliest->region) {
+      // Another part of the same, or something else that was near the prediction.
+      ShapeKalman<Model> trial = kalman_;
+      if (fit(trial, regions[usable.region]).gated) {
+        usable.rival.reset();
+      } else {
+        usable.ratio = 0;
+      }
+    }
   }
-  for (double& weight : weights_) {
-    weight /= sum;
+  likeliest->rival.reset();
+  seen_in(likeliest->region);
+}
+
+template <TrackableShape Model>
+double ShapeTracker<Model>::distance_between(const State& a, const State& b) const {
+  std::array<double, Model::kSize> difference;
+  for (std::size_t i = 0; i < Model::kSize; ++i) {
+    const double d = a[static_cast<Eigen::Index>(i)] - b[static_cast<Eigen::Index>(i)];
+    difference[i] = Model::kPeriods[i] > 0 ? std::remainder(d, Model::kPeriods[i]) : d;
   }
-  kalman_.mix(hypotheses_, weights_);
-  existence_ = sum * existence_ / (1 - existence_ + sum * existence_);
-  seen_in(usable_[likeliest].region);
+  return model_.distance(difference);
 }
 
 template <TrackableShape Model>
@@ -291,13 +294,7 @@ void ShapeTracker<Model>::jump(Regions regions) {
     if (of_known_rival(usable)) {
       continue;
     }
-    const State apart = Model::state_of(regions[usable.region]) - particles;
-    std::array<double, Model::kSize> difference;
-    for (std::size_t i = 0; i < Model::kSize; ++i) {
-      const double d = apart[static_cast<Eigen::Index>(i)];
-      difference[i] = Model::kPeriods[i] > 0 ? std::remainder(d, Model::kPeriods[i]) : d;
-    }
-    const double distance = model_.distance(difference);
+    const double distance = distance_between(particles, Model::state_of(regions[usable.region]));
     if (distance < least) {
       least = distance;
       nearest = &usable;
@@ -318,7 +315,6 @@ void ShapeTracker<Model>::jump(Regions regions) {
     }
   }
   nearest->ratio = 1;
-  candidates_.push_back(static_cast<std::size_t>(nearest - usable_.data()));
   seen_in(nearest->region);
 }
 
@@ -350,9 +346,7 @@ void ShapeTracker<Model>::follow_rivals(Regions regions, const Motion& motion) {
   for (const Usable& usable : usable_) {
     if (usable.ratio == 0 && !usable.rival && rivals_.size() < kMostRivals) {
       Rival rival{.kalman = {}, .seen = 1, .last_seen = track_.time};
-      rival.kalman.start(Model::state_of(regions[usable.region]), start_deviation(),
-                         start_rate_deviation());
-      rival.kalman.predict(0, motion, parameters_.rate_walk, parameters_.rate_memory);
+      start_at(rival.kalman, regions[usable.region], motion);
       rivals_.push_back(rival);
     }
   }
@@ -362,11 +356,18 @@ template <TrackableShape Model>
 void ShapeTracker<Model>::weigh(Regions regions) {
   compared_.clear();
   for (const Usable& usable : usable_) {
-    if (compared_.size() < kMostCandidates && !of_known_rival(usable)) {
+    if (compared_.size() < kMostCompared && !of_known_rival(usable)) {
       compared_.push_back(Model::state_of(regions[usable.region]));
     }
   }
   filter_.update(compared_);
+  // Where what was predicted in a gap turns out wrong, they do not come back by themselves.
+  const State estimate = Model::in_view(kalman_.state(), track_.image).shape;
+  if (track_.region &&
+      distance_between(filter_.robust_mean(), estimate) > parameters_.guard_distance) {
+    filter_.start(estimate);
+    filter_.update(compared_);
+  }
 }
 
 template <TrackableShape Model>
@@ -394,14 +395,13 @@ void ShapeTracker<Model>::take_up(const TrackingFrame<Model>& frame, const Motio
     note(TrackFault::kBadHint);
     hint.reset();
   }
-  const bool lost = following_ && confirmed_ && track_.time - last_seen_ > parameters_.max_coast;
-  if (usable_.empty() || (following_ && !lost)) {
+  if (usable_.empty() || (following_ && !lost())) {
     return;
   }
   if (hint) {
     const auto region = fits_hint(frame.regions, *hint);
     if (region) {
-      const bool same = lost;
+      const bool same = lost();
       begin(frame.regions[*region], motion);
       confirmed_ = same;
       seen_in(*region);
@@ -423,11 +423,21 @@ typename ShapeTracker<Model>::State ShapeTracker<Model>::start_rate_deviation() 
 }
 
 template <TrackableShape Model>
-void ShapeTracker<Model>::begin(const Region& region, const Motion& motion) {
+void ShapeTracker<Model>::start_at(ShapeKalman<Model>& kalman, const Region& region,
+                                   const Motion& motion) {
   const State state = Model::state_of(region);
-  kalman_.start(state, start_deviation(), start_rate_deviation());
-  kalman_.predict(0, motion, parameters_.rate_walk, parameters_.rate_memory);
-  filter_.start(state);
+  kalman.start(state, start_deviation(), start_rate_deviation());
+  kalman.predict(0, motion, parameters_.rate_walk, parameters_.rate_memory);
+  // Nothing is known of what the border cuts.
+  constexpr double kUnknown = 1e6;
+  model_.observe(region, state, kUnknown * ShapeCovariance<Model>::Identity(), track_.image, rows_);
+  kalman.correct(rows_, parameters_.gate, parameters_.doubt);
+}
+
+template <TrackableShape Model>
+void ShapeTracker<Model>::begin(const Region& region, const Motion& motion) {
+  start_at(kalman_, region, motion);
+  filter_.start(Model::state_of(region));
   rivals_.clear();
   times_seen_ = 0;
   following_ = true;
@@ -452,8 +462,7 @@ void ShapeTracker<Model>::live() {
   } else if (misses_ == 0) {
     track_.state = TrackState::kLocked;
   } else {
-    track_.state = track_.time - last_seen_ > parameters_.max_coast ? TrackState::kLost
-                                                                    : TrackState::kCoasting;
+    track_.state = lost() ? TrackState::kLost : TrackState::kCoasting;
   }
   track_.since_seen =
       following_ ? track_.time - last_seen_ : std::numeric_limits<double>::quiet_NaN();

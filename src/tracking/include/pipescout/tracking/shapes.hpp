@@ -37,12 +37,12 @@ struct PipeShape {
   enum : std::size_t { kX, kY, kLength, kAngle };
 
   static constexpr std::array<double, kSize> kStartDeviation{3, 3, 5, 0.03};
-  static constexpr std::array<double, kSize> kProcessDeviation{10, 10, 15, 0.05};
-  static constexpr std::array<double, kSize> kRateWalk{800, 800, 200, 3};
+  static constexpr std::array<double, kSize> kProcessDeviation{6, 6, 10, 0.02};
+  static constexpr std::array<double, kSize> kRateWalk{800, 800, 40, 3};
 
-  double lambda = 0.5;  ///< 1/px, > 0
-  double beta = 0.02;   ///< 1/px^2, > 0
-  double gamma = 600;   ///< 1/rad^2, > 0
+  double lambda = 1;    ///< 1/px, > 0
+  double beta = 0.1;    ///< 1/px^2, > 0
+  double gamma = 6000;  ///< 1/rad^2, > 0
 
   double edge_deviation = 0.5;  ///< px, > 0: of the outline, common to half of the pipe's length
   double end_deviation = 1.5;   ///< px, > 0: of an end along the axis

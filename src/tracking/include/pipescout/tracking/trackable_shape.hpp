@@ -35,6 +35,11 @@ struct ObservationRow {
   /// It may tell of something else though the region is of the shape: the end of a pipe before
   /// which a post stands.
   bool doubtful = false;
+  /// It is what the border of the picture leaves open, and says nothing of whether the region is of
+  /// the shape.
+  bool bound = false;
+  /// Before it counts, the shape becomes uncertain by so much more: this is one deviation.
+  Gradient slack = Gradient::Zero();
 };
 
 template <std::size_t kSize>
@@ -68,7 +73,7 @@ struct ShapeInView {
 ///
 ///   Region      as it is found in a picture
 ///   state_of    the numbers of a region, as they are seen: what particles are compared with
-///   size_of     px: of several regions the largest is taken up first
+///   size_of     px: of several regions the largest is taken up first; 0: it makes no sense
 ///   observe     the readings of a region, beside the prediction and its covariance
 ///   in_view     the part of a shape that is in the picture
 ///   moved_by    rates of the numbers, 1/s, when the picture moves
