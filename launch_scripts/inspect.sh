@@ -156,7 +156,8 @@ else
       pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
       pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
       pipescout_state_estimator pipescout_estimator_recorder pipescout_patrol_simulation \
-      pipescout_leak_inspector pipescout_leak_recorder \
+      pipescout_leak_inspector pipescout_leak_recorder pipescout_thermal_tracker \
+      pipescout_camera_arm pipescout_tracking_recorder \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -217,5 +218,6 @@ if $with_simulations; then
   pipescout plot estimator "$crawler_out"
   pipescout plot estimator "$rack_out"
   pipescout plot estimator "$patrol_out"
+  pipescout plot tracking "$patrol_out"
   echo "Leaks, to look at and to hand on: $patrol_out/report/report.html"
 fi

@@ -38,6 +38,12 @@ def check(folder):
     state = figures(folder, f"{NAMESPACE[1:]}.estimator_")
     assert state["position_rmse_m"] <= 0.6, state
     assert state["restarts"] == 0, state
+    tracking = figures(folder, f"{NAMESPACE[1:]}.track")
+    assert tracking["_in_view_percent"] >= 99.0, tracking
+    assert tracking["_estimate_position_px"] <= 3.0, tracking
+    assert tracking["_lost"] <= 1, tracking  # behind the end of the row
+    assert figures(folder, f"{NAMESPACE[1:]}.arm")["_fault_cycles"] == 0
+    assert len(recorded(folder, "track.csv")) == found["_pictures"], found
     for name in ("report.html", "leaks.geojson", "leaks.kml", "leaks.csv"):
         assert (folder / "report" / name).stat().st_size > 100, name
 

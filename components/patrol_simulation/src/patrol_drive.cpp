@@ -52,7 +52,44 @@ PatrolDrive::PatrolDrive(const PatrolDriveParameters& parameters)
       gps_(parameters.gps, parameters.seed),
       steps_per_imu_sample_(steps_of(parameters.imu.period)),
       steps_per_odometer_sample_(steps_of(parameters.odometer_period)) {
+  static_assert(simulation::ArmDynamics::kStep == GroundRobot::kStep);
+  if (parameters_.arm) {
+    arm_.emplace(parameters_.arm->urdf, parameters_.arm->base_link, parameters_.arm->camera_link);
+    simulation::ArmDynamicsParameters dynamics = parameters_.arm->dynamics;
+    for (const manipulation::ArmJoint& joint : arm_->joints()) {
+      dynamics.lower.push_back(joint.lower);
+      dynamics.upper.push_back(joint.upper);
+      dynamics.largest_rate.push_back(joint.velocity);
+    }
+    arm_dynamics_.emplace(dynamics, parameters_.arm->start);
+    move_camera();
+  }
   measure();
+}
+
+void PatrolDrive::move_camera() {
+  const auto as_vector = [](const std::vector<double>& values) {
+    return manipulation::JointVector(
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+  };
+  const manipulation::JointVector q = as_vector(arm_dynamics_->positions());
+  patrol_.move_camera(arm_->T_base_camera(q),
+                      arm_->camera_jacobian(q) * as_vector(arm_dynamics_->rates()));
+}
+
+void PatrolDrive::command_arm(std::span<const double> positions, std::span<const double> rates,
+                              double time_from_start) {
+  if (arm_dynamics_) {
+    arm_dynamics_->command(positions, rates, time_from_start);
+  }
+}
+
+std::optional<simulation::PipeView> PatrolDrive::tube_in_view() const {
+  const simulation::ThermalScene& scene = patrol_.scene();
+  return simulation::view_pipe({.from = scene.on_tube(0),
+                                .to = scene.on_tube(scene.parameters().length),
+                                .radius = scene.parameters().tube_radius},
+                               patrol_.renderer().camera(), patrol_.view(0).T_map_camera);
 }
 
 void PatrolDrive::drive_until(double time) {
@@ -63,8 +100,14 @@ void PatrolDrive::drive_until(double time) {
     } else {
       patrol_.step();
     }
+    if (arm_dynamics_) {
+      arm_dynamics_->step();
+    }
     ++steps_;
     measure();
+  }
+  if (arm_dynamics_) {
+    move_camera();
   }
 }
 

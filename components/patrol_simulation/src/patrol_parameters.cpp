@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/manipulation/arm_controller.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 
 namespace pipescout {
@@ -18,6 +19,7 @@ using simulation::ThermalDecoyKind;
 constexpr double kRunIn = 14;   // m, to get to speed before the row
 constexpr double kRunOut = 15;  // m
 constexpr std::size_t kLeakValues = 3;
+constexpr const char* kBaseLink = "base_link";
 
 constexpr std::array kRoads{std::pair{"A", RoadClass::kA}, std::pair{"B", RoadClass::kB},
                             std::pair{"C", RoadClass::kC}, std::pair{"D", RoadClass::kD},
@@ -90,6 +92,7 @@ PatrolParameters::PatrolParameters(Parameters& parameters) {
   declare_row(parameters);
   declare_robot(parameters);
   declare_camera(parameters);
+  declare_arm(parameters);
 }
 
 void PatrolParameters::declare_row(Parameters& parameters) {
@@ -196,6 +199,50 @@ void PatrolParameters::declare_camera(Parameters& parameters) {
                                             .floating_point_range = FloatingPointRange{0.0, 0.2}});
 }
 
+void PatrolParameters::declare_arm(Parameters& parameters) {
+  const simulation::ArmDynamicsParameters dynamics;
+  arm_mounted_ = parameters.declare<bool>(
+      "arm.mounted", false,
+      {.description = "the camera is at the end of an arm, and camera.position and "
+                      "camera.roll_pitch_yaw do not count"});
+  arm_urdf_file_ = parameters.declare<std::string>(
+      "arm.urdf_file", "",
+      {.description = "robot description of the arm; empty: the arm of six joints that comes with "
+                      "pipescout_manipulation"});
+  arm_camera_frame_ = parameters.declare<std::string>("arm.camera_frame", "camera_optical_frame",
+                                                      {.description = "link of the camera"});
+  arm_start_ = parameters.declare<std::vector<double>>(
+      "arm.start", manipulation::ArmControllerParameters{}.ready,
+      {.description = "rad, one per joint: where it is at the start"});
+  arm_rate_ = parameters.declare<double>("arm.rate", 100.0,
+                                         {.description = "Hz, of joint_states; the period is "
+                                                         "rounded to 2 ms",
+                                          .floating_point_range = FloatingPointRange{10.0, 500.0}});
+  arm_delay_ =
+      parameters.declare<double>("arm.delay", dynamics.delay,
+                                 {.description = "s from a command to the first motion for it",
+                                  .floating_point_range = FloatingPointRange{0.0, 0.5}});
+  arm_acceleration_ =
+      parameters.declare<double>("arm.largest_acceleration", dynamics.largest_acceleration,
+                                 {.description = "rad/s^2, of each joint",
+                                  .floating_point_range = FloatingPointRange{0.1, 1000.0}});
+}
+
+std::optional<PatrolArmParameters> PatrolParameters::arm() const {
+  if (!arm_mounted_.get()) {
+    return std::nullopt;
+  }
+  PatrolArmParameters result;
+  result.urdf = arm_urdf_file_.share()->empty() ? std::string(manipulation::camera_arm_urdf())
+                                                : file_content(arm_urdf_file_);
+  result.base_link = kBaseLink;
+  result.camera_link = arm_camera_frame_.get();
+  result.start = arm_start_.get();
+  result.dynamics.delay = arm_delay_.get();
+  result.dynamics.largest_acceleration = arm_acceleration_.get();
+  return result;
+}
+
 void PatrolParameters::add_bodies(simulation::ThermalSceneParameters& scene) const {
   const auto leaks = leaks_.share();
   if (leaks->size() % kLeakValues != 0) {
@@ -245,6 +292,7 @@ PatrolDriveParameters PatrolParameters::drive() const {
   patrol.scene.tube_temperature = tube_temperature_.get();
   patrol.scene.object.distance = distance_.get();
   add_bodies(patrol.scene);
+  result.arm = arm();
 
   simulation::ThermalCameraParameters& camera = patrol.camera;
   camera.seed = result.seed;

@@ -6,9 +6,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "patrol_messages.hpp"
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
@@ -20,14 +22,14 @@ namespace pipescout {
 namespace {
 
 using simulation::GroundRobot;
-namespace fix_constants = sensor_msgs::msg::NavSatFix_Constants;
-namespace status_constants = sensor_msgs::msg::NavSatStatus_Constants;
 
 /// Of the simulated clock: a stamp of zero means "no time" to some.
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr const char* kMapFrame = "map";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kCameraFrame = "thermal_optical";
+/// s, by which an estimate of the robot's pose may be behind.
+constexpr double kOdometryLag = 0.05;
 constexpr std::array kWheelNames{"front_left", "front_right", "rear_left", "rear_right"};
 constexpr double kOdometerDeviation = 0.01;  // m, stated of a reading
 
@@ -48,6 +50,15 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
       {.description = "nothing is published before so many subscriptions of thermal/image_raw and "
                       "of thermal/camera_info are matched",
        .integer_range = IntegerRange{0, 1000}});
+  lock_step_ = parameters().declare<bool>(
+      "lock_step", true,
+      {.description = "with an arm: simulated time waits for the command that answers the last "
+                      "joint_states, for the track of the image before and for odometry, of those "
+                      "that there are, so that slow machines give the same run"});
+  lock_step_time_out_ =
+      parameters().declare<double>("lock_step_time_out", 1.0,
+                                   {.description = "s of real time: waits no longer for an answer",
+                                    .floating_point_range = FloatingPointRange{1e-3, 1e3}});
 }
 
 PatrolSimulation::~PatrolSimulation() {
@@ -64,14 +75,32 @@ CallbackReturn PatrolSimulation::on_configure() {
   const geometry::CameraParameters& camera = parameters.patrol.camera.camera;
   counts_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
                  0);
-  image_period_ =
+  const double image_period =
       std::round(1 / patrol_parameters_.image_rate() / GroundRobot::kStep) * GroundRobot::kStep;
-  real_period_ = from_seconds(image_period_ / rate_.get());
+  const bool with_arm = parameters.arm.has_value();
+  // Images come with joint states, so their period is a multiple of that of these.
+  steps_per_image_ =
+      with_arm ? std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(
+                                                image_period * patrol_parameters_.arm_rate())))
+               : 1;
+  robot_steps_per_step_ = std::max<std::int64_t>(
+      1, std::llround(image_period / static_cast<double>(steps_per_image_) / GroundRobot::kStep));
+  step_period_ = static_cast<double>(robot_steps_per_step_) * GroundRobot::kStep;
+  real_period_ = from_seconds(step_period_ / rate_.get());
+  waits_for_answers_ = with_arm && lock_step_.get();
+  time_out_ = from_seconds(lock_step_time_out_.get());
+  camera_frame_ = with_arm ? parameters.arm->camera_link : kCameraFrame;
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   const double way = parameters.patrol.end - parameters.patrol.begin;
-  expected_images_ = static_cast<std::uint64_t>(
-      std::ceil((parameters.standing + way / parameters.patrol.speed) / image_period_));
+  expected_images_ =
+      static_cast<std::uint64_t>(std::ceil((parameters.standing + way / parameters.patrol.speed) /
+                                           (static_cast<double>(steps_per_image_) * step_period_)));
+  steps_ = 0;
   images_ = 0;
+  command_.stamp.reset();
+  track_.stamp.reset();
+  odometry_.stamp.reset();
+  waiting_ = false;
   complete_ = false;
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
@@ -82,12 +111,27 @@ CallbackReturn PatrolSimulation::on_configure() {
   readings_publisher_ = create_publisher(topics::kOdometerReadings);
   camera_info_publisher_ = create_publisher(topics::kThermalCameraInfo, {.matched = matched});
   image_publisher_ = create_publisher(topics::kThermalImage, {.matched = matched});
+  true_track_publisher_ = create_publisher(topics::kTruePipeTrack);
+  if (with_arm) {
+    joint_publisher_ = create_publisher(topics::kJointStates);
+    command_subscription_ = create_subscription(
+        topics::kArmCommand, [this](const JointTrajectory& message) { on_command(message); });
+  }
+  if (waits_for_answers_) {
+    track_subscription_ = create_subscription(topics::kPipeTrack, [this](const PipeTrack& message) {
+      hear(track_, from_message(message.header().stamp()));
+    });
+    odometry_subscription_ =
+        create_subscription(topics::kOdometryFiltered, [this](const Odometry& message) {
+          hear(odometry_, from_message(message.header().stamp()));
+        });
+  }
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn PatrolSimulation::on_activate() {
   active_ = true;
-  if (images_ == 0) {
+  if (steps_ == 0) {
     report_progress(0, expected_images_,
                     "waits for subscriptions of thermal/image_raw and thermal/camera_info");
   }
@@ -97,6 +141,7 @@ CallbackReturn PatrolSimulation::on_activate() {
 
 CallbackReturn PatrolSimulation::on_deactivate() {
   active_ = false;
+  waiting_ = false;
   timer_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -112,6 +157,11 @@ CallbackReturn PatrolSimulation::on_cleanup() {
   readings_publisher_ = {};
   camera_info_publisher_ = {};
   image_publisher_ = {};
+  true_track_publisher_ = {};
+  joint_publisher_ = {};
+  command_subscription_ = {};
+  track_subscription_ = {};
+  odometry_subscription_ = {};
   drive_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -121,7 +171,7 @@ void PatrolSimulation::start_if_heard() {
                      image_publisher_.subscription_count() >= wanted_subscribers_ &&
                      camera_info_publisher_.subscription_count() >= wanted_subscribers_;
   if (active_ && heard && !timer_) {
-    next_image_not_before_ = steady_now();
+    next_step_not_before_ = steady_now();
     schedule();
   }
 }
@@ -131,39 +181,135 @@ void PatrolSimulation::schedule() {
   if (complete_) {
     return;
   }
-  const Duration left = next_image_not_before_ - steady_now();
-  timer_ = create_timer(std::max(left, Duration(1)), [this] {
+  const Duration left = next_step_not_before_ - steady_now();
+  const Duration delay = waiting_ ? time_out_ : std::max(left, Duration(1));
+  timer_ = create_timer(delay, [this] {
     timer_.reset();
-    next_image();
+    if (std::exchange(waiting_, false)) {
+      if (const Answer* const missing = missing_answer()) {
+        report_fault(std::string(missing->name) + ".missing",
+                     "nothing on " + std::string(missing->name) + " has answered within " +
+                         std::to_string(to_seconds(time_out_)) + " s");
+      }
+    }
+    next_step();
   });
 }
 
-void PatrolSimulation::next_image() {
-  const double time = static_cast<double>(images_) * image_period_;
+const PatrolSimulation::Answer* PatrolSimulation::missing_answer() const {
+  if (command_.stamp && *command_.stamp < last_stamp_) {
+    return &command_;
+  }
+  if (track_.stamp && steps_ % steps_per_image_ == 0 && *track_.stamp < last_image_stamp_) {
+    return &track_;
+  }
+  if (odometry_.stamp && *odometry_.stamp < last_stamp_ - from_seconds(kOdometryLag)) {
+    return &odometry_;
+  }
+  return nullptr;
+}
+
+void PatrolSimulation::hear(Answer& answer, Time stamp) {
+  answer.stamp = stamp;
+  if (waiting_ && missing_answer() == nullptr) {
+    waiting_ = false;
+    schedule();
+  }
+}
+
+void PatrolSimulation::on_command(const JointTrajectory& message) {
+  const manipulation::ArmModel& arm = *drive_->arm();
+  if (message.points().empty()) {
+    report_fault("command.points.empty", "a command has no points: it is not taken");
+    return;
+  }
+  const auto& point = message.points().back();
+  std::vector<double> positions;
+  std::vector<double> rates;
+  for (const manipulation::ArmJoint& joint : arm.joints()) {
+    const auto found = std::ranges::find(message.joint_names(), joint.name);
+    const auto i = static_cast<std::size_t>(found - message.joint_names().begin());
+    if (found == message.joint_names().end() || i >= point.positions().size() ||
+        i >= point.velocities().size()) {
+      report_fault("command.missing_joint",
+                   "a command has no position and velocity of '" + joint.name + "'");
+      return;
+    }
+    positions.push_back(point.positions()[i]);
+    rates.push_back(point.velocities()[i]);
+  }
+  try {
+    drive_->command_arm(positions, rates, to_seconds(from_message(point.time_from_start())));
+  } catch (const std::invalid_argument& error) {
+    report_fault("command.refused", std::string("a command is refused: ") + error.what());
+    return;
+  }
+  hear(command_, from_message(message.header().stamp()));
+}
+
+void PatrolSimulation::next_step() {
+  const double time =
+      static_cast<double>(static_cast<std::int64_t>(steps_) * robot_steps_per_step_) *
+      GroundRobot::kStep;
   drive_->drive_until(time);
   const Time stamp = at(time);
-  next_image_not_before_ = steady_now() + real_period_;
+  last_stamp_ = stamp;
+  next_step_not_before_ = steady_now() + real_period_;
   Clock clock;
   clock.clock(to_message(stamp));
   clock_publisher_.publish(std::move(clock));
-  if (images_ == 0) {
+  if (steps_ == 0) {
     publish_true_leaks();
+  }
+  if (drive_->arm() != nullptr) {
+    publish_joints(stamp);
   }
   publish_imu();
   publish_odometers();
   publish_fixes();
   publish_true_odometry(stamp);
-  publish_image(stamp);
-  ++images_;
+  if (steps_ % steps_per_image_ == 0) {
+    last_image_stamp_ = stamp;
+    publish_true_track(stamp);
+    publish_image(stamp);
+    ++images_;
+    if (images_ < expected_images_ &&
+        images_ * 100 / expected_images_ != (images_ - 1) * 100 / expected_images_) {
+      report_progress(images_, expected_images_);
+    }
+  }
+  ++steps_;
   complete_ = drive_->arrived();
   if (complete_) {
     report_complete("the robot has gone " +
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
-  } else if (images_ < expected_images_ &&
-             images_ * 100 / expected_images_ != (images_ - 1) * 100 / expected_images_) {
-    report_progress(images_, expected_images_);
   }
+  waiting_ = waits_for_answers_ && missing_answer() != nullptr;
   schedule();
+}
+
+void PatrolSimulation::publish_joints(Time stamp) {
+  const simulation::ArmDynamics& arm = *drive_->arm_dynamics();
+  auto message = std::make_unique<JointState>();
+  message->header().stamp(to_message(stamp));
+  for (const manipulation::ArmJoint& joint : drive_->arm()->joints()) {
+    message->name().push_back(joint.name);
+  }
+  message->position().resize(message->name().size());
+  arm.encoders(message->position());
+  message->velocity(arm.rates());
+  joint_publisher_.publish(std::move(message));
+}
+
+void PatrolSimulation::publish_true_track(Time stamp) {
+  const simulation::ThermalPatrol& patrol = drive_->patrol();
+  const simulation::ThermalSceneParameters& scene = patrol.scene().parameters();
+  auto message = std::make_unique<PipeTrack>(
+      true_track_message(drive_->tube_in_view(), patrol.renderer().camera().parameters(),
+                         scene.tube_radius, patrol.place() >= 0 && patrol.place() <= scene.length));
+  message->header().stamp(to_message(stamp));
+  message->header().frame_id(camera_frame_);
+  true_track_publisher_.publish(std::move(message));
 }
 
 void PatrolSimulation::publish_imu() {
@@ -191,43 +337,19 @@ void PatrolSimulation::publish_odometers() {
 
 void PatrolSimulation::publish_fixes() {
   for (const simulation::GpsFix& fix : drive_->take_fixes()) {
-    const geometry::GeodeticPosition place = frame_->geodetic(fix.position);
-    const Eigen::Matrix3d axes = frame_->axes_at(place);
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> covariance =
-        axes.transpose() * fix.covariance * axes;
-    auto message = std::make_unique<Fix>();
+    auto message = std::make_unique<Fix>(fix_message(fix, *frame_));
     message->header().stamp(to_message(at(fix.time)));
     message->header().frame_id(kBaseFrame);
-    message->status().status(status_constants::STATUS_FIX);
-    message->status().service(status_constants::SERVICE_GPS);
-    message->latitude(place.latitude);
-    message->longitude(place.longitude);
-    message->altitude(place.altitude);
-    std::copy_n(covariance.data(), covariance.size(), message->position_covariance().begin());
-    message->position_covariance_type(fix_constants::COVARIANCE_TYPE_KNOWN);
     fix_publisher_.publish(std::move(message));
   }
 }
 
 void PatrolSimulation::publish_true_leaks() {
-  const simulation::ThermalScene& scene = drive_->patrol().scene();
-  std::uint64_t id = 0;
-  for (const simulation::ThermalLeak& leak : scene.parameters().leaks) {
-    const Eigen::Vector3d place = scene.on_tube(leak.place);
-    auto message = std::make_unique<pipescout_msgs::msg::LeakEvent>();
-    message->header().stamp(to_message(kStart));
-    message->header().frame_id(kMapFrame);
-    message->kind(pipescout_msgs::msg::LeakEvent_Constants::RAISED);
-    message->finding().id(++id);
-    message->finding().state("raised");
-    message->finding().probability(1);
-    message->finding().position_known(true);
-    message->finding().position().x(place.x());
-    message->finding().position().y(place.y());
-    message->finding().position().z(place.z());
-    message->finding().length(leak.length);
-    message->finding().delta(leak.rise);
-    true_leaks_publisher_.publish(std::move(message));
+  for (auto& leak : true_leak_messages(drive_->patrol().scene())) {
+    leak.header().stamp(to_message(kStart));
+    leak.header().frame_id(kMapFrame);
+    true_leaks_publisher_.publish(
+        std::make_unique<pipescout_msgs::msg::LeakEvent>(std::move(leak)));
   }
 }
 
@@ -247,13 +369,13 @@ void PatrolSimulation::publish_image(Time stamp) {
   const geometry::CameraParameters& camera = drive_->patrol().renderer().camera().parameters();
   auto info = std::make_unique<CameraInfo>(to_message(camera));
   info->header().stamp(to_message(stamp));
-  info->header().frame_id(kCameraFrame);
+  info->header().frame_id(camera_frame_);
   camera_info_publisher_.publish(std::move(info));
 
   drive_->patrol().render(images_, counts_);
   auto image = std::make_unique<Image>();
   image->header().stamp(to_message(stamp));
-  image->header().frame_id(kCameraFrame);
+  image->header().frame_id(camera_frame_);
   image->width(static_cast<std::uint32_t>(camera.width));
   image->height(static_cast<std::uint32_t>(camera.height));
   image->encoding(grey_ ? "mono8" : "mono16");

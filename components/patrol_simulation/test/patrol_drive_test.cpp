@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <vector>
+
+#include "pipescout/manipulation/arm_controller.hpp"
 
 namespace pipescout {
 namespace {
@@ -101,6 +104,56 @@ TEST(PatrolDrive, RefusesWhatIsOutOfRange) {
   parameters = parameters_of(1);
   parameters.gps.period = 0;
   EXPECT_THROW(PatrolDrive{parameters}, std::invalid_argument);
+}
+
+PatrolDriveParameters with_arm(std::uint64_t seed) {
+  PatrolDriveParameters parameters = parameters_of(seed);
+  parameters.arm = PatrolArmParameters{.urdf = std::string(manipulation::camera_arm_urdf()),
+                                       .base_link = "base_link",
+                                       .camera_link = "camera_optical_frame",
+                                       .start = manipulation::ArmControllerParameters{}.ready};
+  return parameters;
+}
+
+TEST(PatrolDrive, TheCameraRidesOnTheArm) {
+  PatrolDrive drive(with_arm(1));
+  drive.drive_until(1);
+  const auto camera_at = [&drive](const std::vector<double>& joints) {
+    const manipulation::JointVector q = Eigen::Map<const Eigen::VectorXd>(joints.data(), 6);
+    return (drive.motion().T_map_body * drive.arm()->T_base_camera(q)).matrix();
+  };
+  const auto seen_from = [&drive] { return drive.patrol().view(0).T_map_camera.matrix(); };
+  std::vector<double> joints = drive.arm_dynamics()->positions();
+  EXPECT_TRUE(seen_from().isApprox(camera_at(joints), 1e-9));
+
+  joints[0] += 0.2;
+  drive.command_arm(joints, std::vector<double>(6, 0.0), 0.5);
+  drive.drive_until(1.08);
+  const auto moving = drive.patrol().view(0);
+  EXPECT_GT(moving.velocity.tail<3>().norm(), 0.1) << "the picture is blurred by it";
+  drive.drive_until(2);
+  EXPECT_TRUE(seen_from().isApprox(camera_at(joints), 1e-3));
+}
+
+TEST(PatrolDrive, WithoutAnArmCommandsMeanNothing) {
+  PatrolDrive drive(parameters_of(1));
+  drive.command_arm(std::vector<double>(6, 0.0), std::vector<double>(6, 0.0), 0.5);
+  EXPECT_EQ(drive.arm(), nullptr);
+  EXPECT_EQ(drive.arm_dynamics(), nullptr);
+}
+
+TEST(PatrolDrive, TellsWhereTheTubeIsSeen) {
+  PatrolDrive drive(parameters_of(1));
+  drive.drive_until(1);
+  EXPECT_FALSE(drive.tube_in_view()) << "before the row";
+  drive.drive_until(7);
+  const auto view = drive.tube_in_view();
+  ASSERT_TRUE(view) << drive.patrol().place();
+  simulation::ThermalTruth truth;
+  drive.patrol().renderer().truth(drive.patrol().view(0), truth);
+  ASSERT_TRUE(truth.tube);
+  EXPECT_NEAR(view->from.y(), truth.tube->from.y(), 0.5);
+  EXPECT_NEAR(view->to.y(), truth.tube->to.y(), 0.5);
 }
 
 }  // namespace

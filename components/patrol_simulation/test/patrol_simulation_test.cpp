@@ -155,6 +155,75 @@ TEST(PatrolSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
             std::chrono::milliseconds(200));
 }
 
+/// Answers each joint_states: the arm stays where it is.
+trajectory_msgs::msg::JointTrajectory stay(const sensor_msgs::msg::JointState& joints) {
+  trajectory_msgs::msg::JointTrajectory command;
+  command.header().stamp(joints.header().stamp());
+  command.joint_names(joints.name());
+  command.points().resize(1);
+  command.points()[0].positions(joints.position());
+  command.points()[0].velocities().assign(joints.name().size(), 0.0);
+  command.points()[0].time_from_start(to_message(std::chrono::milliseconds(10)));
+  return command;
+}
+
+TEST(PatrolSimulation, WaitsForTheAnswerOfTheArm) {
+  ComponentHarness harness;
+  auto& simulation = harness.make<PatrolSimulation>(
+      {.name = "patrol",
+       .parameters = short_patrol({{"arm.mounted", true}, {"lock_step_time_out", 0.05}})});
+  const auto joints = harness.collect(topics::kJointStates);
+  const auto images = harness.collect(topics::kThermalImage);
+  const auto truth = harness.collect(topics::kTruePipeTrack);
+  const auto info = harness.collect(topics::kThermalCameraInfo);
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until([&] { return joints.size() > 2; })) << "no arm has spoken yet";
+  EXPECT_EQ(joints.back().name().size(), 6U);
+  EXPECT_EQ(
+      from_message(joints.at(1).header().stamp()) - from_message(joints.at(0).header().stamp()),
+      std::chrono::milliseconds(10));
+  for (int i = 0; i < 100; ++i) {
+    const auto latest = joints.back();
+    harness.publish(topics::kArmCommand, stay(latest));
+    ASSERT_TRUE(harness.spin_until([&] {
+      return from_message(joints.back().header().stamp()) > from_message(latest.header().stamp());
+    }));
+  }
+  EXPECT_GT(images.size(), 3U);
+  EXPECT_EQ(truth.size(), images.size());
+  EXPECT_EQ(images.back().header().frame_id(), "camera_optical_frame");
+  // Nobody answers any more: it goes on after a while, and that is told.
+  const std::size_t answered = joints.size();
+  ASSERT_TRUE(harness.spin_until([&] { return joints.size() > answered + 1; }));
+  EXPECT_NE(harness.value(harness.next_diagnostics(simulation), "arm/command.missing"),
+            std::nullopt);
+}
+
+TEST(PatrolSimulation, CommandsThatAreNoneAreCounted) {
+  ComponentHarness harness;
+  auto& simulation =
+      harness.make<PatrolSimulation>({.parameters = short_patrol({{"arm.mounted", true}})});
+  const auto joints = harness.collect(topics::kJointStates);
+  const auto images = harness.collect(topics::kThermalImage);
+  const auto info = harness.collect(topics::kThermalCameraInfo);
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until([&] { return !joints.empty(); }));
+  auto command = stay(joints.back());
+  command.points().clear();
+  harness.publish(topics::kArmCommand, command);
+  command = stay(joints.back());
+  command.joint_names().back() = "gripper";
+  harness.publish(topics::kArmCommand, command);
+  command = stay(joints.back());
+  command.points()[0].positions()[0] = std::nan("");
+  harness.publish(topics::kArmCommand, command);
+  harness.spin();
+  const auto told = harness.next_diagnostics(simulation);
+  EXPECT_EQ(harness.value(told, "command.points.empty"), "1");
+  EXPECT_EQ(harness.value(told, "command.missing_joint"), "1");
+  EXPECT_EQ(harness.value(told, "command.refused"), "1");
+}
+
 std::string refusal(std::vector<NamedParameter> parameters) {
   ComponentHarness harness;
   auto& simulation = harness.make<PatrolSimulation>({.parameters = std::move(parameters)});
@@ -177,6 +246,10 @@ TEST(PatrolSimulation, NamesWhatIsWrong) {
   EXPECT_THAT(refusal({{"camera.grey_range", std::vector<double>{300, 100}}}),
               HasSubstr("lowest: 300"));
   EXPECT_THAT(refusal({{"imu", "perfect"}}), HasSubstr("perfect"));
+  EXPECT_THAT(refusal({{"arm.mounted", true}, {"arm.camera_frame", "gripper"}}),
+              HasSubstr("gripper"));
+  EXPECT_THAT(refusal({{"arm.mounted", true}, {"arm.urdf_file", "/nowhere.urdf"}}),
+              HasSubstr("/nowhere.urdf"));
 }
 
 }  // namespace

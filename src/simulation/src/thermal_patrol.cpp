@@ -73,11 +73,18 @@ void ThermalPatrol::drive_until(double time) {
   }
 }
 
+void ThermalPatrol::move_camera(const geometry::SE3& T_body_camera,
+                                const geometry::Vector6d& velocity) {
+  parameters_.T_body_camera = T_body_camera;
+  camera_velocity_ = velocity;
+}
+
 ThermalView ThermalPatrol::view(std::uint64_t frame) const {
   const BodyMotion camera = robot_.motion().of(parameters_.T_body_camera);
   ThermalView result;
   result.T_map_camera = camera.T_map_body;
   result.velocity << camera.T_map_body.rotation().inverse() * camera.velocity, camera.angular_rate;
+  result.velocity += camera_velocity_;
   result.frame = frame;
   return result;
 }

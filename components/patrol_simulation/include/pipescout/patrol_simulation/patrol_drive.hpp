@@ -4,12 +4,26 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <pipescout/manipulation/arm_model.hpp>
+#include <pipescout/simulation/arm_dynamics.hpp>
 #include <pipescout/simulation/gps_receiver.hpp>
 #include <pipescout/simulation/imu_sensor.hpp>
+#include <pipescout/simulation/pipe_view.hpp>
 #include <pipescout/simulation/thermal_patrol.hpp>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace pipescout {
+
+/// An arm on the robot that carries the camera.
+struct PatrolArmParameters {
+  std::string urdf{};                            ///< text of its robot description
+  std::string base_link{};                       ///< the body of the robot
+  std::string camera_link{};                     ///< optical frame of the camera
+  std::vector<double> start{};                   ///< rad, one per joint
+  simulation::ArmDynamicsParameters dynamics{};  ///< but for the limits, which are the arm's
+};
 
 struct PatrolDriveParameters {
   simulation::ThermalPatrolParameters patrol{};
@@ -17,8 +31,9 @@ struct PatrolDriveParameters {
   /// At the origin of the body, with its axes; its period is rounded to steps of the robot.
   simulation::ImuParameters imu = simulation::ImuParameters::industrial();
   simulation::GpsParameters gps{};
-  double odometer_period = 0.02;  ///< s, [0.002, 10]: rounded likewise
-  std::uint64_t seed = 1;         ///< of the sensors
+  double odometer_period = 0.02;             ///< s, [0.002, 10]: rounded likewise
+  std::optional<PatrolArmParameters> arm{};  ///< none: the camera is fixed to the body
+  std::uint64_t seed = 1;                    ///< of the sensors
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -28,7 +43,7 @@ struct PatrolDriveParameters {
 /// thread-safe.
 class PatrolDrive {
  public:
-  /// Throws as PatrolDriveParameters::validate.
+  /// Throws as PatrolDriveParameters::validate, ArmModel and ArmDynamics.
   explicit PatrolDrive(const PatrolDriveParameters& parameters);
 
   struct ImuSample {
@@ -48,6 +63,20 @@ class PatrolDrive {
   [[nodiscard]] std::vector<OdometerSample> take_odometer_samples();
   [[nodiscard]] std::vector<simulation::GpsFix> take_fixes();
 
+  /// The next point of the arm's trajectory, as ArmDynamics::command; nothing without an arm.
+  void command_arm(std::span<const double> positions, std::span<const double> rates,
+                   double time_from_start);
+  /// Null without an arm.
+  [[nodiscard]] const manipulation::ArmModel* arm() const noexcept {
+    return arm_ ? &*arm_ : nullptr;
+  }
+  /// Null without an arm.
+  [[nodiscard]] const simulation::ArmDynamics* arm_dynamics() const noexcept {
+    return arm_dynamics_ ? &*arm_dynamics_ : nullptr;
+  }
+  /// What the camera sees of the tube now; nothing when it is not in view.
+  [[nodiscard]] std::optional<simulation::PipeView> tube_in_view() const;
+
   [[nodiscard]] const simulation::BodyMotion& motion() const noexcept {
     return patrol_.robot().motion();
   }
@@ -58,9 +87,12 @@ class PatrolDrive {
 
  private:
   void measure();
+  void move_camera();
 
   PatrolDriveParameters parameters_;
   simulation::ThermalPatrol patrol_;
+  std::optional<manipulation::ArmModel> arm_;
+  std::optional<simulation::ArmDynamics> arm_dynamics_;
   simulation::ImuSensor imu_;
   simulation::GpsReceiver gps_;
   std::int64_t steps_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ class PatrolParameters {
   [[nodiscard]] double image_rate() const { return image_rate_.get(); }
   /// Whether images are of 8 bits, from `grey_range`; otherwise of counts.
   [[nodiscard]] bool grey() const;
+  /// Of joint_states and of the answers to them, Hz.
+  [[nodiscard]] double arm_rate() const { return arm_rate_.get(); }
   /// Degrees Celsius, of black and of white.
   [[nodiscard]] std::vector<double> grey_range() const;
 
@@ -30,6 +33,8 @@ class PatrolParameters {
   void declare_row(Parameters& parameters);
   void declare_robot(Parameters& parameters);
   void declare_camera(Parameters& parameters);
+  void declare_arm(Parameters& parameters);
+  [[nodiscard]] std::optional<PatrolArmParameters> arm() const;
   void add_bodies(simulation::ThermalSceneParameters& scene) const;
 
   Parameter<std::int64_t> seed_;
@@ -64,6 +69,13 @@ class PatrolParameters {
   Parameter<double> netd_;
   Parameter<double> exposure_;
   Parameter<double> dead_share_;
+  Parameter<bool> arm_mounted_;
+  Parameter<std::string> arm_urdf_file_;
+  Parameter<std::string> arm_camera_frame_;
+  Parameter<std::vector<double>> arm_start_;
+  Parameter<double> arm_rate_;
+  Parameter<double> arm_delay_;
+  Parameter<double> arm_acceleration_;
 };
 
 }  // namespace pipescout

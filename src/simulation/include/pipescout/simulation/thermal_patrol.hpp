@@ -46,6 +46,9 @@ class ThermalPatrol {
   /// To the nearest step; nothing for a time that has passed. Seconds.
   void drive_until(double time);
   [[nodiscard]] bool arrived() const noexcept { return course_.arrived(); }
+  /// Of a camera that moves on the body: where it is now, and its velocity against the body in the
+  /// camera frame, [linear m/s; angular rad/s].
+  void move_camera(const geometry::SE3& T_body_camera, const geometry::Vector6d& velocity);
 
   [[nodiscard]] const GroundRobot& robot() const noexcept { return robot_; }
   /// What the camera sees now.
@@ -65,6 +68,7 @@ class ThermalPatrol {
   ThermalRenderer renderer_;
   GroundRobot robot_;
   CourseController course_;
+  geometry::Vector6d camera_velocity_ = geometry::Vector6d::Zero();
   std::uint64_t steps_ = 0;
 };
 
