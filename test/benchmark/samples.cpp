@@ -8,11 +8,22 @@
 #include <limits>
 
 namespace pipescout::benchmarks {
+namespace {
+
+std::int64_t nanoseconds(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
 
 std::int64_t monotonic_nanoseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+  return nanoseconds(CLOCK_MONOTONIC);
+}
+
+std::int64_t thread_cpu_nanoseconds() {
+  return nanoseconds(CLOCK_THREAD_CPUTIME_ID);
 }
 
 double Samples::quantile(double fraction) const {

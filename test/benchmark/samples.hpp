@@ -10,6 +10,8 @@ namespace pipescout::benchmarks {
 
 /// Nanoseconds on CLOCK_MONOTONIC, which all processes of a machine share.
 [[nodiscard]] std::int64_t monotonic_nanoseconds();
+/// What this thread has used of its processor: other work on the machine makes nothing slower.
+[[nodiscard]] std::int64_t thread_cpu_nanoseconds();
 
 /// Values of one kind.
 class Samples {

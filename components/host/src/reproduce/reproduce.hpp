@@ -10,8 +10,10 @@
 #include <string_view>
 #include <vector>
 
+#include "pipescout/arm_study/arm_drive.hpp"
 #include "pipescout/leak_study/campaign.hpp"
 #include "pipescout/leak_study/roc.hpp"
+#include "pipescout/tracking_study/recording.hpp"
 
 /// Tables of the papers and figures of our own, computed anew. tables.cpp lists
 /// them.
@@ -95,6 +97,17 @@ struct LeaksExtent {
   leak_study::RocSettings roc{};
 };
 
+/// How many pictures a pipe is tracked through, and how far it is kept in view.
+struct TrackingExtent {
+  std::size_t largest_seeds = 5;  ///< of Table 1, however many are asked for
+  std::size_t sequences = 10;     ///< of Table 1, for each seed
+  tracking_study::RecordingSettings recording{};
+  std::size_t long_sequences = 100;  ///< in all
+  std::size_t long_frames = 2000;
+  std::vector<std::size_t> particles{100, 300, 1000, 3000, 10'000, 30'000, 100'000};
+  arm_study::DriveSettings arm{};
+};
+
 // The tables.
 Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
@@ -118,5 +131,8 @@ Reproduction reproduce_leaks(const ReproduceOptions& options, const LeaksExtent&
                              std::ostream& out);
 
 Reproduction reproduce_tracking(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_tracking(const ReproduceOptions& options, const TrackingExtent& extent,
+                                std::ostream& out);
 
 }  // namespace pipescout::host

@@ -79,6 +79,25 @@ TEST(Reproduce, LeaksGiveTheirFigures) {
             out.str().find("NOT MEASURED") == std::string::npos);
 }
 
+TEST(Reproduce, TrackingGivesItsFigures) {
+  std::ostringstream out;
+  TrackingExtent extent;
+  extent.sequences = 1;
+  extent.recording.frames = 60;
+  extent.long_sequences = 1;
+  extent.long_frames = 80;
+  extent.particles = {100, 300};
+  extent.arm.length = 100;
+  extent.arm.settling = 5;
+  const auto result = reproduce_tracking({.seeds = 1}, extent, out);
+  for (const char* figure : {"table1_rows_at_or_below_paper", "best_position_px", "best_angle_deg",
+                             "best_length_px", "in_view_percent"}) {
+    EXPECT_TRUE(result.figures.contains(figure)) << figure;
+  }
+  EXPECT_EQ(result.figures["lost_tracks"].get<double>(), 0);
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("best particle, 1000"), HasSubstr("300 particles")));
+}
+
 TEST(Reproduce, FliesOverTheRack) {
   std::ostringstream out;
   const RackImageExtent images{.inspection = 0.4,
