@@ -41,7 +41,8 @@ TEST(Recording, RegionsLieOnTheTube) {
     ++shown;
     const auto regions = recording.of(picture);
     near += std::ranges::any_of(regions, [&](const tracking::PipeRegion& region) {
-      const auto error = tracking::PipeShape::state_of(region) - *picture.truth;
+      const tracking::PipeShape::State error =
+          tracking::PipeShape::state_of(region) - *picture.truth;
       return error.head<2>().norm() < 4;
     });
   }
@@ -61,7 +62,7 @@ TEST(Recording, WithoutErrorsTheVelocityCarriesTheTruthAlong) {
     const auto& now = recording.pictures[i];
     const auto motion = tracking::image_motion(recording.camera, before.truth->head<2>(),
                                                recording.depth, now.velocity);
-    const auto carried =
+    const tracking::PipeShape::State carried =
         *before.truth + 0.02 * tracking::PipeShape::moved_by(*before.truth, *motion);
     const auto view = tracking::PipeShape::in_view(carried, recording.image());
     // Across the pipe; along it the border cuts it off.
