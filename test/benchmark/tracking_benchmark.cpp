@@ -10,8 +10,8 @@ int main(int argc, char** argv) {
   return pb::run_program(
       argc, argv,
       [] {
-        pb::add_tracker_cases();
-        pb::add_arm_cases();
+        pb::register_tracker_cases();
+        pb::register_arm_cases();
       },
       [] {
         pb::Figures figures;

@@ -7,7 +7,7 @@
 namespace pipescout::benchmarks {
 
 /// Registers the cases: a pipe and four other regions, 100 to 100,000 particles, and the peer.
-void add_tracker_cases();
+void register_tracker_cases();
 /// `update_1000_us`, `update_100000_over_linear`, `speedup_vs_peer`, `allocations_after_warm_up`
 /// and others, with their rows.
 void add_tracker_figures(Figures& figures);

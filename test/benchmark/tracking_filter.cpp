@@ -117,7 +117,7 @@ double median_us(const std::string& name) {
 
 }  // namespace
 
-void add_tracker_cases() {
+void register_tracker_cases() {
   for (const std::size_t particles : kParticles) {
     const auto pictures =
         static_cast<int>(std::clamp<std::size_t>(2'000'000 / particles, 20, 2000));
