@@ -40,6 +40,7 @@ step() { printf '\n== %s (%s)\n' "$1" "$(date -u +%H:%M:%S)"; }
 step "Building"
 colcon build --event-handlers console_start_end+ "${select_build[@]}" \
   --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=ON \
+  "-DCMAKE_PROJECT_INCLUDE=$PWD/test/light_tests.cmake" \
   ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
 
 step "Testing"

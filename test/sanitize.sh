@@ -51,7 +51,7 @@ for sanitizer in "${sanitizers[@]}"; do
   touch build/COLCON_IGNORE
   colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "${select[@]}" \
     --cmake-args -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
-    "-DCMAKE_C_FLAGS=$flags"
+    "-DCMAKE_C_FLAGS=$flags" "-DCMAKE_PROJECT_INCLUDE=$PWD/test/light_tests.cmake"
   forget_results "build/sanitize_$sanitizer/build"
   if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
     "${test_select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
