@@ -75,11 +75,10 @@ TEST(SurveySettings, ErrorsNameFileAndLine) {
   EXPECT_THAT(parsing("whether: rain"), throws("survey.yaml:1: unknown name 'whether'"));
 }
 
-constexpr const char* kHeader = "file,time,x,y,z,qx,qy,qz,qw,x_deviation\n";
+const std::string kHeader = "file,time,x,y,z,qx,qy,qz,qw,x_deviation\n";
 
 TEST(SurveyPoses, AreByFile) {
-  const auto poses =
-      parse_survey_poses(std::string(kHeader) + "a.png,5,1,2,3,0,0,0,1,0.5\n", "p.csv", {});
+  const auto poses = parse_survey_poses(kHeader + "a.png,5,1,2,3,0,0,0,1,0.5\n", "p.csv", {});
   ASSERT_EQ(poses.size(), 1U);
   const PicturePose& pose = poses.at("a.png");
   EXPECT_DOUBLE_EQ(pose.time.value_or(0), 5);
