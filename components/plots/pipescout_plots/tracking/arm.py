@@ -14,6 +14,8 @@ from ..time_axis import TimeAxis
 from .track_data import ends, read_track, read_truth, section, time_of_mission
 
 _STATES = ("idle", "stowed", "stowing", "fault", "searching", "holding", "tracking")
+_WHOLE_PICTURE = 50  # % of the height, from the middle
+_LEAST_PICTURE = 10
 MOST_JOINTS = len(style.SEQUENCE)
 
 
@@ -45,19 +47,23 @@ def _draw_view(axes: Axes, time: TimeAxis, recording: Recording) -> None:
     height = truth.numbers["height"][beside]
     start, end = ends(section(truth)[beside])
     low, high = (100 * (numpy.stack([start[:, 1], end[:, 1]]) / (height - 1) - 0.5))
-    time.band(axes, stamps, numpy.fmin(low, high), numpy.fmax(low, high), color=style.BLUE,
-              label="pipe in the picture")
+    time.band(axes, stamps, numpy.fmin(low, high), numpy.fmax(low, high), color=style.SKY)
+    time.line(axes, stamps, (low + high) / 2, color=style.BLACK, linewidth=0.5, label="pipe in the picture")
     axes.axhline(0, color=style.BLACK, linewidth=0.4)
-    axes.set_ylim(50, -50)
+    # The whole picture only where the pipe was all over it.
+    farthest = numpy.nanmax(numpy.abs([low, high]), initial=0)
+    limit = min(_WHOLE_PICTURE, max(_LEAST_PICTURE, 1.2 * farthest))
+    axes.set_ylim(limit, -limit)
     axes.set_ylabel("down [% of height]")
 
 
 def _draw_states(axes: Axes, time: TimeAxis, states: Table) -> None:
-    levels = numpy.array([_STATES.index(name) if name in _STATES else -1 for name in states.texts["state"]])
+    names = states.texts["state"]
+    shown = [name for name in _STATES if name in names]
+    levels = numpy.array([shown.index(name) if name in shown else numpy.nan for name in names])
     axes.step(time(states.numbers["stamp"]), levels, where="post", color=style.BLACK, linewidth=0.8)
-    shown = sorted({int(level) for level in levels if level >= 0})
-    axes.set_yticks(shown, [_STATES[level] for level in shown])
-    axes.set_ylim(min(shown, default=0) - 0.5, max(shown, default=0) + 0.5)
+    axes.set_yticks(range(len(shown)), shown)
+    axes.set_ylim(-0.5, len(shown) - 0.5)
 
 
 def joint_names(joints: Table) -> list[str]:
