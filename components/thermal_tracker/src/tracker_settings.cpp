@@ -71,6 +71,9 @@ void TrackerParameters::declare_shape() {
   shape_.real(
       "border", [](auto& p) -> double& { return p.border; }, {0, 1000},
       "px, an end so near to the border of the picture is cut by it");
+  shape_.real(
+      "least_piece", [](auto& p) -> double& { return p.least_piece; }, {0, 0.5},
+      "share of the picture's longer side: shorter pieces of a pipe are not found");
 }
 
 void TrackerParameters::declare_filter(Parameters& parameters) {

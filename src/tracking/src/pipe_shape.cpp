@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "pipescout/tracking/shapes.hpp"
@@ -30,10 +31,38 @@ double inside(const Vector2d& point, const ImageSize& image) {
       {point.x(), point.y(), image.width - 1 - point.x(), image.height - 1 - point.y()});
 }
 
+/// From a point in the picture to its border, px, in a direction.
+double ahead(const Vector2d& point, const Vector2d& towards, const ImageSize& image) {
+  const Vector2d last(image.width - 1, image.height - 1);
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 2; ++i) {
+    if (towards[i] != 0) {
+      least = std::min(least, ((towards[i] > 0 ? last[i] : 0) - point[i]) / towards[i]);
+    }
+  }
+  return least;
+}
+
 /// In (-pi/2, pi/2].
 double axis_angle(double angle) {
   const double wrapped = std::remainder(angle, std::numbers::pi);
   return wrapped <= -std::numbers::pi / 2 ? std::numbers::pi / 2 : wrapped;
+}
+
+/// Of the diagonal: of an end that is uncertain by more nothing is known.
+constexpr double kOpenShare = 0.25;
+
+/// px: by how much an end is uncertain beside the pipe as a whole, which coasting makes uncertain.
+double own_deviation(const Row& row, double side, const PipeShape::Covariance& covariance) {
+  return std::sqrt(std::max(0.0, side * row.gradient.dot(covariance.col(PipeShape::kLength))));
+}
+
+/// About a diagonal beyond the border, anywhere. `to_border`: px, from the predicted end, along u.
+void set_open(Row& row, const Vector2d& u, double side, double span, double to_border) {
+  row.bound = true;
+  row.residual = to_border + side * span;
+  row.variance = span * span;
+  row.slack << side * span * u, 2 * span, 0;
 }
 
 State section(const Vector2d& from, const Vector2d& to) {
@@ -91,10 +120,14 @@ void PipeShape::observe(const PipeRegion& region, const State& predicted,
     row.residual = u.dot(end - centre) - side * predicted[kLength] / 2;
     row.variance = end_deviation * end_deviation;
     row.span = span;
-    if (inside(end, image) <= border) {
+    const double uncertain = std::sqrt(row.gradient.dot(covariance * row.gradient));
+    const double short_piece = least_piece * std::max(image.width, image.height);
+    if (inside(end, image) <= border || (own_deviation(row, side, covariance) >= short_piece &&
+                                         ahead(end, side * u, image) <= short_piece)) {
       const double beyond = -side * row.residual;  // px, of the predicted end
-      const double uncertain = std::sqrt(row.gradient.dot(covariance * row.gradient));
-      if (uncertain < span / 4) {
+      // What is farther away would be a lever by which the smallest turn throws what is in view.
+      constexpr double kFarthest = 2;  // diagonals
+      if (uncertain < kOpenShare * span && beyond < kFarthest * span) {
         if (beyond > 0) {
           continue;  // as it is known to be
         }
@@ -104,14 +137,36 @@ void PipeShape::observe(const PipeRegion& region, const State& predicted,
           continue;
         }
       }
-      // About a diagonal beyond the border, anywhere.
-      row.bound = true;
-      row.residual += side * span;
-      row.variance = span * span;
-      row.slack << side * span * u, 2 * span, 0;
+      set_open(row, u, side, span, row.residual);
     } else {
       row.doubtful = true;
     }
+    rows.add(row);
+  }
+}
+
+void PipeShape::keep_open(const State& predicted, const Covariance& covariance,
+                          const ImageSize& image, ObservationRows<kSize>& rows) const {
+  rows.clear();
+  const Vector2d u = direction(predicted[kAngle]);
+  State endless = predicted;
+  constexpr double kEndless = 1e7;  // px
+  endless[kLength] = kEndless;
+  const auto across_picture = in_view(endless, image);
+  if (!across_picture.in_view) {
+    return;
+  }
+  const double span = diagonal(image);
+  for (const double side : {-1.0, 1.0}) {
+    Row row;
+    row.gradient << u.x(), u.y(), side / 2, 0;
+    const double border_at = u.dot(across_picture.shape.head<2>() - predicted.head<2>()) +
+                             side * across_picture.shape[kLength] / 2;
+    const double beyond = predicted[kLength] / 2 - side * border_at;  // px, of the predicted end
+    if (own_deviation(row, side, covariance) < kOpenShare * span || beyond > span / 2) {
+      continue;
+    }
+    set_open(row, u, side, span, border_at - side * predicted[kLength] / 2);
     rows.add(row);
   }
 }

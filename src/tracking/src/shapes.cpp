@@ -30,6 +30,10 @@ void PipeShape::validate() const {
     throw std::invalid_argument("border is " + std::to_string(border) +
                                 ": must be at least 0 and finite");
   }
+  if (!(least_piece >= 0 && least_piece <= 0.5)) {
+    throw std::invalid_argument("least_piece is " + std::to_string(least_piece) +
+                                ": must be in [0, 0.5]");
+  }
 }
 
 void ValveShape::validate() const {

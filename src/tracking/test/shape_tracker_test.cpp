@@ -361,7 +361,7 @@ TEST(PipeTracker, AnotherResolutionIsTheSameScene) {
 
 TEST(PipeTracker, TheFrameRateMayChange) {
   Pictures pictures;
-  State truth(60, 120, 100, 0.3);
+  State truth(80, 120, 100, 0.3);
   for (int i = 0; i < 90; ++i) {
     pictures.period = i < 30 ? 0.04 : i < 60 ? 0.16 : 0.01;
     truth.x() += 30 * pictures.period;

@@ -112,6 +112,46 @@ TEST(PipeRegionReadings, OfAnEndThatIsUncertainNothingIsClaimed) {
   EXPECT_NEAR(rows.all()[3].residual, 319 + 400 - 500, 1e-9);
 }
 
+TEST(PipeRegionReadings, BeforeAPostNearTheBorderAPipeThatIsOpenDoesNotEnd) {
+  // What is left of it beyond a post at 305 is too short to be found.
+  const PipeRegion before{.start = {100, 80}, .end = {305, 80}, .half_width = 6};
+  const auto open = rows_of(before, {300, 80, 400, 0}, 100);
+  ASSERT_EQ(open.all().size(), 4U);
+  EXPECT_TRUE(open.all()[3].bound);
+  const auto known = rows_of(before, {200, 80, 202, 0}, 2);
+  ASSERT_EQ(known.all().size(), 4U);
+  EXPECT_TRUE(known.all()[3].doubtful) << "it was known to end about there";
+}
+
+TEST(PipeRegionReadings, AnEndThatIsFarOutsideIsKeptWithinReach) {
+  const PipeRegion cut{.start = {100, 80}, .end = {319, 80}, .half_width = 6};
+  EXPECT_EQ(rows_of(cut, {500, 80, 800, 0}).all().size(), 3U);
+  const auto rows = rows_of(cut, {1000, 80, 1800, 0});
+  ASSERT_EQ(rows.all().size(), 4U);
+  EXPECT_TRUE(rows.all()[3].bound);
+  EXPECT_NEAR(rows.all()[3].residual, 319 + 400 - 1900, 1e-9) << "back to a diagonal beyond";
+}
+
+TEST(PipeRegionReadings, WhileAPipeIsNotFoundItsOpenEndsStayBeyondTheBorder) {
+  ObservationRows<4> rows;
+  // From 60 on to 310 in the picture; the end to the right is uncertain, or both are known.
+  const State predicted(185, 80, 250, 0);
+  PipeShape::Covariance covariance = PipeShape::Covariance::Identity();
+  PipeShape{}.keep_open(predicted, covariance, kImage, rows);
+  EXPECT_TRUE(rows.all().empty());
+  Eigen::Vector4d open(100, 0, 200, 0);  // moves the right end only
+  covariance += open * open.transpose();
+  PipeShape{}.keep_open(predicted, covariance, kImage, rows);
+  ASSERT_EQ(rows.all().size(), 1U);
+  EXPECT_TRUE(rows.all()[0].bound);
+  EXPECT_NEAR(rows.all()[0].residual, 9 + 400, 1e-9) << "a diagonal beyond the right border";
+  // Where it is far beyond it, or the axis is not in the picture, nothing is to be kept.
+  PipeShape{}.keep_open({385, 80, 650, 0}, covariance, kImage, rows);
+  EXPECT_TRUE(rows.all().empty());
+  PipeShape{}.keep_open({185, -50, 250, 0}, covariance, kImage, rows);
+  EXPECT_TRUE(rows.all().empty());
+}
+
 TEST(PipeRegionReadings, TheAxisOfWhatIsCutLengthwiseIsUncertain) {
   PipeRegion region{.start = {50, 4}, .end = {250, 4}, .half_width = 4};
   const double before = rows_of(region, {150, 4, 200, 0}).all()[0].variance;

@@ -249,6 +249,8 @@ void ShapeTracker<Model>::correct(Regions regions) {
   const auto likeliest = std::ranges::max_element(usable_, {}, &Usable::ratio);
   if (likeliest == usable_.end() || likeliest->ratio == 0) {
     ++misses_;
+    model_.keep_open(kalman_.state(), kalman_.covariance(), track_.image, rows_);
+    kalman_.correct(rows_, parameters_.gate, parameters_.doubt);
     return;
   }
   fit(kalman_, regions[likeliest->region]);

@@ -47,12 +47,19 @@ struct PipeShape {
   double edge_deviation = 0.5;  ///< px, > 0: of the outline, common to half of the pipe's length
   double end_deviation = 1.5;   ///< px, > 0: of an end along the axis
   double border = 2.0;          ///< px, >= 0: an end so near to the border is cut by it
+  /// Share of the picture's longer side, [0, 0.5]: a piece of a pipe that is shorter is not found.
+  /// An end so near to the border is that of the pipe only where it was known to be about there:
+  /// the pipe may go on beyond a post.
+  double least_piece = 0.06;
 
   /// In (-pi/2, pi/2], as all angles of sections.
   [[nodiscard]] static State state_of(const PipeRegion& region);
   [[nodiscard]] static double size_of(const PipeRegion& region);
   void observe(const PipeRegion& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
+  /// An end of which nothing is known stays beyond the border, however the picture moves.
+  void keep_open(const State& predicted, const Covariance& covariance, const ImageSize& image,
+                 ObservationRows<kSize>& rows) const;
   [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
   [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
   [[nodiscard]] static State scaled(const State& state, double factor);
@@ -89,6 +96,11 @@ struct ValveShape {
   [[nodiscard]] static double size_of(const Region& region);
   void observe(const Region& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
+  /// No bounds.
+  void keep_open(const State& /*predicted*/, const Covariance& /*covariance*/,
+                 const ImageSize& /*image*/, ObservationRows<kSize>& rows) const {
+    rows.clear();
+  }
   [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
   [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
   [[nodiscard]] static State scaled(const State& state, double factor);
@@ -126,6 +138,11 @@ struct VesselShape {
   [[nodiscard]] static double size_of(const Region& region);
   void observe(const Region& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
+  /// No bounds.
+  void keep_open(const State& /*predicted*/, const Covariance& /*covariance*/,
+                 const ImageSize& /*image*/, ObservationRows<kSize>& rows) const {
+    rows.clear();
+  }
   [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);
   [[nodiscard]] static State moved_by(const State& state, const ImageMotion& motion);
   [[nodiscard]] static State scaled(const State& state, double factor);

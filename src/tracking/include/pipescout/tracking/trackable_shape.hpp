@@ -75,6 +75,7 @@ struct ShapeInView {
 ///   state_of    the numbers of a region, as they are seen: what particles are compared with
 ///   size_of     px: of several regions the largest is taken up first; 0: it makes no sense
 ///   observe     the readings of a region, beside the prediction and its covariance
+///   keep_open   the readings of a picture in which the shape is not found: bounds only
 ///   in_view     the part of a shape that is in the picture
 ///   moved_by    rates of the numbers, 1/s, when the picture moves
 ///   scaled      the shape in the picture scaled by a factor
@@ -89,6 +90,7 @@ concept TrackableShape = ShapeModel<Model> &&
   { Model::state_of(region) } -> std::same_as<ShapeState<Model>>;
   { Model::size_of(region) } -> std::same_as<double>;
   { model.observe(region, state, covariance, image, rows) } -> std::same_as<void>;
+  { model.keep_open(state, covariance, image, rows) } -> std::same_as<void>;
   { Model::in_view(state, image) } -> std::same_as<ShapeInView<Model::kSize>>;
   { Model::moved_by(state, motion) } -> std::same_as<ShapeState<Model>>;
   { Model::scaled(state, 1.0) } -> std::same_as<ShapeState<Model>>;
