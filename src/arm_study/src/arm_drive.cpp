@@ -79,8 +79,8 @@ std::vector<DriveScore> run_drive(const DriveSettings& settings, const std::vect
   settings.validate();
   std::vector<std::unique_ptr<CameraArm>> arms;
   for (const ArmRule& rule : rules) {
-    arms.push_back(
-        std::make_unique<CameraArm>(rule, settings, internal::collector_of(settings), seed));
+    arms.push_back(std::make_unique<CameraArm>(rule, settings, internal::usual_camera(),
+                                               internal::collector_of(settings), seed));
   }
   internal::drive(settings, seed, arms, {});
   std::vector<DriveScore> scores;

@@ -22,7 +22,7 @@ enum class Fault { kPipeLost, kOdometryStale, kPipeOutOfReach };
 
 FaultScore run_fault(const DriveSettings& settings, std::uint64_t seed, Fault fault) {
   std::vector<std::unique_ptr<CameraArm>> arms;
-  arms.push_back(std::make_unique<CameraArm>(arm_rules().back(), settings,
+  arms.push_back(std::make_unique<CameraArm>(arm_rules().back(), settings, internal::usual_camera(),
                                              internal::collector_of(settings), seed));
   CameraArm& arm = *arms.front();
   FaultScore score;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "pipescout/simulation/thermal_camera.hpp"
-
 namespace pipescout::arm_study::internal {
 namespace {
 
@@ -43,10 +41,11 @@ JointVector zero_errors(std::size_t joints, double deviation, std::uint64_t seed
 }  // namespace
 
 CameraArm::CameraArm(const ArmRule& rule, const DriveSettings& settings,
-                     const simulation::StraightPipe& pipe, std::uint64_t seed)
+                     const geometry::Camera& camera, const simulation::StraightPipe& pipe,
+                     std::uint64_t seed)
     : fixed_(rule.fixed),
       pipe_(pipe),
-      camera_(simulation::ThermalCameraParameters::qvga().camera),
+      camera_(camera),
       arm_(generic_arm()),
       zero_errors_(zero_errors(arm_.joints().size(), settings.joint_zero_deviation, seed)),
       controller_(generic_arm(), rule.controller),
@@ -72,16 +71,39 @@ void CameraArm::move_pipe(const Eigen::Vector3d& by) {
   pipe_.to += by;
 }
 
-std::optional<simulation::PipeView> CameraArm::view(const simulation::BodyMotion& body) {
-  const JointVector q =
-      Eigen::Map<const Eigen::VectorXd>(dynamics_.positions().data(), arm_.size()) +
-      Eigen::VectorXd(zero_errors_);
-  return simulation::view_pipe(pipe_, camera_, body.T_map_body * arm_.T_base_camera(q));
+JointVector CameraArm::joints() const {
+  const JointVector positions =
+      Eigen::Map<const Eigen::VectorXd>(dynamics_.positions().data(), arm_.size());
+  return positions + zero_errors_;
+}
+
+geometry::SE3 CameraArm::T_body_camera() const {
+  return arm_.T_base_camera(joints());
+}
+
+geometry::Vector6d CameraArm::camera_velocity() const {
+  const JointVector rates =
+      Eigen::Map<const Eigen::VectorXd>(dynamics_.rates().data(), arm_.size());
+  return arm_.camera_jacobian(joints()) * rates;
+}
+
+geometry::SE3 CameraArm::T_body_camera_shown() const {
+  std::vector<double> shown(names_.size());
+  dynamics_.encoders(shown);
+  return arm_.T_base_camera(Eigen::Map<const Eigen::VectorXd>(shown.data(), arm_.size()));
+}
+
+std::optional<simulation::PipeView> CameraArm::view(const simulation::BodyMotion& body) const {
+  return simulation::view_pipe(pipe_, camera_, body.T_map_body * T_body_camera());
 }
 
 void CameraArm::take_image(const simulation::BodyMotion& body, double moved) {
   const auto seen = blind_ ? std::nullopt : view(body);
   sections_.push(body.time, tracker_.measure(seen, camera_.parameters(), body.time, moved));
+}
+
+void CameraArm::take_section(const manipulation::PipeSection& section, double now) {
+  sections_.push(now, section);
 }
 
 void CameraArm::cycle(const simulation::BodyMotion& body, bool counts) {

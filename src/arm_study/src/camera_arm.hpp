@@ -13,11 +13,13 @@ namespace pipescout::arm_study::internal {
 /// One arm on the robot, its camera, its tracker and its controller.
 class CameraArm {
  public:
-  CameraArm(const ArmRule& rule, const DriveSettings& settings,
+  CameraArm(const ArmRule& rule, const DriveSettings& settings, const geometry::Camera& camera,
             const simulation::StraightPipe& pipe, std::uint64_t seed);
 
   void observe(const manipulation::VehicleMotion& motion, double now);
   void take_image(const simulation::BodyMotion& body, double moved);
+  /// What another tracker says, just now.
+  void take_section(const manipulation::PipeSection& section, double now);
   /// A cycle of the controller. `counts`: for the score.
   void cycle(const simulation::BodyMotion& body, bool counts);
   void step() { dynamics_.step(); }
@@ -27,11 +29,17 @@ class CameraArm {
   void blind() { blind_ = true; }
   /// The pipe is somewhere else.
   void move_pipe(const Eigen::Vector3d& by);
+  /// The true place of the camera on the body, and its velocity against it in its own axes.
+  [[nodiscard]] geometry::SE3 T_body_camera() const;
+  [[nodiscard]] geometry::Vector6d camera_velocity() const;
+  /// Where encoders show it to be.
+  [[nodiscard]] geometry::SE3 T_body_camera_shown() const;
   /// Of the last cycle.
   [[nodiscard]] const manipulation::ArmCommand& command() const { return command_; }
 
  private:
-  [[nodiscard]] std::optional<simulation::PipeView> view(const simulation::BodyMotion& body);
+  [[nodiscard]] manipulation::JointVector joints() const;  ///< the true ones
+  [[nodiscard]] std::optional<simulation::PipeView> view(const simulation::BodyMotion& body) const;
   void check(const manipulation::ArmCommand& command);
   void look(const simulation::BodyMotion& body);
 

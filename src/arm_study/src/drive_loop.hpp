@@ -11,6 +11,8 @@
 
 namespace pipescout::arm_study::internal {
 
+/// The paper's.
+[[nodiscard]] geometry::Camera usual_camera();
 /// Where the collector is.
 [[nodiscard]] simulation::StraightPipe collector_of(const DriveSettings& settings);
 
@@ -19,6 +21,23 @@ struct DriveEvents {
   std::function<bool(double time)> goes_on = [](double) { return true; };
   std::function<bool(double time)> odometry_comes = [](double) { return true; };
   std::function<void(double time)> each_cycle = [](double) {};
+};
+
+/// What becomes of arms in each step of the robot that they are on: odometry comes, controllers
+/// have their cycles, joints move.
+class ArmLoop {
+ public:
+  ArmLoop(const DriveSettings& settings, std::uint64_t seed);
+  void step(const simulation::BodyMotion& truth, std::span<const std::unique_ptr<CameraArm>> arms,
+            const DriveEvents& events);
+
+ private:
+  double settling_;  // s
+  OdometrySensor odometry_;
+  Delayed<manipulation::VehicleMotion> motions_;
+  long long odometry_steps_;
+  long long cycle_steps_;
+  long long step_ = 0;
 };
 
 /// Drives the robot along the collector until it arrives, with all arms on it.

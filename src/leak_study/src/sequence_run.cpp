@@ -115,6 +115,57 @@ std::size_t false_ones(const thermal::Detections& detections,
       }));
 }
 
+/// Which pieces of the tube have been in a picture with their whole width.
+class SeenTube {
+ public:
+  SeenTube(const simulation::ThermalScene& scene, const geometry::Camera& camera)
+      : scene_(scene),
+        camera_(camera),
+        seen_(static_cast<std::size_t>(std::floor(scene.parameters().length / kPiece)), false) {}
+
+  /// A picture that was taken from abreast of `place`.
+  void add(const geometry::SE3& T_map_camera, double place) {
+    const geometry::SE3 T_camera_map = T_map_camera.inverse();
+    const Vector3d up(0, 0, scene_.parameters().tube_radius);
+    const auto piece = [this](double at) {
+      return static_cast<std::size_t>(
+          std::clamp(at / kPiece, 0.0, static_cast<double>(seen_.size())));
+    };
+    for (std::size_t i = piece(place - kReach); i < piece(place + kReach); ++i) {
+      const Vector3d middle = scene_.on_tube((static_cast<double>(i) + 0.5) * kPiece);
+      seen_[i] = seen_[i] || (in_picture(T_camera_map * (middle + up)) &&
+                              in_picture(T_camera_map * (middle - up)));
+    }
+  }
+  [[nodiscard]] double metres() const {
+    return kPiece * static_cast<double>(std::ranges::count(seen_, true));
+  }
+
+ private:
+  static constexpr double kPiece = 0.1;  // m
+  static constexpr double kReach = 20;   // m, along the row
+
+  [[nodiscard]] bool in_picture(const Vector3d& point) const {
+    const auto pixel = camera_.project(point);
+    return pixel && camera_.contains(*pixel);
+  }
+
+  const simulation::ThermalScene& scene_;
+  const geometry::Camera& camera_;
+  std::vector<bool> seen_;
+};
+
+void drive_until(double time, ThermalPatrol& patrol, CameraCarrier* carrier) {
+  if (carrier == nullptr) {
+    patrol.drive_until(time);
+    return;
+  }
+  while (patrol.robot().motion().time < time - simulation::GroundRobot::kStep / 2) {
+    patrol.step();
+    carrier->step(patrol);
+  }
+}
+
 double percent_within(const std::vector<double>& squares, double most) {
   const auto inside =
       std::ranges::count_if(squares, [most](double square) { return square <= most; });
@@ -135,7 +186,7 @@ std::size_t SequenceScore::false_findings() const {
 }
 
 SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& settings,
-                           std::uint64_t seed) {
+                           std::uint64_t seed, CameraCarrier* carrier) {
   if (!(settings.frame_rate >= 1 && settings.frame_rate <= 200)) {
     throw std::invalid_argument("frame_rate: " + std::to_string(settings.frame_rate) +
                                 " is outside [1, 200]");
@@ -164,19 +215,27 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   simulation::ThermalTruth truth;
   for (std::uint64_t i = 0; patrol.place() < length && !patrol.arrived(); ++i) {
     const double time = static_cast<double>(i) / settings.frame_rate;
-    patrol.drive_until(time);
-    const leak_findings::Frame frame{
+    drive_until(time, patrol, carrier);
+    leak_findings::Frame frame{
+  SeenTube seen(scene, patrol.renderer().camera());
         .time = time, .number = i, .pose = noise.measure(patrol.robot().motion().T_map_body, time)};
     if (patrol.place() < 0) {
       continue;
     }
     const thermal::Detections& detections =
+    if (carrier != nullptr) {
+      frame.T_base_camera = carrier->T_base_camera();
+    }
         pictures.look(patrol, i, findings.conditions(frame), detector);
     const leak_findings::FrameResult& result = findings.update(frame, detections);
     ++score.frames;
     score.frame_faults += detections.fault == thermal::FrameFault::kNone ? 0 : 1;
     patrol.renderer().truth(patrol.view(i), truth);
     score.false_detections += false_ones(detections, truth);
+    if (carrier != nullptr) {
+      carrier->see(frame, detections);
+    }
+    seen.add(patrol.view(i).T_map_camera, patrol.place());
     for (const leak_findings::Event& event : result.events) {
       if (event.kind == leak_findings::EventKind::kRaised) {
         raised.push_back(event.finding);
@@ -189,6 +248,7 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
     const leak_findings::Finding* finding = findings.find(raised[i]);
     if (finding == nullptr) {
       continue;
+  score.metres_seen = seen.metres();
     }
     FindingScore each = score_finding(*finding, scene);
     each.frames_to_raise = frames_to_raise[i];
@@ -215,6 +275,7 @@ void CampaignScore::add(const SequencePlan& plan, const SequenceScore& score) {
     if (finding.leak && finding.first) {
       position_errors.push_back(finding.position_error);
       level_squares.push_back(finding.level_square);
+  metres_seen += score.metres_seen;
       squares.push_back(finding.square);
       frames_to_raise.push_back(finding.frames_to_raise);
     }
@@ -233,6 +294,7 @@ CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
   append(level_squares, other.level_squares);
   append(squares, other.squares);
   append(frames_to_raise, other.frames_to_raise);
+  metres_seen += other.metres_seen;
   return *this;
 }
 
@@ -242,6 +304,10 @@ double CampaignScore::found_percent() const {
 
 double CampaignScore::level_coverage_percent() const {
   return percent_within(level_squares, kInside95Of2);
+}
+
+double CampaignScore::seen_percent() const {
+  return metres == 0 ? 100 : 100 * metres_seen / metres;
 }
 
 double CampaignScore::coverage_percent() const {

@@ -68,6 +68,48 @@ TEST(CampaignScore, CountsFirstFindingsOfLeaksAndTheOthers) {
   CampaignScore sum;
   sum.add(plan, score);
   CampaignScore twice = sum;
+/// Looks into the sky from the middle of the row on.
+class Nodding final : public CameraCarrier {
+ public:
+  explicit Nodding(const SequencePlan& plan)
+      : T_base_camera_(plan.patrol.T_body_camera), middle_(plan.patrol.scene.length / 2) {}
+
+  void step(simulation::ThermalPatrol& patrol) override {
+    ++steps;
+    if (patrol.place() > middle_) {
+      T_base_camera_ = simulation::T_body_side_camera(T_base_camera_.translation(), 0.8);
+    }
+    patrol.move_camera(T_base_camera_, geometry::Vector6d::Zero());
+  }
+  [[nodiscard]] geometry::SE3 T_base_camera() const override { return T_base_camera_; }
+  void see(const leak_findings::Frame& frame, const thermal::Detections& detections) override {
+    EXPECT_TRUE(frame.pose && frame.T_base_camera);
+    pictures_of_pipes += detections.pipes.empty() ? 0 : 1;
+  }
+
+  std::size_t steps = 0;
+  std::size_t pictures_of_pipes = 0;
+
+ private:
+  geometry::SE3 T_base_camera_;
+  double middle_;  // m
+};
+
+TEST(SequenceRun, WhatCarriesTheCameraDecidesWhatIsSeen) {
+  const SequencePlan plan = short_plan(1);
+  const SequenceScore fixed = run_sequence(plan, {}, 1);
+  EXPECT_GT(fixed.metres_seen, 0.95 * fixed.metres);
+  Nodding carrier(plan);
+  const SequenceScore nodding = run_sequence(plan, {}, 1, &carrier);
+  EXPECT_EQ(nodding.frames, fixed.frames);
+  EXPECT_GT(carrier.steps, 10 * nodding.frames);
+  // Half of the row, and what is seen ahead of it.
+  EXPECT_GT(nodding.metres_seen, 0.4 * fixed.metres);
+  EXPECT_LT(nodding.metres_seen, 0.8 * fixed.metres);
+  EXPECT_GT(carrier.pictures_of_pipes, nodding.frames / 3);
+  EXPECT_LT(carrier.pictures_of_pipes, 2 * nodding.frames / 3);
+}
+
   twice += sum;
   EXPECT_EQ(twice.sequences, 2U);
   EXPECT_EQ(twice.leaks, 6U);

@@ -106,6 +106,9 @@ struct TrackingExtent {
   std::size_t long_frames = 2000;
   std::vector<std::size_t> particles{100, 300, 1000, 3000, 10'000, 30'000, 100'000};
   arm_study::DriveSettings arm{};
+  /// Of each of two seeds: inspected with and without tracker and arm, over the hills of `arm`.
+  leak_study::CampaignSettings inspection{
+      .sequences = 6, .faint_leaks = 6, .other_leaks = 30, .decoys = 24, .length = 300};
 };
 
 // The tables.

@@ -10,6 +10,7 @@
 #include "pipescout/tracking_study/recording.hpp"
 #include "pipescout/tracking_study/tracking_score.hpp"
 #include "reproduce/arm.hpp"
+#include "reproduce/arm_inspection.hpp"
 #include "reproduce/each_seed.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"
@@ -65,6 +66,7 @@ class Tracking {
     add_long_sequences();
     add_particles();
     reproduce_arm(extent_.arm, seeds_, rows_, progress_);
+    reproduce_arm_inspection(extent_, seeds_, rows_, progress_);
     return std::move(result_);
   }
 

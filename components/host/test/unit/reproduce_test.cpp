@@ -89,9 +89,13 @@ TEST(Reproduce, TrackingGivesItsFigures) {
   extent.particles = {100, 300};
   extent.arm.length = 100;
   extent.arm.settling = 5;
+  extent.inspection = {
+      .sequences = 1, .faint_leaks = 0, .other_leaks = 1, .decoys = 0, .length = 24};
   const auto result = reproduce_tracking({.seeds = 1}, extent, out);
-  for (const char* figure : {"table1_rows_at_or_below_paper", "best_position_px", "best_angle_deg",
-                             "best_length_px", "in_view_percent"}) {
+  for (const char* figure :
+       {"table1_rows_at_or_below_paper", "best_position_px", "best_angle_deg", "best_length_px",
+        "in_view_percent", "leaks_missed_fixed", "leaks_missed_arm", "tube_seen_percent_fixed",
+        "tube_seen_percent_arm"}) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_EQ(result.figures["lost_tracks"].get<double>(), 0);

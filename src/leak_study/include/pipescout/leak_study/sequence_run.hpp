@@ -59,6 +59,7 @@ struct FindingScore {
 struct SequenceScore {
   std::size_t frames = 0;
   double metres = 0;          ///< of tube that was passed
+  double metres_seen = 0;     ///< of that, what was in a picture with its whole width
   std::vector<bool> found{};  ///< of each leak of the scene
   std::vector<FindingScore> findings{};
   std::size_t frame_faults = 0;      ///< frames without detections, for a reason
@@ -68,11 +69,27 @@ struct SequenceScore {
   [[nodiscard]] std::size_t false_findings() const;
 };
 
+/// What moves the camera on the robot, where that is not fixed to it. Called by `run_sequence` in
+/// its thread.
+class CameraCarrier {
+ public:
+  virtual ~CameraCarrier() = default;
+
+  /// After each step of the robot; moves the camera of the patrol.
+  virtual void step(simulation::ThermalPatrol& patrol) = 0;
+  /// Where the robot takes the camera to be on itself, now.
+  [[nodiscard]] virtual geometry::SE3 T_base_camera() const = 0;
+  /// A picture, with what the robot knows of its pose, and what is found in it.
+  virtual void see(const leak_findings::Frame& frame, const thermal::Detections& detections) = 0;
+};
+
 /// A finding is of a leak when its place is within its length and 1 m of it. Renders and looks at
-/// all frames from where the tube begins to where it ends. The same arguments give the same bits.
-/// Throws as the `validate` of its arguments.
+/// all frames from where the tube begins to where it ends. `carrier`: null for a camera that is
+/// fixed to the robot. The same arguments give the same bits. Throws as the `validate` of its
+/// arguments.
 [[nodiscard]] SequenceScore run_sequence(const SequencePlan& plan,
-                                         const InspectionSettings& settings, std::uint64_t seed);
+                                         const InspectionSettings& settings, std::uint64_t seed,
+                                         CameraCarrier* carrier = nullptr);
 
 /// Of many sequences.
 struct CampaignScore {
@@ -83,6 +100,7 @@ struct CampaignScore {
   std::size_t faint_found = 0;
   std::size_t false_findings = 0;
   double metres = 0;
+  double metres_seen = 0;
   std::vector<double> position_errors{};  ///< m, of found leaks
   std::vector<double> level_squares{};    ///< as FindingScore::level_square
   std::vector<double> squares{};
@@ -91,6 +109,8 @@ struct CampaignScore {
   void add(const SequencePlan& plan, const SequenceScore& score);
   CampaignScore& operator+=(const CampaignScore& other);
   [[nodiscard]] double found_percent() const;
+  /// Of the tube, what was in a picture with its whole width.
+  [[nodiscard]] double seen_percent() const;
   /// Of findings of leaks, whose truth is within the ellipse that is to hold 95 %, in the plane,
   /// and in space.
   [[nodiscard]] double level_coverage_percent() const;
