@@ -213,29 +213,29 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   std::vector<std::uint64_t> raised;
   std::vector<std::size_t> frames_to_raise;
   simulation::ThermalTruth truth;
+  SeenTube seen(scene, patrol.renderer().camera());
   for (std::uint64_t i = 0; patrol.place() < length && !patrol.arrived(); ++i) {
     const double time = static_cast<double>(i) / settings.frame_rate;
     drive_until(time, patrol, carrier);
     leak_findings::Frame frame{
-  SeenTube seen(scene, patrol.renderer().camera());
         .time = time, .number = i, .pose = noise.measure(patrol.robot().motion().T_map_body, time)};
+    if (carrier != nullptr) {
+      frame.T_base_camera = carrier->T_base_camera();
+    }
     if (patrol.place() < 0) {
       continue;
     }
     const thermal::Detections& detections =
-    if (carrier != nullptr) {
-      frame.T_base_camera = carrier->T_base_camera();
-    }
         pictures.look(patrol, i, findings.conditions(frame), detector);
     const leak_findings::FrameResult& result = findings.update(frame, detections);
-    ++score.frames;
-    score.frame_faults += detections.fault == thermal::FrameFault::kNone ? 0 : 1;
-    patrol.renderer().truth(patrol.view(i), truth);
-    score.false_detections += false_ones(detections, truth);
     if (carrier != nullptr) {
       carrier->see(frame, detections);
     }
     seen.add(patrol.view(i).T_map_camera, patrol.place());
+    ++score.frames;
+    score.frame_faults += detections.fault == thermal::FrameFault::kNone ? 0 : 1;
+    patrol.renderer().truth(patrol.view(i), truth);
+    score.false_detections += false_ones(detections, truth);
     for (const leak_findings::Event& event : result.events) {
       if (event.kind == leak_findings::EventKind::kRaised) {
         raised.push_back(event.finding);
@@ -244,11 +244,11 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
     }
   }
   score.metres = length;
+  score.metres_seen = seen.metres();
   for (std::size_t i = 0; i < raised.size(); ++i) {
     const leak_findings::Finding* finding = findings.find(raised[i]);
     if (finding == nullptr) {
       continue;
-  score.metres_seen = seen.metres();
     }
     FindingScore each = score_finding(*finding, scene);
     each.frames_to_raise = frames_to_raise[i];
@@ -271,11 +271,11 @@ void CampaignScore::add(const SequencePlan& plan, const SequenceScore& score) {
   }
   false_findings += score.false_findings();
   metres += score.metres;
+  metres_seen += score.metres_seen;
   for (const FindingScore& finding : score.findings) {
     if (finding.leak && finding.first) {
       position_errors.push_back(finding.position_error);
       level_squares.push_back(finding.level_square);
-  metres_seen += score.metres_seen;
       squares.push_back(finding.square);
       frames_to_raise.push_back(finding.frames_to_raise);
     }
@@ -290,11 +290,11 @@ CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
   faint_found += other.faint_found;
   false_findings += other.false_findings;
   metres += other.metres;
+  metres_seen += other.metres_seen;
   append(position_errors, other.position_errors);
   append(level_squares, other.level_squares);
   append(squares, other.squares);
   append(frames_to_raise, other.frames_to_raise);
-  metres_seen += other.metres_seen;
   return *this;
 }
 
@@ -302,12 +302,12 @@ double CampaignScore::found_percent() const {
   return leaks == 0 ? 100 : 100 * static_cast<double>(found) / static_cast<double>(leaks);
 }
 
-double CampaignScore::level_coverage_percent() const {
-  return percent_within(level_squares, kInside95Of2);
-}
-
 double CampaignScore::seen_percent() const {
   return metres == 0 ? 100 : 100 * metres_seen / metres;
+}
+
+double CampaignScore::level_coverage_percent() const {
+  return percent_within(level_squares, kInside95Of2);
 }
 
 double CampaignScore::coverage_percent() const {

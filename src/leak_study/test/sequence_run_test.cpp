@@ -47,27 +47,6 @@ TEST(SequenceRun, IsTheSameForTheSameSeed) {
   EXPECT_NE(first.findings[0].position_error, other.findings[0].position_error);
 }
 
-TEST(SequenceRun, NamesWhatIsWrong) {
-  InspectionSettings settings;
-  settings.frame_rate = 0;
-  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
-  settings = {};
-  settings.pose.tilt_time = 0;
-  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
-}
-
-TEST(CampaignScore, CountsFirstFindingsOfLeaksAndTheOthers) {
-  SequencePlan plan;
-  plan.faint_leaks = 1;
-  SequenceScore score{.frames = 100, .metres = 150, .found = {true, false, true}};
-  score.findings = {{.leak = 0, .position_error = 0.1, .level_square = 1, .square = 2},
-                    {.leak = 0, .first = false, .position_error = 2},
-                    {.leak = 2, .position_error = 0.5, .level_square = 6.1, .square = 7.5},
-                    {.place = 70}};
-  EXPECT_EQ(score.false_findings(), 2U);
-  CampaignScore sum;
-  sum.add(plan, score);
-  CampaignScore twice = sum;
 /// Looks into the sky from the middle of the row on.
 class Nodding final : public CameraCarrier {
  public:
@@ -110,6 +89,27 @@ TEST(SequenceRun, WhatCarriesTheCameraDecidesWhatIsSeen) {
   EXPECT_LT(carrier.pictures_of_pipes, 2 * nodding.frames / 3);
 }
 
+TEST(SequenceRun, NamesWhatIsWrong) {
+  InspectionSettings settings;
+  settings.frame_rate = 0;
+  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
+  settings = {};
+  settings.pose.tilt_time = 0;
+  EXPECT_THROW(static_cast<void>(run_sequence(short_plan(1), settings, 1)), std::invalid_argument);
+}
+
+TEST(CampaignScore, CountsFirstFindingsOfLeaksAndTheOthers) {
+  SequencePlan plan;
+  plan.faint_leaks = 1;
+  SequenceScore score{.frames = 100, .metres = 150, .found = {true, false, true}};
+  score.findings = {{.leak = 0, .position_error = 0.1, .level_square = 1, .square = 2},
+                    {.leak = 0, .first = false, .position_error = 2},
+                    {.leak = 2, .position_error = 0.5, .level_square = 6.1, .square = 7.5},
+                    {.place = 70}};
+  EXPECT_EQ(score.false_findings(), 2U);
+  CampaignScore sum;
+  sum.add(plan, score);
+  CampaignScore twice = sum;
   twice += sum;
   EXPECT_EQ(twice.sequences, 2U);
   EXPECT_EQ(twice.leaks, 6U);
