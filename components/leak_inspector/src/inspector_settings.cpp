@@ -23,6 +23,7 @@ using thermal::ObjectParameters;
 
 constexpr FloatingPointRange kSeconds{0.0, 86400.0};
 constexpr FloatingPointRange kPositive{1e-9, 1e6};
+constexpr FloatingPointRange kDeviation{0.0, 1e4};
 
 RangeSource range_source(const Parameter<std::string>& parameter) {
   const std::string name = parameter.get();
@@ -41,10 +42,38 @@ RangeSource range_source(const Parameter<std::string>& parameter) {
 
 InspectorParameters::InspectorParameters(Parameters& parameters)
     : detection_(parameters), mount_(parameters) {
+  deviations_.emplace(parameters, thermal::ParameterDeviations{});
   findings_.emplace(parameters, LeakFindingsParameters{});
+  declare_deviations();
   declare_findings(parameters);
   declare_archive(parameters);
   declare_messages(parameters);
+}
+
+void InspectorParameters::declare_deviations() {
+  deviations_->real(
+      "deviations.emissivity", [](auto& d) -> double& { return d.emissivity; }, {0, 1},
+      "of object.emissivity, standard");
+  deviations_->real(
+      "deviations.reflected_temperature",
+      [](auto& d) -> double& { return d.reflected_temperature; }, kDeviation,
+      "K, of object.reflected_temperature, standard");
+  deviations_->real(
+      "deviations.distance", [](auto& d) -> double& { return d.distance; }, kDeviation,
+      "m, of object.distance, standard");
+  deviations_->real(
+      "deviations.atmospheric_temperature",
+      [](auto& d) -> double& { return d.atmospheric_temperature; }, kDeviation,
+      "K, of object.atmospheric_temperature, standard");
+  deviations_->real(
+      "deviations.relative_humidity", [](auto& d) -> double& { return d.relative_humidity; },
+      {0, 1}, "of object.relative_humidity, standard");
+  deviations_->real(
+      "deviations.window_temperature", [](auto& d) -> double& { return d.window_temperature; },
+      kDeviation, "K, of object.window_temperature, standard");
+  deviations_->real(
+      "deviations.window_transmission", [](auto& d) -> double& { return d.window_transmission; },
+      {0, 1}, "of object.window_transmission, standard");
 }
 
 void InspectorParameters::declare_findings(Parameters& parameters) {
@@ -81,7 +110,8 @@ void InspectorParameters::declare_findings(Parameters& parameters) {
       kPositive, "s, within which errors of the pose do not average out");
   findings_->real(
       "temperature_deviation", [](auto& p) -> double& { return p.delta_deviation; }, {0, 1000},
-      "K, by which differences of temperature may be off all alike, standard");
+      "K, by which differences of temperature may be off all alike, standard, where camera.planck "
+      "does not tell it with deviations.*");
   findings_->real(
       "prior_probability", [](auto& p) -> double& { return p.prior_probability; }, {1e-9, 0.999},
       "that a warm stretch which is seen once is a leak");
@@ -174,6 +204,9 @@ InspectorSettings InspectorParameters::read() const {
   result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   result.silent_after = silent_after_.get();
   result.detection = detection_.read();
+  if (const auto camera = detection_.camera_constants()) {
+    result.errors.emplace(thermal::Radiometry(*camera, detection_.object()), deviations_->read());
+  }
   result.findings = findings_->read();
   result.findings.T_base_camera = mount_.T_base_camera();
   result.mount = mount_.read();

@@ -269,8 +269,11 @@ void LeakInspector::on_image(const Image& message) {
                                    .number = frame_,
                                    .pose = T_base_camera ? pose_at(stamp) : std::nullopt,
                                    .T_base_camera = T_base_camera};
-  const thermal::FrameConditions circumstances =
+  thermal::FrameConditions circumstances =
       findings_ ? findings_->conditions(frame) : thermal::FrameConditions{};
+  if (std::holds_alternative<thermal::CountView>(picture)) {
+    circumstances.errors = settings_->errors;
+  }
   const Detections& detections = detect(*detector_, picture, celsius, circumstances);
   if (detections.fault != FrameFault::kNone) {
     ++failed_;

@@ -188,6 +188,9 @@ class Survey {
     if (!settings_.field_of_view) {
       conditions.metres_per_pixel = 0;  // the usual one would be a guess
     }
+    if (picture.radiometry) {
+      conditions.errors.emplace(*picture.radiometry, reader_.settings().deviations);
+    }
     const thermal::Detections& detections = detector_.detect(picture.view(), conditions);
     const leak_findings::FrameResult& outcome = findings.update(frame, detections);
     if (outcome.fault != leak_findings::InputFault::kBadTime) {
@@ -226,7 +229,7 @@ class Survey {
             const leak_findings::FrameResult& outcome, double time, const std::string& name) {
     ReportedPicture shown;
     shown.name = name;
-    shown.summary = picture_summary(picture, detections, reader_.settings());
+    shown.summary = picture_summary(picture, detections);
     shown.doubts = joined_lines(picture.doubts);
     shown.problem = fault_text(detections.fault);
     if (detections.fault != thermal::FrameFault::kNone) {

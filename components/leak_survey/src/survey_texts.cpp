@@ -10,6 +10,7 @@ namespace pipescout {
 namespace {
 
 constexpr std::size_t kMostLeaksTold = 3;  // of one picture
+constexpr double k95 = 1.96;               // standard deviations
 
 std::string rounded(double value) {
   std::ostringstream text;
@@ -75,16 +76,10 @@ std::string count_of(std::size_t count, const char* noun) {
 }
 
 /// "+85.3 +- 4.1 K"
-std::string delta_text(const ThermalPicture& picture, const thermal::Detections& detections,
-                       std::size_t leak, const ThermalSettings& thermal) {
-  const thermal::LeakDetection& found = detections.leaks[leak];
+std::string delta_text(const thermal::LeakDetection& found) {
   std::string text = "+" + fixed_tenth(found.delta);
-  if (picture.radiometry) {
-    const thermal::Radiometry& radiometry = *picture.radiometry;
-    const auto interval = thermal::difference_interval(
-        radiometry, radiometry.counts(found.stretch.mean),
-        radiometry.counts(found.stretch.mean - found.delta), thermal.deviations);
-    text += " +- " + fixed_tenth(0.5 * (interval.high - interval.low));
+  if (std::isfinite(found.delta_deviation)) {
+    text += " +- " + fixed_tenth(k95 * found.delta_deviation);
   }
   return text + " K";
 }
@@ -117,8 +112,7 @@ std::string fault_text(thermal::FrameFault fault) {
   return "is at fault";
 }
 
-std::string picture_summary(const ThermalPicture& picture, const thermal::Detections& detections,
-                            const ThermalSettings& thermal) {
+std::string picture_summary(const ThermalPicture& picture, const thermal::Detections& detections) {
   float coldest = std::numeric_limits<float>::infinity();
   float hottest = -coldest;
   for (const float degrees : picture.degrees) {
@@ -142,7 +136,7 @@ std::string picture_summary(const ThermalPicture& picture, const thermal::Detect
   }
   const std::size_t told = std::min(detections.leaks.size(), kMostLeaksTold);
   for (std::size_t i = 0; i < told; ++i) {
-    text += (i == 0 ? " (" : ", ") + delta_text(picture, detections, i, thermal);
+    text += (i == 0 ? " (" : ", ") + delta_text(detections.leaks[i]);
   }
   text += told < detections.leaks.size() ? ", ...)" : told > 0 ? ")" : "";
   const thermal::PixelCount& count = picture.count;

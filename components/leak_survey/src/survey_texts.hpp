@@ -15,8 +15,7 @@ namespace pipescout {
 /// "640 x 512, flir, 15.9 to 59.7 degC; 1 pipe (640 pixels long), 1 leak (+85.3 +- 4.1 K)", with
 /// what is to be added to and taken off Delta-T for 95 % where Planck constants are known.
 [[nodiscard]] std::string picture_summary(const ThermalPicture& picture,
-                                          const thermal::Detections& detections,
-                                          const ThermalSettings& thermal);
+                                          const thermal::Detections& detections);
 
 /// Why a frame without detections has none, in words; empty for FrameFault::kNone.
 [[nodiscard]] std::string fault_text(thermal::FrameFault fault);

@@ -63,6 +63,8 @@ void Follow::add(const Frame& frame, const Observation& o, const geometry::Camer
   ++frames_;
   (o.whole() ? pass_.delta : pass_.partial_delta).add(o.delta);
   pass_.peak.add(o.peak_delta);
+  pass_.delta_deviation.add(o.delta_deviation);
+  pass_.peak_delta_deviation.add(o.peak_delta_deviation);
   pass_.largest_peak = std::max(pass_.largest_peak, o.peak_delta);
   if (o.bearing) {
     add_places(o, p);
@@ -153,7 +155,7 @@ void Follow::summarise(const LeakFindingsParameters& p) {
   pass.frames = frames_;
   const RunningMean& delta = pass_.delta.count() > 0 ? pass_.delta : pass_.partial_delta;
   pass.delta = delta.mean();
-  pass.delta_deviation = std::hypot(delta.mean_deviation(), p.delta_deviation);
+  pass.delta_deviation = std::hypot(delta.mean_deviation(), pass_.delta_deviation.mean());
   pass.peak_delta = pass_.largest_peak;
   finding.mean_delta = pass.delta;
   finding.mean_delta_interval = interval(pass.delta, pass.delta, pass.delta_deviation);
@@ -161,7 +163,7 @@ void Follow::summarise(const LeakFindingsParameters& p) {
   // The largest of many is rather too large than too small.
   finding.peak_delta_interval =
       interval(pass_.peak.mean(), pass_.largest_peak,
-               std::hypot(pass_.peak.mean_deviation(), p.delta_deviation));
+               std::hypot(pass_.peak.mean_deviation(), pass_.peak_delta_deviation.mean()));
   pass.length = std::numeric_limits<double>::quiet_NaN();
   pass.length_deviation = std::numeric_limits<double>::quiet_NaN();
   if (!pass_.place.empty()) {

@@ -108,6 +108,9 @@ class Follow {
     RunningMean delta{};  // of whole views
     RunningMean partial_delta{};
     RunningMean peak{};
+    // Of single frames: what the deviations are from is the same in all of them.
+    RunningMean delta_deviation{};
+    RunningMean peak_delta_deviation{};
     double largest_peak = -std::numeric_limits<double>::infinity();
   };
 

@@ -14,7 +14,7 @@ namespace {
 /// Below this there is nothing to follow any more.
 constexpr double kLeastLogOdds = -5.0;
 /// Of the way to the temperature of a frame's sound pipe.
-constexpr double kReferenceGain = 0.05;
+constexpr double kSoundGain = 0.05;
 
 double probability(double log_odds) {
   return 1 / (1 + std::exp(-log_odds));
@@ -92,7 +92,7 @@ void LeakFindings::Implementation::update(const Frame& frame,
   }
   const std::optional<Eye> eye = eye_of(frame);
   ++counters.faults[static_cast<std::size_t>(result.fault)];
-  learn_reference(frame.time, detections);
+  learn_sound_pipe(frame.time, detections);
   counters.off_lines += observer.observe(frame.time, eye, detections, observations);
   assign(frame, eye);
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
@@ -216,21 +216,27 @@ void LeakFindings::Implementation::tell(Follow& follow, EventKind kind, double t
 
 /// By the longest pipe; a pipe that leaks all along does not teach, since it has the reference that
 /// was given. Pictures of another drive say nothing of how warm a sound pipe is.
-void LeakFindings::Implementation::learn_reference(double time,
-                                                   const thermal::Detections& detections) {
+void LeakFindings::Implementation::learn_sound_pipe(double time,
+                                                    const thermal::Detections& detections) {
   if (detections.pipes.empty() || !std::isfinite(detections.pipes.front().reference_temperature)) {
     return;
   }
-  const double seen = detections.pipes.front().reference_temperature;
-  const bool goes_on = reference && time - reference_time <= p.pass_gap;
-  reference = goes_on ? *reference + kReferenceGain * (seen - *reference) : seen;
-  reference_time = time;
+  const thermal::PipeSection& pipe = detections.pipes.front();
+  const thermal::SoundPipe seen{.temperature = pipe.reference_temperature,
+                                .direction = (pipe.end - pipe.start).normalized()};
+  if (sound && time - sound_time <= p.pass_gap && sound->may_be(seen.direction)) {
+    sound->temperature += kSoundGain * (seen.temperature - sound->temperature);
+    sound->direction = seen.direction;
+  } else {
+    sound = seen;
+  }
+  sound_time = time;
 }
 
 thermal::FrameConditions LeakFindings::Implementation::conditions(const Frame& frame) const {
   thermal::FrameConditions told;
-  if (std::abs(frame.time - reference_time) <= p.pass_gap) {
-    told.reference_temperature = reference;
+  if (std::abs(frame.time - sound_time) <= p.pass_gap) {
+    told.sound = sound;
   }
   const double focal = camera.parameters().focal_length;
   if (p.range_source == RangeSource::kDistance) {

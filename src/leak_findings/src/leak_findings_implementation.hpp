@@ -39,8 +39,8 @@ struct LeakFindings::Implementation {
   Counters counters;
   std::uint64_t next_id = 1;
   double last_time = -std::numeric_limits<double>::infinity();
-  std::optional<double> reference;
-  double reference_time = -std::numeric_limits<double>::infinity();
+  std::optional<thermal::SoundPipe> sound;
+  double sound_time = -std::numeric_limits<double>::infinity();
 
   Implementation(const LeakFindingsParameters& parameters, const geometry::Camera& c)
       : p((parameters.validate(), parameters)), camera(c), observer(p, camera) {
@@ -65,7 +65,7 @@ struct LeakFindings::Implementation {
   void raise(Follow& candidate, const Frame& frame);
   [[nodiscard]] bool same_leak(const Follow& a, const Follow& b, double time) const;
   void tell(Follow& follow, EventKind kind, double time);
-  void learn_reference(double time, const thermal::Detections& detections);
+  void learn_sound_pipe(double time, const thermal::Detections& detections);
 };
 
 }  // namespace pipescout::leak_findings

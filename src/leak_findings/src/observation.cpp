@@ -51,6 +51,9 @@ double Observer::metres_per_pixel(const thermal::PipeSection& pipe) const {
 void Observer::collect(const thermal::Detections& detections,
                        std::vector<Observation>& observations) const {
   observations.clear();
+  const auto or_else = [this](double deviation) {
+    return std::isfinite(deviation) ? deviation : parameters_.delta_deviation;
+  };
   for (std::size_t i = 0; i < detections.leaks.size(); ++i) {
     const thermal::LeakDetection& leak = detections.leaks[i];
     const thermal::PipeSection& pipe = detections.pipes[leak.pipe];
@@ -63,7 +66,12 @@ void Observer::collect(const thermal::Detections& detections,
         const double a = before.pixels();
         const double b = (leak.end - leak.start).norm();
         before.delta = (a * before.delta + b * leak.delta) / (a + b);
-        before.peak_delta = std::max(before.peak_delta, leak.peak_delta);
+        before.delta_deviation =
+            (a * before.delta_deviation + b * or_else(leak.delta_deviation)) / (a + b);
+        if (leak.peak_delta > before.peak_delta) {
+          before.peak_delta = leak.peak_delta;
+          before.peak_delta_deviation = or_else(leak.peak_delta_deviation);
+        }
         before.end = leak.end;
         before.last_detection = i;
         before.seen[1] = !leak.stretch.open_at_end;
@@ -83,6 +91,8 @@ void Observer::collect(const thermal::Detections& detections,
     o.half_width = pipe.half_width;
     o.delta = leak.delta;
     o.peak_delta = leak.peak_delta;
+    o.delta_deviation = or_else(leak.delta_deviation);
+    o.peak_delta_deviation = or_else(leak.peak_delta_deviation);
     observations.push_back(o);
   }
 }

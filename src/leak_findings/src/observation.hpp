@@ -31,6 +31,8 @@ struct Observation {
   double half_width = 0;
   double delta = 0;
   double peak_delta = 0;
+  double delta_deviation = 0;  ///< K, standard, alike in all frames
+  double peak_delta_deviation = 0;
   std::optional<Bearing> bearing{};  ///< of the middle of what is seen, when there is an eye
   std::array<std::optional<Bearing>, 2> ends{};  ///< of those that are seen, likewise
   /// Pixels, where the rise begins at either end; NaN where that is not seen.

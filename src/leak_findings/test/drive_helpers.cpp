@@ -113,6 +113,8 @@ thermal::Detections Drive::look(double x) {
     thermal::LeakDetection leak;
     leak.delta = spot.delta + normal(delta_noise);
     leak.peak_delta = leak.delta + 5;
+    leak.delta_deviation = delta_deviation;
+    leak.peak_delta_deviation = delta_deviation;
     constexpr double kNotSeen = std::numeric_limits<double>::quiet_NaN();
     leak.stretch = {.from = from,
                     .to = to,

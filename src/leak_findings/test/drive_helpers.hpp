@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -35,6 +36,7 @@ class Drive {
   std::vector<Eigen::Vector2d> posts{};  ///< from, to along the pipe: hidden there
   double pixel_noise = 0.3;
   double delta_noise = 1.0;
+  double delta_deviation = std::numeric_limits<double>::quiet_NaN();  ///< that detections tell
   /// What the poses that are told are off: m and rad in the axes of the map.
   Eigen::Vector3d position_error = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_error = Eigen::Vector3d::Zero();

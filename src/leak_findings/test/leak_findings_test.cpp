@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "drive_helpers.hpp"
 
@@ -50,6 +51,22 @@ TEST(LeakFindings, ALeakIsOneFindingWithItsPlaceAndSize) {
   EXPECT_TRUE(findings.candidates().empty());
 }
 
+TEST(LeakFindings, DeltaTIsAsUncertainAsInSinglePicturesWhereTheyTell) {
+  const auto half_width = [](double told) {
+    Drive world;
+    world.spots = {{10, 0.5, 120}};
+    world.delta_deviation = told;
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    drive(findings, world, 0, 20, 100);
+    const Interval& interval = findings.findings()[0].mean_delta_interval;
+    return 0.5 * (interval.high - interval.low);
+  };
+  // More pictures do not make it less: what it is from is the same in all of them.
+  EXPECT_NEAR(half_width(20), 1.96 * 20, 0.1);
+  EXPECT_NEAR(half_width(std::numeric_limits<double>::quiet_NaN()),
+              1.96 * Drive::parameters().delta_deviation, 0.1);
+}
+
 TEST(LeakFindings, TellsTheDetectorTheScaleAndHowWarmSoundPipesAre) {
   Drive world;
   LeakFindingsParameters p = Drive::parameters();
@@ -68,11 +85,12 @@ TEST(LeakFindings, TellsTheDetectorTheScaleAndHowWarmSoundPipesAre) {
   EXPECT_EQ(scale({.time = 10}), 0);
 
   LeakFindings findings(p, Drive::camera());
-  EXPECT_FALSE(findings.conditions(frame).reference_temperature.has_value());
+  EXPECT_FALSE(findings.conditions(frame).sound.has_value());
   findings.update(frame, world.look(5));
-  EXPECT_DOUBLE_EQ(findings.conditions({.time = 10.1}).reference_temperature.value_or(0), 150);
+  EXPECT_DOUBLE_EQ(
+      findings.conditions({.time = 10.1}).sound.value_or(thermal::SoundPipe{}).temperature, 150);
   // Of another drive nothing is known.
-  EXPECT_FALSE(findings.conditions({.time = 11 + p.pass_gap}).reference_temperature.has_value());
+  EXPECT_FALSE(findings.conditions({.time = 11 + p.pass_gap}).sound.has_value());
 }
 
 TEST(RangeSource, IsKnownByItsName) {

@@ -196,12 +196,16 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   const simulation::ThermalScene& scene = patrol.scene();
   internal::PoseNoise noise(settings.pose, seed);
   Pictures pictures(plan);
-  thermal::LeakDetector detector(settings.detector);
+  thermal::LeakDetectorParameters detection = settings.detector;
   leak_findings::LeakFindingsParameters parameters = settings.findings;
+  parameters.pipe_diameter = 2 * plan.patrol.scene.tube_radius;
+  if (parameters.range_source == leak_findings::RangeSource::kDiameter) {
+    detection.pipe_diameter = parameters.pipe_diameter;
+  }
+  thermal::LeakDetector detector(detection);
   parameters.T_base_camera = noise.mounting(plan.patrol.T_body_camera);
   parameters.mounting_attitude_deviation = settings.pose.mounting_deviation;
   parameters.mounting_position_deviation = settings.pose.mounting_shift_deviation;
-  parameters.range_source = leak_findings::RangeSource::kLine;
   const double length = plan.patrol.scene.length;
   parameters.lines = {noise.line(scene.on_tube(0), scene.on_tube(length))};
   constexpr double kLeastDeviation = 1e-3;  // m: none is not accepted

@@ -270,9 +270,9 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
     std::transform(profile.begin(), profile.end(), turned.begin(), std::negate<>());
     profile = turned;
   }
-  ProfileAnalysis::Conditions c{pipe.metres_per_pixel, conditions.reference_temperature};
-  if (c.reference_temperature) {
-    *c.reference_temperature *= sign;
+  ProfileAnalysis::Conditions c{.metres_per_sample = pipe.metres_per_pixel};
+  if (conditions.sound && conditions.sound->may_be((pipe.end - pipe.start).normalized())) {
+    c.reference_temperature = sign * conditions.sound->temperature;
   }
   analysis.analyse(profile, pipe_shaped, c);
   pipe.reference_temperature = sign * analysis.reference_temperature();
@@ -291,6 +291,11 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
     stretch.mean *= sign;
     stretch.peak *= sign;
     leak.stretch = stretch;
+    if (conditions.errors) {
+      const TemperatureErrors& errors = *conditions.errors;
+      leak.delta_deviation = errors.of_difference(stretch.mean, pipe.reference_temperature);
+      leak.peak_delta_deviation = errors.of_difference(stretch.peak, pipe.reference_temperature);
+    }
     // Sample i reaches from half a pixel before its middle to half a pixel behind it.
     leak.start = pipe.at(stretch.from - 0.5);
     leak.end = pipe.at(stretch.to - 0.5);

@@ -19,6 +19,19 @@ int sample_at(double place, std::size_t size) {
   return std::clamp(static_cast<int>(std::floor(place)), 0, static_cast<int>(size) - 1);
 }
 
+/// Of a stretch, what has the shape of the pipe.
+double shaped_width(std::span<const float> t, std::span<const std::uint8_t> pipe_shaped,
+                    const LeakStretch& stretch) {
+  const double width = stretch.to - stretch.from;
+  if (pipe_shaped.empty()) {
+    return width;
+  }
+  const int last = sample_at(std::nextafter(stretch.to, stretch.from), t.size());
+  const auto others = std::count(pipe_shaped.begin() + sample_at(stretch.from, t.size()),
+                                 pipe_shaped.begin() + last + 1, std::uint8_t{0});
+  return width - static_cast<double>(others);
+}
+
 /// Where the line through the middles of samples i and i + 1 takes a value.
 double crossing(std::span<const float> t, int i, double level) {
   const auto k = static_cast<std::size_t>(i);
@@ -274,14 +287,15 @@ void ProfileAnalysis::label(Temperatures t, Shapes pipe_shaped) {
     while (last + 1 < parts_.size() && leaks(parts_[last + 1])) {
       ++last;
     }
-    label_warm(t, first, last);
+    label_warm(t, pipe_shaped, first, last);
     first = last;
   }
 }
 
 /// Parts `first` to `last` are warm and touch. How wide they are is taken half-way up: that does
 /// not depend on blur.
-void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t last) {
+void ProfileAnalysis::label_warm(Temperatures t, Shapes pipe_shaped, std::size_t first,
+                                 std::size_t last) {
   LeakStretch stretch{.from = parts_[first].from, .to = parts_[last].to};
   double weight = 0;
   double squares = 0;
@@ -341,7 +355,8 @@ void ProfileAnalysis::label_warm(Temperatures t, std::size_t first, std::size_t 
   stretch.onset_to =
       onset_of(t, end, body_behind ? latest : static_cast<int>(t.size()) - 1, 1, onset);
 
-  const bool leak = stretch.to - stretch.from >= least_width_;
+  // A joint beside a warm post is no leak, though together they are as long as one.
+  const bool leak = shaped_width(t, pipe_shaped, stretch) >= least_width_;
   for (std::size_t i = first; i <= last; ++i) {
     parts_[i].kind = leak ? PartKind::kLeak : PartKind::kShort;
   }

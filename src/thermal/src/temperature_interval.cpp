@@ -80,4 +80,10 @@ TemperatureInterval difference_interval(const Radiometry& radiometry, double cou
                     shared_variance(less(s, base), deviations));
 }
 
+double TemperatureErrors::of_difference(double temperature, double base) const {
+  return difference_interval(radiometry, radiometry.counts(temperature), radiometry.counts(base),
+                             deviations)
+      .deviation;
+}
+
 }  // namespace pipescout::thermal

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "camera_helpers.hpp"
 #include "pipe_pictures_helpers.hpp"
 
 namespace pipescout::thermal {
@@ -94,11 +95,30 @@ TEST(LeakDetector, ALeakIsPlacedAndMeasured) {
   }
 }
 
+TEST(LeakDetector, TellsHowFarDeltaTMayBeOff) {
+  Picture picture(kWidth, kHeight);
+  picture.pipe({-5, 120}, {325, 120}, 5, 150, {{200, 230, 260}});
+  const Detections without = detect(picture);
+  ASSERT_EQ(without.leaks.size(), 1U);
+  EXPECT_TRUE(std::isnan(without.leaks[0].delta_deviation));
+  const TemperatureErrors errors{Radiometry(test::sc660(), {}), {.emissivity = 0.05}};
+  const Detections d = detect(picture, {}, {.errors = errors});
+  ASSERT_EQ(d.leaks.size(), 1U);
+  const LeakDetection& leak = d.leaks[0];
+  // By the interval's own definition, of counts.
+  const Radiometry& r = errors.radiometry;
+  EXPECT_NEAR(leak.delta_deviation,
+              difference_interval(r, r.counts(leak.stretch.mean), r.counts(150), errors.deviations)
+                  .deviation,
+              0.05);
+  EXPECT_GE(leak.peak_delta_deviation, leak.delta_deviation);
+}
+
 TEST(LeakDetector, JointsAreFilteredByMetresWhereTheScaleIsKnown) {
   Picture picture(kWidth, kHeight);
   picture.pipe({-5, 120}, {325, 120}, 5, 150, {{80, 95, 260}, {200, 230, 260}});
   // 15 pixels are 0.15 m, below the 0.24 m of a leak; 30 are not.
-  const Detections d = detect(picture, {}, {0.01, {}});
+  const Detections d = detect(picture, {}, {.metres_per_pixel = 0.01});
   ASSERT_EQ(d.leaks.size(), 1U);
   EXPECT_NEAR(d.leaks[0].length, 0.3, 0.02);
   EXPECT_EQ(d.leaks[0].severity, Severity::kModerate);
@@ -271,11 +291,18 @@ TEST(LeakDetector, AKnownReferenceTellsThatAllOfItLeaks) {
   Picture picture(kWidth, kHeight);
   picture.pipe({-5, 120}, {325, 120}, 5, 260);
   EXPECT_TRUE(detect(picture).leaks.empty());
-  const Detections d = detect(picture, {}, {0, 150.0});
+  const FrameConditions conditions{.sound = SoundPipe{150, {0.985, -0.174}}};
+  const Detections d = detect(picture, {}, conditions);
   ASSERT_EQ(d.leaks.size(), 1U);
   EXPECT_NEAR(d.leaks[0].delta, 110, 1);
   EXPECT_TRUE(d.leaks[0].stretch.open_at_start);
   EXPECT_TRUE(d.leaks[0].stretch.open_at_end);
+  // Of a post across it nobody knows how warm it is when it is sound.
+  Picture post(kWidth, kHeight);
+  post.pipe({160, -5}, {160, 245}, 5, 260);
+  const Detections across = detect(post, {}, conditions);
+  ASSERT_EQ(across.pipes.size(), 1U);
+  EXPECT_TRUE(across.leaks.empty());
 }
 
 TEST(LeakDetector, CountsWithAnyStrideSayTheSameAsTemperatures) {

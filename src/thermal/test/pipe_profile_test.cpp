@@ -132,6 +132,18 @@ TEST(PipeProfile, AJointWithinALeakDoesNotDivideIt) {
   EXPECT_NEAR(analysis.leaks()[0].to, 90, 0.5);
 }
 
+TEST(PipeProfile, AJointBesideABodyIsNoLeakThoughBothAreAsLongAsOne) {
+  auto profile = level(100, 150);
+  warm(profile, 40, 14, 230);
+  std::vector<std::uint8_t> shaped(profile.size(), 1);
+  std::fill_n(shaped.begin() + 40, 6, std::uint8_t{0});
+  ProfileAnalysis analysis({});
+  analysis.analyse(profile, shaped, {0.02, {}});  // of 0.28 m, 0.16 m are of the pipe
+  EXPECT_TRUE(analysis.leaks().empty());
+  analysis.analyse(profile, {}, {0.02, {}});
+  EXPECT_EQ(analysis.leaks().size(), 1U);
+}
+
 TEST(PipeProfile, WhatIsHiddenStaysSo) {
   auto profile = level(120, 150);
   warm(profile, 50, 20, kNan);

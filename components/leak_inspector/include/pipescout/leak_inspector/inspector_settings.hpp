@@ -14,6 +14,7 @@
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_store/leak_store.hpp"
 #include "pipescout/message_conversions/camera_mount.hpp"
+#include "pipescout/thermal/temperature_interval.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
 
 namespace pipescout {
@@ -24,6 +25,8 @@ struct InspectorSettings {
   StampLimits stamp_limits;
   double silent_after = 0;  ///< s
   DetectionSettings detection;
+  /// Of pictures of counts; nothing: the camera is not described by its constants.
+  std::optional<thermal::TemperatureErrors> errors;
   CameraMount mount{geometry::SE3()};
   leak_findings::LeakFindingsParameters findings;  ///< valid
   std::string store;                               ///< file; empty: none
@@ -42,6 +45,7 @@ class InspectorParameters {
   [[nodiscard]] InspectorSettings read() const;
 
  private:
+  void declare_deviations();
   void declare_findings(Parameters& parameters);
   void declare_archive(Parameters& parameters);
   void declare_messages(Parameters& parameters);
@@ -49,6 +53,7 @@ class InspectorParameters {
   [[nodiscard]] std::optional<geometry::GeodeticPosition> datum() const;
 
   DetectionParameters detection_;
+  std::optional<BoundParameters<thermal::ParameterDeviations>> deviations_;
   CameraMountParameters mount_;
   std::optional<BoundParameters<leak_findings::LeakFindingsParameters>> findings_;
   Parameter<std::string> range_source_;

@@ -73,7 +73,8 @@ struct LeakFindingsParameters {
   /// m, > 0: how far the middle of a leak may be from the middle of what was seen of it while an
   /// end has not been, standard.
   double hidden_length_deviation = 1.0;
-  /// K, >= 0: how far differences of temperature may be off all alike, standard.
+  /// K, >= 0: how far differences of temperature may be off all alike, standard, where a detection
+  /// does not tell: its `delta_deviation`.
   double delta_deviation = 3.0;
 
   double prior_probability = 0.02;     ///< in (0, 1): that it leaks where nothing was seen yet

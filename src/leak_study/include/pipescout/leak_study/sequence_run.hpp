@@ -38,8 +38,8 @@ struct InspectionSettings {
   double frame_rate = 25;  ///< Hz, [1, 200]
   PoseErrors pose{};
   thermal::LeakDetectorParameters detector{};
-  /// Mounting of the camera and lines of pipes are set by the run.
-  leak_findings::LeakFindingsParameters findings{};
+  /// Mounting of the camera, lines and diameter of pipes are set by the run.
+  leak_findings::LeakFindingsParameters findings{.range_source = leak_findings::RangeSource::kLine};
 };
 
 /// A finding that was raised, at the end of its sequence.

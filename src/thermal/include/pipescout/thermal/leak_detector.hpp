@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +15,7 @@
 
 #include "pipescout/thermal/image.hpp"
 #include "pipescout/thermal/pipe_profile.hpp"
+#include "pipescout/thermal/temperature_interval.hpp"
 
 /// Pipes and leaks in one thermal picture: Ibarguren and others (2013), section 5. Lengths in
 /// pixels, temperatures in degC.
@@ -140,7 +143,11 @@ struct LeakDetection {
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double delta = 0;       ///< K, mean of the stretch above the sound pipe
   double peak_delta = 0;  ///< K
-  double length = 0;      ///< m; NaN: scale not known
+  /// K, standard, that `delta` and `peak_delta` may be off with all that is of one picture, by
+  /// `FrameConditions::errors`; NaN: not known.
+  double delta_deviation = std::numeric_limits<double>::quiet_NaN();
+  double peak_delta_deviation = std::numeric_limits<double>::quiet_NaN();
+  double length = 0;  ///< m; NaN: scale not known
   Severity severity = Severity::kMinor;
 
   [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (start + end); }
@@ -165,11 +172,26 @@ struct Detections {
   }
 };
 
+/// A pipe that was seen in other pictures, where it is sound.
+struct SoundPipe {
+  double temperature = 0;                                ///< degC
+  Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  ///< in the picture, unit
+
+  /// Whether one of that direction, unit, may be the same pipe. What runs across it, a post before
+  /// it or a pipe that feeds it, is as warm as it is, and that is not known.
+  [[nodiscard]] bool may_be(const Eigen::Vector2d& other) const {
+    constexpr double kParallel = 0.94;  // cosine of 20 degrees
+    return std::abs(direction.dot(other)) >= kParallel;
+  }
+};
+
 struct FrameConditions {
   double metres_per_pixel = 0;  ///< across the line of sight, where the pipes are; 0: not known
-  /// degC, of sound pipes here: a pipe that leaks wherever it is seen is noticed too. See
+  /// With it a pipe is noticed too that leaks as far as it is seen. See
   /// `ProfileAnalysis::Conditions`.
-  std::optional<double> reference_temperature{};
+  std::optional<SoundPipe> sound{};
+  /// What temperatures were computed by, and how far that may be off; nothing: not known.
+  std::optional<TemperatureErrors> errors{};
 };
 
 /// Finds the pipes and their leaks in one frame after the other; frames do not depend on each

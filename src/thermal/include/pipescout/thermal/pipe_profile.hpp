@@ -117,7 +117,7 @@ class ProfileAnalysis {
   [[nodiscard]] double quantile(Temperatures t, Shapes pipe_shaped);
   [[nodiscard]] bool is_warm(const PipePart& part) const;
   void label(Temperatures t, Shapes pipe_shaped);
-  void label_warm(Temperatures t, std::size_t first, std::size_t last);
+  void label_warm(Temperatures t, Shapes pipe_shaped, std::size_t first, std::size_t last);
   void join_leaks(Temperatures t);
 
   ProfileParameters parameters_;

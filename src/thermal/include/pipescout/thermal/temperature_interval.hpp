@@ -41,4 +41,14 @@ struct TemperatureInterval {
                                                       double base_counts,
                                                       const ParameterDeviations& deviations);
 
+/// What the temperatures of a picture were computed by, and how far that may be off.
+struct TemperatureErrors {
+  Radiometry radiometry;
+  ParameterDeviations deviations{};
+
+  /// K, standard, of a difference of two temperatures in that picture, degC, as
+  /// `difference_interval`; NaN where one of them has no counts.
+  [[nodiscard]] double of_difference(double temperature, double base) const;
+};
+
 }  // namespace pipescout::thermal
