@@ -208,16 +208,19 @@ TEST(PatrolSimulation, CommandsThatAreNoneAreCounted) {
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until([&] { return !joints.empty(); }));
+  const auto send = [&harness](const trajectory_msgs::msg::JointTrajectory& command) {
+    harness.publish(topics::kArmCommand, command);
+    harness.spin();  // of commands only the last one is kept
+  };
   auto command = stay(joints.back());
   command.points().clear();
-  harness.publish(topics::kArmCommand, command);
+  send(command);
   command = stay(joints.back());
   command.joint_names().back() = "gripper";
-  harness.publish(topics::kArmCommand, command);
+  send(command);
   command = stay(joints.back());
   command.points()[0].positions()[0] = std::nan("");
-  harness.publish(topics::kArmCommand, command);
-  harness.spin();
+  send(command);
   const auto told = harness.next_diagnostics(simulation);
   EXPECT_EQ(harness.value(told, "command.points.empty"), "1");
   EXPECT_EQ(harness.value(told, "command.missing_joint"), "1");
