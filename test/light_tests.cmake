@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Halves what tests cost to build: those of a package share what nearly all include, compiled once, and
+# Makes tests cheaper to build: those of a package share what nearly all include, compiled once, and
 # are optimised less, for what they do themselves is not measured. Libraries and programs are built as
 # their users build them. Given to each package as CMAKE_PROJECT_INCLUDE.
 function(list_targets folder result)
