@@ -113,6 +113,7 @@ class ParticleFilter {
   std::vector<float> weights_;
   std::vector<float> distances_;
   std::vector<float> noise_;
+  // Of particles; the last place is for those that are not copied.
   mutable std::vector<std::uint32_t> order_;
   std::size_t resamplings_ = 0;
   bool started_ = false;

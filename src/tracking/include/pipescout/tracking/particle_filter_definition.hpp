@@ -25,10 +25,11 @@ inline float wrapped(float x, float period, float turns) {
   return x - period * whole;
 }
 
-/// exp(x) for x <= 0, to 3e-7 of it; 0 below -87.
+/// exp(x) for x <= 0, to 3e-7 of it; 0 below -32, which is nothing in a sum of floats whose
+/// greatest is 1, while numbers below the normal range would take many times as long.
 inline float exponential(float x) {
   constexpr float kRounds = 12582912.0F;
-  const float cut = std::max(x, -87.0F);
+  const float cut = std::max(x, -32.0F);
   const float shifted = cut * 1.44269504F + kRounds;
   const float whole = shifted - kRounds;
   const float r = (cut - whole * 0.693145752F) - whole * 1.42860677e-6F;
@@ -38,7 +39,21 @@ inline float exponential(float x) {
                                    r * (0.0416664853F + r * (0.00833337f + r * 0.00139304355F)))));
   const std::int32_t exponent = (static_cast<std::int32_t>(whole) + 127) << 23;
   const float result = series * std::bit_cast<float>(exponent);
-  return x < -87.0F ? 0.0F : result;
+  return x < -32.0F ? 0.0F : result;
+}
+
+/// Of what `of_block` makes of each 1024 numbers, an Eigen array: in vectors, and to the precision
+/// of float for any number of them.
+template <class OfBlock>
+double sum_over_blocks(std::span<const float> numbers, const OfBlock& of_block) {
+  constexpr std::size_t kBlock = 1024;
+  double sum = 0;
+  for (std::size_t begin = 0; begin < numbers.size(); begin += kBlock) {
+    const auto block = numbers.subspan(begin, std::min(kBlock, numbers.size() - begin));
+    sum += static_cast<double>(of_block(
+        Eigen::Map<const Eigen::ArrayXf>(block.data(), static_cast<Eigen::Index>(block.size()))));
+  }
+  return sum;
 }
 
 inline void require(bool good, const char* field, double value, const char* range) {
@@ -82,7 +97,7 @@ ParticleFilter<Model>::ParticleFilter(const Model& model,
   weights_.resize(parameters_.particles);
   distances_.resize(parameters_.particles);
   noise_.resize(parameters_.particles);
-  order_.resize(parameters_.particles);
+  order_.resize(parameters_.particles + 1);
 }
 
 template <ShapeModel Model>
@@ -178,35 +193,24 @@ double ParticleFilter<Model>::effective_samples() const noexcept {
   if (!started_) {
     return 0;
   }
-  float squares = 0;
-  for (const float weight : weights_) {
-    squares += weight * weight;
-  }
   // Equations (17) and (18) come to 1 / sum of w^2.
-  return 1.0 / static_cast<double>(squares);
+  return 1.0 / internal::sum_over_blocks(
+                   weights_, [](const auto& weights) { return weights.square().sum(); });
 }
 
 template <ShapeModel Model>
 void ParticleFilter<Model>::weigh() {
   // The product of likelihoods is the exponential of the sum; the best particle has 1, so that
   // something is left wherever the particles are.
-  float least = std::numeric_limits<float>::max();
+  const auto count = static_cast<Eigen::Index>(parameters_.particles);
+  Eigen::Map<Eigen::ArrayXf> costs(costs_.data(), count);
+  costs += Eigen::Map<const Eigen::ArrayXf>(distances_.data(), count);
+  costs -= costs.minCoeff();
   for (std::size_t k = 0; k < parameters_.particles; ++k) {
-    costs_[k] += distances_[k];
-    least = std::min(least, costs_[k]);
-  }
-  double sum = 0;
-  for (std::size_t k = 0; k < parameters_.particles; ++k) {
-    costs_[k] -= least;
     weights_[k] = internal::exponential(-costs_[k]);
   }
-  for (const float weight : weights_) {
-    sum += static_cast<double>(weight);
-  }
-  const auto scale = static_cast<float>(1.0 / sum);
-  for (float& weight : weights_) {
-    weight *= scale;
-  }
+  Eigen::Map<Eigen::ArrayXf>(weights_.data(), count) *= static_cast<float>(
+      1.0 / internal::sum_over_blocks(weights_, [](const auto& part) { return part.sum(); }));
 }
 
 template <ShapeModel Model>
@@ -215,18 +219,24 @@ void ParticleFilter<Model>::resample() {
   const std::size_t count = parameters_.particles;
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   if (parameters_.resampling == Resampling::kSystematic) {
+    // The copies of a particle begin at the first of the draws, which are a whole number apart,
+    // that the particles before it leave. One without copies begins where the next does, which
+    // takes its place; each copy is of the last particle that begins at it or before. Branches that
+    // depend on weights would cost more than all this.
+    const auto copies = static_cast<double>(count);
     const double first = uniform(engine_);
-    double cumulated = 0;
-    std::size_t next = 0;
+    double before = 0;
+    std::ranges::fill(order_, 0U);
     for (std::size_t k = 0; k < count; ++k) {
-      cumulated += static_cast<double>(weights_[k]) * static_cast<double>(count);
-      while (next < count && first + static_cast<double>(next) < cumulated) {
-        order_[next++] = static_cast<std::uint32_t>(k);
-      }
+      // Rounded up: what is truncated is not negative.
+      const auto begin = static_cast<std::size_t>(before + (1.0 - first));
+      order_[std::min(begin, count)] = static_cast<std::uint32_t>(k);
+      before += static_cast<double>(weights_[k]) * copies;
     }
-    // Rounding may leave the sum short of 1.
-    for (; next < count; ++next) {
-      order_[next] = static_cast<std::uint32_t>(count - 1);
+    std::uint32_t last = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      last = std::max(last, order_[k]);
+      order_[k] = last;
     }
   } else {
     std::partial_sum(weights_.begin(), weights_.end(), distances_.begin());
@@ -302,12 +312,13 @@ typename ParticleFilter<Model>::State ParticleFilter<Model>::robust_mean() const
   if (!started_) {
     return State::Zero();
   }
-  std::iota(order_.begin(), order_.end(), 0U);
-  const auto end = order_.begin() + static_cast<std::ptrdiff_t>(parameters_.best_particles);
-  std::partial_sort(order_.begin(), end, order_.end(), [this](std::uint32_t a, std::uint32_t b) {
+  const auto all = std::span(order_).first(parameters_.particles);
+  std::iota(all.begin(), all.end(), 0U);
+  const auto best = all.first(parameters_.best_particles);
+  std::partial_sort(all.begin(), best.end(), all.end(), [this](std::uint32_t a, std::uint32_t b) {
     return weights_[a] != weights_[b] ? weights_[a] > weights_[b] : a < b;
   });
-  return mean_of({order_.begin(), end});
+  return mean_of(best);
 }
 
 template <ShapeModel Model>
@@ -315,8 +326,9 @@ typename ParticleFilter<Model>::State ParticleFilter<Model>::weighted_mean() con
   if (!started_) {
     return State::Zero();
   }
-  std::iota(order_.begin(), order_.end(), 0U);
-  return mean_of(order_);
+  const auto all = std::span(order_).first(parameters_.particles);
+  std::iota(all.begin(), all.end(), 0U);
+  return mean_of(all);
 }
 
 template <ShapeModel Model>
