@@ -33,17 +33,16 @@ bool set_at(const BitMask& mask, const Eigen::Vector2d& point) {
 template <class Pixel>
 float temperature_at(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
                      const Eigen::Vector2d& point) {
-  const double left = std::floor(point.x());
-  const double top = std::floor(point.y());
-  const int x = static_cast<int>(left);
-  const int y = static_cast<int>(top);
-  const auto u = static_cast<float>(point.x() - left);
-  const auto v = static_cast<float>(point.y() - top);
-  const int right = u > 0 ? x + 1 : x;
-  const int bottom = v > 0 ? y + 1 : y;
-  if (x < 0 || y < 0 || right >= image.width || bottom >= image.height) {
+  if (!(point.x() >= 0 && point.y() >= 0 && point.x() <= image.width - 1 &&
+        point.y() <= image.height - 1)) {
     return std::numeric_limits<float>::quiet_NaN();
   }
+  const int x = static_cast<int>(point.x());
+  const int y = static_cast<int>(point.y());
+  const auto u = static_cast<float>(point.x() - x);
+  const auto v = static_cast<float>(point.y() - y);
+  const int right = u > 0 ? x + 1 : x;
+  const int bottom = v > 0 ? y + 1 : y;
   const float upper = (1 - u) * scale(image(x, y)) + u * scale(image(right, y));
   const float lower = (1 - u) * scale(image(x, bottom)) + u * scale(image(right, bottom));
   return (1 - v) * upper + v * lower;
@@ -228,17 +227,18 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
                                      ? std::numeric_limits<float>::quiet_NaN()
                                      : trimmed_mean(values, seen));
     const double here = detections.profile.back();
-    sides[0].add(sign * (here - temperature_at(image, scale, middle - outside)));
-    sides[1].add(sign * (here - temperature_at(image, scale, middle + outside)));
     // Warmth counts from the threshold; where that varies, all that is set is as warm.
     const double own = sign * (here - threshold.threshold());
-    const auto as_warm = [&](const Eigen::Vector2d& point) {
-      return set_at(mask, point) &&
-             !(sign * (temperature_at(image, scale, point) - threshold.threshold()) <
-               kSameBody * own);
-    };
-    const bool shaped = (set_at(mask, middle + inside) || set_at(mask, middle - inside)) &&
-                        !as_warm(middle + outside) && !as_warm(middle - outside);
+    bool flanked = false;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Eigen::Vector2d beyond = middle + (side == 0 ? -1.0 : 1.0) * outside;
+      const double there = temperature_at(image, scale, beyond);
+      sides[side].add(sign * (here - there));
+      flanked |=
+          set_at(mask, beyond) && !(sign * (there - threshold.threshold()) < kSameBody * own);
+    }
+    const bool shaped =
+        !flanked && (set_at(mask, middle + inside) || set_at(mask, middle - inside));
     pipe_shaped.push_back(shaped ? 1 : 0);
   }
   const double one = sides[0].mean();

@@ -54,48 +54,56 @@ void set_bits(const Pixel* pixels, int width, std::uint64_t* words, const Test& 
   }
 }
 
-/// Whether what is finite in a table never falls, and lies together.
-bool rises(std::span<const float> celsius) {
+/// What is finite in a table; nothing where it falls, or does not lie together.
+std::span<const float> rising_part(std::span<const float> celsius) {
   int falls = 0;
   int begins = 0;
+  std::uint32_t begin = 0;  // the sum of all, of which there should be one
   int finite = 0;
-  for (std::size_t i = 0; i + 1 < celsius.size(); ++i) {
-    falls += celsius[i + 1] < celsius[i] ? 1 : 0;
-    begins += celsius[i] != celsius[i] && celsius[i + 1] == celsius[i + 1] ? 1 : 0;
-    finite += celsius[i] == celsius[i] ? 1 : 0;
+  const int last = static_cast<int>(celsius.size()) - 1;
+  for (int i = 0; i < last; ++i) {
+    const float t = celsius[static_cast<std::size_t>(i)];
+    const float next = celsius[static_cast<std::size_t>(i) + 1];
+    const int here = t != t && next == next ? 1 : 0;
+    falls += next < t ? 1 : 0;
+    begins += here;
+    begin += static_cast<std::uint32_t>(here * (i + 1));
+    finite += t == t ? 1 : 0;
   }
   if (!celsius.empty()) {
     begins += celsius.front() == celsius.front() ? 1 : 0;
     finite += celsius.back() == celsius.back() ? 1 : 0;
   }
-  return falls == 0 && begins == 1 && finite > 0;
+  if (falls != 0 || begins != 1) {
+    return {};
+  }
+  return celsius.subspan(begin, static_cast<std::size_t>(finite));
 }
 
-/// What is above a threshold (hot) or below it (cold): a grey level that stands for all that is not
-/// above is no pipe.
+/// What is above a threshold (hot) or below it (cold).
+Band<float> band_of_temperatures(double threshold, Polarity polarity) {
+  const auto t = static_cast<float>(threshold);
+  constexpr float kMost = std::numeric_limits<float>::max();
+  return polarity == Polarity::kHot ? Band<float>{std::nextafter(t, kMost), kMost, false}
+                                    : Band<float>{-kMost, std::nextafter(t, -kMost), false};
+}
+
+/// The same of counts: a grey level that stands for all that is not above is no pipe. `known`: the
+/// part of the table `celsius` that rises.
 template <class Pixel>
-Band<Pixel> band_of(const Scale<Pixel>& scale, double threshold, Polarity polarity) {
+Band<Pixel> band_of_counts(std::span<const float> celsius, std::span<const float> known,
+                           double threshold, Polarity polarity) {
+  const auto before = known.data() - celsius.data();
+  constexpr std::ptrdiff_t kCounts = std::ptrdiff_t{std::numeric_limits<Pixel>::max()} + 1;
+  const auto reachable = known.first(
+      static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(kCounts - before, 0, std::ssize(known))));
   const bool hot = polarity == Polarity::kHot;
-  if constexpr (std::is_same_v<Pixel, float>) {
-    const auto t = static_cast<float>(threshold);
-    constexpr float kMost = std::numeric_limits<float>::max();
-    return hot ? Band<float>{std::nextafter(t, kMost), kMost, false}
-               : Band<float>{-kMost, std::nextafter(t, -kMost), false};
-  } else {
-    const std::size_t size = std::min(
-        scale.celsius.size(), std::size_t{std::numeric_limits<Pixel>::max()} + std::size_t{1});
-    std::size_t first = size;
-    std::size_t last = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      const double t = scale.celsius[i];
-      if (hot ? t > threshold : t < threshold) {
-        first = std::min(first, i);
-        last = i;
-      }
-    }
-    return first == size ? Band<Pixel>{0, 0, true}
-                         : Band<Pixel>{static_cast<Pixel>(first), static_cast<Pixel>(last), false};
-  }
+  const auto from = hot ? std::ranges::upper_bound(reachable, threshold) : reachable.begin();
+  const auto to = hot ? reachable.end() : std::ranges::lower_bound(reachable, threshold);
+  const auto count = [&](auto place) {
+    return static_cast<Pixel>(before + (place - reachable.begin()));
+  };
+  return from == to ? Band<Pixel>{0, 0, true} : Band<Pixel>{count(from), count(to - 1), false};
 }
 
 template <class Pixel>
@@ -145,10 +153,9 @@ FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>
     return FrameFault::kBadShape;
   }
   mask_.resize(image.width, image.height);
-  if constexpr (!std::is_same_v<Pixel, float>) {
-    if (!rises(scale.celsius)) {
-      return FrameFault::kBadTable;
-    }
+  const std::span<const float> known = rising_part(scale.celsius);
+  if (!std::is_same_v<Pixel, float> && known.empty()) {
+    return FrameFault::kBadTable;
   }
   const auto [low, high] = extremes(image);
   if (low > high || (std::isnan(scale(low)) && std::isnan(scale(high)) && low == high)) {
@@ -167,7 +174,12 @@ FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>
   if (std::isnan(threshold_)) {
     return FrameFault::kNone;
   }
-  const Band<Pixel> band = band_of(scale, threshold_, parameters.polarity);
+  Band<Pixel> band;
+  if constexpr (std::is_same_v<Pixel, float>) {
+    band = band_of_temperatures(threshold_, parameters.polarity);
+  } else {
+    band = band_of_counts<Pixel>(scale.celsius, known, threshold_, parameters.polarity);
+  }
   if (band.empty || high < band.low || low > band.high) {
     return FrameFault::kNone;
   }
