@@ -5,15 +5,16 @@
 #   test/sanitize.sh [address|thread] [PACKAGE...]
 #
 # Without a sanitizer: both, one after the other. Without packages: all but the benchmark and the
-# house rules. Closes with a line per sanitizer. Exits with 0 when nothing was found, with 2 for a
-# package that there is not, else with another code.
+# house rules; what packages need beside them is built without its tests. Closes with a line per
+# sanitizer. Exits with 0 when nothing was found, with 2 for a package that there is not, else with
+# another code.
 set -euo pipefail
 unset CDPATH
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 case "${1:-}" in
   -h | --help)
-    sed -n '3,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+    sed -n '3,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
   address | thread) sanitizers=("$1"); shift ;;
@@ -24,11 +25,11 @@ launch_scripts/setup.sh
 source test/packages.sh
 if [ $# -gt 0 ]; then
   require_packages "$@"
-  select=(--packages-up-to "$@") test_select=(--packages-select "$@")
+  select=(--packages-select "$@")
   tested=("$@")
 else
   skipped=(pipescout_benchmark pipescout_house_rules)
-  select=(--packages-skip "${skipped[@]}") test_select=(--packages-skip "${skipped[@]}")
+  select=(--packages-skip "${skipped[@]}")
   mapfile -t tested < <(packages | grep -vxF "${skipped[@]/#/-e}")
 fi
 export ROS_LOCALHOST_ONLY=1
@@ -49,12 +50,20 @@ for sanitizer in "${sanitizers[@]}"; do
   log=(--log-base "build/sanitize_$sanitizer/log")
   mkdir -p "build/sanitize_$sanitizer"
   touch build/COLCON_IGNORE
-  colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "${select[@]}" \
-    --cmake-args -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
-    "-DCMAKE_C_FLAGS=$flags" "-DCMAKE_PROJECT_INCLUDE=$PWD/test/light_tests.cmake"
+  build() {
+    local testing=$1
+    shift
+    colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "$@" --cmake-args \
+      -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
+      "-DCMAKE_C_FLAGS=$flags" "-DCMAKE_PROJECT_INCLUDE=$PWD/test/light_tests.cmake" "-DBUILD_TESTING=$testing"
+  }
+  if [ $# -gt 0 ]; then
+    build OFF --packages-up-to "$@" --packages-skip "$@"
+  fi
+  build ON "${select[@]}"
   forget_results "build/sanitize_$sanitizer/build"
   if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
-    "${test_select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
+    "${select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
     mapfile -t untold < <(without_results "build/sanitize_$sanitizer/build" "${tested[@]}")
     if [ ${#untold[@]} -eq 0 ]; then
       echo "$sanitizer: nothing found"
