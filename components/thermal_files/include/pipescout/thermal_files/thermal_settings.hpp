@@ -24,6 +24,8 @@ struct ObjectChanges {
   std::optional<double> window_temperature;
   std::optional<double> window_transmission;
 
+  /// All of them.
+  [[nodiscard]] static ObjectChanges to(const thermal::ObjectParameters& object);
   [[nodiscard]] thermal::ObjectParameters apply(thermal::ObjectParameters object) const;
 };
 
@@ -84,5 +86,8 @@ struct ThermalSettings {
 /// The same of a text; `name` is for messages.
 [[nodiscard]] ThermalSettings parse_thermal_settings(const std::string& text,
                                                      const std::string& name);
+
+/// Read back, the same bits.
+[[nodiscard]] std::string to_yaml(const ThermalSettings& settings);
 
 }  // namespace pipescout

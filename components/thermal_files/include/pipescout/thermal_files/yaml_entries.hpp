@@ -61,6 +61,9 @@ class YamlEntries {
   std::string name_;
 };
 
+/// With as many digits as it takes to read the same value back. `value`: finite.
+[[nodiscard]] std::string yaml_number(double value);
+
 /// The content of a file. Throws std::runtime_error naming it.
 [[nodiscard]] std::string text_of(const std::filesystem::path& file);
 
