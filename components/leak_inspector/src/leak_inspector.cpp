@@ -18,6 +18,7 @@
 #include "pipescout/interfaces/topics.hpp"
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
+#include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 
@@ -32,25 +33,12 @@ using leak_findings::FrameResult;
 using leak_findings::InputFault;
 using thermal::Detections;
 using thermal::FrameFault;
-namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
 
 constexpr std::size_t kOdometryHistory = 2000;
 /// s over which odometry is interpolated, and moved on beyond its last message.
 constexpr double kOdometryReach = 0.2;
 /// m, between places of the robot that the report shows.
 constexpr double kTrackStep = 1.0;
-
-std::uint8_t to_message(EventKind kind) {
-  switch (kind) {
-    case EventKind::kRaised:
-      return event_constants::RAISED;
-    case EventKind::kUpdated:
-      return event_constants::UPDATED;
-    case EventKind::kCleared:
-      return event_constants::CLEARED;
-  }
-  return event_constants::UPDATED;
-}
 
 /// degC of a picture; `buffer` is used where it is none of degC itself.
 thermal::TemperatureView temperatures(const ThermalImageReader::View& picture,
@@ -91,6 +79,11 @@ CallbackReturn LeakInspector::on_configure() {
   calibration_.reset();
   findings_.reset();
   archive_ = std::make_unique<FindingsArchive>(settings_->store, settings_->report_folder);
+  recording_.reset();
+  if (!settings_->pictures_folder.empty()) {
+    recording_ = std::make_unique<PictureRecording>(
+        settings_->pictures_folder, settings_->thermal_settings, settings_->survey_settings);
+  }
   track_.clear();
   ConditionRecord conditions = settings_->conditions;
   conditions.time = to_seconds(now().time_since_epoch());
@@ -157,6 +150,7 @@ CallbackReturn LeakInspector::on_cleanup() {
   event_publisher_ = {};
   findings_.reset();
   archive_.reset();
+  recording_.reset();
   detector_.reset();
   odometry_.reset();
   return CallbackReturn::kSuccess;
@@ -175,7 +169,9 @@ void LeakInspector::on_camera_info(const CameraInfo& message) {
   leak_findings::LeakFindings anew(settings_->findings, *camera_);
   if (findings_) {
     report_fault("camera_info.changed",
-                 "the calibration has changed: leaks that are not raised yet start again");
+                 "the calibration has changed: leaks that are not raised yet start again" +
+                     std::string(recording_ ? ", and no more pictures are kept" : ""));
+    recording_.reset();  // is of one camera
     anew.restore(findings_->findings());
   } else {
     try_to_keep([&] {
@@ -295,6 +291,9 @@ void LeakInspector::on_image(const Image& message) {
       report_fault("findings." + std::string(to_string(result.fault)),
                    "a picture is of less use to findings: " + std::string(to_string(result.fault)));
     }
+    if (result.fault != InputFault::kBadTime) {
+      record(picture, frame);
+    }
     finding_of = result.finding_of;
     keep_evidence(result, frame, picture, celsius, detections);
     for (const leak_findings::Event& event : result.events) {
@@ -305,6 +304,18 @@ void LeakInspector::on_image(const Image& message) {
       detections_message(detections, finding_of));
   told->header(message.header());
   detections_publisher_.publish(std::move(told));
+}
+
+void LeakInspector::record(const ThermalImageReader::View& picture,
+                           const leak_findings::Frame& frame) {
+  if (!recording_) {
+    return;
+  }
+  try {
+    recording_->add(picture, frame, camera_->parameters());
+  } catch (const std::system_error& error) {
+    report_fault("pictures.failed", std::string("a picture was not kept: ") + error.what());
+  }
 }
 
 void LeakInspector::keep_evidence(const FrameResult& result, const leak_findings::Frame& frame,
@@ -332,7 +343,7 @@ void LeakInspector::publish(const leak_findings::Event& event, const Image& pict
   auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
   told->header().stamp(picture.header().stamp());
   told->header().frame_id(settings_->map_frame);
-  told->kind(to_message(event.kind));
+  told->kind(event_kind(event.kind));
   told->finding(finding_message(*finding));
   if (const Evidence* const evidence = archive_->evidence(event.finding)) {
     told->finding().thumbnail().header(picture.header());
@@ -365,6 +376,9 @@ void LeakInspector::tell_counts() {
   };
   tell("pictures", frame_);
   tell("pictures.with_pipe", with_pipe_);
+  if (recording_) {
+    tell("pictures.kept", recording_->pictures());
+  }
   if (!findings_) {
     return;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "leak_messages.hpp"
 
+#include <pipescout_msgs/msg/leak_event.hpp>
 #include <string>
 
 #include "pipescout/interfaces/conversions.hpp"
@@ -67,6 +68,20 @@ pipescout_msgs::msg::LeakDetections detections_message(const thermal::Detections
         to_message(detections.leaks[i], i < finding_of.size() ? finding_of[i] : 0));
   }
   return message;
+}
+
+std::uint8_t event_kind(leak_findings::EventKind kind) {
+  using leak_findings::EventKind;
+  namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
+  switch (kind) {
+    case EventKind::kRaised:
+      return event_constants::RAISED;
+    case EventKind::kUpdated:
+      return event_constants::UPDATED;
+    case EventKind::kCleared:
+      return event_constants::CLEARED;
+  }
+  return event_constants::UPDATED;
 }
 
 pipescout_msgs::msg::LeakFinding finding_message(const Finding& finding) {

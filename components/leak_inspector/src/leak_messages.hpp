@@ -16,6 +16,9 @@ namespace pipescout {
 [[nodiscard]] pipescout_msgs::msg::LeakDetections detections_message(
     const thermal::Detections& detections, std::span<const std::uint64_t> finding_of);
 
+/// `kind` of a LeakEvent.
+[[nodiscard]] std::uint8_t event_kind(leak_findings::EventKind kind);
+
 /// All but the thumbnail. Times of findings are s since the epoch of `Time`.
 [[nodiscard]] pipescout_msgs::msg::LeakFinding finding_message(
     const leak_findings::Finding& finding);

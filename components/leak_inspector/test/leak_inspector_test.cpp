@@ -16,6 +16,9 @@
 #include "pipescout/interfaces/testing/component_harness.hpp"
 #include "pipescout/interfaces/testing/temporary_folder.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/leak_store/leak_store.hpp"
+#include "pipescout/leak_survey/leak_survey.hpp"
+#include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
@@ -226,6 +229,62 @@ TEST_F(LeakInspectorTest, KnowsALeakAgainOnAnotherDayAndReports) {
   for (const char* file : {"report.html", "leaks.geojson", "leaks.kml", "leaks.csv"}) {
     EXPECT_GT(std::filesystem::file_size(report / file), 100U) << file;
   }
+}
+
+TEST_F(LeakInspectorTest, KeepsPicturesOfWhichASurveyFindsTheSame) {
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path pictures = folder.path() / kMissionPictures;
+  start({{"pictures_folder", pictures.string()},
+         {"leak_delta", std::vector<double>{55.0}},
+         {"deviations.emissivity", 0.001},
+         {"raise_probability", 0.95}});
+  drive(9, 10);  // not calibrated yet
+  EXPECT_FALSE(std::filesystem::exists(pictures / "00000001.tiff"));
+  send_calibration();
+  const std::size_t before = detections_.size();
+  drive(10, 32);
+  const auto& live = events_.back().finding();
+  const std::size_t kept = detections_.size() - before;
+
+  LeakSurveyOptions options;
+  options.pictures = folder.path();  // as a mission's
+  options.out = folder.path() / "out";
+  options.complain = [](const std::string& problem) { ADD_FAILURE() << problem; };
+  const LeakSurveyResult result = survey_leaks(options);
+  EXPECT_EQ(result.pictures, kept);
+  const auto found = LeakStore(options.out / "leaks.sqlite").findings();
+  ASSERT_EQ(found.size(), 1U);
+  ASSERT_TRUE(found[0].position.has_value());
+  const auto& position = found[0].position->point;
+  EXPECT_NEAR(position.x(), live.position().x(), 0.02);
+  EXPECT_NEAR(position.y(), live.position().y(), 0.02);
+  EXPECT_NEAR(position.z(), live.position().z(), 0.02);
+  EXPECT_NEAR(found[0].mean_delta, live.delta(), 0.5);
+  EXPECT_NEAR(found[0].mean_delta_interval.low, live.delta_low(), 1.0);
+  EXPECT_NEAR(found[0].mean_delta_interval.high, live.delta_high(), 1.0);
+  EXPECT_NEAR(found[0].length, live.length(), 0.05);
+}
+
+TEST_F(LeakInspectorTest, PicturesAreKeptInAFolderOfTheirOwn) {
+  const testing::TemporaryFolder folder;
+  std::ofstream(folder.path() / "00000001.tiff") << "of yesterday";
+  auto& inspector = harness_.make<LeakInspector>(
+      {.name = "inspector", .parameters = {{"pictures_folder", folder.path().string()}}});
+  const auto result = harness_.configure(inspector);
+  EXPECT_FALSE(result.success);
+  EXPECT_THAT(result.message, HasSubstr(folder.path().string() + ": is not empty"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "thermal.yaml"));
+}
+
+TEST_F(LeakInspectorTest, APictureThatIsNotKeptIsCountedAndTheInspectionGoesOn) {
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path pictures = folder.path() / "pictures";
+  auto& inspector = start({{"pictures_folder", pictures.string()}});
+  send_calibration();
+  std::filesystem::remove_all(pictures);
+  drive(10, 32);
+  EXPECT_NE(counted(inspector, "pictures.failed"), "none");
+  EXPECT_EQ(events(event_constants::RAISED).size(), 1U);
 }
 
 TEST_F(LeakInspectorTest, AStoreThatIsNoneIsNamed) {

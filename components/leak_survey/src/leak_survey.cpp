@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_report.hpp"
+#include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"
@@ -61,33 +61,47 @@ double written(const fs::path& file) {
 }
 
 SurveySettings settings_of(const LeakSurveyOptions& options) {
-  const fs::path file = options.pictures / "survey.yaml";
+  const fs::path file = options.pictures / kSurveyFile;
   SurveySettings settings =
-      parse_survey_settings(fs::exists(file) ? text_of(file) : "", file.string());
-  settings.preset = options.preset.value_or(settings.preset);
-  if (options.poses && !settings.field_of_view) {
-    throw std::runtime_error(file.string() +
-                             ": poses need the camera's field_of_view, which is not there");
+      parse_survey_settings(fs::exists(file) ? text_of(file) : "", file.string(), options.preset);
+  if (options.poses && !settings.field_of_view && !settings.camera) {
+    throw std::runtime_error(
+        file.string() + ": poses need the camera's field_of_view, or camera; neither is there");
   }
   return settings;
 }
 
 ThermalSettings thermal_settings_of(const LeakSurveyOptions& options) {
-  const fs::path file = options.pictures / "thermal.yaml";
+  const fs::path file = options.pictures / kThermalFile;
   return fs::exists(file) ? read_thermal_settings(file) : ThermalSettings{};
+}
+
+/// Finds the pictures of a mission, and the poses with them.
+LeakSurveyOptions located(LeakSurveyOptions options) {
+  if (fs::is_directory(options.pictures / kMissionPictures)) {
+    options.pictures /= kMissionPictures;
+  }
+  const fs::path poses = options.pictures / kPosesFile;
+  if (!options.poses && fs::exists(poses)) {
+    options.poses = poses;
+  }
+  return options;
 }
 
 class Survey {
  public:
   explicit Survey(const LeakSurveyOptions& options)
-      : options_(options),
-        settings_(settings_of(options)),
-        reader_(thermal_settings_of(options), options.exiftool),
-        detector_(detector_parameters(settings_)),
+      : options_(located(options)),
+        settings_(settings_of(options_)),
+        reader_(thermal_settings_of(options_), options.exiftool),
+        detector_(settings_.detector),
         archive_(made(options.out) / "leaks.sqlite", options.out) {
-    if (options.poses) {
-      const std::string file = options.poses->string();
+    if (options_.poses) {
+      const std::string file = options_.poses->string();
       poses_ = parse_survey_poses(read_csv_text(file), file, settings_);
+      if (!poses_.problem.empty()) {
+        complain(poses_.problem);
+      }
     }
   }
 
@@ -120,15 +134,6 @@ class Survey {
     return folder;
   }
 
-  static thermal::LeakDetectorParameters detector_parameters(const SurveySettings& settings) {
-    thermal::LeakDetectorParameters parameters =
-        thermal::LeakDetectorParameters::of(settings.preset);
-    if (settings.findings.range_source == leak_findings::RangeSource::kDiameter) {
-      parameters.pipe_diameter = settings.findings.pipe_diameter;
-    }
-    return parameters;
-  }
-
   void progress(std::size_t done, std::size_t total) const {
     if (options_.progress) {
       options_.progress(done, total);
@@ -146,12 +151,14 @@ class Survey {
 
   leak_findings::LeakFindings& findings_for(const ThermalPicture& picture) {
     if (!findings_) {
-      geometry::CameraParameters camera;
-      camera.width = picture.width;
-      camera.height = picture.height;
-      camera.focal_length = focal_length(picture.width);
-      camera.centre_u = 0.5 * (picture.width - 1);
-      camera.centre_v = 0.5 * (picture.height - 1);
+      geometry::CameraParameters camera = settings_.camera.value_or(geometry::CameraParameters{});
+      if (!settings_.camera) {
+        camera.width = picture.width;
+        camera.height = picture.height;
+        camera.focal_length = focal_length(picture.width);
+        camera.centre_u = 0.5 * (picture.width - 1);
+        camera.centre_v = 0.5 * (picture.height - 1);
+      }
       findings_.emplace(settings_.findings, geometry::Camera(camera));
       findings_->restore(archive_.known());
     }
@@ -173,19 +180,19 @@ class Survey {
     const ThermalPicture picture = reader_.read(file);
     ++result_.pictures;
     const std::string name = file.filename().string();
-    const auto pose = poses_.find(name);
-    const PicturePose* known = pose == poses_.end() ? nullptr : &pose->second;
+    const auto pose = poses_.by_file.find(name);
+    const PicturePose* known = pose == poses_.by_file.end() ? nullptr : &pose->second;
 
     leak_findings::LeakFindings& findings = findings_for(picture);
     leak_findings::Frame frame;
     frame.time = time_of(file, picture, known);
     frame.number = ++number_;
-    if (known != nullptr) {
+    if (known != nullptr && known->pose) {
       frame.pose = known->pose;
-      track_.emplace_back(known->pose.T_map_base.translation().head<2>());
+      track_.emplace_back(known->pose->T_map_base.translation().head<2>());
     }
     thermal::FrameConditions conditions = findings.conditions(frame);
-    if (!settings_.field_of_view) {
+    if (!settings_.field_of_view && !settings_.camera) {
       conditions.metres_per_pixel = 0;  // the usual one would be a guess
     }
     if (picture.radiometry) {
@@ -241,7 +248,9 @@ class Survey {
               ? "does not tell when it was taken, as others do: it counts for no finding"
               : "was not taken after the picture before it: it counts for no finding";
     } else if (outcome.fault == leak_findings::InputFault::kBadSize) {
-      shown.problem = "has another size than the first picture: it counts for no finding";
+      shown.problem = std::string("has another size than ") +
+                      (settings_.camera ? "the camera" : "the first picture") +
+                      ": it counts for no finding";
     } else if (outcome.fault == leak_findings::InputFault::kNoPose && options_.poses) {
       shown.problem = "has no pose: leaks in it have no place";
     }
@@ -302,12 +311,12 @@ class Survey {
     archive_.write_report(archive_.known(), std::move(report));
   }
 
-  const LeakSurveyOptions& options_;
+  const LeakSurveyOptions options_;
   SurveySettings settings_;
   ThermalFileReader reader_;
   thermal::LeakDetector detector_;
   FindingsArchive archive_;
-  std::map<std::string, PicturePose> poses_;
+  SurveyPoses poses_;
   std::optional<leak_findings::LeakFindings> findings_;  // from the first picture on
   std::vector<Eigen::Vector2d> track_;
   std::vector<Shown> shown_;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/leak_survey/survey_poses.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
 
 #include "pipescout/odometer_replay/csv_table.hpp"
 
@@ -31,54 +33,115 @@ double number(const CsvReader& reader, std::size_t column) {
   return *value;
 }
 
-geometry::SE3 pose_of(const CsvReader& reader, const std::array<std::size_t, 7>& columns) {
+/// Nothing where all of its cells are empty.
+std::optional<geometry::SE3> pose_of(const CsvReader& reader,
+                                     const std::array<std::size_t, 7>& columns) {
+  if (std::all_of(columns.begin(), columns.end(),
+                  [&](std::size_t column) { return reader.cells()[column].empty(); })) {
+    return std::nullopt;
+  }
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < v.size(); ++i) {
     v[i] = number(reader, columns[i]);
   }
   try {
-    return {geometry::SO3::from_quaternion(Eigen::Quaterniond(v[6], v[3], v[4], v[5])),
-            {v[0], v[1], v[2]}};
+    return geometry::SE3(geometry::SO3::from_quaternion(Eigen::Quaterniond(v[6], v[3], v[4], v[5])),
+                         {v[0], v[1], v[2]});
   } catch (const std::invalid_argument&) {
     reader.refuse(columns[6], "part of a quaternion of norm 1");
   }
 }
 
+geometry::Matrix6d covariance_of(const CsvReader& reader, const SurveySettings& settings) {
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
+  for (std::size_t i = 0; i < kDeviations.size(); ++i) {
+    double deviation = i < 3 ? settings.position_deviation : settings.orientation_deviation;
+    if (const auto column = reader.find_column(kDeviations[i])) {
+      deviation = number(reader, *column);
+      if (!(deviation > 0)) {
+        reader.refuse(*column, "above 0");
+      }
+    }
+    const auto k = static_cast<Eigen::Index>(i);
+    covariance(k, k) = deviation * deviation;
+  }
+  return covariance;
+}
+
+std::ptrdiff_t commas(std::string_view line) {
+  return std::count(line.begin(), line.end(), ',');
+}
+
+/// Without a last line that has no end and lacks cells, of which `problem` then tells.
+std::string_view whole_lines(std::string_view text, const std::string& path, std::string& problem) {
+  const std::size_t last_end = text.rfind('\n');
+  if (last_end == std::string_view::npos ||
+      commas(text.substr(last_end)) >= commas(text.substr(0, text.find('\n')))) {
+    return text;
+  }
+  const std::string_view whole = text.substr(0, last_end + 1);
+  if (whole.size() < text.size()) {
+    problem = path + ":" + std::to_string(1 + std::count(whole.begin(), whole.end(), '\n')) +
+              ": the last line is cut short: it is left out";
+  }
+  return whole;
+}
+
 }  // namespace
 
-std::map<std::string, PicturePose> parse_survey_poses(const std::string& text,
-                                                      const std::string& path,
-                                                      const SurveySettings& settings) {
-  CsvReader reader(text, path);
+SurveyPoses parse_survey_poses(const std::string& text, const std::string& path,
+                               const SurveySettings& settings) {
+  SurveyPoses poses;
+  CsvReader reader(whole_lines(text, path, poses.problem), path);
   const std::size_t file = needed(reader, "file");
   std::array<std::size_t, kPose.size()> pose{};
   for (std::size_t i = 0; i < kPose.size(); ++i) {
     pose[i] = needed(reader, kPose[i]);
   }
   const auto time = reader.find_column("time");
-  std::map<std::string, PicturePose> poses;
   while (reader.next()) {
     PicturePose entry;
     if (time) {
       entry.time = number(reader, *time);
     }
-    entry.pose.T_map_base = pose_of(reader, pose);
-    for (std::size_t i = 0; i < kDeviations.size(); ++i) {
-      double deviation = i < 3 ? settings.position_deviation : settings.orientation_deviation;
-      if (const auto column = reader.find_column(kDeviations[i])) {
-        deviation = number(reader, *column);
-        if (!(deviation > 0)) {
-          reader.refuse(*column, "above 0");
-        }
-      }
-      const auto k = static_cast<Eigen::Index>(i);
-      entry.pose.covariance(k, k) = deviation * deviation;
+    if (const auto T_map_base = pose_of(reader, pose)) {
+      entry.pose = {.T_map_base = *T_map_base, .covariance = covariance_of(reader, settings)};
     }
-    if (!poses.emplace(reader.cells()[file], entry).second) {
+    if (!poses.by_file.emplace(reader.cells()[file], entry).second) {
       reader.refuse(file, "named once");
     }
   }
   return poses;
+}
+
+std::string survey_pose_header() {
+  std::string header = "time";
+  for (const char* column : kPose) {
+    header += std::string(",") + column;
+  }
+  for (const char* column : kDeviations) {
+    header += std::string(",") + column;
+  }
+  return header + ",file";
+}
+
+std::string survey_pose_line(const std::string& file, const PicturePose& picture) {
+  std::string line = picture.time ? format_csv_number(*picture.time) : "";
+  const auto add = [&line](double value) { line += "," + format_csv_number(value); };
+  if (picture.pose) {
+    const geometry::SE3& T = picture.pose->T_map_base;
+    const Eigen::Quaterniond q = T.rotation().quaternion();
+    for (const double value : {T.translation().x(), T.translation().y(), T.translation().z(), q.x(),
+                               q.y(), q.z(), q.w()}) {
+      add(value);
+    }
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      add(std::sqrt(picture.pose->covariance(k, k)));
+    }
+  } else {
+    line.append(kPose.size() + kDeviations.size(), ',');
+  }
+  return line + "," + file;
 }
 
 }  // namespace pipescout

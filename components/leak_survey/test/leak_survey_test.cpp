@@ -95,9 +95,6 @@ class Survey : public ::testing::Test {
     LeakSurveyOptions o;
     o.pictures = folder_ / folder;
     o.out = folder_ / "out";
-    if (fs::exists(folder_ / folder / "poses.csv")) {
-      o.poses = folder_ / folder / "poses.csv";
-    }
     o.made = "Made by a test";
     o.complain = [this](const std::string& problem) { problems_.push_back(problem); };
     return o;
@@ -172,9 +169,8 @@ TEST_F(Survey, ASoundPipeGivesNoFinding) {
 
 TEST_F(Survey, WithoutPosesThereAreFindingsWithoutAPlace) {
   drive("night", true, 1000);
-  LeakSurveyOptions o = options();
-  o.poses.reset();
-  EXPECT_EQ(survey_leaks(o).raised, 1U);
+  fs::remove(folder_ / "night/poses.csv");
+  EXPECT_EQ(survey_leaks(options()).raised, 1U);
   EXPECT_FALSE(LeakStore(folder_ / "out" / "leaks.sqlite").findings()[0].position.has_value());
 }
 
@@ -201,6 +197,25 @@ TEST_F(Survey, BrokenPicturesAreToldAndTheOthersCount) {
   EXPECT_EQ(result.failed, 7U);
   EXPECT_EQ(problems_.size(), 7U);
   EXPECT_THAT(content(folder_ / "out" / "report.html"), HasSubstr("000.png: is empty"));
+}
+
+TEST_F(Survey, PosesMayLieElsewhere) {
+  drive("night", true, 1000);
+  fs::rename(folder_ / "night/poses.csv", folder_ / "elsewhere.csv");
+  LeakSurveyOptions o = options();
+  o.poses = folder_ / "elsewhere.csv";
+  survey_leaks(o);
+  EXPECT_TRUE(LeakStore(folder_ / "out" / "leaks.sqlite").findings()[0].position.has_value());
+}
+
+TEST_F(Survey, PosesThatAreCutShortAreTold) {
+  drive("night", true, 1000);
+  const std::string poses = content(folder_ / "night" / "poses.csv");
+  write("night/poses.csv", poses.substr(0, poses.size() - 12));
+  const LeakSurveyResult result = survey_leaks(options());
+  EXPECT_EQ(result.raised, 1U);
+  EXPECT_EQ(result.out_of_order, 1U) << "the last picture";
+  EXPECT_THAT(problems_, Contains(HasSubstr("poses.csv:31: the last line is cut short")));
 }
 
 TEST_F(Survey, TimeThatGoesBackIsTold) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <rapidcheck.h>
 #include <cmath>
 
 #include "pipescout/leak_survey/survey_poses.hpp"
@@ -58,6 +59,101 @@ TEST(SurveySettings, MayBeEmpty) {
   EXPECT_LT((down - Eigen::Vector3d(0, 0, -1)).norm(), 1e-9);
 }
 
+TEST(SurveySettings, ParametersAreThoseOfTheInspector) {
+  const SurveySettings s = parse(R"(
+parameters: {threshold: 90.0, leak_delta: [60.0], raise_probability: 0.95, severe_delta: 140.0}
+range: {source: diameter, pipe_diameter: 0.3}
+preset: hot_pipes
+)");
+  EXPECT_EQ(s.detector.threshold, 90);
+  EXPECT_EQ(s.detector.profile.leak_delta, 60);
+  EXPECT_EQ(s.detector.threshold_rule,
+            thermal::LeakDetectorParameters::of(thermal::DetectorPreset::kHotPipes).threshold_rule);
+  EXPECT_EQ(s.detector.pipe_diameter, 0.3);
+  EXPECT_EQ(s.findings.raise_probability, 0.95);
+  EXPECT_EQ(s.findings.severity.severe_delta, 140) << "as the detector";
+  EXPECT_EQ(s.parameters.size(), 4U);
+  EXPECT_EQ(parse_survey_settings("preset: hot_pipes", "s", thermal::DetectorPreset::kTorresol)
+                .detector.profile.leak_delta,
+            thermal::LeakDetectorParameters::torresol().profile.leak_delta);
+}
+
+TEST(SurveySettings, TheCameraMayBeTold) {
+  const SurveySettings s =
+      parse("camera: {width: 320, height: 240, focal_length: 700, centre_u: 160, centre_v: 119}");
+  ASSERT_TRUE(s.camera.has_value());
+  EXPECT_EQ(s.camera->focal_length, 700);
+  EXPECT_EQ(s.camera->aspect_ratio, 1);
+}
+
+TEST(SurveySettings, AreReadBackAsTheyWere) {
+  EXPECT_TRUE(rc::check([](std::array<std::uint32_t, 12> bits, bool camera, bool lines,
+                           bool datum) {
+    const auto share = [&bits](std::size_t i) { return bits[i] / 4294967296.0; };
+    SurveySettings s;
+    s.preset = thermal::kDetectorPresets[bits[0] % 4];
+    if (camera) {
+      s.camera = geometry::CameraParameters{};
+      s.camera->focal_length = 300 + share(1);
+      s.camera->centre_u = 360 + share(2);
+    } else {
+      s.field_of_view = 0.1 + share(3);
+    }
+    s.position_deviation = 0.01 + share(4);
+    s.frame_rate = 1 + share(5);
+    s.findings.distance = 1 + share(6);
+    s.findings.width_deviation = 0.01 + 0.9 * share(7);
+    if (lines) {
+      s.findings.range_source = leak_findings::RangeSource::kLine;
+      s.findings.lines = {{{share(0), share(1), -share(2)}, {9 + share(3), 0, 1e-9 * share(4)}}};
+    }
+    if (datum) {
+      s.datum = {.latitude = 80 * share(8), .longitude = -170 * share(9), .altitude = share(10)};
+    }
+    s.weather = "clear: \"night\", # 14 degC\nwind";
+    s.parameters = {{"threshold", 50 + 100 * share(11)},
+                    {"leak_delta", std::vector<double>{}},
+                    {"maximum_temperature", std::vector<double>{250 + share(9)}},
+                    {"max_pipes", 3},
+                    {"polarity", "hot"},
+                    {"threshold_rule", "scene"},
+                    {"split_creeping", false}};
+    const SurveySettings r = parse(to_yaml(s));
+    RC_ASSERT(r.preset == s.preset);
+    RC_ASSERT(r.camera.has_value() == camera);
+    if (camera) {
+      RC_ASSERT(r.camera->focal_length == s.camera->focal_length);
+      RC_ASSERT(r.camera->centre_u == s.camera->centre_u);
+      RC_ASSERT(r.camera->width == s.camera->width);
+    } else {
+      RC_ASSERT(std::abs(*r.field_of_view - *s.field_of_view) < 1e-14);
+    }
+    RC_ASSERT(r.position_deviation == s.position_deviation);
+    RC_ASSERT(r.frame_rate == s.frame_rate);
+    RC_ASSERT(r.findings.range_source == s.findings.range_source);
+    RC_ASSERT(r.findings.distance == s.findings.distance);
+    RC_ASSERT(r.findings.width_deviation == s.findings.width_deviation);
+    RC_ASSERT(r.findings.lines.size() == s.findings.lines.size());
+    for (std::size_t i = 0; i < s.findings.lines.size(); ++i) {
+      RC_ASSERT(r.findings.lines[i].from == s.findings.lines[i].from);
+      RC_ASSERT(r.findings.lines[i].to == s.findings.lines[i].to);
+    }
+    RC_ASSERT(r.datum.has_value() == datum);
+    if (datum) {
+      RC_ASSERT(r.datum->latitude == s.datum->latitude);
+      RC_ASSERT(r.datum->altitude == s.datum->altitude);
+    }
+    RC_ASSERT(r.weather == s.weather);
+    RC_ASSERT(r.detector.threshold == 50 + 100 * share(11));
+    RC_ASSERT(!r.detector.profile.leak_delta.has_value());
+    RC_ASSERT(r.detector.profile.maximum_temperature == 250 + share(9));
+    RC_ASSERT(r.detector.max_pipes == 3U);
+    RC_ASSERT(r.detector.polarity == thermal::Polarity::kHot);
+    RC_ASSERT(r.detector.threshold_rule == thermal::ThresholdRule::kScene);
+    RC_ASSERT(!r.detector.profile.split_creeping);
+  }));
+}
+
 TEST(SurveySettings, ErrorsNameFileAndLine) {
   const auto throws = [](const char* begin) {
     return ThrowsMessage<std::runtime_error>(StartsWith(begin));
@@ -72,20 +168,72 @@ TEST(SurveySettings, ErrorsNameFileAndLine) {
   EXPECT_THAT(parsing("lines: [[1, 2]]"), throws("survey.yaml:1: needs three numbers"));
   EXPECT_THAT(parsing("lines: [[1]]"), throws("survey.yaml:1: a line needs two points"));
   EXPECT_THAT(parsing("datum: {latitude: 100}"), throws("survey.yaml:1: latitude"));
+  EXPECT_THAT(parsing("camera: {width: 320, height: 240, focal_length: 700}"),
+              throws("survey.yaml:1: CameraParameters.centre_u"));
+  EXPECT_THAT(parsing("camera: {width: 320}"), throws("survey.yaml:1: CameraParameters.height"));
+  EXPECT_THAT(parsing("field_of_view: 20\ncamera: {width: 320, height: 240, focal_length: 700, "
+                      "centre_u: 160, centre_v: 119}"),
+              throws("survey.yaml:1: field_of_view and camera"));
+  EXPECT_THAT(parsing("\nparameters: {threshhold: 90.0}"), throws("survey.yaml:2: "));
+  EXPECT_THAT(parsing("parameters: {threshold: hot}"), throws("survey.yaml:1: "));
+  EXPECT_THAT(parsing("parameters: {object.distance: 3.0}"),
+              throws("survey.yaml:1: parameter 'object.distance' has an entry of its own"));
   EXPECT_THAT(parsing("whether: rain"), throws("survey.yaml:1: unknown name 'whether'"));
 }
 
 const std::string kHeader = "file,time,x,y,z,qx,qy,qz,qw,x_deviation\n";
 
 TEST(SurveyPoses, AreByFile) {
-  const auto poses = parse_survey_poses(kHeader + "a.png,5,1,2,3,0,0,0,1,0.5\n", "p.csv", {});
-  ASSERT_EQ(poses.size(), 1U);
-  const PicturePose& pose = poses.at("a.png");
-  EXPECT_DOUBLE_EQ(pose.time.value_or(0), 5);
-  EXPECT_EQ(pose.pose.T_map_base.translation(), Eigen::Vector3d(1, 2, 3));
-  EXPECT_DOUBLE_EQ(pose.pose.covariance(0, 0), 0.25);
-  EXPECT_NEAR(pose.pose.covariance(1, 1), 0.04, 1e-12);
-  EXPECT_NEAR(pose.pose.covariance(5, 5), 0.0004, 1e-12);
+  const SurveyPoses poses =
+      parse_survey_poses(kHeader + "a.png,5,1,2,3,0,0,0,1,0.5\nb.png,6,,,,,,,,\n", "p.csv", {});
+  ASSERT_EQ(poses.by_file.size(), 2U);
+  EXPECT_EQ(poses.problem, "");
+  const PicturePose& entry = poses.by_file.at("a.png");
+  EXPECT_DOUBLE_EQ(entry.time.value_or(0), 5);
+  ASSERT_TRUE(entry.pose.has_value());
+  EXPECT_EQ(entry.pose->T_map_base.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_DOUBLE_EQ(entry.pose->covariance(0, 0), 0.25);
+  EXPECT_NEAR(entry.pose->covariance(1, 1), 0.04, 1e-12);
+  EXPECT_NEAR(entry.pose->covariance(5, 5), 0.0004, 1e-12);
+  EXPECT_FALSE(poses.by_file.at("b.png").pose.has_value());
+  EXPECT_EQ(poses.by_file.at("b.png").time, 6);
+}
+
+TEST(SurveyPoses, ALineThatIsCutShortTakesNothingElseWithIt) {
+  PicturePose told{.time = 12.25, .pose = leak_findings::FramePose{}};
+  told.pose->covariance = geometry::Matrix6d::Identity();
+  const std::string before = survey_pose_header() + "\n" + survey_pose_line("1.tiff", told) + "\n";
+  const std::string line = survey_pose_line("2.tiff", told);
+  EXPECT_EQ(parse_survey_poses(before + line, "p.csv", {}).by_file.size(), 2U) << "all but its end";
+  const std::size_t name = line.rfind(',') + 1;
+  for (std::size_t length = 1; length < line.size(); ++length) {
+    const SurveyPoses poses = parse_survey_poses(before + line.substr(0, length), "p.csv", {});
+    EXPECT_TRUE(poses.by_file.contains("1.tiff"));
+    EXPECT_FALSE(poses.by_file.contains("2.tiff")) << length;
+    if (length < name) {
+      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is cut short"));
+    }
+  }
+}
+
+TEST(SurveyPoses, AreReadBackAsTheyWere) {
+  EXPECT_TRUE(rc::check([](std::array<std::int32_t, 13> bits) {
+    const auto share = [&bits](std::size_t i) { return bits[i] / 2147483648.0; };
+    PicturePose told{.time = 1.7e9 + share(12), .pose = leak_findings::FramePose{}};
+    told.pose->T_map_base = geometry::SE3(geometry::SO3::exp({share(0), share(1), share(2)}),
+                                          Eigen::Vector3d(1e3 * share(3), share(4), share(5)));
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const double deviation = 1e-3 + std::abs(share(6 + static_cast<std::size_t>(k)));
+      told.pose->covariance(k, k) = deviation * deviation;
+    }
+    const SurveyPoses poses = parse_survey_poses(
+        survey_pose_header() + "\n" + survey_pose_line("a.tiff", told) + "\n", "p.csv", {});
+    const PicturePose& read = poses.by_file.at("a.tiff");
+    RC_ASSERT(read.time == told.time);
+    RC_ASSERT(read.pose->T_map_base.translation() == told.pose->T_map_base.translation());
+    RC_ASSERT((read.pose->T_map_base.inverse() * told.pose->T_map_base).log().norm() < 1e-14);
+    RC_ASSERT((read.pose->covariance - told.pose->covariance).cwiseAbs().maxCoeff() < 1e-15);
+  }));
 }
 
 TEST(SurveyPoses, ErrorsNameFileAndLine) {

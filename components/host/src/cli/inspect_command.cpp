@@ -76,8 +76,10 @@ void add_inspect_commands(CLI::App& app, Action& action) {
   auto* leaks = inspect->add_subcommand(
       "leaks", "Find leaks in a folder of thermal pictures; writes findings and a report");
   leaks
-      ->add_option("pictures", arguments->pictures,
-                   "Folder of pictures; thermal.yaml and survey.yaml in it say how to read them")
+      ->add_option(
+          "pictures", arguments->pictures,
+          "Folder of pictures; thermal.yaml, survey.yaml and poses.csv in it say how to read "
+          "them. Or a mission folder with pictures that leak_inspector kept")
       ->required()
       ->check(CLI::ExistingDirectory);
   leaks
@@ -85,7 +87,9 @@ void add_inspect_commands(CLI::App& app, Action& action) {
                    "Folder of leaks.sqlite, which keeps findings of other days, report.html, "
                    "leaks.geojson, leaks.kml and leaks.csv")
       ->required();
-  leaks->add_option("--poses", arguments->poses, "CSV file: where the robot was at each picture")
+  leaks
+      ->add_option("--poses", arguments->poses,
+                   "CSV file: where the robot was at each picture; in place of poses.csv")
       ->check(CLI::ExistingFile);
   std::vector<std::string> names;
   for (const thermal::DetectorPreset preset : thermal::kDetectorPresets) {

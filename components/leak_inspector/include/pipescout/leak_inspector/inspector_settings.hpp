@@ -13,9 +13,12 @@
 #include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_store/leak_store.hpp"
+#include "pipescout/leak_survey/survey_settings.hpp"
 #include "pipescout/message_conversions/camera_mount.hpp"
 #include "pipescout/thermal/temperature_interval.hpp"
+#include "pipescout/thermal_files/thermal_settings.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
+#include "pipescout/thermal_parameters/findings_parameters.hpp"
 
 namespace pipescout {
 
@@ -31,8 +34,12 @@ struct InspectorSettings {
   leak_findings::LeakFindingsParameters findings;  ///< valid
   std::string store;                               ///< file; empty: none
   std::string report_folder;                       ///< empty: none
+  std::string pictures_folder;                     ///< empty: none
   ConditionRecord conditions;
   std::optional<geometry::GeodeticPosition> datum;
+  // The same, as pictures that are kept tell it:
+  ThermalSettings thermal_settings;
+  SurveySettings survey_settings;  ///< without the camera, which `camera_info` tells
 };
 
 /// The parameters of the component: docs/components/leak_inspector.md.
@@ -46,20 +53,21 @@ class InspectorParameters {
 
  private:
   void declare_deviations();
-  void declare_findings(Parameters& parameters);
   void declare_archive(Parameters& parameters);
   void declare_messages(Parameters& parameters);
   [[nodiscard]] ConditionRecord conditions() const;
   [[nodiscard]] std::optional<geometry::GeodeticPosition> datum() const;
+  [[nodiscard]] ThermalSettings thermal_settings() const;
+  [[nodiscard]] SurveySettings survey_settings(const InspectorSettings& settings) const;
 
+  const Parameters* parameters_;
   DetectionParameters detection_;
-  std::optional<BoundParameters<thermal::ParameterDeviations>> deviations_;
+  BoundParameters<thermal::ParameterDeviations> deviations_;
   CameraMountParameters mount_;
-  std::optional<BoundParameters<leak_findings::LeakFindingsParameters>> findings_;
-  Parameter<std::string> range_source_;
-  Parameter<std::vector<double>> lines_;
+  FindingsParameters findings_;
   Parameter<std::string> store_;
   Parameter<std::string> report_folder_;
+  Parameter<std::string> pictures_folder_;
   Parameter<std::string> weather_;
   Parameter<std::vector<double>> datum_;
   Parameter<std::string> map_frame_;

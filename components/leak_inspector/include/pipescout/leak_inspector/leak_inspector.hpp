@@ -25,10 +25,11 @@
 namespace pipescout {
 
 class FindingsArchive;
+class PictureRecording;
 
 /// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in,
 /// `leak/detections` at each picture and `leak/events` out. Findings are kept in a file from day to
-/// day, and a report is written at the end.
+/// day, a report is written at the end, and pictures are kept where asked.
 ///
 /// Parameters and faults: docs/components/leak_inspector.md. Parameters take effect when it is
 /// configured.
@@ -54,6 +55,8 @@ class LeakInspector final : public Component {
   void on_tf(const TFMessage& message);
 
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
+  /// Where pictures are kept; what fails is counted, and the inspection goes on.
+  void record(const ThermalImageReader::View& picture, const leak_findings::Frame& frame);
   /// Keeps the picture of each finding that none has shown better.
   void keep_evidence(const leak_findings::FrameResult& result, const leak_findings::Frame& frame,
                      const ThermalImageReader::View& picture, std::span<const float> celsius,
@@ -75,8 +78,9 @@ class LeakInspector final : public Component {
   std::optional<OdometryHistory> odometry_;
   ThermalImageReader reader_;
   std::unique_ptr<FindingsArchive> archive_;
-  std::vector<Eigen::Vector2d> track_;  // of the robot in the map, m
-  std::vector<float> temperatures_;     // of a picture that is evidence, degC
+  std::unique_ptr<PictureRecording> recording_;  // nothing where no pictures are kept
+  std::vector<Eigen::Vector2d> track_;           // of the robot in the map, m
+  std::vector<float> temperatures_;              // of a picture that is evidence, degC
   std::uint64_t frame_ = 0;
   std::uint64_t with_pipe_ = 0;
   std::uint64_t failed_ = 0;

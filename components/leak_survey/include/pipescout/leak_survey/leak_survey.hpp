@@ -14,12 +14,14 @@ namespace pipescout {
 struct LeakSurveyOptions {
   /// With the pictures, which are taken in the order of their names; what has another extension is
   /// passed over, and so are folders in it. `thermal.yaml` (read_thermal_settings) and
-  /// `survey.yaml` (parse_survey_settings) in it count, where they are there.
+  /// `survey.yaml` (parse_survey_settings) in it count, where they are there. Or the folder of a
+  /// mission that kept its pictures: PictureRecording.
   std::filesystem::path pictures;
   /// Gets leaks.sqlite, which may be there already with findings of other days, report.html,
   /// leaks.geojson, leaks.kml and leaks.csv. Made when it does not exist.
   std::filesystem::path out;
-  std::optional<std::filesystem::path> poses;     ///< CSV: parse_survey_poses
+  /// CSV: parse_survey_poses. Nothing: `poses.csv` with the pictures, where it is there.
+  std::optional<std::filesystem::path> poses;
   std::optional<thermal::DetectorPreset> preset;  ///< in place of that of the settings
   std::string exiftool = "exiftool";
   std::string made;                ///< when, and by what, for the report

@@ -13,18 +13,29 @@ namespace pipescout {
 /// Where the robot was when a picture was taken.
 struct PicturePose {
   std::optional<double> time;  ///< s since 1970 UTC
-  leak_findings::FramePose pose;
+  std::optional<leak_findings::FramePose> pose;
 };
 
-/// By the name of the picture's file, of CSV with the columns
-///   file, x, y, z, qx, qy, qz, qw            m; orientation of the base in the map
+struct SurveyPoses {
+  std::map<std::string, PicturePose> by_file;  ///< by the name of the picture's file
+  /// That the last line was cut short, as a full disk leaves it, and is left out; else empty.
+  std::string problem;
+};
+
+/// Of CSV with the columns
+///   file, x, y, z, qx, qy, qz, qw            m; orientation of the base in the map; all
+///                                            empty: not known
 ///   time                                     s since 1970 UTC; may be missing
 ///   x_deviation, y_deviation, z_deviation    m; may be missing: the settings' then
 ///   rotation_x_deviation, ...                rad, about the axes of the map; likewise
 /// in any order. Throws CsvError for a column that is missing, a file that is named twice, and what
 /// is no number, no rotation or no deviation.
-[[nodiscard]] std::map<std::string, PicturePose> parse_survey_poses(const std::string& text,
-                                                                    const std::string& path,
-                                                                    const SurveySettings& settings);
+[[nodiscard]] SurveyPoses parse_survey_poses(const std::string& text, const std::string& path,
+                                             const SurveySettings& settings);
+
+/// Such a text. `file` is the last column: a line that is cut short is told by its missing.
+[[nodiscard]] std::string survey_pose_header();
+/// A line of it, without its end. Of the covariance only the standard deviations.
+[[nodiscard]] std::string survey_pose_line(const std::string& file, const PicturePose& picture);
 
 }  // namespace pipescout

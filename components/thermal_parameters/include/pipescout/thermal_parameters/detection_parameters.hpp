@@ -59,6 +59,10 @@ class DetectionParameters {
   [[nodiscard]] thermal::ObjectParameters object() const { return object_->read(); }
   /// Nothing for a camera that is not described by them. Throws as `read`.
   [[nodiscard]] std::optional<thermal::CameraConstants> camera_constants() const;
+  /// K per count and degC at count 0; empty: not described by them.
+  [[nodiscard]] std::vector<double> linear() const { return linear_.get(); }
+  /// degC of black and of white; empty: not known.
+  [[nodiscard]] std::vector<double> grey_range() const { return grey_range_.get(); }
   /// What tells temperatures, for a log.
   [[nodiscard]] std::string calibration_text() const;
 
