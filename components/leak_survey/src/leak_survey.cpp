@@ -118,6 +118,11 @@ class Survey {
       }
     }
     progress(files.size(), files.size());
+    if (result_.without_pose > 0) {
+      complain("no pose for " + std::to_string(result_.without_pose) + " of " +
+               std::to_string(files.size()) + " pictures, the first of them " +
+               first_without_pose_ + ": leaks in them have no place");
+    }
     finish();
     return result_;
   }
@@ -251,11 +256,15 @@ class Survey {
       shown.problem = std::string("has another size than ") +
                       (settings_.camera ? "the camera" : "the first picture") +
                       ": it counts for no finding";
-    } else if (outcome.fault == leak_findings::InputFault::kNoPose && options_.poses) {
-      shown.problem = "has no pose: leaks in it have no place";
     }
     if (!shown.problem.empty()) {
       complain(name + ": " + shown.problem);
+    } else if (outcome.fault == leak_findings::InputFault::kNoPose && options_.poses) {
+      // Often so of all until the robot knows where it is: told once, at the end.
+      shown.problem = "has no pose: leaks in it have no place";
+      if (++result_.without_pose == 1) {
+        first_without_pose_ = name;
+      }
     }
     result_.with_pipes += detections.pipes.empty() ? 0U : 1U;
     result_.leak_detections += detections.leaks.size();
@@ -325,6 +334,7 @@ class Survey {
   std::optional<double> last_time_;
   bool times_are_told_ = false;
   LeakSurveyResult result_;
+  std::string first_without_pose_;  // file name
 };
 
 }  // namespace

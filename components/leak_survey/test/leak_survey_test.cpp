@@ -174,6 +174,24 @@ TEST_F(Survey, WithoutPosesThereAreFindingsWithoutAPlace) {
   EXPECT_FALSE(LeakStore(folder_ / "out" / "leaks.sqlite").findings()[0].position.has_value());
 }
 
+TEST_F(Survey, PicturesWithoutAPoseAreToldOnce) {
+  drive("night", true, 1000);
+  std::istringstream poses(content(folder_ / "night" / "poses.csv"));
+  std::string changed;
+  std::string line;
+  for (int i = 0; std::getline(poses, line); ++i) {
+    const bool unknown = i == 3 || i == 4;
+    changed +=
+        (unknown ? line.substr(0, line.find(',', line.find(',') + 1)) + ",,,,,,," : line) + "\n";
+  }
+  write("night/poses.csv", changed);
+  const LeakSurveyResult result = survey_leaks(options());
+  EXPECT_EQ(result.without_pose, 2U);
+  EXPECT_EQ(result.raised, 1U);
+  EXPECT_THAT(problems_, ::testing::ElementsAre(
+                             HasSubstr("no pose for 2 of 30 pictures, the first of them 002.png")));
+}
+
 TEST_F(Survey, BrokenPicturesAreToldAndTheOthersCount) {
   drive("night", true, 1000);
   write("night/000.png", "");

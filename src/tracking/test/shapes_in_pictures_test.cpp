@@ -75,7 +75,8 @@ RC_GTEST_PROP(PipeRegionReadings, AreLinearInTheShape, ()) {
   const auto in = [](int low, int high) { return *rc::gen::inRange(low, high) / 100.0; };
   const State truth(in(10000, 20000), in(9000, 15000), in(4000, 9000), in(-150, 151));
   const PipeRegion region = region_of(truth);
-  for (const auto& row : rows_of(region, truth).all()) {
+  const auto at_truth = rows_of(region, truth);
+  for (const auto& row : at_truth.all()) {
     RC_ASSERT(std::abs(row.residual) < 1e-9);
   }
   const State away(in(-200, 200), in(-200, 200), in(-200, 200), in(-1, 2));

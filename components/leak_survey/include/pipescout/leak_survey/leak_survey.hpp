@@ -36,6 +36,7 @@ struct LeakSurveyResult {
   std::size_t pictures = 0;      ///< read
   std::size_t failed = 0;        ///< not read, or without temperatures
   std::size_t out_of_order = 0;  ///< taken before the picture before: they count for no finding
+  std::size_t without_pose = 0;  ///< while others have one: leaks in them have no place
   std::size_t with_pipes = 0;
   std::size_t leak_detections = 0;
   std::size_t raised = 0;      ///< findings that are raised now, those of other days included
