@@ -257,6 +257,10 @@ class Survey {
                       (settings_.camera ? "the camera" : "the first picture") +
                       ": it counts for no finding";
     }
+    const int rank = !detections.leaks.empty()   ? 4
+                     : !shown.problem.empty()    ? 3
+                     : !detections.pipes.empty() ? 2
+                                                 : 1;
     if (!shown.problem.empty()) {
       complain(name + ": " + shown.problem);
     } else if (outcome.fault == leak_findings::InputFault::kNoPose && options_.poses) {
@@ -268,10 +272,6 @@ class Survey {
     }
     result_.with_pipes += detections.pipes.empty() ? 0U : 1U;
     result_.leak_detections += detections.leaks.size();
-    const int rank = !detections.leaks.empty()   ? 4
-                     : !shown.problem.empty()    ? 3
-                     : !detections.pipes.empty() ? 2
-                                                 : 1;
     if (detections.width == picture.width && detections.height == picture.height) {
       shown.overview = make_overview(picture.view(), detections, kOverviewSide);
     }

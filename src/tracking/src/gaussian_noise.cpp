@@ -40,8 +40,9 @@ struct SineAndCosine {
 inline SineAndCosine of_half_turns(float t) {
   const float a = 1.57079633F * t;
   const float a2 = a * a;
-  const float sine = a * (1.0F + a2 * (-1.0F / 6 + a2 * (1.0F / 120 - a2 / 5040)));
-  const float cosine = 1.0F + a2 * (-0.5F + a2 * (1.0F / 24 + a2 * (-1.0F / 720 + a2 / 40320)));
+  const float sine = a * (1.0F + a2 * (-1.0F / 6 + a2 * (1.0F / 120 + a2 * (-1.0F / 5040))));
+  const float cosine =
+      1.0F + a2 * (-0.5F + a2 * (1.0F / 24 + a2 * (-1.0F / 720 + a2 * (1.0F / 40320))));
   return {2.0F * sine * cosine, 1.0F - 2.0F * sine * sine};
 }
 
