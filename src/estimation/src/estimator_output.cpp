@@ -46,7 +46,10 @@ EstimatorStatus StateEstimator::Implementation::status() const {
   EstimatorStatus status = status_;
   status.phase = phase_;
   for (const Source source : {Source::kGps, Source::kVisualPose, Source::kHeading, Source::kWeld}) {
-    status.sources[index_of(source)].state = watch_of(source).state();
+    SourceStatus& one = status.sources[index_of(source)];
+    // Welds are believed from the first on; until then there are none.
+    const bool unheard = source == Source::kWeld && one.accepted + one.gated + one.held == 0;
+    one.state = unheard ? SourceState::kAbsent : watch_of(source).state();
   }
   const double now = reckons() ? newest_time() : imu_end_;
   for (const Source source : {Source::kImu, Source::kOdometer, Source::kRelativePose}) {

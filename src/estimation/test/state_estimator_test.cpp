@@ -60,6 +60,8 @@ TEST(StateEstimator, FindsItsHeadingFromMotionWithGps) {
     test::deliver(estimator, vehicle, 4, 12);
     EXPECT_EQ(estimator.status().phase, Phase::kRunning);
     EXPECT_EQ(estimator.status().waits_for, WaitsFor::kNothing);
+    EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
+    EXPECT_EQ(estimator.status().of(Source::kWeld).state, SourceState::kAbsent);
     test::deliver(estimator, vehicle, 12, 60);
     EXPECT_LT(errors(estimator, vehicle).position, 0.5);
     EXPECT_LT(errors(estimator, vehicle).rotation, 0.03);
@@ -149,6 +151,7 @@ TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
   EXPECT_NEAR(estimate->state.R_map_body.roll_pitch_yaw().z(), std::numbers::pi / 2, 0.02);
   EXPECT_GE(estimator.status().of(Source::kWeld).accepted, 1U);
   EXPECT_LT(estimator.status().of(Source::kWeld).accepted, 3U);
+  EXPECT_EQ(estimator.status().of(Source::kWeld).state, SourceState::kTrusted);
 }
 
 TEST(StateEstimator, OdomNeverJumpsAndBothFramesAgree) {
