@@ -9,6 +9,7 @@
 #include <random>
 
 #include "pipescout/rack_study/pose_run.hpp"
+#include "pipescout/simulation/contour_clutter.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
 
 namespace pipescout::rack_study {
@@ -46,10 +47,17 @@ class Flight {
         engine_(seed),
         light_({}, engine_()),
         motions_(fly_camera(settings.way_points, settings.flight, engine_())),
-        renderer_(with_seed(settings.scene, engine_()), camera_, settings.sensor),
+        scene_(with_seed(settings.scene, engine_())),
+        renderer_(scene_, camera_, settings.sensor),
         localization_(settings.scene.model, camera_, settings.localization),
         grey_(static_cast<std::size_t>(camera_.parameters().width) *
-              static_cast<std::size_t>(camera_.parameters().height)) {}
+              static_cast<std::size_t>(camera_.parameters().height)) {
+    if (scene_.clutter_share > 0 && settings.clutter_begin > 0) {
+      simulation::RackScene clear = scene_;
+      clear.clutter_share = 0;
+      before_clutter_.emplace(clear, camera_, settings.sensor);
+    }
+  }
 
   ImageFlightRun run() {
     start();
@@ -59,6 +67,7 @@ class Flight {
     }
     run.tracker = localization_.tracker().counts();
     run.localization = localization_.counts();
+    run.cluttered_share = cluttered_share();
     return run;
   }
 
@@ -117,11 +126,13 @@ class Flight {
 
   void take_image(const CameraMotion& motion, std::size_t i, bool outage) {
     if (!outage) {
-      renderer_.render({.T_camera_rack = motion.T_camera_rack,
-                        .velocity = motion.velocity,
-                        .light = light_.at(motion.time),
-                        .frame = i},
-                       grey_);
+      simulation::RackImageRenderer& renderer =
+          before_clutter_ && motion.time < settings_.clutter_begin ? *before_clutter_ : renderer_;
+      renderer.render({.T_camera_rack = motion.T_camera_rack,
+                       .velocity = motion.velocity,
+                       .light = light_.at(motion.time),
+                       .frame = i},
+                      grey_);
     } else if (settings_.loss->kind == Outage::kCovered) {
       constexpr double kDark = 8;     // grey level
       constexpr double kNoise = 1.5;  // grey levels
@@ -130,6 +141,21 @@ class Flight {
         return static_cast<std::uint8_t>(std::clamp(level(engine_), 0.0, 255.0));
       });
     }
+  }
+
+  [[nodiscard]] double cluttered_share() const {
+    if (scene_.clutter_share <= 0) {
+      return 0;
+    }
+    std::vector<SE3> views;
+    double next = settings_.clutter_begin;
+    for (const CameraMotion& motion : motions_) {
+      if (motion.time >= next) {
+        views.push_back(motion.T_camera_rack);
+        next += 1;
+      }
+    }
+    return simulation::cluttered_contour_share(scene_, camera_, views);
   }
 
   std::optional<rack_vision::MotionPrediction> odometry(std::size_t i) {
@@ -152,7 +178,9 @@ class Flight {
   geometry::Camera camera_;
   simulation::ChangingRackLight light_;
   std::vector<CameraMotion> motions_;
+  simulation::RackScene scene_;
   simulation::RackImageRenderer renderer_;
+  std::optional<simulation::RackImageRenderer> before_clutter_;
   rack_vision::RackLocalization localization_;
   std::vector<std::uint8_t> grey_;
   std::optional<std::size_t> last_given_;

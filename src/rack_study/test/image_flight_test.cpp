@@ -64,6 +64,21 @@ TEST_P(Outages, GiveNoWrongPose) {
 INSTANTIATE_TEST_SUITE_P(ImageFlight, Outages,
                          ::testing::Values(Outage::kCovered, Outage::kFrozen, Outage::kMissing));
 
+TEST(ImageFlight, ClutterComesWhenItIsDue) {
+  auto settings = inspection(0.48, 5);
+  const auto clear = run_image_flight(settings, 5);
+  settings.scene.clutter_share = 0.4;
+  settings.clutter_begin = 0.24;
+  const auto run = run_image_flight(settings, 5);
+  ASSERT_EQ(run.frames.size(), 12U);
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    EXPECT_EQ(run.frames[i].error == clear.frames[i].error, i < 6) << i;
+    EXPECT_TRUE(run.frames[i].has_pose) << i;
+  }
+  EXPECT_EQ(clear.cluttered_share, 0);
+  EXPECT_NEAR(run.cluttered_share, 0.4, 0.1);
+}
+
 TEST(ImageFlight, RefusesWhatIsNotValid) {
   auto settings = inspection(1, 1);
   settings.scene.clutter_share = 2;

@@ -40,6 +40,9 @@ struct ImageFlightSettings {
   /// by 5 mm and 0.1 degrees per axis and root of a second, and it says so.
   bool with_odometry = false;
   std::optional<ForcedLoss> loss{};
+  /// s from the start of the flight: the clutter of the scene comes then, all of it between two
+  /// images. 0: it is there from the start.
+  double clutter_begin = 0;
 };
 
 /// One image that was due.
@@ -64,6 +67,9 @@ struct ImageFlightRun {
   std::vector<FrameScore> frames;
   rack_vision::RackTrackerCounts tracker{};
   rack_vision::RackLocalizationCounts localization{};
+  /// Share of the contours in view that the clutter hides or imitates, once it is there, as
+  /// `simulation::cluttered_contour_share` measures it in one view a second.
+  double cluttered_share = 0;
 };
 
 /// Score of one frame. A covariance that is none gives infinite NEES.
