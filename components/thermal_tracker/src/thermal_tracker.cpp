@@ -51,6 +51,7 @@ CallbackReturn ThermalTracker::on_configure() {
   calibration_.reset();
   last_pose_.reset();
   half_width_ = 0;
+  width_ = 0;
   pictures_ = 0;
   locked_ = 0;
   image_heard_ = true;
@@ -185,19 +186,19 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
     const Eigen::Vector2d at = track.number > 0 ? Eigen::Vector2d(track.estimate.head<2>())
                                                 : Eigen::Vector2d(camera.centre_u, camera.centre_v);
     known.motion =
-        tracking::image_motion(*camera_, at, depth(known, half_width_),
+        tracking::image_motion(*camera_, at, depth(known),
                                (last->T_map_camera.inverse() * *known.T_map_camera).log() / since);
   }
   return known;
 }
 
-double ThermalTracker::depth(const Circumstances& known, double half_width) const {
+double ThermalTracker::depth(const Circumstances& known) const {
   if (known.depth) {
     return *known.depth;
   }
   const double diameter = settings_->detection.detector.pipe_diameter;
-  if (diameter > 0 && half_width > 0 && camera_) {
-    return camera_->parameters().focal_length * diameter / (2 * half_width);
+  if (diameter > 0 && width_ > 0 && camera_) {
+    return camera_->parameters().focal_length * diameter / width_;
   }
   return settings_->distance;
 }
@@ -252,7 +253,11 @@ void ThermalTracker::on_image(const Image& message) {
                  "a picture is of less use to the track: " + std::string(to_string(track.fault)));
   }
   if (track.region) {
-    half_width_ = regions_.at(*track.region).half_width;
+    const thermal::PipeSection& pipe = detections.pipes.at(*track.region);
+    half_width_ = pipe.half_width;
+    if (!pipe.cut_along) {
+      width_ = pipe.best_width();
+    }
   }
   locked_ += track.state == TrackState::kLocked ? 1 : 0;
   publish(message, track, detections, known);
@@ -277,7 +282,7 @@ void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& tr
   told->range(kNaN);
   if (of_use && camera_) {
     if (const auto ray = camera_->ray(track.estimate.head<2>())) {
-      told->range(depth(known, half_width_) * ray->norm());
+      told->range(depth(known) * ray->norm());
     }
   }
   track_publisher_.publish(std::move(told));

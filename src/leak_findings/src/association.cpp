@@ -52,14 +52,20 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
                                                                  const Observation& o) const {
   const Bearing& b = *o.bearing;
   const Eigen::Vector3d point = follow.place().point();
-  const Eigen::Vector3d to_point = point - b.eye;
-  const double range = to_point.norm();
-  if (to_point.dot(b.ray) < kLeastCosine * range) {
+  const Extent extent = follow.extent();
+  const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
+  // What was seen of a long leak first may have gone out of view.
+  const Eigen::Vector3d expected =
+      std::isfinite(middle)
+          ? extent.origin + std::clamp(middle, extent.low, extent.high) * extent.along
+          : point;
+  const Eigen::Vector3d to_expected = expected - b.eye;
+  const double range = to_expected.norm();
+  if (to_expected.dot(b.ray) < kLeastCosine * range) {
     return std::nullopt;
   }
   const Miss m = miss(b, point, follow.place().relative_covariance());
   const double across = m.offset.y() * m.offset.y() / m.covariance(1, 1);
-  const Extent extent = follow.extent();
   const bool turned = o.direction.dot(extent.along) < 0;
   double nearest = std::numeric_limits<double>::infinity();
   double farthest = 0;
@@ -81,7 +87,6 @@ std::optional<Match> LeakFindings::Implementation::match_in_pass(const Follow& f
       farthest = std::max(farthest, squared);
     }
   }
-  const double middle = place_on_line(b.eye, b.ray, extent.origin, extent.along);
   const double half = 0.5 * range * o.angle;
   const double overlap = std::min(middle + half, extent.high) - std::max(middle - half, extent.low);
   double motion = 0;

@@ -13,6 +13,8 @@ namespace {
 constexpr double kSlackWidths = 2.0;
 /// Pixels, added to how far the middle of what is seen of a leak may be from its own.
 constexpr double kPartialPixels = 10.0;
+/// Pixels, standard, that the width of what is above a threshold may be off by blur.
+constexpr double kThresholdWidth = 1.4;
 /// Cosine of the angle in the picture between a pipe and the known line that it is on, at least.
 constexpr double kParallel = 0.95;
 
@@ -40,7 +42,7 @@ double Observer::metres_per_pixel(const thermal::PipeSection& pipe) const {
     case RangeSource::kDistance:
       return parameters_.distance / camera_.parameters().focal_length;
     case RangeSource::kDiameter:
-      return parameters_.pipe_diameter / (2 * pipe.half_width);
+      return parameters_.pipe_diameter / pipe.best_width();
     case RangeSource::kNone:
     case RangeSource::kLine:
       break;
@@ -57,6 +59,10 @@ void Observer::collect(const thermal::Detections& detections,
   for (std::size_t i = 0; i < detections.leaks.size(); ++i) {
     const thermal::LeakDetection& leak = detections.leaks[i];
     const thermal::PipeSection& pipe = detections.pipes[leak.pipe];
+    // How wide it is, and so how far, only a picture tells that has all of its width.
+    if (pipe.cut_along && parameters_.range_source == RangeSource::kDiameter) {
+      continue;
+    }
     if (!observations.empty() && observations.back().pipe == leak.pipe) {
       Observation& before = observations.back();
       const double scale = metres_per_pixel(pipe);
@@ -89,6 +95,8 @@ void Observer::collect(const thermal::Detections& detections,
     // Sample i reaches from half a pixel before its middle to half a pixel behind it.
     o.onset = {pipe.at(leak.stretch.onset_from - 0.5), pipe.at(leak.stretch.onset_to - 0.5)};
     o.half_width = pipe.half_width;
+    o.width = pipe.best_width();
+    o.width_deviation = pipe.width > 0 ? 0 : kThresholdWidth;
     o.delta = leak.delta;
     o.peak_delta = leak.peak_delta;
     o.delta_deviation = or_else(leak.delta_deviation);
@@ -162,9 +170,10 @@ void Observer::add_range(const Eye& eye, Observation& o) const {
                           parameters_.distance_deviation * depth_to_range);
       return;
     case RangeSource::kDiameter: {
-      const double range = camera_.parameters().focal_length * parameters_.pipe_diameter /
-                           (2 * o.half_width) * depth_to_range;
-      o.range = along_ray(*o.bearing, range, parameters_.width_deviation * range);
+      const double range =
+          camera_.parameters().focal_length * parameters_.pipe_diameter / o.width * depth_to_range;
+      const double share = std::hypot(parameters_.width_deviation, o.width_deviation / o.width);
+      o.range = along_ray(*o.bearing, range, share * range);
       return;
     }
     case RangeSource::kLine:

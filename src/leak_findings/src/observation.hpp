@@ -29,6 +29,8 @@ struct Observation {
   /// Of start and end: whether it is seen, neither hidden nor beyond the border.
   std::array<bool, 2> seen{};
   double half_width = 0;
+  double width = 0;            ///< pixels, `PipeSection::best_width`
+  double width_deviation = 0;  ///< pixels, standard, as far as the picture tells
   double delta = 0;
   double peak_delta = 0;
   double delta_deviation = 0;  ///< K, standard, alike in all frames

@@ -82,6 +82,8 @@ thermal::Detections Drive::look(double x) {
   pipe.end = {319, v};
   pipe.half_width =
       0.5 * camera().parameters().focal_length * kDiameter / std::hypot(kRange, kHeight - 1);
+  pipe.width = 2 * pipe.half_width * width_seen;
+  pipe.cut_along = cut_along;
   pipe.visible = 1;
   pipe.reference_temperature = kReference;
   pipe.samples = 320;

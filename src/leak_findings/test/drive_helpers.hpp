@@ -34,6 +34,8 @@ class Drive {
 
   std::vector<Spot> spots{};
   std::vector<Eigen::Vector2d> posts{};  ///< from, to along the pipe: hidden there
+  double width_seen = 1.03;              ///< over the true one; NaN: the pipe's edges are not seen
+  bool cut_along = false;                ///< by the border of the picture
   double pixel_noise = 0.3;
   double delta_noise = 1.0;
   double delta_deviation = std::numeric_limits<double>::quiet_NaN();  ///< that detections tell

@@ -128,7 +128,8 @@ TEST(LeakFindings, AReflectionThatMovesAlongIsNone) {
   by_line.range_source = RangeSource::kLine;
   by_line.lines = {{Drive::on_pipe(-5), Drive::on_pipe(60)}};
   const std::vector<std::pair<double, LeakFindingsParameters>> cases{
-      {0.35, by_line}, {0.6, by_line}, {1.0, by_line}, {0.6, by_diameter}, {1.0, by_diameter}};
+      {0.35, by_line},     {0.6, by_line},     {1.0, by_line},
+      {0.35, by_diameter}, {0.6, by_diameter}, {1.0, by_diameter}};
   for (const auto& [follow, parameters] : cases) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       Drive world(seed);
@@ -138,6 +139,34 @@ TEST(LeakFindings, AReflectionThatMovesAlongIsNone) {
       EXPECT_TRUE(findings.findings().empty()) << follow << ' ' << seed;
     }
   }
+}
+
+/// Nor is it where the edges of the pipe are not seen, unless it follows by less than that may be.
+TEST(LeakFindings, AReflectionOnAPipeWithoutEdgesThatMovesAlongIsNone) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Drive world(seed);
+    world.width_seen = std::numeric_limits<double>::quiet_NaN();
+    world.spots = {{10, 0.4, 150, 0.6}};
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    drive(findings, world, -10, 40, 0);
+    EXPECT_TRUE(findings.findings().empty()) << seed;
+  }
+}
+
+/// What the border leaves of a pipe, or of a body, says nothing of how wide and how far that is.
+TEST(LeakFindings, WhatTheBorderCutsLengthwiseIsNoFindingByDiameter) {
+  Drive world;
+  world.cut_along = true;
+  world.spots = {{10, 0.4, 150}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  drive(findings, world, -10, 40, 0);
+  EXPECT_TRUE(findings.findings().empty());
+  LeakFindingsParameters by_line = Drive::parameters();
+  by_line.range_source = RangeSource::kLine;
+  by_line.lines = {{Drive::on_pipe(-5), Drive::on_pipe(60)}};
+  LeakFindings on_line(by_line, Drive::camera());
+  drive(on_line, world, -10, 40, 0);
+  EXPECT_EQ(on_line.findings().size(), 1U);
 }
 
 TEST(LeakFindings, AGlintOfTwoFramesIsNone) {
@@ -154,18 +183,25 @@ TEST(LeakFindings, AGlintOfTwoFramesIsNone) {
   EXPECT_TRUE(findings.findings().empty());
 }
 
+/// By its ends it is known as well as others, though what was seen of it first is out of view when
+/// the other end comes.
 TEST(LeakFindings, ALeakLongerThanThePictureIsOne) {
-  Drive world;
-  world.spots = {{20, 7.0, 140}};
-  LeakFindings findings(Drive::parameters(), Drive::camera());
-  const auto told = drive(findings, world, 5, 35, 0);
-  EXPECT_EQ(count(told, EventKind::kRaised), 1U);
-  ASSERT_EQ(findings.findings().size(), 1U);
-  const Finding& f = findings.findings()[0];
-  EXPECT_NEAR(f.length, 7.0, 0.15);
-  ASSERT_TRUE(f.position);
-  EXPECT_LT((f.position->point - Drive::on_pipe(20)).norm(), 0.2);
-  EXPECT_EQ(f.severity, thermal::Severity::kCritical);
+  for (const double length : {7.0, 15.0}) {
+    for (const double width_seen : {0.95, 1.0, 1.05}) {
+      Drive world;
+      world.width_seen = width_seen;
+      world.spots = {{20, length, 140}};
+      LeakFindings findings(Drive::parameters(), Drive::camera());
+      const auto told = drive(findings, world, 0, 40, 0);
+      EXPECT_EQ(count(told, EventKind::kRaised), 1U) << length << ' ' << width_seen;
+      ASSERT_EQ(findings.findings().size(), 1U) << length << ' ' << width_seen;
+      const Finding& f = findings.findings()[0];
+      EXPECT_NEAR(f.length, length, 0.15) << width_seen;
+      ASSERT_TRUE(f.position);
+      EXPECT_LT((f.position->point - Drive::on_pipe(20)).norm(), 0.2) << width_seen;
+      EXPECT_EQ(f.severity, thermal::Severity::kCritical);
+    }
+  }
 }
 
 /// While it comes into view it looks colder, and longer at the end that is seen.

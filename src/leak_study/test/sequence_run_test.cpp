@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
+#include <vector>
 
 namespace pipescout::leak_study {
 namespace {
@@ -53,6 +57,77 @@ TEST(SequenceRun, WarmPostsAreNoLeaksHoweverTheRangeIsKnown) {
       EXPECT_TRUE(run_sequence(plan, settings, seed).findings.empty())
           << to_string(source) << ", seed " << seed;
     }
+  }
+}
+
+TEST(SequenceRun, ReflectionsThatPassAlongAreNoLeaksHoweverTheRangeIsKnown) {
+  for (const auto source :
+       {leak_findings::RangeSource::kLine, leak_findings::RangeSource::kDiameter}) {
+    InspectionSettings settings;
+    settings.findings.range_source = source;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      SequencePlan plan = short_plan(seed);
+      plan.grey = false;
+      plan.patrol.scene.leaks.clear();
+      plan.patrol.scene.decoys.push_back({.kind = simulation::ThermalDecoyKind::kPassingReflection,
+                                          .place = 12,
+                                          .size = 0.35,
+                                          .rise = 110,
+                                          .reach = 5,
+                                          .follow = 0.35});
+      EXPECT_TRUE(run_sequence(plan, settings, seed).findings.empty())
+          << to_string(source) << ", seed " << seed;
+    }
+  }
+}
+
+/// How wide the tube looks beside how wide one of its diameter is at its true range, less 1.
+class WidthErrors final : public CameraCarrier {
+ public:
+  explicit WidthErrors(const SequencePlan& plan) : plan_(plan) {}
+
+  void step(simulation::ThermalPatrol& patrol) override { patrol_ = &patrol; }
+  geometry::SE3 T_base_camera() const override { return plan_.patrol.T_body_camera; }
+  void see(const leak_findings::Frame& frame, const thermal::Detections& detections) override {
+    const geometry::SE3 T_map_camera = patrol_->view(frame.number).T_map_camera;
+    const geometry::Camera& camera = patrol_->renderer().camera();
+    const Eigen::Vector3d from = T_map_camera.inverse() * patrol_->scene().on_tube(0);
+    const Eigen::Vector3d along =
+        (T_map_camera.inverse() * patrol_->scene().on_tube(1) - from).normalized();
+    for (const thermal::PipeSection& pipe : detections.pipes) {
+      const Eigen::Vector3d ray = camera.ray(0.5 * (pipe.start + pipe.end))->normalized();
+      const Eigen::Vector3d normal = ray.cross(along);
+      if (std::abs(from.dot(normal)) > 0.1 * normal.norm() || !(pipe.width > 0)) {
+        continue;  // a post, or the border cuts it lengthwise
+      }
+      const double depth = ray.z() * from.cross(along).dot(normal) / normal.squaredNorm();
+      const double expected =
+          camera.parameters().focal_length * 2 * plan_.patrol.scene.tube_radius / depth;
+      errors.push_back(pipe.width / expected - 1);
+    }
+  }
+
+  std::vector<double> errors{};
+
+ private:
+  const SequencePlan& plan_;
+  simulation::ThermalPatrol* patrol_ = nullptr;
+};
+
+/// docs/papers/leaks.md tells these figures.
+TEST(SequenceRun, TheWidthOfTheTubeTellsItsRange) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SequencePlan plan = short_plan(seed);
+    plan.grey = false;
+    WidthErrors widths(plan);
+    ASSERT_GT(run_sequence(plan, {}, seed, &widths).frames, 100U);
+    std::vector<double>& errors = widths.errors;
+    ASSERT_GT(errors.size(), 90U);
+    const double mean =
+        std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+    const auto wide = std::ranges::count_if(errors, [](double e) { return std::abs(e) > 0.01; });
+    EXPECT_LT(std::abs(mean), 0.002) << seed;
+    EXPECT_LE(wide, std::ssize(errors) / 10) << seed;
   }
 }
 

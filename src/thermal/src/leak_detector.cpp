@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apparent_width.hpp"
 #include "straight_sections.hpp"
 #include "threshold_mask.hpp"
 
@@ -162,6 +163,7 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
       d.profile.resize(pipe.first_sample);
       continue;
     }
+    pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
     analyse(pipe, conditions);
     d.pipes.push_back(pipe);
   }
@@ -263,7 +265,7 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
   if (conditions.metres_per_pixel > 0) {
     pipe.metres_per_pixel = conditions.metres_per_pixel;
   } else if (parameters.pipe_diameter > 0 && !pipe.cut_along) {
-    pipe.metres_per_pixel = parameters.pipe_diameter / (2 * pipe.half_width);
+    pipe.metres_per_pixel = parameters.pipe_diameter / pipe.best_width();
   }
   if (sign < 0) {
     turned.resize(profile.size());

@@ -61,7 +61,7 @@ class ThermalTracker final : public Component {
   /// Fills `regions_`.
   void take_regions(const thermal::Detections& detections);
   /// m along the axis of the camera.
-  [[nodiscard]] double depth(const Circumstances& known, double half_width) const;
+  [[nodiscard]] double depth(const Circumstances& known) const;
   void publish(const Image& picture, const tracking::PipeTrack& track,
                const thermal::Detections& detections, const Circumstances& known);
   void tell_counts();
@@ -84,6 +84,7 @@ class ThermalTracker final : public Component {
   };
   std::optional<CameraPose> last_pose_;  // of the picture before
   double half_width_ = 0;                // px, of the pipe when it was seen last; 0: never
+  double width_ = 0;                     // px, between its edges when it was seen whole last
   std::uint64_t pictures_ = 0;
   std::uint64_t locked_ = 0;
   bool image_heard_ = true;

@@ -27,7 +27,8 @@ enum class RangeSource : std::uint8_t {
   kNone,      ///< nothing: a leak has no position until the robot has moved enough, which is when
               ///< the range is known to `max_range_deviation`
   kDistance,  ///< the distance of the pipes before the camera, along its axis
-  kDiameter,  ///< the diameter of the pipes, by how wide they look
+  kDiameter,  ///< the diameter of the pipes, by how wide they look; what the border of the picture
+              ///< cuts lengthwise counts for nothing
   kLine,      ///< where the pipes are in the map; what is on none of them is left out
 };
 inline constexpr std::array kRangeSources{RangeSource::kNone, RangeSource::kDistance,
@@ -54,8 +55,9 @@ struct LeakFindingsParameters {
   double distance = 10.0;            ///< m, > 0, of `kDistance`
   double distance_deviation = 1.0;   ///< m, > 0: standard
   double pipe_diameter = 0.12;       ///< m, > 0, of `kDiameter`
-  double width_deviation = 0.15;     ///< share, (0, 1): how far the width that is seen, over the
-                                     ///< diameter, may be off, standard
+  double width_deviation = 0.05;     ///< share, (0, 1): how far the width between the edges that
+                                     ///< are seen, over the diameter, may be off, standard; where
+                                     ///< they are not, 1.4 pixels come to it
   std::vector<PipeLine> lines{};     ///< of `kLine`, at least one
   double line_deviation = 0.05;      ///< m, > 0: across, standard
   double max_range_deviation = 1.0;  ///< m, > 0, of `kNone`

@@ -117,7 +117,11 @@ enum class FrameFault : std::uint8_t {
 struct PipeSection {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
-  double half_width = 0;   ///< distance from the axis to the edge
+  double half_width = 0;  ///< distance from the axis to the edge of what is above the threshold
+  /// Between its edges: where the radiance is half-way to what is beside the pipe, which depends
+  /// neither on the threshold nor on blur. NaN where one of them is not seen: at the border, or
+  /// where what is beside the pipe has no temperature or is as dark as greys go.
+  double width = std::numeric_limits<double>::quiet_NaN();
   double deviation = 0;    ///< of the medial axis about the line, root mean square
   double visible = 0;      ///< share of the length where the pipe is seen as a pipe
   bool cut_along = false;  ///< the border of the picture cuts it lengthwise: the axis is that of
@@ -130,6 +134,8 @@ struct PipeSection {
   std::size_t parts = 0;
 
   [[nodiscard]] double length() const { return (end - start).norm(); }
+  /// `width` where it is known, else that of what is above the threshold.
+  [[nodiscard]] double best_width() const { return width > 0 ? width : 2 * half_width; }
   /// On the axis, `along` pixels from `start`.
   [[nodiscard]] Eigen::Vector2d at(double along) const {
     return start + along * (end - start).normalized();
