@@ -171,7 +171,7 @@ TEST(PatrolSimulation, WaitsForTheAnswerOfTheArm) {
   ComponentHarness harness;
   auto& simulation = harness.make<PatrolSimulation>(
       {.name = "patrol",
-       .parameters = short_patrol({{"arm.mounted", true}, {"lock_step_time_out", 0.05}})});
+       .parameters = short_patrol({{"arm.mounted", true}, {"lock_step_time_out", 2.0}})});
   const auto joints = harness.collect(topics::kJointStates);
   const auto images = harness.collect(topics::kThermalImage);
   const auto truth = harness.collect(topics::kTruePipeTrack);
