@@ -23,11 +23,12 @@ constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
-// What alike errors of successive images add to the covariance, measured: the first images after a
-// start are most alike.
+// What alike errors of successive images add to the covariance, measured.
 constexpr double kCovarianceFactor = 2.5;
-constexpr double kCovarianceFactorAtStart = 8;
+// What misleads the first image misleads those after it alike: what it leaves uncertain, they do
+// not tell better before the view is another one.
 constexpr double kImagesUntilUnlike = 50;
+constexpr double kAlikeAlong = 0.05 * 0.05;  // m^2: supports that come into view later tell better
 // Shading and paint stay where they are: what an image says of the offsets counts once in so many.
 constexpr double kAlikeImages = 25;
 
@@ -230,6 +231,10 @@ class RackTracker::Implementation {
     if (step_.map_points() == 0) {
       pose_.begin_map();
     }
+    if (starting_) {
+      covariance_at_start_ = pose_.covariance();
+      covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
+    }
     anchor_variance_ = outcome_.belief.anchor_variance;
     offsets_.learn(outcome_.belief.offsets, outcome_.pipes, starting_ ? 1 : kAlikeImages);
     state_ = TrackStatus::kTracking;
@@ -299,10 +304,8 @@ class RackTracker::Implementation {
   void fill(RackTrackerResult& result) {
     result = blank();
     result.T_rack_camera = pose_.pose();
-    result.covariance =
-        (kCovarianceFactor + (kCovarianceFactorAtStart - kCovarianceFactor) *
-                                 std::exp(-images_since_start_ / kImagesUntilUnlike)) *
-        pose_.covariance();
+    result.covariance = kCovarianceFactor * pose_.covariance() +
+                        std::exp(-images_since_start_ / kImagesUntilUnlike) * covariance_at_start_;
     result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
@@ -329,6 +332,7 @@ class RackTracker::Implementation {
   bool starting_ = false;  ///< no image has borne out the pose that was given
   int probation_ = 0;      ///< images that still have to bear it out as well as the first one
   int images_since_start_ = 0;
+  Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
   std::string_view lost_reason_;
   PoseBelief pose_;
