@@ -17,6 +17,7 @@
 #include "reproduce/each_seed.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"
+#include "reproduce/seed_values.hpp"
 #include "reproduce/stage_progress.hpp"
 
 namespace pipescout::host {
@@ -89,16 +90,6 @@ double mean(const std::vector<double>& values) {
     sum += value;
   }
   return sum / static_cast<double>(values.size());
-}
-
-template <class Function>
-std::vector<double> each(const std::vector<RunScore>& runs, Function value) {
-  std::vector<double> values;
-  values.reserve(runs.size());
-  for (const RunScore& run : runs) {
-    values.push_back(static_cast<double>(value(run)));
-  }
-  return values;
 }
 
 std::vector<double> position_errors(const std::vector<RunScore>& runs) {

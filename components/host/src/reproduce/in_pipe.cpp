@@ -17,6 +17,7 @@
 #include "pipescout/odometry_study/quantile.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"
+#include "reproduce/seed_values.hpp"
 #include "reproduce/stage_progress.hpp"
 
 namespace pipescout::host {
@@ -42,14 +43,6 @@ constexpr Target within(double least, double most) {
 
 constexpr Target kSmallIsGood{};
 constexpr Target kLargeIsGood{.least = 0.0};
-
-double sum(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0);
-}
-
-double percent(std::size_t part, std::size_t whole) {
-  return 100.0 * static_cast<double>(part) / static_cast<double>(whole);
-}
 
 class InPipe {
  public:

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -20,6 +19,7 @@
 #include "reproduce/each_seed.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"
+#include "reproduce/seed_values.hpp"
 #include "reproduce/stage_progress.hpp"
 
 namespace pipescout::host {
@@ -32,16 +32,6 @@ using odometry_study::quantile;
 constexpr Target kSmallIsGood{};
 constexpr Target kLargeIsGood{.least = 0.0};
 constexpr Target kNone{.least = 0.0, .most = 0.0};
-
-template <class Function>
-std::vector<double> each(const std::vector<CampaignScore>& scores, Function value) {
-  std::vector<double> values;
-  values.reserve(scores.size());
-  for (const CampaignScore& score : scores) {
-    values.push_back(static_cast<double>(std::invoke(value, score)));
-  }
-  return values;
-}
 
 std::string number(double value) {
   return std::to_string(std::lround(value));

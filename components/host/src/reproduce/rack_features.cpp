@@ -12,6 +12,7 @@
 #include "pipescout/rack_study/paper_flight.hpp"
 #include "pipescout/rack_study/table_one.hpp"
 #include "reproduce/rack_figures.hpp"
+#include "reproduce/seed_values.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -23,10 +24,6 @@ using rack_study::TableCell;
 
 constexpr std::size_t kTableRuns = 10;  // of the paper
 constexpr std::size_t kPointsPerPipe = 25;
-
-double largest(const std::vector<double>& values) {
-  return *std::ranges::max_element(values);
-}
 
 double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +15,7 @@
 #include "pipescout/rack_study/image_trials.hpp"
 #include "reproduce/each_seed.hpp"
 #include "reproduce/rack_figures.hpp"
+#include "reproduce/seed_values.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -25,38 +24,21 @@ using odometry_study::quantile;
 using rack_study::ImageFlightRun;
 using rack_study::ImageFlightScore;
 using rack_study::ImageFlightSettings;
+using rack_study::WrongStartScore;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr Target kSmallIsGood{};
 constexpr Target kLargeIsGood{.least = 0.0};
 constexpr Target kNone{.least = 0.0, .most = 0.0};
 
-double percent(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
-}
-
-double largest(const std::vector<double>& values) {
-  return *std::max_element(values.begin(), values.end());
-}
-
-double sum(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0);
-}
-
 /// Of errors; without any there is no pose, which is worse than every error.
 double error_quantile(const std::vector<double>& errors, double part) {
   return errors.empty() ? std::numeric_limits<double>::infinity() : quantile(errors, part);
 }
 
-/// One value for each.
-template <class Item, class Function>
-std::vector<double> each(const std::vector<Item>& items, Function value) {
-  std::vector<double> values;
-  values.reserve(items.size());
-  for (const Item& item : items) {
-    values.push_back(static_cast<double>(std::invoke(value, item)));
-  }
-  return values;
+/// %, in the ellipsoid that should hold 95.
+double place_covered(const ImageFlightScore& score) {
+  return percent(score.position_covered, score.with_pose);
 }
 
 ImageFlightScore pooled(const std::vector<ImageFlightScore>& scores) {
@@ -81,7 +63,8 @@ class RackImages {
          << ", gusts, changing light, blur and noise.\n\n";
     inspect();
     drift();
-    fly_cluttered();
+    fly_into_clutter();
+    start_in_clutter();
     fly_plain();
     recover(true);
     recover(false);
@@ -124,7 +107,7 @@ class RackImages {
   };
 
   void add_flights(const std::string& study, const std::vector<ImageFlightRun>& runs,
-                   const Names& names) {
+                   const Names& names, const std::vector<Measure>& more = {}) {
     const auto per_seed = scores(runs);
     const ImageFlightScore all = pooled(per_seed);
     const auto errors = [&](auto field, double part, double factor) {
@@ -138,30 +121,28 @@ class RackImages {
     const auto position_95 = errors(&ImageFlightScore::position_errors, 0.95, 1.0);
     const auto rotation_95 = errors(&ImageFlightScore::rotation_errors, 0.95, kDegrees);
     const auto losses = each(runs, [](const auto& run) { return run.tracker.losses; });
-    rows_.add_study(
-        study,
-        {{"images with a pose, %", all.with_pose_percent(),
-          each(per_seed, &ImageFlightScore::with_pose_percent), at_least(100.0), names.tracked},
-         {"error of the place, median, m", position_median.first, position_median.second,
-          at_most(0.005), names.position_median},
-         {"error of the place, 95 %, m", position_95.first, position_95.second, at_most(0.015),
-          names.position_95},
-         {"error of the orientation, median, degrees", rotation_median.first,
-          rotation_median.second, at_most(0.08), names.rotation_median},
-         {"error of the orientation, 95 %, degrees", rotation_95.first, rotation_95.second,
-          at_most(0.2), names.rotation_95},
-         {"poses off by more than 3 cm or 1 degree", static_cast<double>(all.wrong),
-          each(per_seed, &ImageFlightScore::wrong), kNone},
-         {"truth inside the 95 % ellipsoid of the place, %",
-          percent(all.position_covered, all.with_pose),
-          each(per_seed,
-               [](const auto& score) { return percent(score.position_covered, score.with_pose); }),
-          kLargeIsGood},
-         {"truth inside that of the whole pose, %", percent(all.pose_covered, all.with_pose),
-          each(per_seed,
-               [](const auto& score) { return percent(score.pose_covered, score.with_pose); }),
-          kLargeIsGood},
-         {"times lost", sum(losses), losses, kSmallIsGood}});
+    std::vector<Measure> measures{
+        {"images with a pose, %", all.with_pose_percent(),
+         each(per_seed, &ImageFlightScore::with_pose_percent), at_least(100.0), names.tracked},
+        {"error of the place, median, m", position_median.first, position_median.second,
+         at_most(0.005), names.position_median},
+        {"error of the place, 95 %, m", position_95.first, position_95.second, at_most(0.015),
+         names.position_95},
+        {"error of the orientation, median, degrees", rotation_median.first, rotation_median.second,
+         at_most(0.08), names.rotation_median},
+        {"error of the orientation, 95 %, degrees", rotation_95.first, rotation_95.second,
+         at_most(0.2), names.rotation_95},
+        {"poses off by more than 3 cm or 1 degree", static_cast<double>(all.wrong),
+         each(per_seed, &ImageFlightScore::wrong), kNone},
+        {"truth inside the 95 % ellipsoid of the place, %", place_covered(all),
+         each(per_seed, place_covered), kLargeIsGood},
+        {"truth inside that of the whole pose, %", percent(all.pose_covered, all.with_pose),
+         each(per_seed,
+              [](const auto& score) { return percent(score.pose_covered, score.with_pose); }),
+         kLargeIsGood},
+        {"times lost", sum(losses), losses, kSmallIsGood}};
+    measures.insert(measures.end(), more.begin(), more.end());
+    rows_.add_study(study, measures);
   }
 
   void inspect() {
@@ -175,15 +156,59 @@ class RackImages {
          .rotation_95 = "image_orientation_p95_deg"});
   }
 
-  void fly_cluttered() {
-    const std::string study =
-        "The same, 40 % of the contours hidden or imitated, " + seconds(extent_.clutter);
-    const auto runs = fly(study, [&](std::uint64_t seed) {
-      ImageFlightSettings settings = inspection(extent_.clutter, seed);
-      settings.scene.clutter_share = 0.4;
+  static ImageFlightSettings cluttered(double duration, std::uint64_t seed) {
+    ImageFlightSettings settings = inspection(duration, seed);
+    settings.scene.clutter_share = 0.4;
+    return settings;
+  }
+
+  /// What share of the contours it is, as measured: the scene draws it piece by piece.
+  static Measure clutter_of(const std::vector<ImageFlightRun>& runs) {
+    const auto shares = each(runs, [](const auto& run) { return 100 * run.cluttered_share; });
+    return {"contours hidden or imitated, measured, %",
+            sum(shares) / static_cast<double>(shares.size()), shares, kLargeIsGood};
+  }
+
+  void fly_into_clutter() {
+    constexpr double kClear = 2;  // s
+    const std::string study = "The same, 40 % of the contours hidden or imitated after " +
+                              seconds(kClear) + ", for " + seconds(extent_.clutter);
+    auto runs = fly(study, [&](std::uint64_t seed) {
+      ImageFlightSettings settings = cluttered(kClear + extent_.clutter, seed);
+      settings.clutter_begin = kClear;
       return settings;
     });
-    add_flights(study, runs, {.tracked = "image_clutter40_tracked_percent"});
+    for (ImageFlightRun& run : runs) {
+      std::erase_if(run.frames, [](const auto& frame) { return frame.time < kClear; });
+    }
+    add_flights(study, runs, {.tracked = "image_clutter40_tracked_percent"}, {clutter_of(runs)});
+  }
+
+  void start_in_clutter() {
+    const auto seeds = unseen_seeds(extent_.clutter_starts * seeds_.size());
+    const std::string study = std::to_string(seeds.size()) +
+                              " flights that begin in such clutter, " +
+                              seconds(extent_.clutter_start);
+    const auto runs = for_each_seed(progress_, study, seeds, [&](std::uint64_t seed) {
+      return rack_study::run_image_flight(cluttered(extent_.clutter_start, seed), seed);
+    });
+    const auto flights = each(runs, [](const ImageFlightRun& run) {
+      return rack_study::score_flight(run.frames).with_pose_percent();
+    });
+    const auto wrong = each(
+        runs, [](const ImageFlightRun& run) { return rack_study::score_flight(run.frames).wrong; });
+    std::vector<WrongStartScore> ends;
+    for (const ImageFlightRun& run : runs) {
+      const rack_study::WrongStartTrial flown{.last = run.frames.back()};
+      ends.push_back(rack_study::score_wrong_starts({&flown, 1}));
+    }
+    add_starts(
+        study, ends,
+        {.converged = "image_clutter40_started_percent", .silent = "image_clutter40_silent_wrong"},
+        {{"images with a pose, %", sum(flights) / static_cast<double>(flights.size()), flights,
+          kLargeIsGood},
+         {"poses off by more than 3 cm or 1 degree", sum(wrong), wrong, kNone},
+         clutter_of(runs)});
   }
 
   void fly_sparse() {
@@ -216,17 +241,12 @@ class RackImages {
     });
     const auto per_seed = scores(runs);
     const ImageFlightScore all = pooled(per_seed);
-    rows_.add_study(
-        study,
-        {{"drift along the pipes, worst seed, % of the way", largest(drifts), drifts, at_most(0.3),
-          "image_along_drift_percent"},
-         {"images with a pose, %", all.with_pose_percent(),
-          each(per_seed, &ImageFlightScore::with_pose_percent), at_least(100.0)},
-         {"truth inside the 95 % ellipsoid of the place, %",
-          percent(all.position_covered, all.with_pose),
-          each(per_seed,
-               [](const auto& score) { return percent(score.position_covered, score.with_pose); }),
-          kLargeIsGood}});
+    rows_.add_study(study, {{"drift along the pipes, worst seed, % of the way", largest(drifts),
+                             drifts, at_most(0.3), "image_along_drift_percent"},
+                            {"images with a pose, %", all.with_pose_percent(),
+                             each(per_seed, &ImageFlightScore::with_pose_percent), at_least(100.0)},
+                            {"truth inside the 95 % ellipsoid of the place, %", place_covered(all),
+                             each(per_seed, place_covered), kLargeIsGood}});
   }
 
   void fly_plain() {
@@ -253,27 +273,21 @@ class RackImages {
     for (const ImageFlightRun& run : runs) {
       stretches.push_back(rack_study::score_stretch(run.frames, from, to));
     }
-    std::size_t images = 0;
-    std::size_t covered = 0;
-    for (const StretchScore& stretch : stretches) {
-      images += stretch.images;
-      covered += stretch.covered;
-    }
+    const auto total = [&](auto count) {
+      return static_cast<std::size_t>(sum(each(stretches, count)));
+    };
+    const std::size_t images = total(&StretchScore::images);
     const auto errors = each(stretches, &StretchScore::largest_error);
     const auto first = each(stretches, &StretchScore::first_deviation);
     const auto last = each(stretches, &StretchScore::last_deviation);
     rows_.add_study(
         study,
-        {{"truth inside the 95 % ellipsoid of the place, %", percent(covered, images),
+        {{"truth inside the 95 % ellipsoid of the place, %",
+          percent(total(&StretchScore::covered), images),
           each(stretches,
                [](const auto& stretch) { return percent(stretch.covered, stretch.images); }),
           at_least(95.0), "image_plain_10s_covered_percent"},
-         {"images with a pose, %",
-          percent(std::accumulate(stretches.begin(), stretches.end(), std::size_t{0},
-                                  [](std::size_t total, const StretchScore& stretch) {
-                                    return total + stretch.with_pose;
-                                  }),
-                  images),
+         {"images with a pose, %", percent(total(&StretchScore::with_pose), images),
           each(stretches,
                [](const auto& stretch) { return percent(stretch.with_pose, stretch.images); }),
           kLargeIsGood},
@@ -329,27 +343,38 @@ class RackImages {
       return rack_study::score_wrong_starts(
           rack_study::try_wrong_starts(settings, extent_.trials, seed));
     });
-    using rack_study::WrongStartScore;
+    add_starts(study, scores_of_seeds,
+               {.silent = "silent_wrong_pose", .admitted = "admitted_wrong_pose"});
+  }
+
+  /// Names of figures of starts; an empty one: a row only.
+  struct StartNames {
+    std::string converged{};
+    std::string silent{};
+    std::string admitted{};
+  };
+
+  void add_starts(const std::string& study, const std::vector<WrongStartScore>& per_seed,
+                  const StartNames& names, const std::vector<Measure>& more = {}) {
     WrongStartScore all;
-    for (const WrongStartScore& score : scores_of_seeds) {
+    for (const WrongStartScore& score : per_seed) {
       all += score;
     }
-    rows_.add_study(
-        study, {{"wrong by more than 3 cm or 1 degree, neither declared nor in the covariance",
-                 static_cast<double>(all.silent_wrong),
-                 each(scores_of_seeds, &WrongStartScore::silent_wrong), kNone, "silent_wrong_pose"},
-                {"wrong by as much, as the covariance (99 %) admits",
-                 static_cast<double>(all.admitted_wrong),
-                 each(scores_of_seeds, &WrongStartScore::admitted_wrong), kSmallIsGood,
-                 "admitted_wrong_pose"},
-                {"converged, %", percent(all.converged, all.trials),
-                 each(scores_of_seeds,
-                      [](const auto& score) { return percent(score.converged, score.trials); }),
-                 kLargeIsGood},
-                {"declared lost, %", percent(all.lost, all.trials),
-                 each(scores_of_seeds,
-                      [](const auto& score) { return percent(score.lost, score.trials); }),
-                 kSmallIsGood}});
+    std::vector<Measure> measures{
+        {"wrong by more than 3 cm or 1 degree, neither declared nor in the covariance",
+         static_cast<double>(all.silent_wrong), each(per_seed, &WrongStartScore::silent_wrong),
+         kNone, names.silent},
+        {"wrong by as much, as the covariance (99 %) admits",
+         static_cast<double>(all.admitted_wrong), each(per_seed, &WrongStartScore::admitted_wrong),
+         kSmallIsGood, names.admitted},
+        {"converged, %", percent(all.converged, all.trials),
+         each(per_seed, [](const auto& score) { return percent(score.converged, score.trials); }),
+         kLargeIsGood, names.converged},
+        {"declared lost, %", percent(all.lost, all.trials),
+         each(per_seed, [](const auto& score) { return percent(score.lost, score.trials); }),
+         kSmallIsGood}};
+    measures.insert(measures.end(), more.begin(), more.end());
+    rows_.add_study(study, measures);
   }
 
   static std::string seconds(double duration) {

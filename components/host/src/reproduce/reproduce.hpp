@@ -67,7 +67,9 @@ struct InPipeExtent {
 struct RackImageExtent {
   std::size_t largest_seeds = 10;  ///< however many are asked for: rendering takes long; 0: nothing
   double inspection = 60;          ///< s
-  double clutter = 15;             ///< s
+  double clutter = 15;             ///< s in clutter that comes in flight
+  std::size_t clutter_starts = 4;  ///< flights that begin in clutter
+  double clutter_start = 5;        ///< s of each of them
   double sparse = 30;              ///< s, at 6 Hz
   double along = 8;                ///< m, one way along the pipes
   double plain = 10;               ///< s over plain paint

@@ -106,6 +106,8 @@ TEST(Reproduce, FliesOverTheRack) {
   std::ostringstream out;
   const RackImageExtent images{.inspection = 0.4,
                                .clutter = 0.4,
+                               .clutter_starts = 1,
+                               .clutter_start = 0.4,
                                .sparse = 1,
                                .along = 0.2,
                                .plain = 0.5,
@@ -132,6 +134,8 @@ TEST(Reproduce, FliesOverTheRack) {
                              "image_orientation_p95_deg",
                              "image_along_drift_percent",
                              "image_clutter40_tracked_percent",
+                             "image_clutter40_started_percent",
+                             "image_clutter40_silent_wrong",
                              "image_plain_10s_covered_percent",
                              "image_recoveries",
                              "image_recoveries_without_odometry",
