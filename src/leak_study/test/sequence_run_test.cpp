@@ -116,11 +116,13 @@ class WidthErrors final : public CameraCarrier {
 
 /// docs/papers/leaks.md tells these figures.
 TEST(SequenceRun, TheWidthOfTheTubeTellsItsRange) {
+  InspectionSettings settings;
+  settings.findings.range_source = leak_findings::RangeSource::kDiameter;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     SequencePlan plan = short_plan(seed);
     plan.grey = false;
     WidthErrors widths(plan);
-    ASSERT_GT(run_sequence(plan, {}, seed, &widths).frames, 100U);
+    ASSERT_GT(run_sequence(plan, settings, seed, &widths).frames, 100U);
     std::vector<double>& errors = widths.errors;
     ASSERT_GT(errors.size(), 90U);
     const double mean =

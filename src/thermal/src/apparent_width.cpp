@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// Places along the pipe that are looked at, and how many of them have to show its edge.
-constexpr int kMostStations = 32;
+constexpr int kMostStations = 16;
 constexpr int kLeastStations = 5;
 /// Values from the axis outwards, and pixels from one to the next at least.
 constexpr int kMostSteps = 96;

@@ -163,7 +163,9 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
       d.profile.resize(pipe.first_sample);
       continue;
     }
-    pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
+    if (parameters.pipe_diameter > 0) {
+      pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
+    }
     analyse(pipe, conditions);
     d.pipes.push_back(pipe);
   }

@@ -77,7 +77,7 @@ TEST(ApparentWidth, DependsNeitherOnTheThresholdNorOnBlurNorOnTheDirection) {
   const Radiometry radiometry(test::sc660(), {});
   const std::vector<float> table = table_of(radiometry);
   for (const double threshold : {60.0, 90.0, 130.0}) {
-    LeakDetector detector({.threshold = threshold});
+    LeakDetector detector({.threshold = threshold, .pipe_diameter = 0.12});
     for (const double width : {6.2, 9.3, 31.7}) {
       // Of more blur than this the middle of the pipe has a part, too.
       for (const double blur : {0.3, 0.8, std::min(1.5, width / 7)}) {
@@ -99,7 +99,7 @@ TEST(ApparentWidth, DependsNeitherOnTheThresholdNorOnBlurNorOnTheDirection) {
 TEST(ApparentWidth, IsFoundWhereWhatIsBesideThePipeHasNoTemperature) {
   const Radiometry radiometry(test::sc660(), ibarguren2013_object());
   const std::vector<float> table = table_of(radiometry);
-  LeakDetector detector({.threshold = 90});
+  LeakDetector detector({.threshold = 90, .pipe_diameter = 0.12});
   const Scene scene{
       .angle = 0.3, .pipe = radiometry.counts(150), .around = radiometry.floor_counts() - 2000};
   const Picture<std::uint16_t> picture(scene, rounded);
@@ -115,8 +115,9 @@ TEST(ApparentWidth, IsThatOfTemperaturesToo) {
   for (const bool hot : {true, false}) {
     const Scene scene{
         .angle = 0.8, .pipe = radiometry.counts(hot ? 250 : -30), .around = radiometry.counts(20)};
-    LeakDetector detector(
-        {.polarity = hot ? Polarity::kHot : Polarity::kCold, .threshold = hot ? 60.0 : 10.0});
+    LeakDetector detector({.polarity = hot ? Polarity::kHot : Polarity::kCold,
+                           .threshold = hot ? 60.0 : 10.0,
+                           .pipe_diameter = 0.12});
     const Picture<float> picture(scene, celsius);
     EXPECT_NEAR(width_in(detector.detect(picture.view())), scene.width, 0.25);
   }
@@ -143,7 +144,7 @@ TEST(ApparentWidth, NeitherDeadPixelsNorPostsNorNoiseChangeIt) {
       picture.at(column + 120, row) = beam;
     }
   }
-  LeakDetector detector({.threshold = 90});
+  LeakDetector detector({.threshold = 90, .pipe_diameter = 0.12});
   const Detections& d = detector.detect(picture.view(), table);
   ASSERT_FALSE(d.pipes.empty());
   EXPECT_NEAR(d.pipes[0].width, scene.width, 0.25);
@@ -152,7 +153,7 @@ TEST(ApparentWidth, NeitherDeadPixelsNorPostsNorNoiseChangeIt) {
 TEST(ApparentWidth, IsNotKnownWhereAnEdgeIsNotSeen) {
   const Radiometry radiometry(test::sc660(), {});
   const Scene scene{.pipe = radiometry.counts(150), .around = radiometry.counts(12)};
-  LeakDetector detector({.threshold = 110});
+  LeakDetector detector({.threshold = 110, .pipe_diameter = 0.12});
 
   // Greys from 100 to 300 degC: what is beside the pipe is black.
   std::vector<float> greys(256);

@@ -27,6 +27,7 @@ TEST(LeakDetectorHeap, NothingIsTakenAfterAFewFrames) {
        {ThresholdRule::kFixed, ThresholdRule::kScene, ThresholdRule::kLocal}) {
     LeakDetectorParameters p;
     p.threshold_rule = rule;
+    p.pipe_diameter = 0.12;
     LeakDetector detector(p);
     const auto all = [&] {
       std::size_t leaks = 0;

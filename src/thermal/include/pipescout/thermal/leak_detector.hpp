@@ -119,8 +119,9 @@ struct PipeSection {
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double half_width = 0;  ///< distance from the axis to the edge of what is above the threshold
   /// Between its edges: where the radiance is half-way to what is beside the pipe, which depends
-  /// neither on the threshold nor on blur. NaN where one of them is not seen: at the border, or
-  /// where what is beside the pipe has no temperature or is as dark as greys go.
+  /// neither on the threshold nor on blur. NaN without a `pipe_diameter`, and where one of them is
+  /// not seen: at the border, or where what is beside the pipe has no temperature or is as dark as
+  /// greys go.
   double width = std::numeric_limits<double>::quiet_NaN();
   double deviation = 0;    ///< of the medial axis about the line, root mean square
   double visible = 0;      ///< share of the length where the pipe is seen as a pipe
