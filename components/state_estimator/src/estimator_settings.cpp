@@ -9,6 +9,7 @@
 
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/state_estimator/centre_line_file.hpp"
+#include "pipescout/weld_locator/tally_file.hpp"
 
 namespace pipescout {
 
@@ -189,6 +190,12 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   weld_deviation_ = parameters.declare<double>(
       "weld.across_deviation", 0.05,
       {.description = "m, of the probe from the centre line", .floating_point_range = kPositive});
+  tally_ = parameters.declare<std::string>(
+      "weld.tally", "",
+      {.description =
+           "CSV file with the pipe's tally or weld ledger: a weld that is not where it was "
+           "said to be is taken for the one that lies where the state is; empty: it is "
+           "not used"});
   centre_line_ = parameters.declare<std::string>(
       "centre_line", "",
       {.description = "CSV file with the points x, y, z (m, in the map) of the pipe's centre line; "
@@ -199,6 +206,9 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   bound_->real(
       "centre_line.deviation", [](auto& p) -> double& { return p.centre_line_deviation; },
       {1e-6, 100}, "m, of the body from the centre line");
+  bound_->real(
+      "centre_line.correlation", [](auto& p) -> double& { return p.centre_line_correlation; },
+      {0, 1000}, "m of way over which that stays much the same; the line is used once in so much");
 }
 
 void EstimatorParameters::declare_start(Parameters& parameters) {
@@ -451,6 +461,9 @@ EstimatorSettings EstimatorParameters::read() const {
   estimator.smoother.globals.R_map_rack = geometry::SO3::about_z(rack_heading_.get());
   if (const std::string file = centre_line_.get(); !file.empty()) {
     estimator.centre_line = read_centre_line(file, centre_line_first_chainage_.get());
+  }
+  if (const std::string file = tally_.get(); !file.empty()) {
+    estimator.tally = read_tally(file).chainages;
   }
   estimator.validate();
   return result;

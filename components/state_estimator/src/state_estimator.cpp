@@ -464,6 +464,9 @@ void StateEstimator::tell_status() {
     if (now_so.gated > before.gated) {
       diagnostics().count(source + ".gated", now_so.gated - before.gated);
     }
+    if (now_so.reassigned > before.reassigned) {
+      diagnostics().count(source + ".reassigned", now_so.reassigned - before.reassigned);
+    }
     diagnostics().set_value(source + ".state", std::string(to_string(now_so.state)));
     diagnostics().set_value(source + ".accepted", std::to_string(now_so.accepted));
   }

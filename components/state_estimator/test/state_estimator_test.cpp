@@ -444,6 +444,7 @@ TEST_F(StateEstimatorTest, ParametersOutOfRangeAreRefusedByName) {
   expect_refused(harness_, {"start.heading", std::vector<double>{1.0}}, "start.heading");
   expect_refused(harness_, {"gps.kernel", "soft"}, "gps.kernel");
   expect_refused(harness_, {"centre_line", "/does/not/exist.csv"}, "/does/not/exist.csv");
+  expect_refused(harness_, {"weld.tally", "/does/not/exist.csv"}, "/does/not/exist.csv");
   expect_refused(harness_, {"camera.position", std::vector<double>{kNan, 0.0, 0.0}},
                  "camera.position");
 }

@@ -107,6 +107,22 @@ WeldFactor::Residual WeldFactor::evaluate(const NavState& x, const GlobalStates&
   return whitening_ * (x.position + x.R_map_body * measurement_.sensor - measurement_.position);
 }
 
+CentreLineFactor::CentreLineFactor(const CentreLineMeasurement& measurement)
+    : MeasuredFactor(measurement) {
+  whitening_ = Eigen::Matrix2d::Identity() / measurement.standard_deviation;
+  across_.row(0) = measurement.direction.unitOrthogonal().transpose();
+  across_.row(1) = measurement.direction.cross(Vector3d(across_.row(0))).transpose();
+}
+
+CentreLineFactor::Residual CentreLineFactor::evaluate(const NavState& x,
+                                                      const GlobalStates& /*globals*/,
+                                                      Derivatives* derivatives) const {
+  if (derivatives != nullptr) {
+    derivatives->from.middleCols<3>(kPosition) = whitening_ * across_;
+  }
+  return whitening_ * across_ * (x.position - measurement_.position);
+}
+
 NonHolonomicFactor::NonHolonomicFactor(const NonHolonomicMeasurement& measurement)
     : MeasuredFactor(measurement) {
   whitening_ << 1 / measurement.lateral_deviation, 0, 0, 1 / measurement.vertical_deviation;

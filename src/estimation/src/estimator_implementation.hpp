@@ -146,6 +146,9 @@ class StateEstimator::Implementation {
   void add_odometer(double time);
   [[nodiscard]] bool stands_still(double time) const;
   void add_centre_line(double time);
+  /// Of a weld that is not where it was said to be: takes it for the one of the tally that lies
+  /// where the state has its sensor, if there is just one.
+  void reassign(const WeldMeasurement& m);
   void note(const UpdateReport& report);
   /// After a failed update: from the last sound keyframe, with odom going on at `pose`.
   void recover(const geometry::SE3& pose);
@@ -227,6 +230,11 @@ class StateEstimator::Implementation {
   std::optional<geometry::SE3> last_odom_{};  // where odom goes on after a new start
   double odometer_until_ = 0;                 // increments up to it are in the smoother
   double chainage_ = 0;                       // of the body on the centre line
+  // Where the centre line was used last; NaN: nowhere.
+  double centre_line_used_ = std::numeric_limits<double>::quiet_NaN();
+  std::optional<WeldMeasurement> claimed_weld_{};  // the newest that the smoother was given
+  // s, of the newest that was taken for another one; NaN: none.
+  double reassigned_time_ = std::numeric_limits<double>::quiet_NaN();
   double last_position_ = std::numeric_limits<double>::quiet_NaN();  // s, accepted
   double borne_out_ = 0;  // s with accepted positions since the state was placed
   double good_time_ = 0;  // of the newest sound keyframe

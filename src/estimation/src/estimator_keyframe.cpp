@@ -13,8 +13,6 @@ using geometry::SE3;
 using geometry::SO3;
 
 constexpr double kSameTime = 1e-4;  // s
-/// How far along it the body may be, m: a point on the centre line says nothing of that.
-constexpr double kAnywhereAlong = 1e4;
 
 std::optional<Source> source_of(FactorKind kind) {
   switch (kind) {
@@ -154,19 +152,17 @@ bool StateEstimator::Implementation::stands_still(double time) const {
 }
 
 void StateEstimator::Implementation::add_centre_line(double time) {
-  constexpr int kSteps = 4;
   const PipeCentreLine& line = *parameters_.centre_line;
-  const Vector3d& position = newest_state().position;
-  for (int i = 0; i < kSteps; ++i) {
-    const auto place = line.at(chainage_);
-    chainage_ = std::clamp(chainage_ + place->direction.dot(position - place->position),
-                           line.first_chainage(), line.last_chainage());
-  }
+  chainage_ = line.chainage_of(newest_state().position, chainage_);
   const double chainage = chainage_ + line.at(chainage_)->direction.dot(newest_state().velocity) *
                                           (time - newest_time());
-  if (const auto weld = line.weld(time, chainage, kAnywhereAlong, parameters_.centre_line_deviation,
-                                  Vector3d::Zero())) {
-    smoother_.add(*weld);
+  if (std::abs(chainage - centre_line_used_) < parameters_.centre_line_correlation) {
+    return;
+  }
+  if (const auto place = line.at(chainage)) {
+    centre_line_used_ = chainage;
+    smoother_.add(CentreLineMeasurement{time, place->position, place->direction,
+                                        parameters_.centre_line_deviation});
   }
 }
 
@@ -174,13 +170,15 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
   constexpr double kLongest = 1;  // s, that one position stands for
   for (const FactorReport& factor : report.factors) {
     const auto source = source_of(factor.kind);
-    // A factor of the centre line is no weld.
-    const bool own = factor.kind == FactorKind::kWeld && parameters_.centre_line &&
-                     std::abs(factor.time - newest_time()) < kSameTime;
-    if (!source || own) {
+    if (!source) {
       continue;
     }
     SourceStatus& status = status_of(*source);
+    if (factor.kind == FactorKind::kWeld && factor.time == reassigned_time_) {
+      // Chosen by the state, it bears out neither the state nor the source.
+      status.reassigned += factor.outcome == Outcome::kAccepted ? 1 : 0;
+      continue;
+    }
     switch (factor.outcome) {
       case Outcome::kAccepted:
         ++status.accepted;
@@ -201,6 +199,9 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
         status.last_chi_square = factor.chi_square;
         watch_of(*source).note_gated();
         contradicted_[index_of(*source)] |= watch_of(*source).state() == SourceState::kDoubted;
+        if (*source == Source::kWeld && claimed_weld_ && factor.time == claimed_weld_->time) {
+          reassign(*claimed_weld_);
+        }
         break;
       default:
         refuse(*source, factor.outcome);
@@ -277,6 +278,9 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   seen_yaw_.reset();
   passed_place_.reset();
   passed_yaw_.reset();
+  centre_line_used_ = std::numeric_limits<double>::quiet_NaN();
+  claimed_weld_.reset();
+  reassigned_time_ = std::numeric_limits<double>::quiet_NaN();
   contradicted_ = {};
   borne_out_ = 0;
   last_position_ = std::numeric_limits<double>::quiet_NaN();

@@ -240,6 +240,31 @@ void StateEstimator::Implementation::see(const WeldMeasurement& m, const Watched
   }
 }
 
+void StateEstimator::Implementation::reassign(const WeldMeasurement& m) {
+  if (parameters_.tally.empty()) {
+    return;
+  }
+  const PipeCentreLine& line = *parameters_.centre_line;
+  const WatchedFix fix = fix_of(m);
+  const double chainage = line.chainage_of(fix.predicted, chainage_);
+  constexpr int kDegrees = 3;
+  const double gate = chi_square_quantile(parameters_.weld.gate_probability, kDegrees);
+  const double reach = std::sqrt(gate) * std::hypot(fix.predicted_deviation, m.along_deviation);
+  const auto weld = std::ranges::lower_bound(parameters_.tally, chainage - reach);
+  const auto next = std::ranges::upper_bound(parameters_.tally, chainage + reach);
+  if (next - weld != 1) {
+    return;
+  }
+  const auto passed = line.weld(m.time, *weld, m.along_deviation, m.across_deviation, m.sensor);
+  // That is the one it was said to be: then it is something else that is wrong.
+  if (!passed || (passed->position - m.position).norm() <= reach) {
+    return;
+  }
+  if (smoother_.add(*passed) == Outcome::kWaiting) {
+    reassigned_time_ = m.time;
+  }
+}
+
 double StateEstimator::Implementation::covariance_factor_of(Source source, double time) noexcept {
   constexpr double kLeast = 1e-3;  // s
   double& last = last_used_[index_of(source)];
@@ -262,6 +287,7 @@ void StateEstimator::Implementation::use(Measurement m) noexcept {
     } else if constexpr (std::is_same_v<Measurement, WeldMeasurement>) {
       m.along_deviation *= std::sqrt(factor);
       m.across_deviation *= std::sqrt(factor);
+      claimed_weld_ = m;
     } else {
       m.covariance *= factor;
     }
@@ -321,6 +347,9 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
   const Verdict verdict = watch.judge(fix);
   if (verdict == Verdict::kHold || (verdict == Verdict::kTakeOver && !take_over(source, fix))) {
     ++status_of(source).held;
+    if constexpr (std::is_same_v<Measurement, WeldMeasurement>) {
+      reassign(m);
+    }
     return;
   }
   if (verdict == Verdict::kAcquire) {

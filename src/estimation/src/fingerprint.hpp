@@ -50,6 +50,9 @@ inline std::uint64_t fingerprint_of(const VisualPoseMeasurement& m) {
 inline std::uint64_t fingerprint_of(const WeldMeasurement& m) {
   return Fingerprint(FactorKind::kWeld).add(m.time).add(m.position).value();
 }
+inline std::uint64_t fingerprint_of(const CentreLineMeasurement& m) {
+  return Fingerprint(FactorKind::kCentreLine).add(m.time).value();
+}
 inline std::uint64_t fingerprint_of(const NonHolonomicMeasurement& m) {
   return Fingerprint(FactorKind::kNonHolonomic).add(m.time).value();
 }

@@ -33,8 +33,8 @@ void GlobalDeviations::validate() const {
 std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
   constexpr double kGate = 0.9999;
   std::array<Robustness, kFactorKinds> all{};
-  for (const FactorKind kind :
-       {FactorKind::kGps, FactorKind::kHeading, FactorKind::kVisualPose, FactorKind::kWeld}) {
+  for (const FactorKind kind : {FactorKind::kGps, FactorKind::kHeading, FactorKind::kVisualPose,
+                                FactorKind::kWeld, FactorKind::kCentreLine}) {
     all[index_of(kind)].gate_probability = kGate;
   }
   return all;
@@ -152,6 +152,9 @@ Outcome FixedLagSmoother::add(const VisualPoseMeasurement& m) noexcept {
 }
 Outcome FixedLagSmoother::add(const WeldMeasurement& m) noexcept {
   return implementation_->add<WeldFactor>(m);
+}
+Outcome FixedLagSmoother::add(const CentreLineMeasurement& m) noexcept {
+  return implementation_->add<CentreLineFactor>(m);
 }
 Outcome FixedLagSmoother::add(const NonHolonomicMeasurement& m) noexcept {
   return implementation_->add<NonHolonomicFactor>(m);

@@ -22,6 +22,11 @@ bool finite(const geometry::SE3& t) {
   return t.translation().allFinite() && t.rotation().quaternion().coeffs().allFinite();
 }
 
+bool is_unit(const Eigen::Vector3d& direction) {
+  constexpr double kUnit = 1e-6;
+  return std::abs(direction.norm() - 1) <= kUnit;
+}
+
 InputFault verdict(bool all_finite, bool good_covariance) {
   if (!all_finite) {
     return InputFault::kNotFinite;
@@ -48,13 +53,18 @@ InputFault check(const VisualPoseMeasurement& m) noexcept {
 }
 
 InputFault check(const WeldMeasurement& m) noexcept {
-  constexpr double kUnit = 1e-6;
   const InputFault fault =
       verdict(finite({m.time, m.along_deviation, m.across_deviation}) && m.position.allFinite() &&
                   m.sensor.allFinite() && m.direction.allFinite(),
               is_deviation(m.along_deviation) && is_deviation(m.across_deviation));
-  const bool unit = std::abs(m.direction.norm() - 1) <= kUnit;
-  return fault == InputFault::kNone && !unit ? InputFault::kBadDirection : fault;
+  return fault == InputFault::kNone && !is_unit(m.direction) ? InputFault::kBadDirection : fault;
+}
+
+InputFault check(const CentreLineMeasurement& m) noexcept {
+  const InputFault fault = verdict(
+      finite({m.time, m.standard_deviation}) && m.position.allFinite() && m.direction.allFinite(),
+      is_deviation(m.standard_deviation));
+  return fault == InputFault::kNone && !is_unit(m.direction) ? InputFault::kBadDirection : fault;
 }
 
 InputFault check(const NonHolonomicMeasurement& m) noexcept {
@@ -111,6 +121,8 @@ std::string_view to_string(FactorKind kind) noexcept {
       return "relative_pose";
     case FactorKind::kZeroAngularRate:
       return "zero_angular_rate";
+    case FactorKind::kCentreLine:
+      return "centre_line";
   }
   return "unknown";
 }

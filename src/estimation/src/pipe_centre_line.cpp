@@ -41,6 +41,20 @@ std::optional<PipeCentreLine::Place> PipeCentreLine::at(double chainage) const n
                .direction = direction};
 }
 
+double PipeCentreLine::chainage_of(const Eigen::Vector3d& position, double nearby) const noexcept {
+  constexpr int kSteps = 4;
+  double chainage = std::clamp(nearby, first_chainage(), last_chainage());
+  for (int i = 0; i < kSteps; ++i) {
+    const auto place = at(chainage);
+    if (!place) {
+      break;
+    }
+    chainage = std::clamp(chainage + place->direction.dot(position - place->position),
+                          first_chainage(), last_chainage());
+  }
+  return chainage;
+}
+
 std::optional<WeldMeasurement> PipeCentreLine::weld(double time, double chainage,
                                                     double along_deviation, double across_deviation,
                                                     const Eigen::Vector3d& sensor) const noexcept {

@@ -10,7 +10,7 @@ namespace pipescout::estimation {
 namespace {
 
 /// Rows of the factors of one time, by kind; the gates' degrees.
-constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6, 3};
+constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6, 3, 2};
 
 }  // namespace
 

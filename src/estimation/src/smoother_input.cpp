@@ -122,6 +122,8 @@ template Outcome FixedLagSmoother::Implementation::add<HeadingFactor>(
 template Outcome FixedLagSmoother::Implementation::add<VisualPoseFactor>(
     const VisualPoseMeasurement&) noexcept;
 template Outcome FixedLagSmoother::Implementation::add<WeldFactor>(const WeldMeasurement&) noexcept;
+template Outcome FixedLagSmoother::Implementation::add<CentreLineFactor>(
+    const CentreLineMeasurement&) noexcept;
 template Outcome FixedLagSmoother::Implementation::add<NonHolonomicFactor>(
     const NonHolonomicMeasurement&) noexcept;
 template Outcome FixedLagSmoother::Implementation::add<ZeroVelocityFactor>(

@@ -107,6 +107,18 @@ void StateEstimatorParameters::validate() const {
     throw std::invalid_argument("vertical_deviation: 0 without lateral_deviation, or that without");
   }
   within("centre_line_deviation", centre_line_deviation, 1e-6, 100, "[1e-6, 100]");
+  within("centre_line_correlation", centre_line_correlation, 0, 1000, "[0, 1000]");
+  if (!tally.empty() && !centre_line) {
+    throw std::invalid_argument("tally: welds lie on a centre_line, and there is none");
+  }
+  for (std::size_t i = 0; i < tally.size(); ++i) {
+    const double least = i > 0 ? tally[i - 1] : centre_line->first_chainage();
+    const double most = centre_line->last_chainage();
+    if (!(tally[i] <= most && (i > 0 ? tally[i] > least : tally[i] >= least))) {
+      throw std::invalid_argument("tally[" + std::to_string(i) + "]: " + std::to_string(tally[i]) +
+                                  " is not after the weld before it, or beyond the centre_line");
+    }
+  }
 }
 
 StateEstimatorParameters StateEstimatorParameters::ground_robot() {
@@ -139,6 +151,7 @@ StateEstimatorParameters StateEstimatorParameters::crawler() {
   p.lateral_deviation = 0.01;
   p.vertical_deviation = 0.01;
   p.odometer.across_deviation = 0.005;
+  p.centre_line_correlation = 0.5;  // it weaves within a metre or so
   p.odometer.largest_speed = 5;
   p.standstill.by_odometer = true;
   p.start.heading_from_weld = true;

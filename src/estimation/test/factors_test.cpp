@@ -177,6 +177,30 @@ TEST_P(FactorsTest, Weld) {
              list({dx.p + dx.r * constant(m.sensor) - constant(m.position)}), covariance);
 }
 
+TEST_P(FactorsTest, CentreLine) {
+  const CentreLineMeasurement m{.time = 1,
+                                .position = vector(10),
+                                .direction = vector(1).normalized(),
+                                .standard_deviation = 0.02};
+  const NavState x = state();
+  const DualState dx(x, test::kFromPlace);
+  Eigen::Matrix<double, 2, 3> across;
+  across.row(0) = m.direction.unitOrthogonal().transpose();
+  across.row(1) = m.direction.cross(Vector3d(across.row(0))).transpose();
+  const auto off = dx.p - constant(m.position);
+  const auto along = [&](Eigen::Index row) {
+    return across(row, 0) * off[0] + across(row, 1) * off[1] + across(row, 2) * off[2];
+  };
+  check_absolute<CentreLineFactor>(m, x, {}, {along(0), along(1)},
+                                   Eigen::Matrix2d(0.0004 * Eigen::Matrix2d::Identity()));
+  // How far along the line it is does not matter.
+  NavState farther = x;
+  farther.position += 3 * m.direction;
+  EXPECT_LT(
+      (CentreLineFactor(m).evaluate(farther, {}) - CentreLineFactor(m).evaluate(x, {})).norm(),
+      1e-9);
+}
+
 TEST_P(FactorsTest, NonHolonomic) {
   const NonHolonomicMeasurement m{.time = 1,
                                   .lateral_deviation = 0.1,
@@ -343,6 +367,9 @@ TEST(MeasurementsTest, BadNumbersAreNamed) {
       check(WeldMeasurement{
           .time = 0, .direction = Vector3d(2, 0, 0), .along_deviation = 1, .across_deviation = 1}),
       InputFault::kBadDirection);
+  EXPECT_EQ(check(CentreLineMeasurement{.direction = Vector3d(0, 0, 2), .standard_deviation = 1}),
+            InputFault::kBadDirection);
+  EXPECT_EQ(check(CentreLineMeasurement{}), InputFault::kBadCovariance);
   EXPECT_EQ(check(RelativePoseMeasurement{.from_time = 0, .to_time = 1}),
             InputFault::kBadCovariance);
   EXPECT_EQ(check(VisualPoseMeasurement{.time = 0, .covariance = geometry::Matrix6d::Identity()}),
@@ -366,6 +393,10 @@ TEST(PipeCentreLineTest, WeldsLieAtTheirChainage) {
   EXPECT_FALSE(line.at(99.9));
   EXPECT_FALSE(line.at(107.1));
   EXPECT_FALSE(line.at(std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_NEAR(line.chainage_of({1.2, 0.3, 0.1}, 100), 101.2, 1e-12);
+  EXPECT_NEAR(line.chainage_of({3.2, 3, 0}, 101), 106, 1e-12);
+  EXPECT_EQ(line.chainage_of({3, 9, 0}, 106), 107);
+  EXPECT_TRUE(std::isnan(line.chainage_of(Vector3d::Constant(std::nan("")), 100)));
   const auto weld = line.weld(5, 105, 0.1, 0.02, Vector3d(0.3, 0, 0));
   ASSERT_TRUE(weld);
   EXPECT_EQ(check(*weld), InputFault::kNone);

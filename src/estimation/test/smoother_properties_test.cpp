@@ -109,7 +109,7 @@ void add_wild(FixedLagSmoother& smoother, double now) {
   const double time = draw(0, 3) == 0 ? wild() : now - 0.01 * draw(-30, 200);
   const double later = time + 0.01 * draw(-5, 25);
   const geometry::SE3 pose(geometry::SO3::about_z(draw(0, 6)), Vector3d(draw(0, 100), 0, 0));
-  switch (draw(0, 9)) {
+  switch (draw(0, 10)) {
     case 0:
       smoother.add(GpsMeasurement{time, wild_vector(), wild_covariance<3>()});
       break;
@@ -134,6 +134,9 @@ void add_wild(FixedLagSmoother& smoother, double now) {
       break;
     case 7:
       smoother.add(RelativePoseMeasurement{time, later, pose, wild_covariance<6>()});
+      break;
+    case 8:
+      smoother.add(CentreLineMeasurement{time, wild_vector(), Vector3d::UnitY(), wild()});
       break;
     default:
       smoother.add(ImuSample{time, 0.01 * draw(0, 20), wild_vector(), wild_vector()});

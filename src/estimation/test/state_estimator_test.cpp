@@ -127,11 +127,15 @@ TEST(StateEstimator, StartsStandingStillWhenItIsToldEnough) {
   EXPECT_LT(started(nothing, &given).rotation, 0.04);
 }
 
-TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
-  StateEstimatorParameters p = StateEstimatorParameters::crawler();
-  p.smoother.imu_noise = test::vehicle_imu_noise();
-  p.centre_line.emplace(std::vector<Vector3d>{{0, 0, 5}, {0, 100, 5}});
-  StateEstimator estimator(p);
+/// A crawler that starts at chainage 12 and goes on by half a metre a second from 4 s on, and its
+/// welds: at a time, said to be at a chainage; `off` from where it is.
+struct PassedWeld {
+  int centisecond;
+  double off;
+};
+
+double crawl(StateEstimator& estimator, const StateEstimatorParameters& p,
+             const std::vector<PassedWeld>& welds) {
   double distance = 0;
   double speed = 0;
   for (int i = 0; i < 6000; ++i) {
@@ -141,17 +145,70 @@ TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
     speed += 0.01 * acceleration;
     estimator.add(ImuReading{t, Vector3d(0.02 + acceleration, 0.01, 9.81), Vector3d(0, 0, 1e-4)});
     estimator.add(OdometerReading{t, 0.99 * distance, 1e-6 * distance});
-    if (i == 200 || i == 2700) {
-      estimator.add(*p.centre_line->weld(t, 12 + distance, 0.01, 0.02, Vector3d::Zero()));
+    for (const PassedWeld& weld : welds) {
+      if (weld.centisecond == i) {
+        estimator.add(
+            *p.centre_line->weld(t, 12 + distance + weld.off, 0.01, 0.02, Vector3d::Zero()));
+      }
     }
   }
+  return 12 + distance;
+}
+
+StateEstimatorParameters crawler_in_a_straight_pipe() {
+  StateEstimatorParameters p = StateEstimatorParameters::crawler();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  p.centre_line.emplace(std::vector<Vector3d>{{0, 0, 5}, {0, 100, 5}});
+  return p;
+}
+
+TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
+  const StateEstimatorParameters p = crawler_in_a_straight_pipe();
+  StateEstimator estimator(p);
+  const double chainage = crawl(estimator, p, {{200, 0}, {2700, 0}});
   const auto estimate = estimator.estimate();
   ASSERT_TRUE(estimate && estimate->in_map);
-  EXPECT_LT((estimate->state.position - Vector3d(0, 12 + distance, 5)).norm(), 0.2);
+  EXPECT_LT((estimate->state.position - Vector3d(0, chainage, 5)).norm(), 0.2);
   EXPECT_NEAR(estimate->state.R_map_body.roll_pitch_yaw().z(), std::numbers::pi / 2, 0.02);
   EXPECT_GE(estimator.status().of(Source::kWeld).accepted, 1U);
   EXPECT_LT(estimator.status().of(Source::kWeld).accepted, 3U);
   EXPECT_EQ(estimator.status().of(Source::kWeld).state, SourceState::kTrusted);
+  const FixedLagSmoother& smoother = estimator.smoother();
+  const auto accepted = static_cast<std::size_t>(Outcome::kAccepted);
+  EXPECT_LT(smoother.counts(FactorKind::kWeld)[accepted], 3U);
+  // Of 28 m of way, each half metre.
+  EXPECT_NEAR(static_cast<double>(smoother.counts(FactorKind::kCentreLine)[accepted]), 55, 6);
+}
+
+TEST(StateEstimator, AWeldThatIsTakenForAnotherOneIsStillOneOfTheTally) {
+  StateEstimatorParameters p = crawler_in_a_straight_pipe();
+  const std::vector<PassedWeld> welds{{200, 0}, {2200, 11}, {3400, -11}, {4600, 11}, {5800, 0}};
+  StateEstimator without(p);
+  const double chainage = crawl(without, p, welds);
+  EXPECT_EQ(without.status().of(Source::kWeld).reassigned, 0U);
+  for (int weld = 0; weld < 16; ++weld) {
+    p.tally.push_back(3.25 + 6 * weld);  // it is at 21.25 + 6 n at those times
+  }
+  StateEstimator with(p);
+  crawl(with, p, welds);
+  const SourceStatus status = with.status().of(Source::kWeld);
+  EXPECT_EQ(status.reassigned, 3U);
+  EXPECT_EQ(status.accepted, without.status().of(Source::kWeld).accepted);
+  const Vector3d truth(0, chainage, 5);
+  EXPECT_LT((with.estimate()->state.position - truth).norm(), 0.03);
+  // They tell the scale of the odometer, which shows 0.99 of the way.
+  const auto scale_error = [](const StateEstimator& estimator) {
+    return std::abs(estimator.smoother().globals().odometer_scale - 1 / 0.99);
+  };
+  EXPECT_LT(scale_error(with), 0.5 * scale_error(without));
+}
+
+TEST(StateEstimator, AWeldThatCouldBeEitherOfTwoIsNotReassigned) {
+  StateEstimatorParameters p = crawler_in_a_straight_pipe();
+  p.tally = {12, 21.1, 21.25, 21.4};
+  StateEstimator estimator(p);
+  crawl(estimator, p, {{200, 0}, {1000, 0}, {2200, 11}});
+  EXPECT_EQ(estimator.status().of(Source::kWeld).reassigned, 0U);
 }
 
 TEST(StateEstimator, OdomNeverJumpsAndBothFramesAgree) {
@@ -222,6 +279,19 @@ TEST(StateEstimator, ParametersOutOfRangeAreRefusedByName) {
               HasSubstr("no_consensus_factor"));
   EXPECT_THAT(refused([](auto& p) { p.standstill.window = 0; }), HasSubstr("standstill.window"));
   EXPECT_THAT(refused([](auto& p) { p.lateral_deviation = 0.1; }), HasSubstr("vertical_deviation"));
+  EXPECT_THAT(refused([](auto& p) { p.centre_line_correlation = -1; }),
+              HasSubstr("centre_line_correlation: -1"));
+  EXPECT_THAT(refused([](auto& p) { p.tally = {1, 2}; }), HasSubstr("tally"));
+  const auto with_tally = [&](const std::vector<double>& tally) {
+    return refused([&](auto& p) {
+      p.centre_line.emplace(std::vector<Vector3d>{{0, 0, 0}, {10, 0, 0}});
+      p.tally = tally;
+    });
+  };
+  EXPECT_EQ(with_tally({0, 5, 10}), "accepted");
+  EXPECT_THAT(with_tally({0, 5, 5}), HasSubstr("tally[2]: 5"));
+  EXPECT_THAT(with_tally({0, 5, 11}), HasSubstr("tally[2]: 11"));
+  EXPECT_THAT(with_tally({0, NAN}), HasSubstr("tally[1]"));
   EXPECT_THAT(refused([](auto& p) { p.specific_force_scale = 0; }),
               HasSubstr("specific_force_scale"));
 }

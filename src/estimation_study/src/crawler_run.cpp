@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "pipescout/simulation/crawler.hpp"
-#include "pipescout/simulation/pipe_route.hpp"
+#include "pipescout/simulation/pipe_weave.hpp"
 #include "wheel_fusion.hpp"
 
 namespace pipescout::estimation_study {
@@ -21,7 +21,11 @@ constexpr double kWeldDeviation = 0.01;    // m
 constexpr double kAcrossDeviation = 0.02;  // m
 constexpr double kEase = 0.8;              // m, the crawler's length
 constexpr double kStart = 3;               // m, chainage at which it stands
+constexpr double kCommonScale = 0.003;     // of all wheels' scales, deviation
+constexpr double kOwnScale = 0.002;        // of each, beside that
+constexpr double kWheelNoise = 0.004;      // m per square root of metre
 const Vector3d kWeldSensor(-0.3, 0, 0);    // m, in the body
+constexpr simulation::PipeWeaveParameters kWeave{};
 
 simulation::Motion drive(double duration, internal::Draw& draw) {
   std::vector<simulation::MotionLeg> legs{{.speed = 0, .duration = kStanding}};
@@ -43,12 +47,12 @@ simulation::Motion drive(double duration, internal::Draw& draw) {
 
 simulation::CrawlerParameters wheels(internal::Draw& draw) {
   simulation::CrawlerParameters p;
-  const double common = 0.003 * draw.normal();
+  const double common = kCommonScale * draw.normal();
   for (std::size_t i = 0; i < kCrawlerWheels; ++i) {
     p.wheels.push_back({.period = 0.05,
                         .start = 0.005 * static_cast<double>(i),
-                        .scale_error = common + 0.002 * draw.normal(),
-                        .noise_per_sqrt_metre = 0.004,
+                        .scale_error = common + kOwnScale * draw.normal(),
+                        .noise_per_sqrt_metre = kWheelNoise,
                         .gravity_slip = 0.005});
   }
   p.slip_spacing = 50;
@@ -62,7 +66,7 @@ simulation::CrawlerParameters wheels(internal::Draw& draw) {
 odometry::OdometerStreamParameters fusion() {
   odometry::OdometerStreamParameters p;
   p.odometers.assign(kCrawlerWheels,
-                     {.resolution = 0.001, .sigma_per_sqrt_metre = 0.006, .period = 0.05});
+                     {.resolution = 0.001, .sigma_per_sqrt_metre = kWheelNoise, .period = 0.05});
   p.window_distance = 0.5;
   p.lookback_windows = 0;
   p.maximum_delay = 0.2;
@@ -94,11 +98,22 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
                                      seed);
   const simulation::PipeRoute route(simulation::route_pieces(pipe), kEase, {0, 0, -2},
                                     draw.uniform(-3, 3));
+  const simulation::PipeWeave weave(kWeave, seed);
   run.route = route.polyline(0.25);
+  run.route_deviation = kWeave.deviation;
+  run.route_correlation = kWeave.shortest_wavelength / 2;
+  run.crab_deviation = kWeave.crab_deviation;
+  run.odometer_scale_deviation =
+      std::hypot(kCommonScale, kOwnScale / std::sqrt(static_cast<double>(kCrawlerWheels)));
+  // Off along the pipe by the tally and by the detector.
+  internal::Draw tally_draw(seed, 14);
+  for (const simulation::Joint& joint : pipe.joints()) {
+    run.tally.push_back(std::max(0.0, joint.begin + kWeldDeviation * tally_draw.normal()));
+  }
   const auto body_at = [&](double time) {
     const double acceleration = motion.pieces()[motion.piece_at(time)].acceleration;
     simulation::BodyMotion body =
-        route.motion(kStart + motion.distance(time), motion.speed(time), acceleration);
+        weave.motion(route, kStart + motion.distance(time), motion.speed(time), acceleration);
     body.time = time;
     return body;
   };
@@ -129,19 +144,19 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
     if (seen <= farthest) {
       continue;
     }
-    for (const simulation::Joint& joint : pipe.joints()) {
+    for (std::size_t weld = 0; weld < pipe.joints().size(); ++weld) {
+      const simulation::Joint& joint = pipe.joints()[weld];
       if (joint.begin > farthest && joint.begin <= seen) {
         const double at =
             time_at(motion, joint.begin - kStart - kWeldSensor.x(), time - kStep, time);
-        // Off along the pipe by the detector, across it by where the crawler rides.
-        const Vector3d off(kWeldDeviation * draw.normal(), kAcrossDeviation * draw.normal(),
-                           kAcrossDeviation * draw.normal());
-        const simulation::BodyMotion there = route.motion(joint.begin, 1, 0);
+        // Across the pipe by how it was surveyed.
+        const Vector3d off(0, kAcrossDeviation * draw.normal(), kAcrossDeviation * draw.normal());
+        const simulation::BodyMotion there = route.motion(run.tally[weld], 1, 0);
         recorder.weld({.time = at,
                        .position = there.T_map_body * off,
                        .direction = there.velocity.normalized(),
                        .along_deviation = kWeldDeviation,
-                       .across_deviation = kAcrossDeviation,
+                       .across_deviation = std::hypot(kAcrossDeviation, kWeave.deviation),
                        .sensor = kWeldSensor},
                       at + kWeldLatency, joint.length);
       }

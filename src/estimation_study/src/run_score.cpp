@@ -191,10 +191,17 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle veh
                     kLeast);
   };
   const double turning = how_much * std::hypot(imu.gyro.scale_error, imu.gyro.misalignment);
+  // The same of the force, as gravity changes its direction in the body: slopes of 0.26 rad that
+  // come in 34 s, in every seventh joint. They stay, as a change of the bias does.
+  const double sloping =
+      vehicle == Vehicle::kCrawler
+          ? 0.26 / std::sqrt(7 * 34.0) * simulation::kGravity *
+                std::hypot(imu.accelerometer.scale_error, imu.accelerometer.misalignment)
+          : 0;
   return {.gyro = std::hypot(white(imu.gyro), turning),
           .accelerometer = white(imu.accelerometer),
           .gyro_bias = walk(imu.gyro),
-          .accelerometer_bias = walk(imu.accelerometer)};
+          .accelerometer_bias = std::hypot(walk(imu.accelerometer), sloping)};
 }
 
 estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
@@ -221,7 +228,17 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
   }
   if (!run.route.empty()) {
     p.centre_line = estimation::PipeCentreLine(run.route);
-    p.centre_line_deviation = 0.01;
+    p.centre_line_deviation = run.route_deviation;
+    p.centre_line_correlation = run.route_correlation;
+    p.tally = run.tally;
+    // The density of noise that is the same for so much way: its deviation times the root of the
+    // time that this takes. Factors of keyframes are white.
+    constexpr double kSpeed = 0.35;  // m/s
+    const double keyframes = run.route_correlation / kSpeed / p.keyframe_period;
+    p.lateral_deviation = p.vertical_deviation = kSpeed * run.crab_deviation * std::sqrt(keyframes);
+    // Errors of counting telescope: no more than that of one end is new in each increment.
+    p.odometer.deviation = 0.0003;
+    p.smoother.global_deviations.odometer_scale = run.odometer_scale_deviation;
   }
   return p;
 }

@@ -13,8 +13,8 @@ from ..recording import Recording
 from ..time_axis import TimeAxis
 from .run_data import Factors, read_factors, time_of_run
 
-KINDS = ("imu", "gps", "visual_pose", "heading", "weld", "odometer", "relative_pose", "non_holonomic",
-         "zero_velocity", "zero_angular_rate", "prior")
+KINDS = ("imu", "gps", "visual_pose", "heading", "weld", "centre_line", "odometer", "relative_pose",
+         "non_holonomic", "zero_velocity", "zero_angular_rate", "prior")
 """In this order; others, of estimators to come, after them."""
 _LEAST = 1e-3
 """What fits better is drawn here."""

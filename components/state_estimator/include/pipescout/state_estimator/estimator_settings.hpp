@@ -99,6 +99,7 @@ class EstimatorParameters {
   Parameter<std::vector<double>> start_position_;
   Parameter<double> start_position_deviation_;
   Parameter<std::vector<double>> start_heading_;
+  Parameter<std::string> tally_;
   Parameter<std::string> centre_line_;
   Parameter<double> centre_line_first_chainage_;
 };

@@ -20,7 +20,7 @@ namespace pipescout::estimation {
 using AnyMeasurement =
     std::variant<GpsMeasurement, HeadingMeasurement, VisualPoseMeasurement, WeldMeasurement,
                  NonHolonomicMeasurement, ZeroVelocityMeasurement, OdometerMeasurement,
-                 RelativePoseMeasurement, ZeroAngularRateMeasurement>;
+                 RelativePoseMeasurement, ZeroAngularRateMeasurement, CentreLineMeasurement>;
 
 struct Recording {
   std::vector<double> times{};  ///< s, of the keyframes, each more than 1e-4 s after the last

@@ -29,11 +29,13 @@ enum class FactorKind : std::uint8_t {
   kOdometer,
   kRelativePose,
   kZeroAngularRate,
+  kCentreLine,
 };
-inline constexpr std::size_t kFactorKinds = 11;
+inline constexpr std::size_t kFactorKinds = 12;
 
 /// "imu", "prior", "gps", "heading", "visual_pose", "weld", "non_holonomic", "zero_velocity",
-/// "odometer", "relative_pose", "zero_angular_rate"; "unknown" for a value that is no enumerator.
+/// "odometer", "relative_pose", "zero_angular_rate", "centre_line"; "unknown" for a value that is
+/// no enumerator.
 [[nodiscard]] std::string_view to_string(FactorKind kind) noexcept;
 
 /// What is wrong with the numbers of a measurement.
@@ -79,6 +81,15 @@ struct WeldMeasurement {
   double along_deviation = 0;                            ///< m, along the pipe
   double across_deviation = 0;                           ///< m, across it
   Eigen::Vector3d sensor = Eigen::Vector3d::Zero();      ///< m, of the weld sensor in the body
+};
+
+/// The body is in a pipe whose centre line passes through `position`; how far along it, this does
+/// not say.
+struct CentreLineMeasurement {
+  double time = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, in the map
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit, of the line there, in the map
+  double standard_deviation = 0;  ///< m, of the body from the line, per axis across it
 };
 
 /// A point of the body, its wheels' or tracks', moves along the direction of travel
@@ -129,6 +140,7 @@ struct RelativePoseMeasurement {
 [[nodiscard]] InputFault check(const HeadingMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const VisualPoseMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const WeldMeasurement& m) noexcept;
+[[nodiscard]] InputFault check(const CentreLineMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const NonHolonomicMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const ZeroVelocityMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const ZeroAngularRateMeasurement& m) noexcept;
@@ -190,6 +202,17 @@ class WeldFactor : public MeasuredFactor<WeldMeasurement, FactorKind::kWeld, 3> 
   explicit WeldFactor(const WeldMeasurement& measurement);
   Residual evaluate(const NavState& x, const GlobalStates& globals,
                     Derivatives* derivatives = nullptr) const;
+};
+
+/// W A (p - z); the rows of A are of length 1, across the line and across each other.
+class CentreLineFactor : public MeasuredFactor<CentreLineMeasurement, FactorKind::kCentreLine, 2> {
+ public:
+  explicit CentreLineFactor(const CentreLineMeasurement& measurement);
+  Residual evaluate(const NavState& x, const GlobalStates& globals,
+                    Derivatives* derivatives = nullptr) const;
+
+ private:
+  Eigen::Matrix<double, 2, 3, Eigen::DontAlign> across_;
 };
 
 /// W (M^T (R^T v + (w - b) x s)) without its first row; M = Rz(mount yaw) Ry(mount pitch), s the
@@ -259,8 +282,8 @@ class PriorFactor {
 };
 
 /// Any factor that is made of a measurement.
-using AnyFactor =
-    std::variant<GpsFactor, HeadingFactor, VisualPoseFactor, WeldFactor, NonHolonomicFactor,
-                 ZeroVelocityFactor, OdometerFactor, RelativePoseFactor, ZeroAngularRateFactor>;
+using AnyFactor = std::variant<GpsFactor, HeadingFactor, VisualPoseFactor, WeldFactor,
+                               NonHolonomicFactor, ZeroVelocityFactor, OdometerFactor,
+                               RelativePoseFactor, ZeroAngularRateFactor, CentreLineFactor>;
 
 }  // namespace pipescout::estimation

@@ -70,7 +70,7 @@ struct FixedLagSmootherParameters {
   int max_iterations = 3;  ///< linearisations in one update; what is left waits for the next. In
                            ///< [1, 100]
 
-  /// No kernels, gates of 0.9999 for GPS, headings, visual poses and welds.
+  /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds and centre lines.
   [[nodiscard]] static std::array<Robustness, kFactorKinds> default_robustness();
   [[nodiscard]] ImuIntegration imu_integration() const noexcept;
   /// Throws std::invalid_argument naming the field, the value and the range.
@@ -179,6 +179,7 @@ class FixedLagSmoother {
   Outcome add(const HeadingMeasurement& m) noexcept;
   Outcome add(const VisualPoseMeasurement& m) noexcept;
   Outcome add(const WeldMeasurement& m) noexcept;
+  Outcome add(const CentreLineMeasurement& m) noexcept;
   Outcome add(const NonHolonomicMeasurement& m) noexcept;
   Outcome add(const ZeroVelocityMeasurement& m) noexcept;
   Outcome add(const OdometerMeasurement& m) noexcept;

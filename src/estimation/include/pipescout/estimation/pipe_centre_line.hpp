@@ -24,6 +24,11 @@ class PipeCentreLine {
   /// Nothing beyond the ends and for NaN. In a corner the direction is that of the later segment.
   [[nodiscard]] std::optional<Place> at(double chainage) const noexcept;
 
+  /// Chainage of the point of the line nearest to a place, m in the map, sought from a chainage
+  /// nearby: within a metre or two where the line bends. Within the ends;
+  /// NaN for a place that is not finite.
+  [[nodiscard]] double chainage_of(const Eigen::Vector3d& position, double nearby) const noexcept;
+
   /// The sensor at `sensor` (m, in the body) passed the weld at `chainage` at `time`. The standard
   /// deviations are those of the chainage and of the sensor's distance from the centre line, m.
   /// Nothing as for `at`.

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "pipescout/estimation/absolute_source_watch.hpp"
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
@@ -139,9 +140,16 @@ struct StateEstimatorParameters {
   /// Of non-holonomic factors at each keyframe; both 0: none. In {0} or [1e-6, 100].
   double lateral_deviation = 0;   ///< m/s
   double vertical_deviation = 0;  ///< m/s
-  /// The body keeps to this line, as near as so many m, in [1e-6, 100].
+  /// The body keeps to this line, as near as so many m per axis, in [1e-6, 100].
   std::optional<PipeCentreLine> centre_line{};
   double centre_line_deviation = 0.05;
+  /// m of way over which its distance from the line stays much the same: the line is used once in
+  /// so much, and not while the body stands; 0: at each keyframe. In [0, 1000].
+  double centre_line_correlation = 0;
+  /// Chainages of all welds on the centre line, m, each above the one before. A weld that is not
+  /// where it was said to be has been passed all the same: where just one of these lies within
+  /// reach of the state it is taken for that one. Empty: such a weld is not used.
+  std::vector<double> tally{};
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -193,7 +201,9 @@ struct SourceStatus {
   /// IMU, odometer, relative pose and weld: absent or trusted.
   SourceState state = SourceState::kAbsent;
   std::size_t accepted = 0;
-  std::size_t gated = 0;                      ///< by the consistency gate
+  std::size_t gated = 0;  ///< by the consistency gate
+  /// Welds that were gated or held, and used as the one of the tally that was passed.
+  std::size_t reassigned = 0;
   std::size_t held = 0;                       ///< not used, for the source was not trusted
   std::size_t refused = 0;                    ///< bad numbers, late, twice, no room, quarantined
   Outcome last_refusal = Outcome::kAccepted;  ///< why the newest of these was

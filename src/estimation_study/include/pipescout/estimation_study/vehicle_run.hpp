@@ -91,6 +91,11 @@ struct VehicleRun {
   double rack_position_deviation = 0;
   double rack_rotation_deviation = 0;
   std::vector<Eigen::Vector3d> route{};  ///< m, polyline of a pipe; otherwise empty
+  double route_deviation = 0;            ///< m per axis, of the body from the route
+  double route_correlation = 0;          ///< m of way over which that stays much the same
+  double crab_deviation = 0;  ///< rad per axis, of the body's x axis from its travel; lasts as long
+  std::vector<double> tally{};          ///< m, chainages of all welds on the route, to 0.01 m
+  double odometer_scale_deviation = 0;  ///< by how its wheels are made
 };
 
 /// The same options and seed give the same bits; what an option adds or takes away leaves the rest

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "pipescout/simulation/body_motion.hpp"
+#include "pipescout/simulation/pipe_route.hpp"
+
+/// How a vehicle in a pipe strays from the centre line. Metres and radians.
+///
+/// Its offsets to the left and upwards, and the angles by which it points beside its way, are sums
+/// of waves along the line with wave numbers, amplitudes and phases drawn at random: independent
+/// processes of chainage whose spectrum is flat from 0 to that of the shortest wavelength L. Over
+/// all draws their autocorrelation is sin(x) / x with x = 2 pi s / L: places L / 2 apart have
+/// nothing to do with each other.
+namespace pipescout::simulation {
+
+struct PipeWeaveParameters {
+  double deviation = 0.007;        ///< m, of each offset; [0, 0.1]
+  double crab_deviation = 0.01;    ///< rad, of each angle; [0, 0.2]
+  double shortest_wavelength = 1;  ///< m; [0.1, 100]
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
+class PipeWeave {
+ public:
+  /// {left, up} in m and {yaw to the left, pitch upwards} in rad, and derivatives by chainage.
+  struct Offset {
+    Eigen::Vector4d value = Eigen::Vector4d::Zero();
+    Eigen::Vector4d first = Eigen::Vector4d::Zero();
+    Eigen::Vector4d second = Eigen::Vector4d::Zero();
+    Eigen::Vector4d third = Eigen::Vector4d::Zero();
+  };
+
+  /// The same parameters and seed give the same bits. Throws as PipeWeaveParameters::validate.
+  PipeWeave(const PipeWeaveParameters& parameters, std::uint64_t seed);
+
+  [[nodiscard]] Offset offset(double chainage) const noexcept;
+
+  /// Of a vehicle beside the line at a chainage, that keeps level and points where its offset
+  /// goes, but for its crab angles. `speed` and `acceleration` are those of the chainage, m/s and
+  /// m/s^2; `time` of the result is 0. Velocity and acceleration are exact; in a bend the x axis is
+  /// off the direction of travel by no more than offset / radius.
+  [[nodiscard]] BodyMotion motion(const PipeRoute& route, double chainage, double speed,
+                                  double acceleration) const;
+
+  static constexpr std::size_t kWaves = 16;
+
+ private:
+  struct Wave {
+    Eigen::Vector4d cosine = Eigen::Vector4d::Zero();
+    Eigen::Vector4d sine = Eigen::Vector4d::Zero();
+    double number = 0;  ///< rad/m
+  };
+  std::array<Wave, kWaves> waves_{};
+};
+
+}  // namespace pipescout::simulation
