@@ -12,8 +12,9 @@
 namespace pipescout::estimation_study {
 
 /// Of the readings of an IMU by its data sheet, for an estimator whose biases walk: white noise and
-/// rounding as they are; what scale and alignment errors make of a vehicle's turns, as if that were
-/// white too; a walk that over some 10 s gets as far as flicker noise does.
+/// rounding as they are; what scale and alignment errors make of turns, as if that were white too;
+/// a walk that over some 10 s gets as far as flicker noise, and as those errors do on pipes'
+/// slopes.
 [[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle vehicle);
 
 /// The estimator's own preset for such a vehicle, with what is known of this one: mounting,

@@ -44,8 +44,9 @@ class PipeWeave {
 
   /// Of a vehicle beside the line at a chainage, that keeps level and points where its offset
   /// goes, but for its crab angles. `speed` and `acceleration` are those of the chainage, m/s and
-  /// m/s^2; `time` of the result is 0. Velocity and acceleration are exact; in a bend the x axis is
-  /// off the direction of travel by no more than offset / radius.
+  /// m/s^2; `time` of the result is 0. Velocity and acceleration are exact. Without crab the x axis
+  /// is off the direction of travel by offset / radius in a bend, and by half the slope upwards
+  /// times the square of that sideways, some 1e-5 rad.
   [[nodiscard]] BodyMotion motion(const PipeRoute& route, double chainage, double speed,
                                   double acceleration) const;
 
