@@ -116,6 +116,7 @@ void StateEstimator::Implementation::add_odometer(double time) {
     }
     odometer_until_ = to;
     if (const auto moved = odometer_.between(from, to)) {
+      status_of(Source::kOdometer).gated += moved->left_out;
       const Outcome outcome = smoother_.add(
           OdometerMeasurement{from, to, moved->distance, moved->deviation,
                               parameters_.odometer.across_deviation, parameters_.odometer.sensor});

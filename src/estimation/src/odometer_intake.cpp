@@ -21,7 +21,13 @@ OdometerIntake::OdometerIntake(const OdometerUse& use) : use_(use) {
 }
 
 double OdometerIntake::newest() const noexcept {
-  return readings_.empty() ? std::numeric_limits<double>::quiet_NaN() : readings_.back().time;
+  auto place = readings_.end();
+  while (place != readings_.begin()) {
+    if (!left_out(--place)) {
+      return place->time;
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 Outcome OdometerIntake::add(const OdometerReading& reading) noexcept {
@@ -53,55 +59,91 @@ Outcome OdometerIntake::add(const OdometerReading& reading) noexcept {
   return Outcome::kWaiting;
 }
 
-bool OdometerIntake::joined(const OdometerReading& a, const OdometerReading& b) const noexcept {
-  const auto usable = [&](const OdometerReading& r) {
-    return r.status == OdometerStatus::kGood ||
-           (r.status == OdometerStatus::kNoConsensus && use_.no_consensus_factor > 0);
-  };
+bool OdometerIntake::usable(const OdometerReading& r) const noexcept {
+  return r.status == OdometerStatus::kGood ||
+         (r.status == OdometerStatus::kNoConsensus && use_.no_consensus_factor > 0);
+}
+
+bool OdometerIntake::agree(const OdometerReading& a, const OdometerReading& b) const noexcept {
   const double duration = b.time - a.time;
   // A counter that starts again from zero may do so with the vehicle at any speed; steps of the
   // counter itself must not look like one.
   constexpr double kStep = 0.05;  // m
-  return usable(a) && usable(b) && duration <= use_.largest_gap &&
+  return duration <= use_.largest_gap &&
          std::abs(b.distance - a.distance) <= use_.largest_speed * duration + kStep;
+}
+
+bool OdometerIntake::joined(const OdometerReading& a, const OdometerReading& b) const noexcept {
+  return usable(a) && usable(b) && agree(a, b);
+}
+
+bool OdometerIntake::left_out(Place reading) const noexcept {
+  constexpr std::ptrdiff_t kNeighbours = 2;  // to either side
+  if (!usable(*reading)) {
+    return false;
+  }
+  int against = 0;
+  const auto ask = [&](const OdometerReading& a, const OdometerReading& b) {
+    if (usable(a) && usable(b) && b.time - a.time <= use_.largest_gap) {
+      against += agree(a, b) ? -1 : 1;
+    }
+  };
+  const std::ptrdiff_t before = std::min(kNeighbours, reading - readings_.begin());
+  const std::ptrdiff_t after = std::min(kNeighbours, readings_.end() - reading - 1);
+  for (std::ptrdiff_t k = 1; k <= before; ++k) {
+    ask(*(reading - k), *reading);
+  }
+  for (std::ptrdiff_t k = 1; k <= after; ++k) {
+    ask(*reading, *(reading + k));
+  }
+  return against > 0;
 }
 
 std::optional<OdometerIntake::Increment> OdometerIntake::between(double from,
                                                                  double to) const noexcept {
-  // From the first reading after `from` to the first one not before `to`.
-  const auto first = std::partition_point(readings_.begin(), readings_.end(),
-                                          [&](const auto& r) { return r.time <= from; });
-  const auto last =
-      std::partition_point(first, readings_.end(), [&](const auto& r) { return r.time < to; });
-  if (!(from < to) || first == readings_.begin() || last == readings_.end()) {
-    return std::nullopt;
-  }
-  double distance = 0;
-  double variance = 0;
-  bool consensus = true;
-  for (auto b = first; b <= last; ++b) {
-    const OdometerReading& a = *(b - 1);
-    if (!joined(a, *b)) {
+  // From the last reading up to `from` to the first one not before `to`.
+  auto b = std::partition_point(readings_.begin(), readings_.end(),
+                                [&](const auto& r) { return r.time <= from; });
+  auto a = b;
+  do {
+    if (a == readings_.begin()) {
       return std::nullopt;
     }
-    const double share = part(a, *b, to) - part(a, *b, from);
-    distance += share * (b->distance - a.distance);
-    variance += share * std::max(b->variance - a.variance, 0.0);
-    consensus = consensus && a.status == OdometerStatus::kGood && b->status == a.status;
+    --a;
+  } while (left_out(a));
+  if (!(from < to)) {
+    return std::nullopt;
   }
-  const double proportional = use_.share * distance;
-  double deviation =
-      std::sqrt(variance + use_.deviation * use_.deviation + proportional * proportional);
-  if (!consensus) {
-    deviation *= use_.no_consensus_factor;
+  Increment sum;
+  double variance = 0;
+  bool consensus = true;
+  for (; b != readings_.end(); ++b) {
+    if (left_out(b)) {
+      sum.left_out += b->time <= to ? 1 : 0;
+      continue;
+    }
+    if (!joined(*a, *b)) {
+      return std::nullopt;
+    }
+    const double share = part(*a, *b, to) - part(*a, *b, from);
+    sum.distance += share * (b->distance - a->distance);
+    variance += share * std::max(b->variance - a->variance, 0.0);
+    consensus = consensus && a->status == OdometerStatus::kGood && b->status == a->status;
+    if (b->time >= to) {
+      const double proportional = use_.share * sum.distance;
+      sum.deviation =
+          std::sqrt(variance + use_.deviation * use_.deviation + proportional * proportional);
+      if (!consensus) {
+        sum.deviation *= use_.no_consensus_factor;
+      }
+      return sum;
+    }
+    a = b;
   }
-  return Increment{distance, deviation};
+  return std::nullopt;
 }
 
 std::optional<OdometerIntake::Motion> OdometerIntake::motion(double window) const noexcept {
-  if (readings_.empty()) {
-    return std::nullopt;
-  }
   const double now = newest();
   const auto before = between(now - window, now - 0.5 * window);
   const auto after = between(now - 0.5 * window, now);

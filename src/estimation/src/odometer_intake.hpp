@@ -10,6 +10,10 @@
 namespace pipescout::estimation {
 
 /// The readings of the odometer of the last seconds, and distances between any two times in them.
+///
+/// A counter that was misread for once jumps there and back. A reading that more of its neighbours
+/// contradict than bear out, two to either side, is left out, and after a reset until there are
+/// others that bear it out.
 class OdometerIntake {
  public:
   /// Not checked.
@@ -19,8 +23,9 @@ class OdometerIntake {
   void forget() noexcept { readings_.clear(); }
 
   struct Increment {
-    double distance = 0;   // m
-    double deviation = 0;  // m
+    double distance = 0;       // m
+    double deviation = 0;      // m
+    std::size_t left_out = 0;  // readings that others contradict
   };
   /// Nothing where a reading is missing, the counter was reset or there is no data.
   [[nodiscard]] std::optional<Increment> between(double from, double to) const noexcept;
@@ -30,10 +35,15 @@ class OdometerIntake {
     double acceleration = 0;
   };
   [[nodiscard]] std::optional<Motion> motion(double window) const noexcept;
-  /// NaN before the first.
+  /// Of the newest that is not left out; NaN before the first.
   [[nodiscard]] double newest() const noexcept;
 
  private:
+  using Place = std::vector<OdometerReading>::const_iterator;
+  [[nodiscard]] bool usable(const OdometerReading& r) const noexcept;
+  /// Whether a counter may go from one to the other, by largest speed and gap.
+  [[nodiscard]] bool agree(const OdometerReading& a, const OdometerReading& b) const noexcept;
+  [[nodiscard]] bool left_out(Place reading) const noexcept;
   /// Whether the distance between a reading and the next is to be used.
   [[nodiscard]] bool joined(const OdometerReading& a, const OdometerReading& b) const noexcept;
 

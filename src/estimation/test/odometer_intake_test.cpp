@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace pipescout::estimation {
 namespace {
@@ -50,6 +51,54 @@ TEST(OdometerIntake, NoDistanceOverAResetOrAGap) {
   EXPECT_TRUE(intake.between(3.05, 3.25));
   drive(intake, 70, 80, 6);
   EXPECT_FALSE(intake.between(5.8, 7.05));
+}
+
+TEST(OdometerIntake, AReadingThatItsNeighboursContradictIsLeftOut) {
+  OdometerIntake intake({});
+  drive(intake, 0, 10);
+  intake.add({1.0, 12, 1e-3});
+  EXPECT_EQ(intake.newest(), 0.9) << "nobody bears it out";
+  drive(intake, 11, 20);
+  intake.add({2.0, -5, 2e-3});
+  intake.add({2.1, 60, 2e-3});
+  drive(intake, 22, 30);
+  const auto moved = intake.between(0.95, 2.25);
+  ASSERT_TRUE(moved);
+  EXPECT_NEAR(moved->distance, 2.6, 1e-9);
+  EXPECT_EQ(moved->left_out, 3U);
+  EXPECT_EQ(intake.between(0.5, 0.9)->left_out, 0U);
+  EXPECT_NEAR(intake.motion(2)->speed, 2, 1e-9);
+}
+
+/// One reading in five, as off as it likes: what moves is known all the same.
+TEST(OdometerIntake, ManyWrongReadingsDoNotHideTheMotion) {
+  std::mt19937_64 engine(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int known = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    OdometerIntake intake({.largest_speed = 5});
+    for (int i = 0; i < 40; ++i) {
+      const bool wrong = uniform(engine) < 0.2;
+      const double by = 20 * uniform(engine) - 10;
+      intake.add({0.05 * i, 0.1 * i + (wrong ? by + std::copysign(1.0, by) : 0.0), 0});
+    }
+    if (const auto motion = intake.motion(1)) {
+      ++known;
+      EXPECT_NEAR(motion->speed, 2, 1.5) << trial;
+    }
+  }
+  EXPECT_GT(known, 900);
+}
+
+TEST(OdometerIntake, AResetIsBelievedWhenItIsBorneOut) {
+  OdometerIntake intake({});
+  drive(intake, 0, 30);
+  drive(intake, 30, 31, 6);
+  EXPECT_EQ(intake.newest(), 2.9);
+  drive(intake, 31, 33, 6);
+  EXPECT_EQ(intake.newest(), 3.2);
+  EXPECT_FALSE(intake.between(2.8, 3.1));
+  EXPECT_TRUE(intake.between(3.0, 3.2));
 }
 
 TEST(OdometerIntake, StatusWidensOrForbids) {

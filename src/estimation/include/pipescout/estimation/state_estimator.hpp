@@ -201,7 +201,7 @@ struct SourceStatus {
   /// IMU, odometer, relative pose and weld: absent or trusted.
   SourceState state = SourceState::kAbsent;
   std::size_t accepted = 0;
-  std::size_t gated = 0;  ///< by the consistency gate
+  std::size_t gated = 0;  ///< by the consistency gate; of the odometer, by its other readings too
   /// Welds that were gated or held, and used as the one of the tally that was passed.
   std::size_t reassigned = 0;
   std::size_t held = 0;                       ///< not used, for the source was not trusted
