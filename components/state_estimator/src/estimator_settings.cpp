@@ -122,6 +122,13 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       "imu.gyro_noise", [](auto& p) -> double& { return p.smoother.imu_noise.gyro; }, {1e-9, 10},
       "rad/s/sqrt(Hz)");
   bound_->real(
+      "imu.gyro_scale_deviation",
+      [](auto& p) -> double& { return p.smoother.imu_noise.gyro_scale; }, {0, 0.2},
+      "share of the rate, by which its scale and its alignment may be wrong; 0: they are right");
+  bound_->real(
+      "imu.turn_duration", [](auto& p) -> double& { return p.smoother.imu_noise.turn_duration; },
+      {1e-3, 1e3}, "s for which turns keep their direction: as long that share adds up");
+  bound_->real(
       "imu.accelerometer_noise",
       [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer; }, {1e-9, 1000},
       "m/s^2/sqrt(Hz)");

@@ -46,6 +46,9 @@ SampleMotion sample_motion(const SO3& before, const Vector3d& rate, const Vector
 
 void ImuNoise::validate() const {
   require("imu_noise.gyro", gyro, gyro >= 1e-9 && gyro <= 10, "[1e-9, 10]");
+  require("imu_noise.gyro_scale", gyro_scale, gyro_scale >= 0 && gyro_scale <= 0.2, "[0, 0.2]");
+  require("imu_noise.turn_duration", turn_duration, turn_duration >= 1e-3 && turn_duration <= 1e3,
+          "[1e-3, 1e3]");
   require("imu_noise.accelerometer", accelerometer, accelerometer >= 1e-9 && accelerometer <= 1000,
           "[1e-9, 1000]");
   require("imu_noise.gyro_bias", gyro_bias, gyro_bias >= 1e-9 && gyro_bias <= 1, "[1e-9, 1]");
@@ -110,9 +113,9 @@ NavState ImuMotion::propagate(const NavState& start, double gravity,
 
 void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& specific_force,
                                   double duration, const ImuNoise& noise) {
-  const SampleMotion sample =
-      sample_motion(motion_.rotation(), angular_rate - motion_.gyro_bias(),
-                    specific_force - motion_.accelerometer_bias(), duration);
+  const Vector3d rate = angular_rate - motion_.gyro_bias();
+  const SampleMotion sample = sample_motion(
+      motion_.rotation(), rate, specific_force - motion_.accelerometer_bias(), duration);
   // The transition is the identity but for these rows, by rotation, velocity and biases.
   Eigen::Matrix<double, 3, 9> of_velocity;  // by rotation, gyro bias, accelerometer bias
   of_velocity << sample.velocity_by_before, -sample.velocity_by_rate, -sample.velocity_by_force;
@@ -136,7 +139,9 @@ void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& 
   transition(covariance_);
 
   // Noise of the rate and of the force acts as an error of the biases does during this sample.
-  const double rate_variance = noise.gyro * noise.gyro / duration;
+  const double scale_variance =
+      noise.gyro_scale * noise.gyro_scale * rate.squaredNorm() * noise.turn_duration;
+  const double rate_variance = (noise.gyro * noise.gyro + scale_variance) / duration;
   const double force_variance = noise.accelerometer * noise.accelerometer / duration;
   Eigen::Matrix<double, 9, 6> by_noise;
   by_noise << 0.5 * duration * sample.velocity_by_rate, 0.5 * duration * sample.velocity_by_force,

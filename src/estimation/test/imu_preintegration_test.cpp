@@ -212,6 +212,29 @@ TEST(ImuPreintegrationTest, CovarianceOfABodyAtRestHasItsClosedForm) {
   EXPECT_NEAR(c(kGyroBias, kGyroBias), square(noise.gyro_bias) * kTime, 1e-15);
 }
 
+TEST(ImuPreintegrationTest, AWrongScaleIsChargedToTurns) {
+  const ImuNoise noise{.gyro = 1e-9, .gyro_scale = 0.01, .turn_duration = 2, .gyro_bias = 1e-9};
+  const Vector3d rate(0, 0, 0.5);
+  const auto rotation = [](const ImuPreintegration& sum) {
+    return std::sqrt(sum.covariance()(kRotation + 2, kRotation + 2));
+  };
+  const auto turn = [&](double duration) {
+    ImuPreintegration sum;
+    const int count = static_cast<int>(std::lround(duration / kSampleTime));
+    for (int i = 0; i < count; ++i) {
+      sum.integrate(rate, Vector3d(0, 0, kGravity), kSampleTime, noise);
+    }
+    return sum;
+  };
+  // After a turn of that duration it is the share of the angle; in shorter ones it is above.
+  EXPECT_NEAR(rotation(turn(2)), 0.01 * 0.5 * 2, 1e-6);
+  EXPECT_NEAR(rotation(turn(0.5)), 2 * 0.01 * 0.5 * 0.5, 1e-6);
+  // What does not turn does not pay; a bias is no turn.
+  ImuPreintegration still(rate, Vector3d::Zero());
+  still.integrate(rate, Vector3d(0, 0, kGravity), kSampleTime, noise);
+  EXPECT_LT(rotation(still), 1e-9);
+}
+
 TEST(ImuPreintegrationTest, ResidualsOfNoisySamplesAreOfCovarianceOne) {
   const ImuNoise noise{.gyro = 1e-3,
                        .accelerometer = 2e-2,
@@ -266,6 +289,8 @@ TEST(ImuPreintegrationTest, OneSampleIsEnoughForAFactor) {
 TEST(ImuPreintegrationTest, NoiseIsValidated) {
   EXPECT_NO_THROW(ImuNoise{}.validate());
   EXPECT_THROW(ImuNoise{.gyro = 0}.validate(), std::invalid_argument);
+  EXPECT_THROW(ImuNoise{.gyro_scale = -0.1}.validate(), std::invalid_argument);
+  EXPECT_THROW(ImuNoise{.turn_duration = 0}.validate(), std::invalid_argument);
   EXPECT_THROW(ImuNoise{.integration = std::numeric_limits<double>::quiet_NaN()}.validate(),
                std::invalid_argument);
 }

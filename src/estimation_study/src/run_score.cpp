@@ -178,9 +178,11 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle veh
   // Of flicker noise of floor B the bias changes over 10 s by 2.3 B (the sum over its processes);
   // a walk of density K by K sqrt(10).
   constexpr double kWalkPerFloor = 0.72;
-  // rad/sqrt(s), of what a wrong scale is a share: turns of 0.2 rad/s for a second at a time; in a
-  // pipe seldom.
-  const double how_much = vehicle == Vehicle::kCrawler ? 0.06 : 0.28;
+  // s, for which turns keep their direction: those of wheels on rough ground are short, those of a
+  // flight from one way-point to another long.
+  const double turn_duration = vehicle == Vehicle::kGroundRobot ? 0.7
+                               : vehicle == Vehicle::kUav       ? 2.5
+                                                                : 1;
   constexpr double kLeast = 1e-7;
   const auto white = [&](const simulation::InertialTriadParameters& triad) {
     return std::max(std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12)),
@@ -190,15 +192,16 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle veh
     return std::max(std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability),
                     kLeast);
   };
-  const double turning = how_much * std::hypot(imu.gyro.scale_error, imu.gyro.misalignment);
-  // The same of the force, as gravity changes its direction in the body: slopes of 0.26 rad that
-  // come in 34 s, in every seventh joint. They stay, as a change of the bias does.
+  // A wrong scale of the force shows as gravity changes its direction in the body: slopes of 0.26
+  // rad that come in 34 s, in every seventh joint. They stay, as a change of the bias does.
   const double sloping =
       vehicle == Vehicle::kCrawler
           ? 0.26 / std::sqrt(7 * 34.0) * simulation::kGravity *
                 std::hypot(imu.accelerometer.scale_error, imu.accelerometer.misalignment)
           : 0;
-  return {.gyro = std::hypot(white(imu.gyro), turning),
+  return {.gyro = white(imu.gyro),
+          .gyro_scale = std::hypot(imu.gyro.scale_error, imu.gyro.misalignment),
+          .turn_duration = turn_duration,
           .accelerometer = white(imu.accelerometer),
           .gyro_bias = walk(imu.gyro),
           .accelerometer_bias = std::hypot(walk(imu.accelerometer), sloping)};

@@ -23,7 +23,13 @@ struct ImuSample {
 /// Densities of white noise and of the biases' random walks. The defaults are those of a small
 /// MEMS unit.
 struct ImuNoise {
-  double gyro = 1.7e-4;              ///< rad/s/sqrt(Hz), in [1e-9, 10]
+  double gyro = 1.7e-4;  ///< rad/s/sqrt(Hz), in [1e-9, 10]
+  /// Standard deviation of the scale factor's error and of the axes' misalignment, together, as a
+  /// share of the angular rate w. No state is spent on them: the density of the gyro's noise grows
+  /// by gyro_scale |w| sqrt(turn_duration), which after a turn of that duration is the error that
+  /// they have made by then. In [0, 0.2].
+  double gyro_scale = 0;
+  double turn_duration = 1;          ///< s, for which turns keep their direction; in [1e-3, 1e3]
   double accelerometer = 2e-3;       ///< m/s^2/sqrt(Hz), in [1e-9, 1000]
   double gyro_bias = 2e-5;           ///< rad/s^2/sqrt(Hz), in [1e-9, 1]
   double accelerometer_bias = 3e-3;  ///< m/s^3/sqrt(Hz), in [1e-9, 100]
