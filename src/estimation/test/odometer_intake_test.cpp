@@ -98,7 +98,7 @@ TEST(OdometerIntake, AResetIsBelievedWhenItIsBorneOut) {
   drive(intake, 31, 33, 6);
   EXPECT_EQ(intake.newest(), 3.2);
   EXPECT_FALSE(intake.between(2.8, 3.1));
-  EXPECT_TRUE(intake.between(3.0, 3.2));
+  EXPECT_TRUE(intake.between(3.05, 3.15));
 }
 
 TEST(OdometerIntake, StatusWidensOrForbids) {
