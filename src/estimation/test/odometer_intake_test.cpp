@@ -91,7 +91,7 @@ TEST(OdometerIntake, ManyWrongReadingsDoNotHideTheMotion) {
 }
 
 TEST(OdometerIntake, AResetIsBelievedWhenItIsBorneOut) {
-  OdometerIntake intake({});
+  OdometerIntake intake({.largest_speed = 5});
   drive(intake, 0, 30);
   drive(intake, 30, 31, 6);
   EXPECT_EQ(intake.newest(), 2.9);
