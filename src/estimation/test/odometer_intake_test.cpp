@@ -57,7 +57,7 @@ TEST(OdometerIntake, AReadingThatItsNeighboursContradictIsLeftOut) {
   OdometerIntake intake({});
   drive(intake, 0, 10);
   intake.add({1.0, 12, 1e-3});
-  EXPECT_EQ(intake.newest(), 0.9) << "nobody bears it out";
+  EXPECT_DOUBLE_EQ(intake.newest(), 0.9) << "nobody bears it out";
   drive(intake, 11, 20);
   intake.add({2.0, -5, 2e-3});
   intake.add({2.1, 60, 2e-3});
@@ -94,9 +94,9 @@ TEST(OdometerIntake, AResetIsBelievedWhenItIsBorneOut) {
   OdometerIntake intake({.largest_speed = 5});
   drive(intake, 0, 30);
   drive(intake, 30, 31, 6);
-  EXPECT_EQ(intake.newest(), 2.9);
+  EXPECT_DOUBLE_EQ(intake.newest(), 2.9);
   drive(intake, 31, 33, 6);
-  EXPECT_EQ(intake.newest(), 3.2);
+  EXPECT_DOUBLE_EQ(intake.newest(), 3.2);
   EXPECT_FALSE(intake.between(2.8, 3.1));
   EXPECT_TRUE(intake.between(3.05, 3.15));
 }
