@@ -53,7 +53,8 @@ colcon test --event-handlers console_start_end+ "${select_test[@]}" --ctest-args
 step "Results"
 # colcon says "Summary: T tests, E errors, F failures, S skipped".
 results=$(colcon test-result --all || true)
-colcon test-result --verbose | tail -n 200 || true
+texts=$(colcon test-result --verbose || true)
+tail -n 200 <<<"$texts"
 read -r tests errors failures skipped < <(awk '/^Summary:/ {
   gsub(",", ""); print $2, $4, $6, $8 }' <<<"$results") || true
 mapfile -t tested < <(if [ $# -gt 0 ]; then printf '%s\n' "$@"; else packages; fi)
@@ -70,5 +71,9 @@ if [ -z "${tests:-}" ] || [ "$tests" -eq 0 ]; then
   exit 1
 fi
 failed=$((errors + failures))
+if [ "$failed" -ne 0 ]; then
+  echo "failed, by name:"
+  grep '^- ' <<<"$texts" || true
+fi
 echo "$((tests - failed - skipped)) passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ] && [ ${#untold[@]} -eq 0 ] && ! $colcon_failed

@@ -200,7 +200,10 @@ const PatrolSimulation::Answer* PatrolSimulation::missing_answer() const {
   if (command_.stamp && *command_.stamp < last_stamp_) {
     return &command_;
   }
-  if (track_.stamp && steps_ % steps_per_image_ == 0 && *track_.stamp < last_image_stamp_) {
+  // A tracker answers from the first image on, so that none overruns its queue.
+  const bool tracked = track_.stamp || track_subscription_.publisher_count() > 0;
+  if (tracked && steps_ % steps_per_image_ == 0 &&
+      track_.stamp.value_or(Time::min()) < last_image_stamp_) {
     return &track_;
   }
   if (odometry_.stamp && *odometry_.stamp < last_stamp_ - from_seconds(kOdometryLag)) {

@@ -56,15 +56,10 @@ CallbackReturn ThermalTracker::on_configure() {
   locked_ = 0;
   image_heard_ = true;
 
-  track_publisher_ = create_publisher(topics::kPipeTrack);
+  track_publisher_ = create_publisher(
+      topics::kPipeTrack,
+      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
-  // Best effort hears every camera driver, reliable ones included.
-  image_subscription_ =
-      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
-                                 [this](const Image& message) { on_image(message); });
-  camera_info_subscription_ = create_subscription<CameraInfo>(
-      topics::kThermalCameraInfo.name, QoS::sensor_data(),
-      [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   if (settings_->mount.moves()) {
@@ -72,13 +67,27 @@ CallbackReturn ThermalTracker::on_configure() {
         create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
   }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
-    if (!std::exchange(image_heard_, false)) {
+    if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
                    "no picture for " + std::to_string(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  subscribe_if_heard(track_publisher_.subscription_count());
   return CallbackReturn::kSuccess;
+}
+
+void ThermalTracker::subscribe_if_heard(std::size_t subscriptions) {
+  if (!track_publisher_ || image_subscription_ || subscriptions < settings_->wait_for_subscribers) {
+    return;
+  }
+  // Best effort hears every camera driver, reliable ones included.
+  camera_info_subscription_ = create_subscription<CameraInfo>(
+      topics::kThermalCameraInfo.name, QoS::sensor_data(),
+      [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ =
+      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
+                                 [this](const Image& message) { on_image(message); });
 }
 
 CallbackReturn ThermalTracker::on_cleanup() {

@@ -183,6 +183,11 @@ void TrackerParameters::declare_messages(Parameters& parameters) {
       parameters.declare<double>("silent_after", 2.0,
                                  {.description = "s without a picture, after which that is counted",
                                   .floating_point_range = kPositive});
+  wait_for_subscribers_ = parameters.declare<std::size_t>(
+      "wait_for_subscribers", 0,
+      {.description = "pictures are not subscribed to before so many subscriptions of track/pipe "
+                      "are matched",
+       .integer_range = IntegerRange{0, 1000}});
 }
 
 PipeTrackerParameters TrackerParameters::tracker() const {
@@ -210,6 +215,7 @@ TrackerSettings TrackerParameters::read() const {
   result.lines = pipe_lines(lines_);
   result.line_deviation = line_deviation_.get();
   result.published_particles = published_particles_.get();
+  result.wait_for_subscribers = wait_for_subscribers_.get();
   return result;
 }
 

@@ -170,6 +170,21 @@ TEST_F(ThermalTrackerTest, FollowsThePipe) {
   EXPECT_FALSE(particles.back().regions().empty());
 }
 
+TEST_F(ThermalTrackerTest, PicturesAreHeardOnceEnoughListenToTheTrack) {
+  start({{"wait_for_subscribers", 2}});
+  const auto heard = [this] {
+    send_calibration();
+    step();
+    send(topics::kThermalImage, picture(20));
+    return !tracks_.empty();
+  };
+  EXPECT_FALSE(heard());
+  const auto second = harness_.collect(topics::kPipeTrack);
+  harness_.spin();
+  EXPECT_TRUE(heard());
+  EXPECT_EQ(second.size(), 1U);
+}
+
 TEST_F(ThermalTrackerTest, FollowsItWithoutOdometryToo) {
   auto& tracker = start();
   send_calibration();

@@ -52,6 +52,8 @@ class ThermalTracker final : public Component {
     std::optional<double> depth;  // m, of the pipe of the map along the axis of the camera
   };
 
+  /// Inputs of images are there once enough others listen to the track.
+  void subscribe_if_heard(std::size_t subscriptions);
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
