@@ -154,7 +154,7 @@ PoseSolver::Implementation::ResidualScales PoseSolver::Implementation::residual_
 
 Weighting PoseSolver::Implementation::final_weighting(const ResidualScales& scales) const {
   const auto widened = [](double scale) { return std::max(1.0, scale / kScaleOfOutliers); };
-  const double edges = widened(scales.edges);
+  const double edges = std::min(parameters_.largest_edge_widening, widened(scales.edges));
   const double points = widened(scales.points);
   return {.kernel = final_kernel(),
           .edge_width = final_width() * edges,

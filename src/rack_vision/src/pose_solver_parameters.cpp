@@ -15,6 +15,7 @@ void PoseSolverParameters::validate() const {
   }
   check_above("kernel_width", kernel_width, 0, kHuge);
   check_above("saliency_nu", saliency_nu, 0, kHuge);
+  check_within("largest_edge_widening", largest_edge_widening, 1, kHuge);
   check_within("iterations", iterations, 1, 100);
   check_above("smallest_step", smallest_step, 0, kHuge);
   check_above("gate", gate, 0, kHuge);

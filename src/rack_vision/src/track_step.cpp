@@ -38,6 +38,8 @@ PoseSolverParameters solver_parameters(const RackTrackerParameters& parameters) 
   solver.offset_freedom = 0.001;
   solver.innovation_gate = 1e3;
   solver.saliency_first = false;  // the prediction is near
+  // Cables and tarpaulins may hide or imitate most of the contours.
+  solver.largest_edge_widening = 1;
   return solver;
 }
 
@@ -46,6 +48,8 @@ PoseSolverParameters start_solver_parameters(const RackTrackerParameters& parame
   // In the first image nothing tells a contour from a shadow or a stripe that runs along it.
   solver.edge_bias_sigma = std::max(parameters.edge_bias_sigma, kStartBias);
   solver.saliency_first = true;
+  // Nor are residuals small there while the guess is far off.
+  solver.largest_edge_widening = PoseSolverParameters{}.largest_edge_widening;
   return solver;
 }
 

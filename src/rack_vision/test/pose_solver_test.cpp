@@ -106,6 +106,34 @@ TEST(PoseSolver, HoldsAgainstThirtyPercentOfOutliers) {
   EXPECT_GT(plain.position_square, 4 * dirty.position_square) << "which least squares does not";
 }
 
+TEST(PoseSolver, HoldsToTheSigmasWhereMostEdgeSamplesAreOutliers) {
+  const RackModel model = test::row_rack(4);
+  PoseSolver widening(model, {.saliency_first = false});
+  PoseSolver holding(model, {.saliency_first = false, .largest_edge_widening = 1});
+  const SE3 truth = test::above();
+  double widening_square = 0, holding_square = 0, clean_square = 0;
+  for (int seed = 1; seed <= 50; ++seed) {
+    Engine engine(static_cast<std::uint64_t>(seed));
+    const auto texture = test::texture(model, 4, engine);
+    Features clean = test::measure(model, {}, texture, truth, {.sigma = 0.5}, engine);
+    Features most = clean;
+    most.edges =
+        test::measure(model, {}, {}, truth, {.sigma = 0.5, .outlier_share = 0.65}, engine).edges;
+    const SE3 near = moved(truth, 0.02 * (disturbed(truth, engine) * truth.inverse()).log());
+    const auto square = [&](PoseSolver& solver, const Features& features) {
+      return pose_error(solve(solver, features.problem(near)).T_camera_rack, truth)
+          .head<3>()
+          .squaredNorm();
+    };
+    clean_square += square(holding, clean);
+    holding_square += square(holding, most);
+    widening_square += square(widening, most);
+  }
+  // A third of the samples is left.
+  EXPECT_LT(std::sqrt(holding_square / clean_square), 2.5);
+  EXPECT_GT(std::sqrt(widening_square / clean_square), 4);
+}
+
 TEST(PoseSolver, PaperMethodsTakeOneStep) {
   const RackModel model = test::row_rack(4);
   Engine engine(3);
@@ -339,6 +367,7 @@ TEST(PoseSolverParameters, AreValidated) {
   bad([](auto& p) { p.kernel_width = 0; });
   bad([](auto& p) { p.saliency_nu = kNaN; });
   bad([](auto& p) { p.iterations = 0; });
+  bad([](auto& p) { p.largest_edge_widening = 0.9; });
   bad([](auto& p) { p.gate = -1; });
   bad([](auto& p) { p.edge_bias_sigma = -0.1; });
   bad([](auto& p) { p.kernel = static_cast<RobustKernel>(99); });

@@ -116,7 +116,11 @@ struct PoseSolverParameters {
   /// near to far where edges lie close together.
   bool saliency_first = true;
   double saliency_nu = 1.0;  ///< nu of equation (29), standard deviations, > 0
-  int iterations = 12;       ///< at most, 1..100
+  /// kIterated: where residuals of edge samples spread farther than their sigmas say, by their
+  /// median, the kernel is made wider, by at most this factor, >= 1. Where more than half of them
+  /// may be outliers the median is one of those: 1 then holds to the sigmas.
+  double largest_edge_widening = 1e6;
+  int iterations = 12;  ///< at most, 1..100
   /// Converged when a step moves the features by less than this, root of their mean square, in
   /// standard deviations, > 0.
   double smallest_step = 0.02;
