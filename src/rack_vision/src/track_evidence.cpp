@@ -69,7 +69,6 @@ void TrackStep::forget_matches() {
 void TrackStep::collect_evidence(StepOutcome& outcome) const {
   TrackEvidence& evidence = outcome.evidence;
   evidence = {};
-  evidence.residual_scale = solution_.residual_scale;
   outcome.pipes = {};
   for (std::size_t first = 0; first < samples_.size();) {
     const std::uint32_t index = samples_[first].edge;

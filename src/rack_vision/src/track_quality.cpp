@@ -27,7 +27,7 @@ double track_quality(const TrackEvidence& evidence) noexcept {
     // Either may be poor where the other is good: plain pipes, or edges covered by tarpaulins.
     quality = std::min(0.5 * (edges + points), 0.25 + 0.75 * std::min(edges, points) * 2);
   }
-  return std::clamp(quality / std::max(1.0, evidence.residual_scale / 3.0), 0.0, 1.0);
+  return std::clamp(quality, 0.0, 1.0);
 }
 
 }  // namespace pipescout::rack_vision

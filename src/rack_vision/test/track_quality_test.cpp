@@ -38,9 +38,12 @@ TEST(TrackQuality, FallsWithEachKindOfEvidence) {
   TrackEvidence edges_fail = good();
   edges_fail.edge_samples_found = 10;
   EXPECT_LT(track_quality(edges_fail), 0.5);
-  TrackEvidence rough = good();
-  rough.residual_scale = 9;
-  EXPECT_LT(track_quality(rough), 0.4);
+}
+
+TEST(TrackQuality, BearsClutterOverMostEdgesWherePointsAreFound) {
+  TrackEvidence cluttered = good();
+  cluttered.edge_samples_found = 80;
+  EXPECT_GT(track_quality(cluttered), 0.5);
 }
 
 TEST(TrackQuality, PlainPipesNeedEdgesOnly) {

@@ -15,14 +15,13 @@ struct TrackEvidence {
   /// of texture.
   int proven_points = 0;
   int proven_matched = 0;
-  double residual_scale = 1;  ///< of the solver, in stated standard deviations
 };
 
 /// 0 (nothing speaks for the pose) to 1. Half and more: safe to use.
 ///
 /// Edges: share found. Points: share of proven ones matched, once there are enough of them; points
 /// that fail while edges are found mean that the edges are those of another place, and the lower of
-/// the two counts. Residuals far above what they should be lower the rest.
+/// the two counts. How far the rest lies is not asked: clutter may be anywhere.
 [[nodiscard]] double track_quality(const TrackEvidence& evidence) noexcept;
 
 }  // namespace pipescout::rack_vision
