@@ -33,11 +33,13 @@ constexpr double kDoubtByShare = 0.5;       // by this much of what is missing
 constexpr double kAlikeAtStart = 8;         // images
 constexpr double kLeastOfReference = 0.35;  // share of its samples found
 constexpr int kJudgedSamples = 20;
-constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
-constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
-constexpr double kCertainTurn = 0.03;       // rad
-constexpr double kFarthestAlong = 3;        // deviations before the image
-constexpr double kNoLessSure = 1.2;         // deviation after the image by that before it
+constexpr double kFoundWhereRight = 0.6;  // of edge samples, between clear views and clutter
+constexpr double kFoundByChance = 0.3;    // at wrong places: there are edges everywhere
+constexpr double kAlikeSamples = 8;       // of one edge: they are found or missed together
+constexpr double kCertainPlace = 0.06;    // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;     // rad
+constexpr double kFarthestAlong = 3;      // deviations before the image
+constexpr double kNoLessSure = 1.2;       // deviation after the image by that before it
 constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
@@ -54,6 +56,16 @@ double found_share(const TrackEvidence& evidence) {
     return edges;
   }
   return 0.5 * (edges + static_cast<double>(evidence.proven_matched) / evidence.proven_points);
+}
+
+/// Log-likelihood of what was found of the edges, against finding it by chance: a place at which
+/// more is to be seen, and is, explains more of the image than one at which little is.
+double evidence_by_edges(const TrackEvidence& evidence) {
+  const double found = evidence.edge_samples_found;
+  const double missed = evidence.edge_samples - evidence.edge_samples_found;
+  return (found * std::log(kFoundWhereRight / kFoundByChance) +
+          missed * std::log((1 - kFoundWhereRight) / (1 - kFoundByChance))) /
+         kAlikeSamples;
 }
 
 /// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
@@ -84,9 +96,9 @@ bool TrackStep::is_wide(const TrackBelief& belief) const {
   return false;
 }
 
-double TrackStep::apart(const TrackBelief& a, const TrackBelief& b) const {
-  const geometry::Vector6d difference = pose_difference(a.T_rack_camera, b.T_rack_camera);
-  const double height = std::max(0.5, a.T_rack_camera.translation().z());
+double TrackStep::apart(const SE3& a, const SE3& b) const {
+  const geometry::Vector6d difference = pose_difference(a, b);
+  const double height = std::max(0.5, a.translation().z());
   const double focal = camera_.matrix()(0, 0);
   const double half_width = 0.5 * camera_.parameters().width;
   // A turn about y is a move along x, almost; moves along the pipes are not seen at all.
@@ -234,6 +246,31 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
           (peaks_.size() < 2 || peaks_[1].score < peaks_[0].score - kClearlyBetterAlong));
 }
 
+bool TrackStep::is_acceptable(const TrackBelief& around, const StepOutcome& tried,
+                              const geometry::Vector6d& moved) const {
+  const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
+  const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
+  return reference_is_found(model_, around.offsets, tried.pipes) &&
+         std::max(sigma(0), sigma(2)) <= kCertainPlace &&
+         sigma.tail<3>().maxCoeff() <= kCertainTurn &&
+         // Beyond it those are the edges of another support, or its other edges.
+         std::abs(moved(kY)) <= kFarthestAlong * before_sigma(kY) &&
+         // Otherwise it contradicts what was known: the residuals say so.
+         sigma(0) <= kNoLessSure * before_sigma(0) && sigma(2) <= kNoLessSure * before_sigma(2);
+}
+
+bool TrackStep::is_clear(const JudgedStart& best) const {
+  // Those count too at which too little is found for a start: so much is found by chance.
+  double rival = -1;
+  for (const JudgedStart& other : judged_) {
+    if (apart(best.T_rack_camera, other.T_rack_camera) >= kDistinct) {
+      rival = std::max(rival, other.share);
+    }
+  }
+  return best.share - rival >=
+         kClearlyBetter + kDoubtByShare * std::max(0.0, kGoodShare - best.share);
+}
+
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
@@ -243,52 +280,37 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   around.covariance(kY, kY) += before.anchor_variance;
   propose_starts(image, around);
   const Matrix6d information = around.covariance.inverse();
-  StepOutcome tried;
-  StepOutcome best;
-  double best_share = -1;
-  double best_merit = 0;
-  double rival_share = -1;
-  Start best_start;
+  judged_.clear();
+  judged_.reserve(starts_.size());
+  const JudgedStart* best = nullptr;
   for (const Start& start : starts_) {
-    if (!try_start(image, around, start, tried)) {
+    if (!try_start(image, around, start, outcome)) {
       continue;
     }
     const geometry::Vector6d moved =
-        pose_difference(around.T_rack_camera, tried.belief.T_rack_camera);
+        pose_difference(around.T_rack_camera, outcome.belief.T_rack_camera);
     const double chi_square = moved.dot(information * moved);
-    const double share = found_share(tried.evidence);
-    const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-    if (chi_square > kImprobable || share < kLeastShare ||
-        !reference_is_found(model_, around.offsets, tried.pipes) ||
-        std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
+    if (chi_square > kImprobable) {
       continue;
     }
-    const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
-    if (std::abs(moved(kY)) > kFarthestAlong * before_sigma(kY)) {
-      continue;  // those are the edges of another support, or its other edges
-    }
-    if (sigma(0) > kNoLessSure * before_sigma(0) || sigma(2) > kNoLessSure * before_sigma(2)) {
-      continue;  // it contradicts what was known: the residuals say so
-    }
-    const bool same = best_share >= 0 && apart(best.belief, tried.belief) < kDistinct;
-    const double merit = share - kShareByChiSquare * chi_square;
-    if (same ? merit > best_merit : share > best_share) {
-      best_merit = merit;
-      rival_share = same ? rival_share : best_share;
-      best_share = share;
-      best = tried;
-      best_start = start;
-    } else if (!same) {
-      rival_share = std::max(rival_share, share);
+    JudgedStart& judged = judged_.emplace_back();
+    judged.start = start;
+    judged.T_rack_camera = outcome.belief.T_rack_camera;
+    judged.share = found_share(outcome.evidence);
+    judged.merit = evidence_by_edges(outcome.evidence) - 0.5 * chi_square;
+    if (judged.share >= kLeastShare && is_acceptable(around, outcome, moved) &&
+        (best == nullptr || judged.merit > best->merit)) {
+      best = &judged;
     }
   }
-  const double clearly = kClearlyBetter + kDoubtByShare * std::max(0.0, kGoodShare - best_share);
-  if (best_share - rival_share < clearly) {
+  outcome = {};
+  outcome.belief = before;
+  if (best == nullptr || !is_clear(*best)) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
   }
   // Once more, for the working memory that `learn` reads.
-  (void)try_start(image, around, best_start, outcome);
+  (void)try_start(image, around, best->start, outcome);
   if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
     // One edge of a support looks like another: nothing is known that was not known before.
     outcome.belief.anchor_variance =

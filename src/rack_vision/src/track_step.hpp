@@ -129,10 +129,22 @@ class TrackStep {
   /// Refines, and asks the texture map where there is one.
   bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
                  StepOutcome& outcome);
+  /// A place that was tried: it may not be acceptable.
+  struct JudgedStart {
+    Start start;
+    geometry::SE3 T_rack_camera;  ///< as solved
+    double share = 0;             ///< of what was looked for
+    double merit = 0;             ///< log-likelihood, with that of the place before the image
+  };
+  /// Whether a place that is off by `moved` from where it is said to be may be taken for a start.
+  [[nodiscard]] bool is_acceptable(const TrackBelief& around, const StepOutcome& tried,
+                                   const geometry::Vector6d& moved) const;
+  /// Whether no place that looks another way, of judged_, fits about as well.
+  [[nodiscard]] bool is_clear(const JudgedStart& best) const;
   /// Whether supports fit the place along y that was found, and no other one about as well.
   bool along_is_clear(const ImageView& image, const StepOutcome& outcome, double along_variance);
   /// How far apart, in px, edges look from two places.
-  [[nodiscard]] double apart(const TrackBelief& a, const TrackBelief& b) const;
+  [[nodiscard]] double apart(const geometry::SE3& a, const geometry::SE3& b) const;
   void accept(double anchor_variance, StepOutcome& outcome);
   [[nodiscard]] bool agrees(const PointObservation& point, const CameraView& seen,
                             const OffsetBelief& offsets) const;
@@ -164,6 +176,7 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<Start> starts_;
+  std::vector<JudgedStart> judged_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
   PoseSolution solution_;
