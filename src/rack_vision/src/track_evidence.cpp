@@ -15,6 +15,7 @@ namespace {
 constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
 constexpr std::size_t kFewestPoints = 5;
 constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
+constexpr double kLeastOfAcross = 0.5;   // of what is looked for of them, found
 constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
@@ -106,6 +107,27 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
   }
 }
 
+bool TrackStep::across_is_found() const {
+  const auto across = [this](std::size_t i) {
+    const Eigen::Vector3d middle = 0.5 * (edges_[i].start + edges_[i].end);
+    const geometry::Vector6d moves =
+        by_motion(middle, normals_[i], solution_.T_camera_rack.inverse());
+    return std::abs(moves(kY)) > std::abs(moves(0));
+  };
+  int searched = 0;
+  for (const SearchedSample& sample : samples_) {
+    searched += sample.searched && across(sample.edge) ? 1 : 0;
+  }
+  int found = 0;
+  for (const EdgeSupport& support : solution_.edges) {
+    const auto edge = std::ranges::find(searched_, support.edge);
+    if (edge != searched_.end() && across(static_cast<std::size_t>(edge - searched_.begin()))) {
+      found += support.inliers;
+    }
+  }
+  return found >= std::max<double>(kJudgedSamples, kLeastOfAcross * searched);
+}
+
 void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
   // In the middle of the view: there the other errors of the pose do not matter.
   const MotionRow middle = middle_by_motion(belief.T_rack_camera);
@@ -121,6 +143,9 @@ void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
       middle.dot(pose_difference(belief.T_rack_camera, solution_.T_camera_rack.inverse()));
   if (shift * shift > 9 * (believed + said)) {
     return;  // those are the edges of another support
+  }
+  if (!across_is_found()) {
+    return;  // a few edges of something else
   }
   outcome.shift_along = shift;
   belief.T_rack_camera = geometry::SE3(

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The start of a track: from a pose that is only roughly right.
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "pose_belief.hpp"
@@ -15,43 +17,51 @@ namespace {
 using geometry::Matrix6d;
 using geometry::SE3;
 
-constexpr std::size_t kTried = 6;   // places that are solved for
+constexpr std::size_t kTried = 24;  // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
 constexpr double kWideRange = 16;     // px
 constexpr double kShortest = 8;       // px: shorter contours say nothing
 constexpr double kFarthest = 150;     // px: within which the unknown place along y moves contours
-constexpr double kMuchWorse = 10;     // log-likelihood: places that need not be tried
+constexpr double kMuchWorse = 20;     // log-likelihood: places that need not be tried
 constexpr double kAlongStep = 1.5;    // px
 constexpr double kSameAlong = 0.005;  // m
-constexpr double kClearlyBetterAlong = 4;   // log-likelihood
-constexpr double kDistinct = 8;             // px, between what is seen from two places
-constexpr double kLeastShare = 0.4;         // of what is looked for
-constexpr double kClearlyBetter = 0.12;     // of the share of samples found, over other places
-constexpr double kGoodShare = 0.65;         // below it other places must be still worse,
-constexpr double kDoubtByShare = 0.5;       // by this much of what is missing
-constexpr double kAlikeAtStart = 8;         // images
+constexpr double kClearlyBetterAlong = 4;  // log-likelihood
+constexpr double kDistinctTried = 4;  // px, between what is seen from two places that are tried
+constexpr double kDistinct = 8;       // px, between what is seen from two places
+constexpr double kLeastShare = 0.5;   // of what is looked for
+constexpr double kLargestSpread = 2;  // of the residuals, in their deviations
+constexpr double kClearlyBetter = 7;  // log-likelihood, over other places: 1 in 1000
+constexpr double kGoodShare = 0.65;   // below it other places must be still worse,
+constexpr double kDoubtByShare = 40;  // by this much for each that is missing
+constexpr double kAlikeAtStart = 8;   // images
 constexpr double kLeastOfReference = 0.35;  // share of its samples found
 constexpr int kJudgedSamples = 20;
-constexpr double kFoundWhereRight = 0.6;  // of edge samples, between clear views and clutter
-constexpr double kFoundByChance = 0.3;    // at wrong places: there are edges everywhere
-constexpr double kAlikeSamples = 8;       // of one edge: they are found or missed together
-constexpr double kCertainPlace = 0.06;    // m, one sigma across and in height
-constexpr double kCertainTurn = 0.03;     // rad
-constexpr double kFarthestAlong = 3;      // deviations before the image
-constexpr double kNoLessSure = 1.2;       // deviation after the image by that before it
-constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
+constexpr double kTukeyWidth = 4.685;  // standard deviations
+// Log-likelihood of a sample, against finding it by chance, for six in ten found where the place
+// is right and three in ten anywhere within the search: of one that lies on its edge, of a missed
+// one.
+constexpr double kOnItsEdge = 2.4;
+constexpr double kMissed = -0.56;
+constexpr double kAlikeSamples = 8;     // of one edge: they are found or missed together
+constexpr double kCertainPlace = 0.06;  // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;   // rad
+constexpr double kFarthestAlong = 3;    // deviations before the image
+constexpr double kNoLessSure = 1.2;     // deviation after the image by that before it
+constexpr double kImprobable = 16.8;    // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
 
-/// Share of what was looked for that was found; proven points count, once there are enough, as much
-/// as edges do.
-double found_share(const TrackEvidence& evidence) {
+using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
+
+Eigen::Map<const OffsetVector> offset_vector(const OffsetBelief& belief) {
+  return Eigen::Map<const OffsetVector>(belief.mean.data());
+}
+
+/// Share of what was looked for that was found, of edges by how well; proven points count, once
+/// there are enough, as much as edges do.
+double found_share(const TrackEvidence& evidence, double edges) {
   constexpr int kEnoughPoints = 10;
-  if (evidence.edge_samples == 0) {
-    return 0;
-  }
-  const double edges = static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples;
   if (evidence.proven_points < kEnoughPoints) {
     return edges;
   }
@@ -60,12 +70,31 @@ double found_share(const TrackEvidence& evidence) {
 
 /// Log-likelihood of what was found of the edges, against finding it by chance: a place at which
 /// more is to be seen, and is, explains more of the image than one at which little is.
-double evidence_by_edges(const TrackEvidence& evidence) {
-  const double found = evidence.edge_samples_found;
-  const double missed = evidence.edge_samples - evidence.edge_samples_found;
-  return (found * std::log(kFoundWhereRight / kFoundByChance) +
-          missed * std::log((1 - kFoundWhereRight) / (1 - kFoundByChance))) /
-         kAlikeSamples;
+double evidence_by_edges(int searched, double agreement) {
+  return searched * (kMissed + (kOnItsEdge - kMissed) * agreement) / kAlikeSamples;
+}
+
+/// How improbable the offsets that were found are, by what was known of them: chi-square.
+double improbability(const OffsetBelief& before, const OffsetBelief& after) {
+  OffsetMatrix covariance = before.covariance;
+  OffsetVector moved = offset_vector(after) - offset_vector(before);
+  for (Eigen::Index i = 0; i < moved.size(); ++i) {
+    if (covariance(i, i) == 0) {
+      covariance(i, i) = 1;  // it stays where it is
+    }
+  }
+  return moved.dot(covariance.llt().solve(moved));
+}
+
+/// From the line on which an edge is seen to the nearest candidate of a sample that has one, px.
+double distance_of_nearest(const SearchedSample& sample, const VisibleEdge& edge) {
+  const Eigen::Vector2d along = (edge.image_end - edge.image_start).normalized();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sample.count); ++i) {
+    const Eigen::Vector2d from = sample.candidates[i].pixel - edge.image_start;
+    nearest = std::min(nearest, std::abs(along.x() * from.y() - along.y() * from.x()));
+  }
+  return nearest;
 }
 
 /// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
@@ -94,6 +123,33 @@ bool TrackStep::is_wide(const TrackBelief& belief) const {
     }
   }
   return false;
+}
+
+bool TrackStep::is_far(const TrackBelief& belief) {
+  render(belief.T_rack_camera, belief.offsets);
+  return is_wide(belief);
+}
+
+double TrackStep::edge_agreement() const {
+  double sum = 0;
+  int searched = 0;
+  std::size_t next = 0;  // features_ holds the samples that have candidates, in their order
+  for (const SearchedSample& sample : samples_) {
+    const EdgeSample* feature = sample.count > 0 ? &features_[next++] : nullptr;
+    const VisibleEdge* edge = rendered(searched_[sample.edge]);
+    if (edge == nullptr || !sample.searched) {
+      continue;
+    }
+    ++searched;
+    if (feature == nullptr) {
+      continue;
+    }
+    const double sigma =
+        std::hypot(feature->sigma, feature->bias_sigma, parameters_.edge_bias_sigma);
+    const double distance = distance_of_nearest(sample, *edge) / (kTukeyWidth * sigma);
+    sum += std::pow(1 - std::min(1.0, distance * distance), 3);
+  }
+  return searched > 0 ? sum / searched : 0;
 }
 
 double TrackStep::apart(const SE3& a, const SE3& b) const {
@@ -152,7 +208,8 @@ void TrackStep::propose_starts(const ImageView& image, const TrackBelief& around
   render(around.T_rack_camera, around.offsets);
   // First those that tell the pose across the pipes, whatever it is along them.
   gather_contours(around.T_rack_camera, std::sqrt(around.covariance(kY, kY)), kFirstStep);
-  alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinct, kTried, peaks_);
+  alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinctTried, kTried,
+                    peaks_);
   const Matrix6d left = AlignmentSearch::remaining(contours_, around.covariance, 2 * kFirstStep);
   for (const AlignmentPeak& peak : peaks_) {
     if (peak.score < peaks_.front().score - kMuchWorse) {
@@ -250,7 +307,8 @@ bool TrackStep::is_acceptable(const TrackBelief& around, const StepOutcome& trie
                               const geometry::Vector6d& moved) const {
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
-  return reference_is_found(model_, around.offsets, tried.pipes) &&
+  return solution_.residual_scale <= kLargestSpread &&
+         reference_is_found(model_, around.offsets, tried.pipes) &&
          std::max(sigma(0), sigma(2)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -261,14 +319,36 @@ bool TrackStep::is_acceptable(const TrackBelief& around, const StepOutcome& trie
 
 bool TrackStep::is_clear(const JudgedStart& best) const {
   // Those count too at which too little is found for a start: so much is found by chance.
-  double rival = -1;
+  double rival = -std::numeric_limits<double>::infinity();
   for (const JudgedStart& other : judged_) {
-    if (apart(best.T_rack_camera, other.T_rack_camera) >= kDistinct) {
-      rival = std::max(rival, other.share);
+    if (apart(best.belief.T_rack_camera, other.belief.T_rack_camera) >= kDistinct) {
+      rival = std::max(rival, other.merit);
     }
   }
-  return best.share - rival >=
+  return best.merit - rival >=
          kClearlyBetter + kDoubtByShare * std::max(0.0, kGoodShare - best.share);
+}
+
+void TrackStep::admit_the_others(const JudgedStart& best, TrackBelief& belief) const {
+  TrackBelief sum = belief;
+  const Matrix6d information = belief.covariance.inverse();
+  double weights = 1;
+  for (const JudgedStart& other : judged_) {
+    geometry::Vector6d off = pose_difference(best.belief.T_rack_camera, other.belief.T_rack_camera);
+    off(kY) = 0;  // along_is_clear asks for that
+    if (!other.acceptable || off.dot(information * off) < 1) {
+      continue;  // the same minimum
+    }
+    const double weight = std::exp(std::min(0.0, other.merit - best.merit));
+    const OffsetVector beside =
+        offset_vector(other.belief.offsets) - offset_vector(best.belief.offsets);
+    sum.covariance += weight * (other.belief.covariance + off * off.transpose());
+    sum.offsets.covariance +=
+        weight * (other.belief.offsets.covariance + beside * beside.transpose());
+    weights += weight;
+  }
+  belief.covariance = sum.covariance / weights;
+  belief.offsets.covariance = sum.offsets.covariance / weights;
 }
 
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
@@ -293,13 +373,15 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     if (chi_square > kImprobable) {
       continue;
     }
+    const double agreement = edge_agreement();
     JudgedStart& judged = judged_.emplace_back();
     judged.start = start;
-    judged.T_rack_camera = outcome.belief.T_rack_camera;
-    judged.share = found_share(outcome.evidence);
-    judged.merit = evidence_by_edges(outcome.evidence) - 0.5 * chi_square;
-    if (judged.share >= kLeastShare && is_acceptable(around, outcome, moved) &&
-        (best == nullptr || judged.merit > best->merit)) {
+    judged.belief = outcome.belief;
+    judged.share = found_share(outcome.evidence, agreement);
+    judged.merit = evidence_by_edges(outcome.evidence.edge_samples, agreement) -
+                   0.5 * (chi_square + improbability(around.offsets, outcome.belief.offsets));
+    judged.acceptable = judged.share >= kLeastShare && is_acceptable(around, outcome, moved);
+    if (judged.acceptable && (best == nullptr || judged.merit > best->merit)) {
       best = &judged;
     }
   }
@@ -311,6 +393,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   }
   // Once more, for the working memory that `learn` reads.
   (void)try_start(image, around, best->start, outcome);
+  admit_the_others(*best, outcome.belief);
   if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
     // One edge of a support looks like another: nothing is known that was not known before.
     outcome.belief.anchor_variance =

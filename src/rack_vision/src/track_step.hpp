@@ -64,6 +64,8 @@ class TrackStep {
   /// Finds the pose from edges alone, from a first guess that may be wrong by the parameters' start
   /// range. Not solved when no place explains the image, or when two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
+  /// Whether contours may be so far from where they are expected that others are nearer.
+  [[nodiscard]] bool is_far(const TrackBelief& belief);
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
@@ -110,6 +112,8 @@ class TrackStep {
   bool solve_by(PoseSolver& solver, const TrackBelief& guess,
                 const geometry::Matrix6d& prior_covariance, const geometry::SE3& prior_pose,
                 const OffsetBelief& offsets, bool with_points);
+  /// Whether the edges that run across the pipes are seen where the solved pose has them.
+  [[nodiscard]] bool across_is_found() const;
   void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
   /// A place to start from, and how well edges line up there.
@@ -132,13 +136,20 @@ class TrackStep {
   /// A place that was tried: it may not be acceptable.
   struct JudgedStart {
     Start start;
-    geometry::SE3 T_rack_camera;  ///< as solved
-    double share = 0;             ///< of what was looked for
-    double merit = 0;             ///< log-likelihood, with that of the place before the image
+    TrackBelief belief;       ///< as solved
+    double share = 0;         ///< of what was looked for, see `found_share`
+    double merit = 0;         ///< log-likelihood, with that of pose and offsets before the image
+    bool acceptable = false;  ///< may be taken for a start
   };
   /// Whether a place that is off by `moved` from where it is said to be may be taken for a start.
   [[nodiscard]] bool is_acceptable(const TrackBelief& around, const StepOutcome& tried,
                                    const geometry::Vector6d& moved) const;
+  /// How well the samples that were searched lie on the edges at the pose that was accepted, 0 to
+  /// 1: what Tukey's loss, held to their sigmas, leaves of their number.
+  [[nodiscard]] double edge_agreement() const;
+  /// Makes the belief from the best start as uncertain as the other minima nearby, each by its
+  /// likelihood, have it: where one contour was taken for another, the right one is among those.
+  void admit_the_others(const JudgedStart& best, TrackBelief& belief) const;
   /// Whether no place that looks another way, of judged_, fits about as well.
   [[nodiscard]] bool is_clear(const JudgedStart& best) const;
   /// Whether supports fit the place along y that was found, and no other one about as well.
