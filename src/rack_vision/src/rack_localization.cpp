@@ -15,6 +15,11 @@ using geometry::Matrix6d;
 using geometry::SE3;
 using geometry::SO3;
 
+// What the image alone does not say better, whatever its contours seem to say: one of them may be
+// taken for another.
+constexpr double kFoundDeviation = 0.03;  // m
+constexpr double kFoundTurn = 0.03;       // rad
+
 /// Covariance of T_rack_camera, form of geometry_msgs/PoseWithCovariance, after the camera went on
 /// by `motion`, whose covariance perturbs it on the right.
 Matrix6d moved(const Matrix6d& covariance, const SE3& T_rack_camera,
@@ -221,7 +226,10 @@ class RackLocalization::Implementation {
       ++counts_.image_unclear;
     } else {
       const FirstPoseCandidate& best = found.candidates.front();
-      has_start_ = tracker_.set_pose(best.T_camera_rack.inverse(), ros_form(best));
+      Matrix6d covariance = ros_form(best);
+      covariance.diagonal().head<3>().array() += kFoundDeviation * kFoundDeviation;
+      covariance.diagonal().tail<3>().array() += kFoundTurn * kFoundTurn;
+      has_start_ = tracker_.set_pose(best.T_camera_rack.inverse(), covariance);
     }
   }
 
