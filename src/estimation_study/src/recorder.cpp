@@ -175,11 +175,10 @@ void Recorder::visual_pose(double time, const SE3& T_rack_body) {
     rotation = rotation * SO3::exp(twist);
     position += jump;
   }
-  // The covariance that is true on average.
-  const double spread = 1 - kTailShare + kTailShare * kTail * kTail;
+  // As a fit states it, of most poses: the tail is what gates are for.
   geometry::Vector6d variance;
-  variance << Vector3d::Constant(spread * kPoseDeviation * kPoseDeviation),
-      Vector3d::Constant(spread * kTurnDeviation * kTurnDeviation);
+  variance << Vector3d::Constant(kPoseDeviation * kPoseDeviation),
+      Vector3d::Constant(kTurnDeviation * kTurnDeviation);
   if (!silent(Sensor::kVisualPose, time)) {
     push(time + late,
          estimation::VisualPoseMeasurement{.time = time,

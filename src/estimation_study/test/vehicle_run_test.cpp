@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "pipescout/estimation/robust_kernel.hpp"
 #include "pipescout/simulation/uav.hpp"
 
 namespace pipescout::estimation_study {
@@ -118,11 +119,17 @@ TEST(VehicleRun, TheOdometerShowsTheWay) {
   }
 }
 
-TEST(VehicleRun, VisualPosesAreOfTheRackAndAsGoodAsTheySay) {
+TEST(VehicleRun, VisualPosesAreOfTheRackAndMostOfThemAsGoodAsTheySay) {
   const VehicleRun run = uav_run({.duration = 180}, kSeed);
   const auto poses = of_kind<VisualPoseMeasurement>(run);
   ASSERT_GT(poses.size(), 1500U);
+  // What a pose states is the covariance of a fit that found the right edges. One in twenty found
+  // some of the wrong ones, does not know it, and is four times as far off: that share is for the
+  // estimator's gates, and would hide in an average over all. One in 10 000 of the others is
+  // beyond this bound, of the twentieth nearly all (1 - P(chi-square of 6 < 27.9 / 16) = 0.94).
+  const double most = estimation::chi_square_quantile(0.9999, 6);
   double sum = 0;
+  double as_stated = 0;
   for (const Event& event : poses) {
     const auto& m = std::get<VisualPoseMeasurement>(event.reading);
     EXPECT_GE(event.arrival - m.time, 0.025);
@@ -130,9 +137,15 @@ TEST(VehicleRun, VisualPosesAreOfTheRackAndAsGoodAsTheySay) {
     geometry::Vector6d error;
     error << m.T_rack_body.translation() - truth.translation(),
         (m.T_rack_body.rotation().inverse() * truth.rotation()).log();
-    sum += error.cwiseAbs2().cwiseQuotient(m.covariance.diagonal()).sum();
+    const double square = error.cwiseAbs2().cwiseQuotient(m.covariance.diagonal()).sum();
+    if (square < most) {
+      sum += square;
+      ++as_stated;
+    }
   }
-  EXPECT_NEAR(sum / static_cast<double>(poses.size()), 6, 1);
+  // Deviations: of the mean sqrt(12 / 1700) = 0.08, of the share sqrt(0.05 / 1700) = 0.005.
+  EXPECT_NEAR(sum / as_stated, 6, 0.3);
+  EXPECT_NEAR(as_stated / static_cast<double>(poses.size()), 0.953, 0.02);
 }
 
 TEST(VehicleRun, WeldsArePassedWhereTheyAre) {
