@@ -346,6 +346,10 @@ void EstimatorParameters::declare_use() {
   bound_->real(
       "non_holonomic.vertical_deviation", [](auto& p) -> double& { return p.vertical_deviation; },
       {0, 100}, "m/s, the same up and down");
+  bound_->real(
+      "non_holonomic.correlation", [](auto& p) -> double& { return p.lateral_correlation; },
+      {0, 1000},
+      "m of way over which it slips much the same: that it does not is used once in so much");
 }
 
 void EstimatorParameters::declare_watch(Parameters& parameters, const std::string& source,

@@ -92,7 +92,10 @@ void StateEstimator::Implementation::add_own_factors(double time) {
     smoother_.add(ZeroAngularRateMeasurement{time, window_.sums().mean_rate(),
                                              parameters_.standstill.rate_deviation});
   }
-  if (parameters_.lateral_deviation > 0) {
+  // How it slips lasts for some way, and is no news before.
+  if (parameters_.lateral_deviation > 0 &&
+      !(odom_.way() - slip_used_ < parameters_.lateral_correlation)) {
+    slip_used_ = odom_.way();
     smoother_.add(NonHolonomicMeasurement{time, parameters_.lateral_deviation,
                                           parameters_.vertical_deviation,
                                           parameters_.odometer.sensor, last_rate_});
@@ -280,6 +283,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   passed_place_.reset();
   passed_yaw_.reset();
   centre_line_used_ = std::numeric_limits<double>::quiet_NaN();
+  slip_used_ = std::numeric_limits<double>::quiet_NaN();
   claimed_weld_.reset();
   reassigned_time_ = std::numeric_limits<double>::quiet_NaN();
   contradicted_ = {};

@@ -106,6 +106,7 @@ void StateEstimatorParameters::validate() const {
   if ((lateral_deviation == 0) != (vertical_deviation == 0)) {
     throw std::invalid_argument("vertical_deviation: 0 without lateral_deviation, or that without");
   }
+  within("lateral_correlation", lateral_correlation, 0, 1000, "[0, 1000]");
   within("centre_line_deviation", centre_line_deviation, 1e-6, 100, "[1e-6, 100]");
   within("centre_line_correlation", centre_line_correlation, 0, 1000, "[0, 1000]");
   if (!tally.empty() && !centre_line) {
@@ -148,10 +149,11 @@ StateEstimatorParameters StateEstimatorParameters::crawler() {
   StateEstimatorParameters p;
   p.smoother.global_deviations.odometer_scale = 0.01;
   p.smoother.robustness[static_cast<std::size_t>(FactorKind::kOdometer)] = slipping();
-  p.lateral_deviation = 0.01;
-  p.vertical_deviation = 0.01;
+  p.lateral_deviation = 0.005;
+  p.vertical_deviation = 0.005;
+  p.lateral_correlation = 0.5;  // it weaves within a metre or so
   p.odometer.across_deviation = 0.005;
-  p.centre_line_correlation = 0.5;  // it weaves within a metre or so
+  p.centre_line_correlation = 0.5;
   p.odometer.largest_speed = 5;
   p.standstill.by_odometer = true;
   p.start.heading_from_weld = true;

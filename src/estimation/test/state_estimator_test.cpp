@@ -177,7 +177,9 @@ TEST(StateEstimator, ACrawlerStartsFromAWeldAndKeepsToItsLine) {
   const auto accepted = static_cast<std::size_t>(Outcome::kAccepted);
   EXPECT_LT(smoother.counts(FactorKind::kWeld)[accepted], 3U);
   // Of 28 m of way, each half metre.
-  EXPECT_NEAR(static_cast<double>(smoother.counts(FactorKind::kCentreLine)[accepted]), 55, 6);
+  for (const FactorKind kind : {FactorKind::kCentreLine, FactorKind::kNonHolonomic}) {
+    EXPECT_NEAR(static_cast<double>(smoother.counts(kind)[accepted]), 55, 6) << to_string(kind);
+  }
 }
 
 TEST(StateEstimator, AWeldThatIsTakenForAnotherOneIsStillOneOfTheTally) {
@@ -279,6 +281,8 @@ TEST(StateEstimator, ParametersOutOfRangeAreRefusedByName) {
               HasSubstr("no_consensus_factor"));
   EXPECT_THAT(refused([](auto& p) { p.standstill.window = 0; }), HasSubstr("standstill.window"));
   EXPECT_THAT(refused([](auto& p) { p.lateral_deviation = 0.1; }), HasSubstr("vertical_deviation"));
+  EXPECT_THAT(refused([](auto& p) { p.lateral_correlation = NAN; }),
+              HasSubstr("lateral_correlation"));
   EXPECT_THAT(refused([](auto& p) { p.centre_line_correlation = -1; }),
               HasSubstr("centre_line_correlation: -1"));
   EXPECT_THAT(refused([](auto& p) { p.tally = {1, 2}; }), HasSubstr("tally"));

@@ -234,11 +234,9 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
     p.centre_line_deviation = run.route_deviation;
     p.centre_line_correlation = run.route_correlation;
     p.tally = run.tally;
-    // The density of noise that is the same for so much way: its deviation times the root of the
-    // time that this takes. Factors of keyframes are white.
-    constexpr double kSpeed = 0.35;  // m/s
-    const double keyframes = run.route_correlation / kSpeed / p.keyframe_period;
-    p.lateral_deviation = p.vertical_deviation = kSpeed * run.crab_deviation * std::sqrt(keyframes);
+    constexpr double kSpeed = 0.35;  // m/s, about which it drives
+    p.lateral_deviation = p.vertical_deviation = kSpeed * run.crab_deviation;
+    p.lateral_correlation = run.route_correlation;
     // Errors of counting telescope: no more than that of one end is new in each increment.
     p.odometer.deviation = 0.0003;
     p.smoother.global_deviations.odometer_scale = run.odometer_scale_deviation;

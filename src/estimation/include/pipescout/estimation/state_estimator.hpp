@@ -137,9 +137,12 @@ struct StateEstimatorParameters {
   SourceWatchParameters heading{.agreeing = 5, .agreeing_time = 1, .drift_floor = 0.1};
   /// Welds are far apart: a few that agree with the way between them are enough.
   SourceWatchParameters weld{.outage = 1000, .doubt_after = 2, .agreeing = 2, .agreeing_time = 0};
-  /// Of non-holonomic factors at each keyframe; both 0: none. In {0} or [1e-6, 100].
+  /// Of non-holonomic factors; both 0: none. In {0} or [1e-6, 100].
   double lateral_deviation = 0;   ///< m/s
   double vertical_deviation = 0;  ///< m/s
+  /// m of way over which the body slips much the same: there is one such factor in so much, and
+  /// none while the body stands; 0: at each keyframe. In [0, 1000].
+  double lateral_correlation = 0;
   /// The body keeps to this line, as near as so many m per axis, in [1e-6, 100].
   std::optional<PipeCentreLine> centre_line{};
   double centre_line_deviation = 0.05;
