@@ -123,11 +123,20 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       "rad/s/sqrt(Hz)");
   bound_->real(
       "imu.gyro_scale_deviation",
-      [](auto& p) -> double& { return p.smoother.imu_noise.gyro_scale; }, {0, 0.2},
-      "share of the rate, by which its scale and its alignment may be wrong; 0: they are right");
+      [](auto& p) -> double& { return p.smoother.global_deviations.gyro_scale; }, kShare,
+      "how far the scale of an axis may be from 1; 0: it is 1");
   bound_->real(
-      "imu.turn_duration", [](auto& p) -> double& { return p.smoother.imu_noise.turn_duration; },
-      {1e-3, 1e3}, "s for which turns keep their direction: as long that share adds up");
+      "imu.gyro_misalignment_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.gyro_misalignment; }, kShare,
+      "rad, of each axis towards each of the others; 0: they are at right angles");
+  bound_->real(
+      "imu.accelerometer_scale_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.accelerometer_scale; }, kShare,
+      "as imu.gyro_scale_deviation");
+  bound_->real(
+      "imu.accelerometer_misalignment_deviation",
+      [](auto& p) -> double& { return p.smoother.global_deviations.accelerometer_misalignment; },
+      kShare, "rad, as imu.gyro_misalignment_deviation");
   bound_->real(
       "imu.accelerometer_noise",
       [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer; }, {1e-9, 1000},

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -17,31 +16,6 @@
 
 namespace pipescout::estimation {
 namespace {
-
-/// More than the times that FixedLagSmoother takes for one.
-constexpr double kLeastStep = 1e-4;  // s
-
-void require_sound(const Recording& recording) {
-  if (recording.times.empty()) {
-    throw std::invalid_argument("recording.times: there are none");
-  }
-  for (std::size_t k = 0; k < recording.times.size(); ++k) {
-    if (!std::isfinite(recording.times[k]) ||
-        (k > 0 && !(recording.times[k] > recording.times[k - 1] + kLeastStep))) {
-      throw std::invalid_argument("recording.times: " + std::to_string(recording.times[k]) +
-                                  " is not finite or not more than 1e-4 s after the last");
-    }
-  }
-  if (!recording.guesses.empty() && recording.guesses.size() != recording.times.size()) {
-    throw std::invalid_argument("recording.guesses: " + std::to_string(recording.guesses.size()) +
-                                " is neither 0 nor the number of keyframes");
-  }
-  for (const NavState& guess : recording.guesses) {
-    if (!guess.is_finite()) {
-      throw std::invalid_argument("recording.guesses: one is not finite");
-    }
-  }
-}
 
 class Watch final : public ceres::IterationCallback {
  public:
@@ -93,13 +67,14 @@ class BatchSmoother::Implementation {
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance();
 
  private:
-  /// IMU factors and all motions, with the biases of the estimate; then the problem made of them.
+  /// IMU factors and all motions, with the biases and the scale of the estimate; then the problem
+  /// made of them.
   void integrate();
   void build();
   void add_measurement(const PlacedMeasurement& measurement);
   [[nodiscard]] ImuPreintegration motion(std::size_t keyframe, double until);
   [[nodiscard]] ceres::LossFunction* loss(FactorKind kind);
-  [[nodiscard]] bool biases_have_moved() const;
+  [[nodiscard]] bool calibration_has_moved() const;
   void take_estimate();
   void report_factors();
 
@@ -110,8 +85,10 @@ class BatchSmoother::Implementation {
   ImuIntegration how_;
   std::vector<PlacedMeasurement> measurements_{};
   std::vector<int> estimated_{};  // globals
+  bool imu_scaled_ = false;       // the scale of the IMU is estimated, or known not to be one
   std::vector<NavState> states_{};
   GlobalStates globals_;
+  std::vector<ImuScale> imu_scales_{};  // with which the IMU is integrated from each keyframe on
   std::vector<ImuFactor> links_{};
 
   StateManifold state_manifold_{};
@@ -150,6 +127,8 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
       estimated_(estimated_places(parameters.global_deviations)),
       globals_(parameters.globals),
       global_manifold_(estimated_) {
+  imu_scaled_ = std::ranges::any_of(estimated_, [](int place) { return place >= kImuScale; }) ||
+                ImuScale{}.local(globals_.imu_scale).any();
   how_.coasting.gyro = parameters.coasting_angular_rate;
   how_.coasting.accelerometer = parameters.coasting_acceleration;
   static_cast<void>(PriorFactor(recording_.first, recording_.first_covariance));
@@ -160,6 +139,10 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
     losses_.push_back(one.kernel == RobustKernel::kNone
                           ? nullptr
                           : std::make_unique<KernelLoss>(one.kernel, one.width));
+  }
+  imu_scales_ = recording_.imu_scale_guesses;
+  if (imu_scales_.empty()) {
+    imu_scales_.assign(recording_.times.size(), globals_.imu_scale);
   }
   states_ = recording_.guesses;
   if (states_.empty()) {
@@ -176,9 +159,11 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
 
 ImuPreintegration BatchSmoother::Implementation::motion(std::size_t keyframe, double until) {
   const NavState& from = states_[keyframe];
-  ImuPreintegration sum(from.gyro_bias, from.accelerometer_bias);
+  ImuPreintegration sum(
+      imu_scaled_ ? ImuMotion(from.gyro_bias, from.accelerometer_bias, imu_scales_[keyframe])
+                  : ImuMotion(from.gyro_bias, from.accelerometer_bias));
   const double begin = recording_.times[keyframe];
-  if (until > begin + kLeastStep) {
+  if (until > begin + kSameTime) {
     report_.coasted += imu_.integrate(how_, from.R_map_body, begin, until, sum);
   }
   return sum;
@@ -207,8 +192,9 @@ void BatchSmoother::Implementation::add_measurement(const PlacedMeasurement& m) 
       [&](const auto& factor) {
         using Factor = std::decay_t<decltype(factor)>;
         using Cost = FactorCost<Factor>;
-        const typename Cost::Ties ties{.two_keyframes = Factor::kRelative && m.from != m.to,
-                                       .globals = kUsesGlobals<Factor> && !estimated_.empty()};
+        const typename Cost::Ties ties{
+            .two_keyframes = Factor::kRelative && m.from != m.to,
+            .globals = (kUsesGlobals<Factor> || imu_scaled_) && !estimated_.empty()};
         std::vector<double*> blocks = {state_blocks_[m.from].data()};
         if (ties.two_keyframes) {
           blocks.push_back(state_blocks_[m.to].data());
@@ -244,8 +230,13 @@ void BatchSmoother::Implementation::build() {
         nullptr, global_block_.data());
   }
   for (std::size_t k = 0; k < links_.size(); ++k) {
-    problem_->AddResidualBlock(new ImuCost(links_[k]), nullptr, state_blocks_[k].data(),
-                               state_blocks_[k + 1].data());
+    std::vector<double*> blocks = {state_blocks_[k].data(), state_blocks_[k + 1].data()};
+    const bool estimated = !estimated_.empty();
+    if (estimated && imu_scaled_) {
+      blocks.push_back(global_block_.data());
+    }
+    problem_->AddResidualBlock(new ImuCost(links_[k], parameters_.globals, estimated), nullptr,
+                               blocks);
   }
   for (const PlacedMeasurement& m : measurements_) {
     if (m.factor) {
@@ -254,13 +245,15 @@ void BatchSmoother::Implementation::build() {
   }
 }
 
-bool BatchSmoother::Implementation::biases_have_moved() const {
+bool BatchSmoother::Implementation::calibration_has_moved() const {
   constexpr double kGyro = 1e-4;           // rad/s
   constexpr double kAccelerometer = 1e-3;  // m/s^2
+  constexpr double kScale = 1e-4;
   for (std::size_t k = 0; k < links_.size(); ++k) {
     const ImuMotion& integrated = links_[k].motion();
     if ((states_[k].gyro_bias - integrated.gyro_bias()).norm() > kGyro ||
-        (states_[k].accelerometer_bias - integrated.accelerometer_bias()).norm() > kAccelerometer) {
+        (states_[k].accelerometer_bias - integrated.accelerometer_bias()).norm() > kAccelerometer ||
+        (imu_scaled_ && integrated.scale().local(globals_.imu_scale).norm() > kScale)) {
       return true;
     }
   }
@@ -292,9 +285,10 @@ const BatchReport& BatchSmoother::Implementation::solve(const BatchProgressCallb
     report_.converged = summary.termination_type == ceres::CONVERGENCE;
     report_.message = summary.message;
     if (watch.stopped() || !summary.IsSolutionUsable() ||
-        report_.reintegrations == parameters_.max_reintegrations || !biases_have_moved()) {
+        report_.reintegrations == parameters_.max_reintegrations || !calibration_has_moved()) {
       break;
     }
+    imu_scales_.assign(states_.size(), globals_.imu_scale);
     integrate();
     build();
     ++report_.reintegrations;
@@ -327,7 +321,7 @@ void BatchSmoother::Implementation::report_factors() {
     report_.factors.push_back(
         {.kind = FactorKind::kImu,
          .time = recording_.times[k + 1],
-         .chi_square = links_[k].evaluate(states_[k], states_[k + 1]).squaredNorm(),
+         .chi_square = links_[k].evaluate(states_[k], states_[k + 1], globals_).squaredNorm(),
          .degrees = ImuFactor::kRows});
   }
 }

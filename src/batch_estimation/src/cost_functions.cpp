@@ -6,9 +6,13 @@
 
 namespace pipescout::estimation {
 
-ImuCost::ImuCost(const ImuFactor& factor) : factor_(factor) {
+ImuCost::ImuCost(const ImuFactor& factor, const GlobalStates& globals, bool estimated)
+    : factor_(factor), globals_(globals), tied_(estimated && factor.motion().scaled()) {
   set_num_residuals(ImuFactor::kRows);
   mutable_parameter_block_sizes()->assign(2, kStateNumbers);
+  if (tied_) {
+    mutable_parameter_block_sizes()->push_back(kGlobalNumbers);
+  }
 }
 
 bool ImuCost::Evaluate(const double* const* parameters, double* residuals,
@@ -16,10 +20,14 @@ bool ImuCost::Evaluate(const double* const* parameters, double* residuals,
   Jacobians<ImuFactor::kRows> d;
   Eigen::Map<ImuFactor::Residual> r(residuals);
   r = factor_.evaluate(unpack_state(parameters[0]), unpack_state(parameters[1]),
+                       tied_ ? unpack_globals(parameters[2]) : globals_,
                        jacobians != nullptr ? &d : nullptr);
   if (jacobians != nullptr) {
     set_jacobian<ImuFactor::kRows, kStateSize>(d.from, jacobians[0]);
     set_jacobian<ImuFactor::kRows, kStateSize>(d.to, jacobians[1]);
+    if (tied_) {
+      set_jacobian<ImuFactor::kRows, kGlobalSize>(d.globals, jacobians[2]);
+    }
   }
   return r.allFinite();
 }

@@ -92,15 +92,19 @@ class FactorCost final : public ceres::CostFunction {
   Ties ties_;
 };
 
-/// Blocks: the keyframes at both ends.
+/// Blocks: the keyframes at both ends; the globals, when the scale of the IMU counts and they are
+/// estimated.
 class ImuCost final : public ceres::CostFunction {
  public:
-  explicit ImuCost(const ImuFactor& factor);
+  /// `globals` are those of a factor that is not tied to them; they must outlive it.
+  ImuCost(const ImuFactor& factor, const GlobalStates& globals, bool estimated);
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   ImuFactor factor_;
+  const GlobalStates& globals_;
+  bool tied_;
 };
 
 /// Block: the first keyframe.

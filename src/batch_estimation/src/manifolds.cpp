@@ -11,6 +11,8 @@ using Vector = Eigen::Map<Eigen::Vector3d>;
 using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 using Quaternion = Eigen::Map<Eigen::Quaterniond>;
 
+constexpr int kQuaternion = kGlobalNumbers - 4;  // of the rack, in the globals
+
 /// Normalised, so that the rounding of many steps does not add up.
 geometry::SO3 rotation_at(const double* numbers) {
   return geometry::SO3::from_quaternion(Eigen::Map<const Eigen::Quaterniond>(numbers).normalized());
@@ -59,7 +61,8 @@ void pack(const GlobalStates& globals, double* numbers) {
   Vector{numbers + 3} = globals.rack_position;
   Vector{numbers + 6} = globals.gps_lever_arm;
   numbers[9] = globals.gps_time_offset;
-  Quaternion{numbers + 10} = globals.R_map_rack.quaternion();
+  Eigen::Map<ImuScaleVector>(numbers + 10) = ImuScale{}.local(globals.imu_scale);
+  Quaternion{numbers + kQuaternion} = globals.R_map_rack.quaternion();
 }
 
 GlobalStates unpack_globals(const double* numbers) {
@@ -67,9 +70,10 @@ GlobalStates unpack_globals(const double* numbers) {
           .mount_yaw = numbers[1],
           .mount_pitch = numbers[2],
           .rack_position = ConstVector(numbers + 3),
-          .R_map_rack = rotation_at(numbers + 10),
+          .R_map_rack = rotation_at(numbers + kQuaternion),
           .gps_lever_arm = ConstVector(numbers + 6),
-          .gps_time_offset = numbers[9]};
+          .gps_time_offset = numbers[9],
+          .imu_scale = ImuScale{}.retract(Eigen::Map<const ImuScaleVector>(numbers + 10))};
 }
 
 bool StateManifold::Plus(const double* x, const double* delta, double* moved) const {

@@ -3,14 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 #include <type_traits>
 
 namespace pipescout::estimation {
 namespace {
 
-/// Times that differ by less are one, s; as in FixedLagSmoother.
-constexpr double kSameTime = 1e-4;
+template <class Guess>
+void require_guesses(const std::string& name, const std::vector<Guess>& guesses,
+                     std::size_t keyframes) {
+  if (!guesses.empty() && guesses.size() != keyframes) {
+    throw std::invalid_argument(name + ": " + std::to_string(guesses.size()) +
+                                " is neither 0 nor the number of keyframes");
+  }
+  if (!std::ranges::all_of(guesses, &Guess::is_finite)) {
+    throw std::invalid_argument(name + ": one is not finite");
+  }
+}
 
 template <class Measurement, class... Factors>
 auto factor_of(const std::variant<Factors...>* /*which*/, const Measurement& m) {
@@ -30,6 +41,22 @@ std::size_t keyframe_at(const std::vector<double>& times, double time) {
 }
 
 }  // namespace
+
+void require_sound(const Recording& recording) {
+  if (recording.times.empty()) {
+    throw std::invalid_argument("recording.times: there are none");
+  }
+  for (std::size_t k = 0; k < recording.times.size(); ++k) {
+    if (!std::isfinite(recording.times[k]) ||
+        (k > 0 && !(recording.times[k] > recording.times[k - 1] + kSameTime))) {
+      throw std::invalid_argument("recording.times: " + std::to_string(recording.times[k]) +
+                                  " is not finite or not more than 1e-4 s after the last");
+    }
+  }
+  require_guesses("recording.guesses", recording.guesses, recording.times.size());
+  require_guesses("recording.imu_scale_guesses", recording.imu_scale_guesses,
+                  recording.times.size());
+}
 
 PlacedMeasurement placed(const AnyMeasurement& measurement, const std::vector<double>& times) {
   return std::visit(

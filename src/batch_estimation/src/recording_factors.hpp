@@ -11,6 +11,12 @@
 
 namespace pipescout::estimation {
 
+/// Times that differ by less are one, s; as in FixedLagSmoother.
+inline constexpr double kSameTime = 1e-4;
+
+/// Throws std::invalid_argument as BatchSmoother says of recordings.
+void require_sound(const Recording& recording);
+
 /// A measurement of a recording as a factor of keyframes, or why it is none.
 struct PlacedMeasurement {
   FactorReport report{};  // chi-square and weight are for later

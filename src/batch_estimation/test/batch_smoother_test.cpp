@@ -42,15 +42,17 @@ FixedLagSmootherParameters without_end(FixedLagSmootherParameters parameters) {
                                 .accelerometer_bias = 1e-9,
                                 .odometer_scale = 1e-9,
                                 .mount = 1e-9,
-                                .gps_time_offset = 1e-9};
+                                .gps_time_offset = 1e-9,
+                                .imu_scale = 1e-9};
   return parameters;
 }
 
-/// Feeds a recording to a smoother, keyframe by keyframe. `guesses` of the recording become the
-/// states when the next keyframe came: the IMU was integrated with their biases.
+/// Feeds a recording to a smoother, keyframe by keyframe. The guesses of the recording become the
+/// states and the scale of the IMU when the next keyframe came, with which it was integrated.
 void feed(FixedLagSmoother& smoother, Recording& recording) {
   smoother.initialise(recording.times[0], recording.first, recording.first_covariance);
   recording.guesses.clear();
+  recording.imu_scale_guesses.clear();
   std::size_t next = 0;
   for (const double time : recording.times) {
     for (; next < recording.imu.size() && recording.imu[next].time < time - 1e-6; ++next) {
@@ -73,6 +75,7 @@ void feed(FixedLagSmoother& smoother, Recording& recording) {
     }
     ASSERT_EQ(smoother.update(time).reset, ResetReason::kNone);
     recording.guesses.push_back(smoother.state(smoother.keyframes() - 1));
+    recording.imu_scale_guesses.push_back(smoother.globals().imu_scale);
   }
   for (int i = 0; i < 10 && !smoother.update(recording.times.back()).converged; ++i) {
   }
@@ -167,8 +170,15 @@ TEST(BatchSmootherTest, AgreesWithTheSmootherOverAFlight) {
   truth.rack_position = Vector3d(0.3, -0.2, 0.1);
   truth.R_map_rack = SO3::from_roll_pitch_yaw({0.02, -0.03, 0.1});
   truth.gps_lever_arm = Vector3d(0.3, -0.2, 0.5);
+  truth.imu_scale = test::wrong_scale();
   FixedLagSmootherParameters parameters = without_end(test::flight_parameters());
-  parameters.global_deviations = {.rack_position = 1, .rack_rotation = 0.3, .gps_lever_arm = 0.5};
+  parameters.global_deviations = {.rack_position = 1,
+                                  .rack_rotation = 0.3,
+                                  .gps_lever_arm = 0.5,
+                                  .gyro_scale = 0.02,
+                                  .gyro_misalignment = 0.01,
+                                  .accelerometer_scale = 0.01,
+                                  .accelerometer_misalignment = 0.01};
   expect_agreement("flight", recording_of(SimulatedFlight(1, 50, truth)), parameters);
 }
 
@@ -187,14 +197,19 @@ TEST(BatchSmootherTest, AgreesWithTheSmootherOverADriveBetweenKeyframes) {
   truth.odometer_scale = 1.03;
   truth.mount_yaw = 0.04;
   truth.gps_time_offset = 0.05;
+  truth.imu_scale = test::wrong_scale();
   SimulatedDrive drive(3, 60, truth, Vector3d(-0.8, 0.3, -0.4));
   for (std::size_t k = 1; k < drive.truth.size(); ++k) {
     drive.non_holonomic[k].time -= 0.03;
     drive.non_holonomic[k].lateral_deviation = 0.2;
   }
   FixedLagSmootherParameters parameters = without_end(test::drive_parameters());
-  parameters.global_deviations = {
-      .odometer_scale = 0.05, .mount_yaw = 0.05, .mount_pitch = 0.05, .gps_time_offset = 0.1};
+  parameters.global_deviations = {.odometer_scale = 0.05,
+                                  .mount_yaw = 0.05,
+                                  .mount_pitch = 0.05,
+                                  .gps_time_offset = 0.1,
+                                  .gyro_scale = 0.02,
+                                  .accelerometer_misalignment = 0.01};
   expect_agreement("drive", recording_of(drive, false), parameters);
 }
 
@@ -206,6 +221,7 @@ TEST(BatchSmootherTest, FindsTheCalibrationOfADrive) {
   truth.gps_time_offset = 0.05;
   truth.rack_position = Vector3d(12, -7, 1);
   truth.R_map_rack = SO3::from_roll_pitch_yaw({0.01, -0.02, 0.3});
+  truth.imu_scale = test::wrong_scale();
   const SimulatedDrive drive(4, 600, truth, Vector3d(-0.8, 0.3, -0.4));
   FixedLagSmootherParameters parameters = test::drive_parameters();
   parameters.globals.rack_position = Vector3d(10, -5, 0);
@@ -215,7 +231,11 @@ TEST(BatchSmootherTest, FindsTheCalibrationOfADrive) {
                                   .rack_position = 5,
                                   .rack_rotation = 0.5,
                                   .gps_lever_arm = 1,
-                                  .gps_time_offset = 0.2};
+                                  .gps_time_offset = 0.2,
+                                  .gyro_scale = 0.02,
+                                  .gyro_misalignment = 0.01,
+                                  .accelerometer_scale = 0.01,
+                                  .accelerometer_misalignment = 0.01};
   // It begins where the smoother was at the time: the IMU alone is hundreds of metres away at the
   // end, and finds a robot that drives backwards.
   Recording recording = recording_of(drive, true);
@@ -428,6 +448,13 @@ TEST(BatchSmootherTest, ParametersAndRecordingsAreValidated) {
   EXPECT_THAT(refused([](auto&, auto& r) { r.times[2] = r.times[1]; }),
               testing::HasSubstr("times"));
   EXPECT_THAT(refused([](auto&, auto& r) { r.guesses.resize(2); }), testing::HasSubstr("guesses"));
+  EXPECT_THAT(refused([](auto&, auto& r) { r.imu_scale_guesses.resize(2); }),
+              testing::HasSubstr("imu_scale_guesses"));
+  EXPECT_THAT(refused([](auto&, auto& r) {
+                r.imu_scale_guesses.resize(r.times.size());
+                r.imu_scale_guesses[1].gyro(0, 0) = std::nan("");
+              }),
+              testing::HasSubstr("imu_scale_guesses"));
   EXPECT_THAT(refused([](auto&, auto& r) { r.first_covariance.setZero(); }),
               testing::HasSubstr("covariance"));
 }

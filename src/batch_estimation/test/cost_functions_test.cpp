@@ -86,10 +86,14 @@ class CostFunctionsTest : public testing::TestWithParam<std::uint64_t> {
             .rack_position = vector(2),
             .R_map_rack = geometry::SO3::exp(vector(0.5)),
             .gps_lever_arm = vector(1),
-            .gps_time_offset = draw(0.1)};
+            .gps_time_offset = draw(0.1),
+            .imu_scale = scale()};
+  }
+  ImuScale scale() {
+    return ImuScale{}.retract(ImuScaleVector::NullaryExpr([&] { return draw(0.05); }));
   }
   ImuPreintegration motion() {
-    ImuPreintegration sum;
+    ImuPreintegration sum(ImuMotion(vector(0.02), vector(0.1), scale()));
     for (int i = 0; i < 5; ++i) {
       sum.integrate(vector(0.5), vector(2) + Vector3d(0, 0, 9.81), 0.01, {});
     }
@@ -110,7 +114,8 @@ class CostFunctionsTest : public testing::TestWithParam<std::uint64_t> {
   std::mt19937_64 engine_{GetParam()};
   StateManifold states_;
   GlobalManifold some_globals_{{kOdometerScale, kMountYaw, kRackRotation, kRackRotation + 1,
-                                kRackRotation + 2, kGpsLeverArm + 1, kGpsTimeOffset}};
+                                kRackRotation + 2, kGpsLeverArm + 1, kGpsTimeOffset, kImuScale,
+                                kImuScale + 5, kImuScale + 8, kImuScale + 10, kImuScale + 15}};
 };
 
 TEST_P(CostFunctionsTest, BetweenKeyframes) {
@@ -124,6 +129,8 @@ TEST_P(CostFunctionsTest, BetweenKeyframes) {
   expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none,
                                                 {.two_keyframes = true, .globals = true}),
                      {block(state()), block(state()), block(globals())});
+  expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none, {.globals = true}),
+                     {block(state()), block(globals())});
   expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none, {}),
                      {block(state())});
 }
@@ -136,6 +143,14 @@ TEST_P(CostFunctionsTest, OfOneTime) {
   const GlobalStates none;
   expect_derivatives(FactorCost<GpsFactor>(gps, motions(), 9.81, none, {.globals = true}),
                      {block(state()), block(globals())});
+  const NonHolonomicFactor rolling({.time = 0,
+                                    .lateral_deviation = 0.1,
+                                    .vertical_deviation = 0.2,
+                                    .sensor = vector(0.5),
+                                    .angular_rate = vector(0.5)});
+  expect_derivatives(
+      FactorCost<NonHolonomicFactor>(rolling, motions(), 9.81, none, {.globals = true}),
+      {block(state()), block(globals())});
   const VisualPoseFactor pose({.time = 0,
                                .T_rack_body = geometry::SE3(geometry::SO3(), vector(1)),
                                .covariance = 0.01 * geometry::Matrix6d::Identity()});
@@ -149,12 +164,16 @@ TEST_P(CostFunctionsTest, OfTheImuAndOfWhatIsKnownBeforehand) {
   const NavState to = sum.motion().propagate(from, 9.81).retract(StateVector::NullaryExpr([&] {
     return draw(1e-3);
   }));
-  expect_derivatives(ImuCost(ImuFactor(sum, 9.81)), {block(from), block(to)});
+  const GlobalStates none;
+  expect_derivatives(ImuCost(ImuFactor(sum, 9.81), none, true),
+                     {block(from), block(to), block(globals())});
+  expect_derivatives(ImuCost(ImuFactor(sum, 9.81), none, false), {block(from), block(to)});
   expect_derivatives(PriorCost(PriorFactor(state(), 0.01 * StateMatrix::Identity())),
                      {block(state())});
   expect_derivatives(GlobalPriorCost(globals(), GlobalVector::Constant(0.3),
                                      {kOdometerScale, kMountYaw, kRackRotation, kRackRotation + 1,
-                                      kRackRotation + 2, kGpsLeverArm + 1, kGpsTimeOffset}),
+                                      kRackRotation + 2, kGpsLeverArm + 1, kGpsTimeOffset,
+                                      kImuScale, kImuScale + 5, kImuScale + 10}),
                      {block(globals())});
 }
 

@@ -133,17 +133,24 @@ NonHolonomicFactor::Residual NonHolonomicFactor::evaluate(const NavState& x,
                                                           Derivatives* derivatives) const {
   const DirectionOfTravel travel(globals);
   const Vector3d origin = x.R_map_body.inverse() * x.velocity;
-  const Vector3d in_body =
-      origin + (measurement_.angular_rate - x.gyro_bias).cross(measurement_.sensor);
+  const Vector3d unscaled = measurement_.angular_rate - x.gyro_bias;
+  const Matrix3d& scale = globals.imu_scale.gyro;
+  const Vector3d in_body = origin + (scale * unscaled).cross(measurement_.sensor);
   if (derivatives != nullptr) {
     const auto across = [&](const Matrix3d& m) { return (whitening_ * m.bottomRows<2>()).eval(); };
     derivatives->from.middleCols<3>(kRotation) = across(travel.R_travel_body * skew(origin));
     derivatives->from.middleCols<3>(kVelocity) =
         across(travel.R_travel_body * x.R_map_body.matrix().transpose());
     derivatives->from.middleCols<3>(kGyroBias) =
-        across(travel.R_travel_body * skew(measurement_.sensor));
+        across(travel.R_travel_body * skew(measurement_.sensor) * scale);
     derivatives->globals.col(kMountYaw) = whitening_ * (travel.by_yaw * in_body).tail<2>();
     derivatives->globals.col(kMountPitch) = whitening_ * (travel.by_pitch * in_body).tail<2>();
+    const Eigen::Matrix<double, 2, 3> by_rate =
+        across(-travel.R_travel_body * skew(measurement_.sensor));
+    for (int row = 0; row < 3; ++row) {
+      derivatives->globals.middleCols<3>(kImuScale + 3 * row) =
+          by_rate.col(row) * unscaled.transpose();
+    }
   }
   return whitening_ * (travel.R_travel_body * in_body).tail<2>();
 }

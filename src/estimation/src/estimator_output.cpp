@@ -24,7 +24,8 @@ std::optional<Estimate> StateEstimator::Implementation::estimate() const noexcep
   estimate.in_map = in_map();
   estimate.state = now->state;
   if (phase_ != Phase::kCoasting) {
-    estimate.angular_rate = last_rate_ - now->state.gyro_bias;
+    estimate.angular_rate =
+        smoother_.globals().imu_scale.gyro * (last_rate_ - now->state.gyro_bias);
   }
   estimate.T_odom_body = odom_.smooth(now->time, now->state);
   if (!estimate.in_map) {

@@ -10,10 +10,16 @@
 namespace pipescout::estimation {
 
 GlobalVector GlobalDeviations::tangent() const {
+  const auto by_rows = [](double scale, double misalignment) {
+    Eigen::Matrix<double, 9, 1> rows = Eigen::Matrix<double, 9, 1>::Constant(misalignment);
+    rows[0] = rows[4] = rows[8] = scale;
+    return rows;
+  };
   GlobalVector all;
   all << odometer_scale, mount_yaw, mount_pitch, Eigen::Vector3d::Constant(rack_position),
       Eigen::Vector3d::Constant(rack_rotation), Eigen::Vector3d::Constant(gps_lever_arm),
-      gps_time_offset;
+      gps_time_offset, by_rows(gyro_scale, gyro_misalignment),
+      by_rows(accelerometer_scale, accelerometer_misalignment);
   return all;
 }
 
@@ -28,6 +34,10 @@ void GlobalDeviations::validate() const {
   deviation("global_deviations.rack_rotation", rack_rotation);
   deviation("global_deviations.gps_lever_arm", gps_lever_arm);
   deviation("global_deviations.gps_time_offset", gps_time_offset);
+  deviation("global_deviations.gyro_scale", gyro_scale);
+  deviation("global_deviations.gyro_misalignment", gyro_misalignment);
+  deviation("global_deviations.accelerometer_scale", accelerometer_scale);
+  deviation("global_deviations.accelerometer_misalignment", accelerometer_misalignment);
 }
 
 std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
@@ -81,6 +91,7 @@ void FixedLagSmootherParameters::validate() const {
   within("relinearisation.odometer_scale", relinearisation.odometer_scale, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.mount", relinearisation.mount, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.gps_time_offset", relinearisation.gps_time_offset, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.imu_scale", relinearisation.imu_scale, 1e-9, 1, "[1e-9, 1]");
   within("max_iterations", max_iterations, 1, 100, "[1, 100]");
 }
 

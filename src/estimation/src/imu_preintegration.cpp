@@ -14,9 +14,6 @@ using Eigen::Vector3d;
 using geometry::skew;
 using geometry::SO3;
 
-constexpr int kGyro = 0;  // columns of a BiasJacobian
-constexpr int kAccelerometer = 3;
-
 /// One sample's rotation and velocity, and what they depend on.
 struct SampleMotion {
   SO3 rotation;
@@ -42,13 +39,41 @@ SampleMotion sample_motion(const SO3& before, const Vector3d& rate, const Vector
           .velocity_by_force = duration * middle};
 }
 
+/// Derivatives by the rate and the force become those by what is measured of them.
+void take_as_measured(const ImuScale& scale, SampleMotion& sample) {
+  sample.rotation_by_rate *= scale.gyro;
+  sample.velocity_by_rate *= scale.gyro;
+  sample.velocity_by_force *= scale.accelerometer;
+}
+
+/// From a derivative by a rate or a force to that by its scale; `unscaled` is what is multiplied.
+Eigen::Matrix<double, 3, 9> by_scale(const Matrix3d& derivative, const Vector3d& unscaled) {
+  Eigen::Matrix<double, 3, 9> result;
+  for (int row = 0; row < 3; ++row) {
+    result.middleCols<3>(3 * row) = derivative.col(row) * unscaled.transpose();
+  }
+  return result;
+}
+
+/// The derivatives of a motion, [position; rotation; velocity], after one more sample, whose own
+/// rotation and velocity change as said.
+template <int N>
+void advance(const SampleMotion& sample, double duration,
+             const Eigen::Matrix<double, 3, N>& rotation_by,
+             const Eigen::Matrix<double, 3, N>& velocity_by, Eigen::Matrix<double, 9, N>& motion) {
+  auto position = motion.template topRows<3>();
+  auto rotation = motion.template middleRows<3>(3);
+  auto velocity = motion.template bottomRows<3>();
+  const Eigen::Matrix<double, 3, N> gained = sample.velocity_by_before * rotation + velocity_by;
+  position += duration * velocity + 0.5 * duration * gained;
+  velocity += gained;
+  rotation = (sample.rotation.matrix().transpose() * rotation + rotation_by).eval();
+}
+
 }  // namespace
 
 void ImuNoise::validate() const {
   require("imu_noise.gyro", gyro, gyro >= 1e-9 && gyro <= 10, "[1e-9, 10]");
-  require("imu_noise.gyro_scale", gyro_scale, gyro_scale >= 0 && gyro_scale <= 0.2, "[0, 0.2]");
-  require("imu_noise.turn_duration", turn_duration, turn_duration >= 1e-3 && turn_duration <= 1e3,
-          "[1e-3, 1e3]");
   require("imu_noise.accelerometer", accelerometer, accelerometer >= 1e-9 && accelerometer <= 1000,
           "[1e-9, 1000]");
   require("imu_noise.gyro_bias", gyro_bias, gyro_bias >= 1e-9 && gyro_bias <= 1, "[1e-9, 1]");
@@ -60,19 +85,25 @@ void ImuNoise::validate() const {
 
 void ImuMotion::integrate(const Vector3d& angular_rate, const Vector3d& specific_force,
                           double duration) {
-  const SampleMotion sample = sample_motion(rotation_, angular_rate - gyro_bias_,
-                                            specific_force - accelerometer_bias_, duration);
-  auto by_position = bias_jacobian_.topRows<3>();
-  auto by_rotation = bias_jacobian_.middleRows<3>(3);
-  auto by_velocity = bias_jacobian_.bottomRows<3>();
-
-  Eigen::Matrix<double, 3, 6> velocity_change = sample.velocity_by_before * by_rotation;
-  velocity_change.middleCols<3>(kGyro) -= sample.velocity_by_rate;
-  velocity_change.middleCols<3>(kAccelerometer) -= sample.velocity_by_force;
-  by_position += duration * by_velocity + 0.5 * duration * velocity_change;
-  by_velocity += velocity_change;
-  by_rotation = (sample.rotation.matrix().transpose() * by_rotation).eval();
-  by_rotation.middleCols<3>(kGyro) -= sample.rotation_by_rate;
+  const Vector3d rate = angular_rate - gyro_bias_;
+  const Vector3d force = specific_force - accelerometer_bias_;
+  SampleMotion sample =
+      scaled_ ? sample_motion(rotation_, scale_.gyro * rate, scale_.accelerometer * force, duration)
+              : sample_motion(rotation_, rate, force, duration);
+  if (scaled_) {
+    Eigen::Matrix<double, 3, kImuScaleSize> rotation_by;
+    Eigen::Matrix<double, 3, kImuScaleSize> velocity_by;
+    rotation_by << by_scale(sample.rotation_by_rate, rate), Eigen::Matrix<double, 3, 9>::Zero();
+    velocity_by << by_scale(sample.velocity_by_rate, rate),
+        by_scale(sample.velocity_by_force, force);
+    advance(sample, duration, rotation_by, velocity_by, scale_jacobian_);
+    take_as_measured(scale_, sample);
+  }
+  Eigen::Matrix<double, 3, 6> rotation_by;
+  Eigen::Matrix<double, 3, 6> velocity_by;
+  rotation_by << -sample.rotation_by_rate, Matrix3d::Zero();
+  velocity_by << -sample.velocity_by_rate, -sample.velocity_by_force;
+  advance(sample, duration, rotation_by, velocity_by, bias_jacobian_);
 
   position_ += duration * (velocity_ + 0.5 * sample.velocity);
   velocity_ += sample.velocity;
@@ -80,11 +111,20 @@ void ImuMotion::integrate(const Vector3d& angular_rate, const Vector3d& specific
   duration_ += duration;
 }
 
-NavState ImuMotion::propagate(const NavState& start, double gravity,
-                              StateMatrix* derivative) const {
+Eigen::Matrix<double, 9, 1> ImuMotion::correction(const NavState& start,
+                                                  const ImuScale& scale) const {
   Eigen::Matrix<double, 6, 1> bias_change;
   bias_change << start.gyro_bias - gyro_bias_, start.accelerometer_bias - accelerometer_bias_;
-  const Eigen::Matrix<double, 9, 1> correction = bias_jacobian_ * bias_change;
+  Eigen::Matrix<double, 9, 1> sum = bias_jacobian_ * bias_change;
+  if (scaled_) {
+    sum += scale_jacobian_ * scale_.local(scale);
+  }
+  return sum;
+}
+
+NavState ImuMotion::propagate(const NavState& start, const ImuScale& scale, double gravity,
+                              StateMatrix* derivative, ScaleJacobian* by_scale) const {
+  const Eigen::Matrix<double, 9, 1> correction = this->correction(start, scale);
   const Vector3d moved = position_ + correction.head<3>();
   const Vector3d turn = correction.segment<3>(3);
   const SO3 turned = rotation_ * SO3::exp(turn);
@@ -108,14 +148,26 @@ NavState ImuMotion::propagate(const NavState& start, double gravity,
     d.block<3, 3>(kVelocity, kRotation) = -r * skew(gained);
     d.block<3, 6>(kVelocity, kGyroBias) = r * bias_jacobian_.bottomRows<3>();
   }
+  if (by_scale != nullptr && scaled_) {
+    by_scale->topRows<3>() = r * scale_jacobian_.topRows<3>();
+    by_scale->middleRows<3>(3) = SO3::right_jacobian(turn) * scale_jacobian_.middleRows<3>(3);
+    by_scale->bottomRows<3>() = r * scale_jacobian_.bottomRows<3>();
+  }
   return end;
 }
 
 void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& specific_force,
                                   double duration, const ImuNoise& noise) {
-  const Vector3d rate = angular_rate - motion_.gyro_bias();
-  const SampleMotion sample = sample_motion(
-      motion_.rotation(), rate, specific_force - motion_.accelerometer_bias(), duration);
+  Vector3d rate = angular_rate - motion_.gyro_bias();
+  Vector3d force = specific_force - motion_.accelerometer_bias();
+  if (motion_.scaled()) {
+    rate = (motion_.scale().gyro * rate).eval();
+    force = (motion_.scale().accelerometer * force).eval();
+  }
+  SampleMotion sample = sample_motion(motion_.rotation(), rate, force, duration);
+  if (motion_.scaled()) {
+    take_as_measured(motion_.scale(), sample);
+  }
   // The transition is the identity but for these rows, by rotation, velocity and biases.
   Eigen::Matrix<double, 3, 9> of_velocity;  // by rotation, gyro bias, accelerometer bias
   of_velocity << sample.velocity_by_before, -sample.velocity_by_rate, -sample.velocity_by_force;
@@ -139,9 +191,7 @@ void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& 
   transition(covariance_);
 
   // Noise of the rate and of the force acts as an error of the biases does during this sample.
-  const double scale_variance =
-      noise.gyro_scale * noise.gyro_scale * rate.squaredNorm() * noise.turn_duration;
-  const double rate_variance = (noise.gyro * noise.gyro + scale_variance) / duration;
+  const double rate_variance = noise.gyro * noise.gyro / duration;
   const double force_variance = noise.accelerometer * noise.accelerometer / duration;
   Eigen::Matrix<double, 9, 6> by_noise;
   by_noise << 0.5 * duration * sample.velocity_by_rate, 0.5 * duration * sample.velocity_by_force,
@@ -168,11 +218,9 @@ ImuFactor::ImuFactor(const ImuPreintegration& preintegration, double gravity)
 }
 
 ImuFactor::Residual ImuFactor::evaluate(const NavState& from, const NavState& to,
+                                        const GlobalStates& globals,
                                         Jacobians<kRows>* jacobians) const {
-  Eigen::Matrix<double, 6, 1> bias_change;
-  bias_change << from.gyro_bias - motion_.gyro_bias(),
-      from.accelerometer_bias - motion_.accelerometer_bias();
-  const Eigen::Matrix<double, 9, 1> correction = motion_.bias_jacobian() * bias_change;
+  const Eigen::Matrix<double, 9, 1> correction = motion_.correction(from, globals.imu_scale);
   const Vector3d turn = correction.segment<3>(3);
   const double duration = motion_.duration();
   const Vector3d fall(0, 0, -gravity_ * duration);
@@ -201,9 +249,9 @@ ImuFactor::Residual ImuFactor::evaluate(const NavState& from, const NavState& to
     i.block<3, 6>(kPosition, kGyroBias) = -motion_.bias_jacobian().topRows<3>();
     j.block<3, 3>(kPosition, kPosition) = to_body;
     i.block<3, 3>(kRotation, kRotation) = -inverse * between.matrix().transpose();
-    i.block<3, 6>(kRotation, kGyroBias) = -inverse * SO3::exp(angle).matrix().transpose() *
-                                          SO3::right_jacobian(turn) *
-                                          motion_.bias_jacobian().middleRows<3>(3);
+    const Matrix3d by_turn =
+        -inverse * SO3::exp(angle).matrix().transpose() * SO3::right_jacobian(turn);
+    i.block<3, 6>(kRotation, kGyroBias) = by_turn * motion_.bias_jacobian().middleRows<3>(3);
     j.block<3, 3>(kRotation, kRotation) = inverse;
     i.block<3, 3>(kVelocity, kRotation) = skew(gained);
     i.block<3, 3>(kVelocity, kVelocity) = -to_body;
@@ -213,6 +261,12 @@ ImuFactor::Residual ImuFactor::evaluate(const NavState& from, const NavState& to
     j.block<6, 6>(kGyroBias, kGyroBias).diagonal().setConstant(1);
     i = (square_root_information_ * i).eval();
     j = (square_root_information_ * j).eval();
+    if (motion_.scaled()) {
+      ImuMotion::ScaleJacobian by_scale = -motion_.scale_jacobian();
+      by_scale.middleRows<3>(3) = by_turn * motion_.scale_jacobian().middleRows<3>(3);
+      jacobians->globals.middleCols<kImuScaleSize>(kImuScale) =
+          square_root_information_.leftCols<9>() * by_scale;
+    }
   }
   return square_root_information_ * r;
 }

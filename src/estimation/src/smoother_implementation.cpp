@@ -35,6 +35,8 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
       global_information_[i] = 1 / (deviations[i] * deviations[i]);
     }
   }
+  imu_scaled_ = deviations.segment<kImuScaleSize>(kImuScale).any() ||
+                ImuScale{}.local(parameters.globals.imu_scale).any();
   given_globals_ = globals_ = linear_globals_ = parameters.globals;
   given_information_ = global_information_;
 }
@@ -86,13 +88,16 @@ void FixedLagSmoother::Implementation::begin(double time, const NavState& mean,
   globals_ = linear_globals_ = parameters_.globals;
   global_delta_.setZero();
   linearised_global_delta_.setZero();
-  globals_bound_ = false;
+  bound_ = true;
+  for (const int place : estimated_) {
+    bound_[place] = false;
+  }
   linearise_prior();
   linearise_clique(0);
   eliminated_ = 0;
   // A prior is regular: this cannot fail.
   static_cast<void>(eliminate_chain(0));
-  ahead_ = ImuPreintegration(mean.gyro_bias, mean.accelerometer_bias);
+  ahead_ = no_motion(mean, globals_.imu_scale);
   ahead_time_ = time;
   report_ = UpdateReport{.initialised = true, .factors = std::move(report_.factors)};
 }
@@ -111,13 +116,27 @@ void FixedLagSmoother::Implementation::reset(ResetReason reason) noexcept {
   report_.initialised = false;
 }
 
+void FixedLagSmoother::Implementation::bind_globals(const Clique& clique) {
+  for (Eigen::Index i = 0; i < clique.own.corner.cols(); ++i) {
+    if (clique.own.corner.col(i).isZero(0) && clique.link_border.col(i).isZero(0)) {
+      continue;
+    }
+    // The IMU tells of its scale from the first keyframe on, of the rest other sensors do, which
+    // may come much later.
+    const int place = estimated_[static_cast<std::size_t>(i)];
+    if (place < kImuScale) {
+      bound_.head<kImuScale>() = true;
+    } else {
+      bound_[place] = true;
+    }
+  }
+}
+
 void FixedLagSmoother::Implementation::drop_oldest() {
   while (count_ > 2 && (newest().time - keyframe(0).time > parameters_.lag + kSameTime ||
                         count_ == ring_.size())) {
     Keyframe& oldest = keyframe(0);
-    if (!oldest.clique.own.corner.isZero(0) || !oldest.clique.link_border.isZero(0)) {
-      globals_bound_ = true;
-    }
+    bind_globals(oldest.clique);
     // What its elimination has left to the next is the Schur complement.
     oldest.factors.clear();
     oldest.link.reset();
@@ -161,7 +180,7 @@ void FixedLagSmoother::Implementation::update(double time) noexcept {
     }
     note_fresh();
     drop_oldest();
-    ahead_ = ImuPreintegration(newest().estimate.gyro_bias, newest().estimate.accelerometer_bias);
+    ahead_ = no_motion(newest().estimate, globals_.imu_scale);
     ahead_time_ = newest().time;
     if (!imu_.empty() && imu_.end() > ahead_time_) {
       carry_ahead(imu_.end());

@@ -63,6 +63,10 @@ struct Keyframe {
   bool dirty = true;  // `clique` is not that of the factors
 };
 
+/// Transposed derivatives of N numbers by the globals that are estimated.
+template <int N>
+using GlobalRows = Eigen::Matrix<double, Eigen::Dynamic, N, 0, kGlobalSize, N>;
+
 class FixedLagSmoother::Implementation {
  public:
   explicit Implementation(const FixedLagSmootherParameters& parameters);
@@ -111,6 +115,8 @@ class FixedLagSmoother::Implementation {
   void note_fresh();
   [[nodiscard]] FactorReport report_of(const PlacedFactor& factor) const;
   [[nodiscard]] std::size_t keyframe_at(double time) const noexcept;
+  /// A motion that begins at `start`, of no duration yet.
+  [[nodiscard]] ImuPreintegration no_motion(const NavState& start, const ImuScale& scale) const;
   [[nodiscard]] ImuMotion motion_to(std::size_t keyframe, double time) const;
   /// The chi-square of its difference from what is known without it; infinite when that cannot be
   /// told.
@@ -120,6 +126,8 @@ class FixedLagSmoother::Implementation {
   /// Returns the time of which the IMU says nothing.
   double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
   void drop_oldest();
+  /// Those that a clique which leaves has tied to others.
+  void bind_globals(const Clique& clique);
   void carry_ahead(double until);
 
   // smoother_linearise.cpp
@@ -161,8 +169,7 @@ class FixedLagSmoother::Implementation {
   /// transposed derivatives by both.
   template <int N>
   [[nodiscard]] Eigen::Matrix<double, N, N> covariance_of(
-      std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state,
-      Eigen::Matrix<double, Eigen::Dynamic, N, 0, kGlobalSize, N> by_globals) const;
+      std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state, GlobalRows<N> by_globals) const;
 
   FixedLagSmootherParameters parameters_;
   std::array<double, kFactorKinds> gates_{};  // chi-squares
@@ -189,7 +196,10 @@ class FixedLagSmoother::Implementation {
   GlobalVector given_information_ = GlobalVector::Zero();
 
   std::optional<PriorFactor> prior_{};  // until the first keyframe has left
-  bool globals_bound_ = false;          // a factor with globals has left
+  // Which globals keep the place where they are linearised: a factor of theirs has left, or they
+  // are not estimated.
+  Eigen::Array<bool, kGlobalSize, 1> bound_ = Eigen::Array<bool, kGlobalSize, 1>::Constant(false);
+  bool imu_scaled_ = false;  // the scale of the IMU is estimated, or known not to be one
 
   // For steps that are taken back.
   std::vector<StateVector> old_deltas_{};
@@ -201,8 +211,7 @@ class FixedLagSmoother::Implementation {
 
 template <int N>
 Eigen::Matrix<double, N, N> FixedLagSmoother::Implementation::covariance_of(
-    std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state,
-    Eigen::Matrix<double, Eigen::Dynamic, N, 0, kGlobalSize, N> by_globals) const {
+    std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state, GlobalRows<N> by_globals) const {
   // With the root R of all the information, R^T R, it is |R^-T J^T|^2: one forward substitution
   // along the chain from the keyframe on.
   Eigen::Matrix<double, N, N> sum = Eigen::Matrix<double, N, N>::Zero();

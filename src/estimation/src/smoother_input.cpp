@@ -162,9 +162,17 @@ double FixedLagSmoother::Implementation::integrate(const NavState& start, double
   return imu_.integrate(parameters_.imu_integration(), start.R_map_body, begin, end, sum);
 }
 
+ImuPreintegration FixedLagSmoother::Implementation::no_motion(const NavState& start,
+                                                              const ImuScale& scale) const {
+  return ImuPreintegration(imu_scaled_ ? ImuMotion(start.gyro_bias, start.accelerometer_bias, scale)
+                                       : ImuMotion(start.gyro_bias, start.accelerometer_bias));
+}
+
 ImuMotion FixedLagSmoother::Implementation::motion_to(std::size_t k, double time) const {
   const Keyframe& from = keyframe(k);
-  ImuPreintegration sum(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  // As the link that it is part of: while an update places its measurements the estimate moves.
+  ImuPreintegration sum =
+      no_motion(from.estimate, from.link ? from.link->motion().scale() : globals_.imu_scale);
   if (time > from.time + kSameTime) {
     integrate(from.estimate, from.time, time, sum);
   }
@@ -173,7 +181,7 @@ ImuMotion FixedLagSmoother::Implementation::motion_to(std::size_t k, double time
 
 void FixedLagSmoother::Implementation::append_keyframe(double time) {
   Keyframe& from = newest();
-  ImuPreintegration link(from.estimate.gyro_bias, from.estimate.accelerometer_bias);
+  ImuPreintegration link = no_motion(from.estimate, globals_.imu_scale);
   report_.coasted = integrate(from.estimate, from.time, time, link);
   from.link.emplace(link, parameters_.gravity);
   from.dirty = true;

@@ -90,10 +90,7 @@ void FixedLagSmoother::Implementation::linearise_prior() {
     in.h = d.from.transpose() * d.from;
     in.b = -d.from.transpose() * r;
   }
-  if (globals_bound_ || globals == 0) {
-    return;
-  }
-  // Nothing but their own prior is known of the globals, so that it can be taken anew.
+  // Of those that are not bound nothing but their own prior is known, so that it can be taken anew.
   Eigen::Matrix<double, kGlobalSize, kGlobalSize> d =
       Eigen::Matrix<double, kGlobalSize, kGlobalSize>::Identity();
   const GlobalVector there = parameters_.globals.local(linear_globals_);
@@ -101,15 +98,22 @@ void FixedLagSmoother::Implementation::linearise_prior() {
       geometry::SO3::right_jacobian_inverse(there.segment<3>(kRackRotation));
   const GlobalVector r = parameters_.globals.local(globals_) - d * global_delta_;
   for (int i = 0; i < globals; ++i) {
-    const GlobalVector row = d.row(estimated_[static_cast<std::size_t>(i)]);
-    const CornerVector part = estimated_part(row);
-    const double information = global_information_[estimated_[static_cast<std::size_t>(i)]];
-    if (i == 0) {
-      in.corner.setZero();
-      in.corner_b.setZero();
+    if (!bound_[estimated_[static_cast<std::size_t>(i)]]) {
+      in.corner.row(i).setZero();
+      in.corner.col(i).setZero();
+      in.corner_b[i] = 0;
     }
+  }
+  for (int i = 0; i < globals; ++i) {
+    const int place = estimated_[static_cast<std::size_t>(i)];
+    if (bound_[place]) {
+      continue;
+    }
+    const GlobalVector row = d.row(place);
+    const CornerVector part = estimated_part(row);
+    const double information = global_information_[place];
     in.corner += information * part * part.transpose();
-    in.corner_b -= information * r[estimated_[static_cast<std::size_t>(i)]] * part;
+    in.corner_b -= information * r[place] * part;
   }
 }
 
@@ -122,15 +126,22 @@ void FixedLagSmoother::Implementation::linearise_clique(std::size_t k) {
   if (from.link) {
     const Keyframe& to = keyframe(k + 1);
     Jacobians<ImuFactor::kRows> d;
-    from.link->evaluate(from.linear, to.linear, &d);
-    const StateVector r =
-        from.link->evaluate(from.estimate, to.estimate) - d.from * from.delta - d.to * to.delta;
+    from.link->evaluate(from.linear, to.linear, linear_globals_, &d);
+    StateVector r = from.link->evaluate(from.estimate, to.estimate, globals_) -
+                    d.from * from.delta - d.to * to.delta;
     const Block by_from = d.from;
     const Block by_to = d.to;
-    const CornerVector none(0);
+    CornerVector by_globals(0);
+    if (imu_scaled_) {
+      r.noalias() -= d.globals * global_delta_;
+    }
     for (int row = 0; row < kStateSize; ++row) {
-      add_row(from.clique, by_from.data() + row * kStateSize, by_to.data() + row * kStateSize, none,
-              r[row]);
+      if (imu_scaled_) {
+        const GlobalVector all = d.globals.row(row);
+        by_globals = estimated_part(all);
+      }
+      add_row(from.clique, by_from.data() + row * kStateSize, by_to.data() + row * kStateSize,
+              by_globals, r[row]);
     }
   }
   LinearFactor linear;
@@ -165,7 +176,8 @@ double FixedLagSmoother::Implementation::cost() const {
   for (std::size_t k = 0; k < count_; ++k) {
     const Keyframe& from = keyframe(k);
     if (from.link) {
-      sum += 0.5 * from.link->evaluate(from.estimate, keyframe(k + 1).estimate).squaredNorm();
+      sum += 0.5 *
+             from.link->evaluate(from.estimate, keyframe(k + 1).estimate, globals_).squaredNorm();
     }
     for (const PlacedFactor& placed : from.factors) {
       if (placed.weight > 0) {

@@ -5,7 +5,7 @@
 namespace pipescout::estimation {
 
 StateMatrix FixedLagSmoother::Implementation::covariance(std::size_t k) const noexcept {
-  using ByGlobals = Eigen::Matrix<double, Eigen::Dynamic, kStateSize, 0, kGlobalSize, kStateSize>;
+  using ByGlobals = GlobalRows<kStateSize>;
   return covariance_of<kStateSize>(
       k, StateMatrix::Identity(),
       ByGlobals::Zero(static_cast<Eigen::Index>(estimated_.size()), kStateSize));
@@ -33,17 +33,30 @@ std::optional<FixedLagSmoother::Propagated> FixedLagSmoother::Implementation::pr
     return std::nullopt;
   }
   return Propagated{.time = ahead_time_,
-                    .state = ahead_.motion().propagate(newest().estimate, parameters_.gravity)};
+                    .state = ahead_.motion().propagate(newest().estimate, globals_.imu_scale,
+                                                       parameters_.gravity)};
 }
 
 StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noexcept {
   StateMatrix by_newest;
-  ahead_.motion().propagate(newest().estimate, parameters_.gravity, &by_newest);
+  ImuMotion::ScaleJacobian by_scale;
+  ahead_.motion().propagate(newest().estimate, globals_.imu_scale, parameters_.gravity, &by_newest,
+                            &by_scale);
   const Eigen::Matrix3d r = newest().estimate.R_map_body.matrix();
   StateMatrix to_map = StateMatrix::Identity();
   to_map.block<3, 3>(kPosition, kPosition) = r;
   to_map.block<3, 3>(kVelocity, kVelocity) = r;
-  return by_newest * covariance(count_ - 1) * by_newest.transpose() +
+  GlobalRows<kStateSize> by_globals(static_cast<Eigen::Index>(estimated_.size()), kStateSize);
+  by_globals.setZero();
+  if (imu_scaled_) {
+    for (Eigen::Index i = 0; i < by_globals.rows(); ++i) {
+      const int place = estimated_[static_cast<std::size_t>(i)];
+      if (place >= kImuScale) {
+        by_globals.row(i).head<9>() = by_scale.col(place - kImuScale).transpose();
+      }
+    }
+  }
+  return covariance_of<kStateSize>(count_ - 1, by_newest.transpose(), by_globals) +
          to_map * ahead_.covariance() * to_map.transpose();
 }
 
@@ -98,7 +111,7 @@ void FixedLagSmoother::Implementation::report_factors(std::vector<FactorReport>&
       reports.push_back(
           {.kind = FactorKind::kImu,
            .time = next.time,
-           .chi_square = here.link->evaluate(here.estimate, next.estimate).squaredNorm(),
+           .chi_square = here.link->evaluate(here.estimate, next.estimate, globals_).squaredNorm(),
            .degrees = ImuFactor::kRows});
     }
   }

@@ -27,7 +27,8 @@ bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
          d.segment<3>(kRackPosition).norm() > most.position ||
          d.segment<3>(kRackRotation).norm() > most.rotation ||
          d.segment<3>(kGpsLeverArm).norm() > most.position ||
-         std::abs(d[kGpsTimeOffset]) > most.gps_time_offset;
+         std::abs(d[kGpsTimeOffset]) > most.gps_time_offset ||
+         d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale;
 }
 
 }  // namespace
@@ -36,9 +37,10 @@ void FixedLagSmoother::Implementation::relinearise() {
   const RelinearisationThresholds& most = parameters_.relinearisation;
   const auto mark = [&](std::size_t k) { keyframe(k).dirty = true; };
   if (exceeds(GlobalVector(global_delta_ - linearised_global_delta_), most)) {
-    if (!globals_bound_) {
-      linear_globals_ = globals_;
-      global_delta_.setZero();
+    if (!bound_.all()) {
+      const GlobalVector free = bound_.select(0, global_delta_);
+      linear_globals_ = linear_globals_.retract(free);
+      global_delta_ -= free;
       linearise_prior();
       eliminated_ = 0;
     }

@@ -6,6 +6,7 @@
 namespace pipescout::estimation {
 
 using geometry::SO3;
+using ByRows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 NavState NavState::retract(const StateVector& d) const {
   return {.R_map_body = R_map_body * SO3::exp(d.segment<3>(kRotation)),
@@ -30,6 +31,22 @@ bool NavState::is_finite() const noexcept {
          velocity.allFinite() && gyro_bias.allFinite() && accelerometer_bias.allFinite();
 }
 
+ImuScale ImuScale::retract(const ImuScaleVector& d) const {
+  return {.gyro = gyro + ByRows::Map(d.data()),
+          .accelerometer = accelerometer + ByRows::Map(d.data() + 9)};
+}
+
+ImuScaleVector ImuScale::local(const ImuScale& other) const noexcept {
+  ImuScaleVector d;
+  ByRows::Map(d.data()) = other.gyro - gyro;
+  ByRows::Map(d.data() + 9) = other.accelerometer - accelerometer;
+  return d;
+}
+
+bool ImuScale::is_finite() const noexcept {
+  return gyro.allFinite() && accelerometer.allFinite();
+}
+
 GlobalStates GlobalStates::retract(const GlobalVector& d) const {
   return {.odometer_scale = odometer_scale + d[kOdometerScale],
           .mount_yaw = mount_yaw + d[kMountYaw],
@@ -37,7 +54,8 @@ GlobalStates GlobalStates::retract(const GlobalVector& d) const {
           .rack_position = rack_position + d.segment<3>(kRackPosition),
           .R_map_rack = R_map_rack * SO3::exp(d.segment<3>(kRackRotation)),
           .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm),
-          .gps_time_offset = gps_time_offset + d[kGpsTimeOffset]};
+          .gps_time_offset = gps_time_offset + d[kGpsTimeOffset],
+          .imu_scale = imu_scale.retract(d.segment<kImuScaleSize>(kImuScale))};
 }
 
 GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
@@ -49,13 +67,14 @@ GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
   d.segment<3>(kRackRotation) = (R_map_rack.inverse() * other.R_map_rack).log();
   d.segment<3>(kGpsLeverArm) = other.gps_lever_arm - gps_lever_arm;
   d[kGpsTimeOffset] = other.gps_time_offset - gps_time_offset;
+  d.segment<kImuScaleSize>(kImuScale) = imu_scale.local(other.imu_scale);
   return d;
 }
 
 bool GlobalStates::is_finite() const noexcept {
   return std::isfinite(odometer_scale) && std::isfinite(mount_yaw) && std::isfinite(mount_pitch) &&
          rack_position.allFinite() && R_map_rack.quaternion().coeffs().allFinite() &&
-         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset);
+         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset) && imu_scale.is_finite();
 }
 
 }  // namespace pipescout::estimation

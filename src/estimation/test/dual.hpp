@@ -156,6 +156,13 @@ inline Dual3 variables(const Eigen::Vector3d& v, int place) {
           Dual::variable(v[2], place + 2)};
 }
 
+/// Row by row.
+inline Dual33 rows_of_variables(const Eigen::Matrix3d& m, int place) {
+  return {variables(Eigen::Vector3d(m.row(0)), place),
+          variables(Eigen::Vector3d(m.row(1)), place + 3),
+          variables(Eigen::Vector3d(m.row(2)), place + 6)};
+}
+
 struct DualState {
   Dual33 r;
   Dual3 p, v, gyro_bias, accelerometer_bias;
@@ -175,6 +182,8 @@ struct DualGlobals {
   Dual33 rack_rotation;
   Dual3 lever;
   Dual time_offset;
+  Dual33 gyro_scale;
+  Dual33 accelerometer_scale;
 
   explicit DualGlobals(const GlobalStates& g)
       : scale(Dual::variable(g.odometer_scale, kGlobalPlace + kOdometerScale)),
@@ -185,7 +194,10 @@ struct DualGlobals {
             constant(g.R_map_rack.matrix()) *
             small_rotation(variables(Eigen::Vector3d::Zero(), kGlobalPlace + kRackRotation))),
         lever(variables(g.gps_lever_arm, kGlobalPlace + kGpsLeverArm)),
-        time_offset(Dual::variable(g.gps_time_offset, kGlobalPlace + kGpsTimeOffset)) {}
+        time_offset(Dual::variable(g.gps_time_offset, kGlobalPlace + kGpsTimeOffset)),
+        gyro_scale(rows_of_variables(g.imu_scale.gyro, kGlobalPlace + kImuScale)),
+        accelerometer_scale(
+            rows_of_variables(g.imu_scale.accelerometer, kGlobalPlace + kImuScale + 9)) {}
 
   /// From the body to a frame whose x axis is the direction of travel.
   [[nodiscard]] Dual33 travel() const {

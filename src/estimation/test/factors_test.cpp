@@ -43,13 +43,15 @@ class FactorsTest : public testing::TestWithParam<int> {
             .accelerometer_bias = vector(0.1)};
   }
   GlobalStates globals() {
-    return {.odometer_scale = 1 + draw(0.1),
-            .mount_yaw = draw(0.3),
-            .mount_pitch = draw(0.3),
-            .rack_position = vector(5),
-            .R_map_rack = rotation(1),
-            .gps_lever_arm = vector(1),
-            .gps_time_offset = draw(0.2)};
+    return {
+        .odometer_scale = 1 + draw(0.1),
+        .mount_yaw = draw(0.3),
+        .mount_pitch = draw(0.3),
+        .rack_position = vector(5),
+        .R_map_rack = rotation(1),
+        .gps_lever_arm = vector(1),
+        .gps_time_offset = draw(0.2),
+        .imu_scale = ImuScale{}.retract(ImuScaleVector::NullaryExpr([&] { return draw(0.1); }))};
   }
 
   /// `plain` is the residual before it is whitened with the inverse root of `covariance`.
@@ -210,9 +212,10 @@ TEST_P(FactorsTest, NonHolonomic) {
   const NavState x = state();
   const GlobalStates g = globals();
   const DualState dx(x, test::kFromPlace);
-  const Dual3 swing =
-      test::cross_matrix(constant(m.angular_rate) - dx.gyro_bias) * constant(m.sensor);
-  const Dual3 seen = DualGlobals(g).travel() * (transpose(dx.r) * dx.v + swing);
+  const DualGlobals dg(g);
+  const Dual3 rate = dg.gyro_scale * (constant(m.angular_rate) - dx.gyro_bias);
+  const Dual3 swing = test::cross_matrix(rate) * constant(m.sensor);
+  const Dual3 seen = dg.travel() * (transpose(dx.r) * dx.v + swing);
   check_absolute<NonHolonomicFactor>(m, x, g, {seen[1], seen[2]},
                                      Eigen::Vector2d(0.01, 0.04).asDiagonal());
 }

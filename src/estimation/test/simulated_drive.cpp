@@ -25,6 +25,13 @@ double speed_at(double t) {
 
 }  // namespace
 
+ImuScale wrong_scale() {
+  ImuScale scale;
+  scale.gyro << 1.005, 0.003, -0.005, 0.004, 0.995, 0.003, -0.003, 0.006, 1.01;
+  scale.accelerometer << 0.997, -0.004, 0.003, 0.003, 1.003, -0.005, 0.006, 0.003, 1.002;
+  return scale;
+}
+
 FixedLagSmootherParameters drive_parameters() {
   FixedLagSmootherParameters parameters;
   parameters.imu_noise = {.gyro = 1e-3,
@@ -55,6 +62,9 @@ SimulatedDrive::SimulatedDrive(std::uint64_t seed, int keyframes, const GlobalSt
     return R_map_body * (speed_at(t) * travel - rate_at(t).cross(wheel));
   };
 
+  const Eigen::Matrix3d shown_rate = true_globals.imu_scale.gyro.inverse();
+  const Eigen::Matrix3d shown_force = true_globals.imu_scale.accelerometer.inverse();
+
   // The motion first, sample by sample: the antenna looks ahead of its stamp.
   const auto ahead = static_cast<std::size_t>(std::lround(true_globals.gps_time_offset / kDt));
   const std::size_t samples = static_cast<std::size_t>(keyframes) * kImuPerKeyframe + ahead;
@@ -71,8 +81,10 @@ SimulatedDrive::SimulatedDrive(std::uint64_t seed, int keyframes, const GlobalSt
     const Vector3d gained = velocity_at(time + kDt, next) - x.velocity;
     const Vector3d force = (x.R_map_body * SO3::exp(0.5 * kDt * rate)).inverse() *
                            (gained / kDt + Vector3d(0, 0, kGravity));
-    imu.push_back({time, kDt, rate + x.gyro_bias + noise(densities.gyro / std::sqrt(kDt)),
-                   force + x.accelerometer_bias + noise(densities.accelerometer / std::sqrt(kDt))});
+    imu.push_back({time, kDt,
+                   shown_rate * rate + x.gyro_bias + noise(densities.gyro / std::sqrt(kDt)),
+                   shown_force * force + x.accelerometer_bias +
+                       noise(densities.accelerometer / std::sqrt(kDt))});
     x.position += kDt * (x.velocity + 0.5 * gained);
     x.velocity += gained;
     x.R_map_body = next;

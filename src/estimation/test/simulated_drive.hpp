@@ -40,4 +40,8 @@ struct SimulatedDrive {
 /// Noise of the IMU of a SimulatedDrive; no gates.
 [[nodiscard]] FixedLagSmootherParameters drive_parameters();
 
+/// Of an IMU whose gyro has a scale factor of 1 % off about z and 0.5 % off about the other axes,
+/// and axes in either triad that are 3 to 6 mrad off.
+[[nodiscard]] ImuScale wrong_scale();
+
 }  // namespace pipescout::estimation::test

@@ -60,6 +60,8 @@ SimulatedFlight::SimulatedFlight(std::uint64_t seed, int keyframes,
   x.gyro_bias = noise(0.01);
   x.accelerometer_bias = noise(0.05);
   const double dt = kStep / kImuPerKeyframe;
+  const Eigen::Matrix3d shown_rate = true_globals.imu_scale.gyro.inverse();
+  const Eigen::Matrix3d shown_force = true_globals.imu_scale.accelerometer.inverse();
   for (int k = 0; k < keyframes; ++k) {
     const double time = time_of(k);
     truth.push_back(x);
@@ -88,9 +90,10 @@ SimulatedFlight::SimulatedFlight(std::uint64_t seed, int keyframes,
       const Vector3d force = (x.R_map_body * SO3::exp(0.5 * dt * rate)).inverse() *
                              (acceleration_at(at) + Vector3d(0, 0, kGravity));
       const Vector3d gained = dt * acceleration_at(at);
-      imu.push_back(
-          {at, dt, rate + x.gyro_bias + noise(densities.gyro / std::sqrt(dt)),
-           force + x.accelerometer_bias + noise(densities.accelerometer / std::sqrt(dt))});
+      imu.push_back({at, dt,
+                     shown_rate * rate + x.gyro_bias + noise(densities.gyro / std::sqrt(dt)),
+                     shown_force * force + x.accelerometer_bias +
+                         noise(densities.accelerometer / std::sqrt(dt))});
       x.position += dt * (x.velocity + 0.5 * gained);
       x.velocity += gained;
       x.R_map_body = x.R_map_body * SO3::exp(dt * rate);

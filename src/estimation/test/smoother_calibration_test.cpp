@@ -92,6 +92,26 @@ TEST_P(SmootherCalibrationTest, FindsAllAboutTheAntennaAndTheWheelTogether) {
   EXPECT_LT(deviations[kGpsTimeOffset], 0.01);
 }
 
+TEST_P(SmootherCalibrationTest, FindsTheScaleOfTheGyroAboutTheAxisItTurnsAbout) {
+  GlobalStates truth = true_globals();
+  truth.imu_scale = test::wrong_scale();
+  const SimulatedDrive drive(GetParam(), kKeyframes, truth, kWheel);
+  FixedLagSmootherParameters parameters = test::drive_parameters();
+  parameters.globals = truth;
+  parameters.globals.imu_scale = {};
+  parameters.global_deviations = {.gyro_scale = 0.02,
+                                  .gyro_misalignment = 0.01,
+                                  .accelerometer_scale = 0.01,
+                                  .accelerometer_misalignment = 0.01};
+  const FixedLagSmoother smoother = driven(drive, parameters);
+  const GlobalVector error = smoother.globals().local(truth);
+  const GlobalVector deviations = smoother.global_covariance().diagonal().cwiseSqrt();
+  for (int i = kImuScale; i < kGlobalSize; ++i) {
+    EXPECT_LT(std::abs(error[i]), 4 * deviations[i]) << i;
+  }
+  EXPECT_LT(deviations[kImuScale + 8], 0.25 * parameters.global_deviations.gyro_scale);
+}
+
 TEST_P(SmootherCalibrationTest, TheWheelMayBeAwayFromTheOrigin) {
   const GlobalStates truth = true_globals();
   SimulatedDrive drive(GetParam(), kKeyframes, truth, kWheel);

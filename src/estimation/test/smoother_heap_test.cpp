@@ -21,7 +21,11 @@ TEST(SmootherHeapTest, NothingIsAllocatedAfterConstruction) {
                                   .rack_position = 0.1,
                                   .rack_rotation = 0.1,
                                   .gps_lever_arm = 0.1,
-                                  .gps_time_offset = 0.1};
+                                  .gps_time_offset = 0.1,
+                                  .gyro_scale = 0.01,
+                                  .gyro_misalignment = 0.01,
+                                  .accelerometer_scale = 0.01,
+                                  .accelerometer_misalignment = 0.01};
   FixedLagSmoother smoother(parameters);
   std::vector<FactorReport> reports;
   reports.reserve(1000);

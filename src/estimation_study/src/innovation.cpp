@@ -50,7 +50,8 @@ std::optional<Innovations::Prediction> Innovations::predict(
   const double begin = smoother.time(keyframe);
   const NavState& state = smoother.state(keyframe);
   const StateMatrix covariance = smoother.covariance(keyframe);
-  estimation::ImuPreintegration carried(state.gyro_bias, state.accelerometer_bias);
+  estimation::ImuPreintegration carried(estimation::ImuMotion(
+      state.gyro_bias, state.accelerometer_bias, smoother.globals().imu_scale));
   for (std::size_t i = 1; i < readings_.size(); ++i) {
     const double from = std::max(readings_[i - 1].time, begin);
     const double to = std::min(readings_[i].time, time);

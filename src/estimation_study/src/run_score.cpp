@@ -174,15 +174,10 @@ Share within_bounds(const std::map<long, std::pair<double, int>>& sums, double d
 
 }  // namespace
 
-estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle vehicle) {
+estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu) {
   // Of flicker noise of floor B the bias changes over 10 s by 2.3 B (the sum over its processes);
   // a walk of density K by K sqrt(10).
   constexpr double kWalkPerFloor = 0.72;
-  // s, for which turns keep their direction: those of wheels on rough ground are short, those of a
-  // flight from one way-point to another long.
-  const double turn_duration = vehicle == Vehicle::kGroundRobot ? 0.7
-                               : vehicle == Vehicle::kUav       ? 2.5
-                                                                : 1;
   constexpr double kLeast = 1e-7;
   const auto white = [&](const simulation::InertialTriadParameters& triad) {
     return std::max(std::hypot(triad.noise_density, triad.resolution * std::sqrt(imu.period / 12)),
@@ -192,19 +187,10 @@ estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle veh
     return std::max(std::hypot(triad.bias_random_walk, kWalkPerFloor * triad.bias_instability),
                     kLeast);
   };
-  // A wrong scale of the force shows as gravity changes its direction in the body: slopes of 0.26
-  // rad that come in 34 s, in every seventh joint. They stay, as a change of the bias does.
-  const double sloping =
-      vehicle == Vehicle::kCrawler
-          ? 0.26 / std::sqrt(7 * 34.0) * simulation::kGravity *
-                std::hypot(imu.accelerometer.scale_error, imu.accelerometer.misalignment)
-          : 0;
   return {.gyro = white(imu.gyro),
-          .gyro_scale = std::hypot(imu.gyro.scale_error, imu.gyro.misalignment),
-          .turn_duration = turn_duration,
           .accelerometer = white(imu.accelerometer),
           .gyro_bias = walk(imu.gyro),
-          .accelerometer_bias = std::hypot(walk(imu.accelerometer), sloping)};
+          .accelerometer_bias = walk(imu.accelerometer)};
 }
 
 estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
@@ -216,7 +202,12 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                                               : StateEstimatorParameters::crawler();
   p.R_body_imu = run.R_body_imu;
   p.smoother.gravity = simulation::kGravity;
-  p.smoother.imu_noise = imu_noise(options.imu, run.vehicle);
+  p.smoother.imu_noise = imu_noise(options.imu);
+  estimation::GlobalDeviations& deviations = p.smoother.global_deviations;
+  deviations.gyro_scale = options.imu.gyro.scale_error;
+  deviations.gyro_misalignment = options.imu.gyro.misalignment;
+  deviations.accelerometer_scale = options.imu.accelerometer.scale_error;
+  deviations.accelerometer_misalignment = options.imu.accelerometer.misalignment;
   p.smoother.globals.gps_lever_arm = run.antenna;
   p.odometer.sensor = run.odometer_point;
   // Wheels of a resolution of 1 mm, whose noise their fusion states itself.
@@ -226,8 +217,8 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
     p.visual_pose.correlation_time = 0;  // each of its poses has an error of its own
     p.smoother.globals.rack_position = run.T_map_rack_surveyed.translation();
     p.smoother.globals.R_map_rack = run.T_map_rack_surveyed.rotation();
-    p.smoother.global_deviations.rack_position = run.rack_position_deviation;
-    p.smoother.global_deviations.rack_rotation = run.rack_rotation_deviation;
+    deviations.rack_position = run.rack_position_deviation;
+    deviations.rack_rotation = run.rack_rotation_deviation;
   }
   if (!run.route.empty()) {
     p.centre_line = estimation::PipeCentreLine(run.route);
@@ -239,7 +230,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
     p.lateral_correlation = run.route_correlation;
     // Errors of counting telescope: no more than that of one end is new in each increment.
     p.odometer.deviation = 0.0003;
-    p.smoother.global_deviations.odometer_scale = run.odometer_scale_deviation;
+    deviations.odometer_scale = run.odometer_scale_deviation;
   }
   return p;
 }

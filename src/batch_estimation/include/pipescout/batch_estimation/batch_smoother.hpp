@@ -28,6 +28,9 @@ struct Recording {
   StateMatrix first_covariance = StateMatrix::Zero();  ///< over the tangent space at `first`
   /// Where to begin, a state for each keyframe; without any the IMU carries `first` on.
   std::vector<NavState> guesses{};
+  /// With what scale the IMU is first integrated from each keyframe on, as from each guess with
+  /// its biases; without any it is the one in BatchSmootherParameters::globals.
+  std::vector<ImuScale> imu_scale_guesses{};
   std::vector<ImuSample> imu{};                ///< in order of time
   std::vector<AnyMeasurement> measurements{};  ///< in any order, between the keyframes
 };
@@ -52,8 +55,8 @@ struct BatchSmootherParameters {
   LinearSolver linear_solver = LinearSolver::kSparseCholesky;
   int max_iterations = 50;  ///< of each solution, in [1, 10000]
   double tolerance = 1e-9;  ///< relative change of the cost that ends it, in [1e-16, 1e-2]
-  /// How often the IMU is integrated anew with the biases found, and all is solved again, while
-  /// these still change by more than 1e-4 rad/s or 1e-3 m/s^2. In [0, 100].
+  /// How often the IMU is integrated anew with the biases and the scale found, and all is solved
+  /// again, while these still change by more than 1e-4 rad/s, 1e-3 m/s^2 or 1e-4. In [0, 100].
   int max_reintegrations = 3;
 
   /// Those that the two smoothers share.
@@ -90,7 +93,7 @@ struct BatchReport {
 class BatchSmoother {
  public:
   /// Throws std::invalid_argument as BatchSmootherParameters::validate and PriorFactor, and when
-  /// the times are none, not finite or not in order, or the guesses are not finite or not as many.
+  /// the times are none, not finite or not in order, or guesses are not finite or not as many.
   BatchSmoother(const BatchSmootherParameters& parameters, Recording recording);
   ~BatchSmoother();
   BatchSmoother(BatchSmoother&&) noexcept;

@@ -22,12 +22,16 @@ namespace pipescout::estimation {
 /// (RelinearisationThresholds::rotation), or they come out wrong by several deviations.
 struct GlobalDeviations {
   double odometer_scale = 0;
-  double mount_yaw = 0;        ///< rad
-  double mount_pitch = 0;      ///< rad
-  double rack_position = 0;    ///< m, per axis
-  double rack_rotation = 0;    ///< rad, per axis
-  double gps_lever_arm = 0;    ///< m, per axis
-  double gps_time_offset = 0;  ///< s
+  double mount_yaw = 0;          ///< rad
+  double mount_pitch = 0;        ///< rad
+  double rack_position = 0;      ///< m, per axis
+  double rack_rotation = 0;      ///< rad, per axis
+  double gps_lever_arm = 0;      ///< m, per axis
+  double gps_time_offset = 0;    ///< s
+  double gyro_scale = 0;         ///< per axis
+  double gyro_misalignment = 0;  ///< rad, of each axis towards each of the others
+  double accelerometer_scale = 0;
+  double accelerometer_misalignment = 0;  ///< rad
 
   /// In the order of the tangent space of GlobalStates.
   [[nodiscard]] GlobalVector tangent() const;
@@ -46,6 +50,7 @@ struct RelinearisationThresholds {
   double odometer_scale = 1e-3;     ///< in [1e-9, 1]
   double mount = 1e-3;              ///< rad, yaw and pitch, in [1e-9, 1]
   double gps_time_offset = 0.01;    ///< s, in [1e-9, 1]
+  double imu_scale = 0.005;         ///< and misalignment, in [1e-9, 1]
 };
 
 struct FixedLagSmootherParameters {
@@ -201,7 +206,7 @@ class FixedLagSmoother {
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
 
   [[nodiscard]] const GlobalStates& globals() const noexcept;
-  /// 13 x 13; zero rows and columns for what is not estimated.
+  /// 31 x 31; zero rows and columns for what is not estimated.
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
 
   /// The newest keyframe carried on by all IMU samples since; its time. Without a state: not

@@ -23,13 +23,7 @@ struct ImuSample {
 /// Densities of white noise and of the biases' random walks. The defaults are those of a small
 /// MEMS unit.
 struct ImuNoise {
-  double gyro = 1.7e-4;  ///< rad/s/sqrt(Hz), in [1e-9, 10]
-  /// Standard deviation of the scale factor's error and of the axes' misalignment, together, as a
-  /// share of the angular rate w. No state is spent on them: the density of the gyro's noise grows
-  /// by gyro_scale |w| sqrt(turn_duration), which after a turn of that duration is the error that
-  /// they have made by then. In [0, 0.2].
-  double gyro_scale = 0;
-  double turn_duration = 1;          ///< s, for which turns keep their direction; in [1e-3, 1e3]
+  double gyro = 1.7e-4;              ///< rad/s/sqrt(Hz), in [1e-9, 10]
   double accelerometer = 2e-3;       ///< m/s^2/sqrt(Hz), in [1e-9, 1000]
   double gyro_bias = 2e-5;           ///< rad/s^2/sqrt(Hz), in [1e-9, 1]
   double accelerometer_bias = 3e-3;  ///< m/s^3/sqrt(Hz), in [1e-9, 100]
@@ -41,24 +35,43 @@ struct ImuNoise {
 };
 
 /// The motion between two times as the IMU saw it, in the body frame of the first: Delta p, R, v of
-/// equation (33), with derivatives by the biases and without a covariance.
+/// equation (33), with derivatives by the biases and without a covariance. Where the scale of the
+/// IMU counts, it is given as the biases are, and there are derivatives by it too; without, it is
+/// one, at no cost.
 class ImuMotion {
  public:
   using BiasJacobian = Eigen::Matrix<double, 9, 6>;
+  using ScaleJacobian = Eigen::Matrix<double, 9, kImuScaleSize>;
 
   ImuMotion() = default;  ///< of no duration
   ImuMotion(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias)
       : gyro_bias_(gyro_bias), accelerometer_bias_(accelerometer_bias) {}
+  ImuMotion(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias,
+            const ImuScale& scale)
+      : scaled_(true),
+        gyro_bias_(gyro_bias),
+        accelerometer_bias_(accelerometer_bias),
+        scale_(scale) {}
 
   /// Not checked: finite values, duration > 0.
   void integrate(const Eigen::Vector3d& angular_rate, const Eigen::Vector3d& specific_force,
                  double duration);
 
   /// The state after the motion from `start`, whose biases it keeps; corrected to first order for
-  /// biases other than those integrated with, equation (44). `derivative`, when given, is that of
-  /// the result by `start`. `gravity` m/s^2, along -z of the map.
+  /// biases and a scale other than those integrated with, equation (44). `derivative`, when given,
+  /// is that of the result by `start`; `by_scale`, of its first three parts by the scale, is set
+  /// when `scaled()`. `gravity` m/s^2, along -z of the map.
+  NavState propagate(const NavState& start, const ImuScale& scale, double gravity,
+                     StateMatrix* derivative = nullptr, ScaleJacobian* by_scale = nullptr) const;
+  /// With the scale integrated with.
   NavState propagate(const NavState& start, double gravity,
-                     StateMatrix* derivative = nullptr) const;
+                     StateMatrix* derivative = nullptr) const {
+    return propagate(start, scale_, gravity, derivative);
+  }
+  /// By how much [position; rotation (right); velocity] change with biases and scale other than
+  /// those integrated with.
+  [[nodiscard]] Eigen::Matrix<double, 9, 1> correction(const NavState& start,
+                                                       const ImuScale& scale) const;
 
   [[nodiscard]] double duration() const noexcept { return duration_; }
   [[nodiscard]] const Eigen::Vector3d& position() const noexcept { return position_; }
@@ -70,15 +83,23 @@ class ImuMotion {
   }
   /// Of [position; rotation (right); velocity] by [gyro bias; accelerometer bias].
   [[nodiscard]] const BiasJacobian& bias_jacobian() const noexcept { return bias_jacobian_; }
+  /// The scale counts; otherwise the derivatives by it are zero.
+  [[nodiscard]] bool scaled() const noexcept { return scaled_; }
+  [[nodiscard]] const ImuScale& scale() const noexcept { return scale_; }
+  /// Of the same by the scale.
+  [[nodiscard]] const ScaleJacobian& scale_jacobian() const noexcept { return scale_jacobian_; }
 
  private:
+  bool scaled_ = false;
   double duration_ = 0;
   geometry::SO3 rotation_{};
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d accelerometer_bias_ = Eigen::Vector3d::Zero();
+  ImuScale scale_{};
   BiasJacobian bias_jacobian_ = BiasJacobian::Zero();
+  ScaleJacobian scale_jacobian_ = ScaleJacobian::Zero();
 };
 
 /// An ImuMotion with the covariance of [position; rotation; velocity; gyro bias; accelerometer
@@ -87,6 +108,7 @@ class ImuPreintegration {
  public:
   /// `noise` is not checked.
   ImuPreintegration() = default;
+  explicit ImuPreintegration(const ImuMotion& of_no_duration) : motion_(of_no_duration) {}
   ImuPreintegration(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias)
       : motion_(gyro_bias, accelerometer_bias) {}
 
@@ -112,8 +134,9 @@ class ImuFactor {
   /// Throws std::invalid_argument when the covariance is not positive definite (no duration, NaN).
   ImuFactor(const ImuPreintegration& preintegration, double gravity);
 
-  /// `from` and `to` of the derivatives, when given, are set; `globals` is left alone.
-  Residual evaluate(const NavState& from, const NavState& to,
+  /// `from` and `to` of the derivatives, when given, are set; of `globals` the scale of the IMU,
+  /// when it counts.
+  Residual evaluate(const NavState& from, const NavState& to, const GlobalStates& globals,
                     Jacobians<kRows>* jacobians = nullptr) const;
 
   [[nodiscard]] const ImuMotion& motion() const noexcept { return motion_; }

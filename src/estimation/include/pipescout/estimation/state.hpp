@@ -18,7 +18,7 @@ inline constexpr int kVelocity = 6;
 inline constexpr int kGyroBias = 9;
 inline constexpr int kAccelerometerBias = 12;
 
-inline constexpr int kGlobalSize = 13;
+inline constexpr int kGlobalSize = 31;
 /// Places of the parts of the global states in their tangent space.
 inline constexpr int kOdometerScale = 0;
 inline constexpr int kMountYaw = 1;
@@ -27,9 +27,12 @@ inline constexpr int kRackPosition = 3;
 inline constexpr int kRackRotation = 6;
 inline constexpr int kGpsLeverArm = 9;
 inline constexpr int kGpsTimeOffset = 12;
+inline constexpr int kImuScale = 13;
+inline constexpr int kImuScaleSize = 18;
 
 using StateVector = Eigen::Matrix<double, kStateSize, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateSize, kStateSize>;
+using ImuScaleVector = Eigen::Matrix<double, kImuScaleSize, 1>;
 using GlobalVector = Eigen::Matrix<double, kGlobalSize, 1>;
 
 /// The body at one time. Tangent space: [position; rotation; velocity; gyro bias; accelerometer
@@ -50,9 +53,22 @@ struct NavState {
   [[nodiscard]] geometry::SE3 T_map_body() const { return {R_map_body, position}; }
 };
 
+/// What an IMU's readings, less their biases, are multiplied with, in the body: the scale factors
+/// of its axes on the diagonal, what they show of each other, when they are not at right angles or
+/// turn in their housing, beside it. Tangent space: [gyro; accelerometer], each row by row.
+struct ImuScale {
+  Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();           ///< true rate / measured
+  Eigen::Matrix3d accelerometer = Eigen::Matrix3d::Identity();  ///< true force / measured
+
+  /// As those of NavState.
+  [[nodiscard]] ImuScale retract(const ImuScaleVector& d) const;
+  [[nodiscard]] ImuScaleVector local(const ImuScale& other) const noexcept;
+  [[nodiscard]] bool is_finite() const noexcept;
+};
+
 /// Slow states that all keyframes share. Tangent space: [odometer scale; mount yaw; mount pitch;
 /// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna; time
-/// offset of the GPS].
+/// offset of the GPS; scale of the IMU].
 struct GlobalStates {
   double odometer_scale = 1;  ///< true distance / that of the fused odometer
   /// rad, direction of travel in the body, Rz(yaw) Ry(pitch) x
@@ -62,6 +78,7 @@ struct GlobalStates {
   geometry::SO3 R_map_rack{};
   Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
   double gps_time_offset = 0;  ///< s, by which a position is taken later than it is stamped
+  ImuScale imu_scale{};
 
   /// As those of NavState.
   [[nodiscard]] GlobalStates retract(const GlobalVector& d) const;

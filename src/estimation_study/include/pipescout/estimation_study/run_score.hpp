@@ -12,10 +12,8 @@
 namespace pipescout::estimation_study {
 
 /// Of the readings of an IMU by its data sheet, for an estimator whose biases walk: white noise and
-/// rounding as they are; what scale and alignment errors make of turns, as if that were white too;
-/// a walk that over some 10 s gets as far as flicker noise, and as those errors do on pipes'
-/// slopes.
-[[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu, Vehicle vehicle);
+/// rounding as they are, and a walk that over some 10 s gets as far as flicker noise.
+[[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu);
 
 /// The estimator's own preset for such a vehicle, with what is known of this one: mounting,
 /// antenna, data sheet, gravity, the rack as surveyed, the pipe's route.
