@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/visual_servo/visual_servo.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
 #include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/interfaces/register_component.hpp"
 #include "pipescout/interfaces/topics.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
 
 namespace pipescout {
 
@@ -111,6 +114,9 @@ void VisualServo::declare_mission_parameters() {
   yaw_tolerance_ = number("tolerance.yaw", mission.tolerance.yaw, "rad, (0, pi]: the same");
   reached_for_ = number("reached_for", mission.reached_for,
                         "s, [0, 60]: within the tolerance without a break to have reached it");
+  deviations_within_ = number("deviations_within", mission.deviations_within,
+                              "[0, 10]: so many standard deviations of the pose are within the "
+                              "tolerance too; 0: the pose is taken at its word");
   patience_ = number("patience", mission.patience,
                      "s, [0, 3600]: waits so long to reach a way-point before it goes on");
   largest_lag_ = number("largest_lag", mission.largest_lag,
@@ -199,6 +205,7 @@ rack_vision::WayPointMission VisualServo::new_mission() const {
   const WayPointMissionParameters mission{
       .tolerance = {.position = position_tolerance_.get(), .yaw = yaw_tolerance_.get()},
       .reached_for = reached_for_.get(),
+      .deviations_within = deviations_within_.get(),
       .patience = patience_.get(),
       .largest_lag = largest_lag_.get(),
       .largest_yaw_lag = largest_yaw_lag_.get()};
@@ -243,6 +250,7 @@ CallbackReturn VisualServo::on_configure() {
   longest_silence_ = from_seconds(1.0 / rate_.get());
   quality_.reset();
   commanded_at_.reset();
+  deviation_ = {};
   told_state_ = ServoState::kIdle;
   told_outcomes_ = 0;
   told_complete_ = false;
@@ -298,8 +306,28 @@ void VisualServo::on_pose(const Pose& message) {
     if (verdict != PoseVerdict::kLowQuality) {
       return;
     }
+  } else {
+    deviation_ = deviation_of(message);
   }
   command(stamp);
+}
+
+VisualServo::Deviation VisualServo::deviation_of(const Pose& message) {
+  const auto& entries = message.pose().covariance();
+  if (std::ranges::all_of(entries, [](double entry) { return entry == 0; })) {
+    return {};  // not stated: the pose is taken at its word
+  }
+  try {
+    const geometry::Matrix6d covariance = covariance_from_message(entries);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> position(covariance.topLeftCorner<3, 3>(),
+                                                                  Eigen::EigenvaluesOnly);
+    return {.position = std::sqrt(position.eigenvalues()(2)), .yaw = std::sqrt(covariance(5, 5))};
+  } catch (const std::invalid_argument& error) {
+    report_fault("pose.covariance",
+                 std::string("a pose by which no way-point is reached: ") + error.what());
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    return {.position = kUnknown, .yaw = kUnknown};
+  }
 }
 
 void VisualServo::on_state(const State& message) {
@@ -335,7 +363,9 @@ void VisualServo::command(Time measured) {
   if (const auto T_rack_base = servo_->T_rack_base(at)) {
     pose = {.time = *servo_->pose_time(),
             .position = T_rack_base->translation(),
-            .yaw = T_rack_base->rotation().roll_pitch_yaw().z()};
+            .yaw = T_rack_base->rotation().roll_pitch_yaw().z(),
+            .position_deviation = deviation_.position,
+            .yaw_deviation = deviation_.yaw};
   }
   mission_->advance(at, pose);
   const ServoCommand result = servo_->step(at, mission_->target(servo_->pose_time().value_or(at)));

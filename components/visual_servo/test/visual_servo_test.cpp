@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <pipescout_msgs/msg/mission_status.hpp>
@@ -112,6 +114,41 @@ class VisualServoTest : public ::testing::Test {
   Time now_ = kStart;
   SE3 T_rack_base_{SO3::about_z(0.2), {1.2, 4.8, 2.9}};
 };
+
+TEST_F(VisualServoTest, ReachesNoWayPointByAPoseThatIsNotKnownSoWell) {
+  bring_up();
+  T_rack_base_ = SE3(SO3(), {1, 5, 3});
+  const auto stay = [this](const std::array<double, 36>& covariance) {
+    for (int i = 0; i < 50; ++i) {
+      next_frame();
+      Pose message = pose_message(now_, T_rack_base_);
+      message.pose().covariance(covariance);
+      harness_.publish(topics::kRackPose, message);
+      harness_.spin();
+    }
+  };
+  const auto known_to = [](double position, double yaw) {
+    std::array<double, 36> covariance{};
+    for (std::size_t i = 0; i < 6; ++i) {
+      covariance[7 * i] = 1e-6;
+    }
+    covariance[7] = position * position;
+    covariance[35] = yaw * yaw;
+    return covariance;
+  };
+  stay(known_to(0.016, 0.001));
+  EXPECT_TRUE(progress_.empty());
+  stay(known_to(0.001, 0.01));
+  EXPECT_TRUE(progress_.empty());
+  std::array<double, 36> broken = known_to(0.001, 0.001);
+  broken[0] = -1;
+  stay(broken);
+  EXPECT_TRUE(progress_.empty());
+  EXPECT_EQ(servo_->diagnostics().counter("pose.covariance"), 50U);
+  stay(known_to(0.014, 0.001));
+  ASSERT_FALSE(progress_.empty());
+  EXPECT_THAT(progress_.back().message(), HasSubstr("1 of 2 way-points reached"));
+}
 
 TEST_F(VisualServoTest, FliesAlongTheWayPointsAndSaysSo) {
   bring_up();

@@ -19,6 +19,7 @@ constexpr double kLongestStep = 0.2;
 void WayPointMissionParameters::validate() const {
   tolerance.validate();
   internal::check_within("reached_for", reached_for, 0, 60);
+  internal::check_within("deviations_within", deviations_within, 0, 10);
   internal::check_within("patience", patience, 0, 3600);
   internal::check_above("largest_lag", largest_lag, 0, 100);
   internal::check_above("largest_yaw_lag", largest_yaw_lag, 0, std::numbers::pi);
@@ -61,9 +62,17 @@ bool WayPointMission::keeps_up(const LevelPose& pose) const noexcept {
          std::abs(wrap_angle(pose.yaw - wanted.yaw)) <= parameters_.largest_yaw_lag;
 }
 
+bool WayPointMission::knows_well_enough(const LevelPose& pose) const noexcept {
+  // Written so that deviations that are NaN do not.
+  const double deviations = parameters_.deviations_within;
+  return deviations == 0 ||
+         (deviations * pose.position_deviation <= parameters_.tolerance.position &&
+          deviations * pose.yaw_deviation <= parameters_.tolerance.yaw);
+}
+
 void WayPointMission::judge(double interval, const LevelPose& pose) {
   const bool stays = path_time_ >= path_.arrival(current_);
-  if (stays &&
+  if (stays && knows_well_enough(pose) &&
       is_reached(path_.way_points()[current_], pose.position, pose.yaw, parameters_.tolerance)) {
     within_since_ = within_since_.value_or(*now_);
     if (*now_ - *within_since_ >= parameters_.reached_for) {

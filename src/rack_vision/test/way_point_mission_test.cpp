@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pipescout::rack_vision {
@@ -90,6 +91,38 @@ TEST(WayPointMission, WaitsWhileThePoseIsNotKnownOrIsNoNumber) {
     mission.advance(now, on_path(mission, now));
   }
   EXPECT_EQ(mission.count(WayPointOutcome::kReached), 2U);
+}
+
+TEST(WayPointMission, DoesNotTakeAWayPointForReachedWhileThePoseIsNotKnownSoWell) {
+  WayPointMission mission(short_path(), {});
+  double now = 0;
+  const auto fly = [&](double position_deviation, double yaw_deviation) {
+    for (const double end = now + 5; now < end; now += kPeriod) {
+      LevelPose pose = on_path(mission, now);
+      pose.position_deviation = position_deviation;
+      pose.yaw_deviation = yaw_deviation;
+      mission.advance(now, pose);
+    }
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [position_deviation, yaw_deviation] :
+       {std::pair{0.016, 0.001}, {0.001, 0.009}, {kNaN, 0.001}, {0.001, kNaN}}) {
+    fly(position_deviation, yaw_deviation);
+    EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kPending);
+  }
+  fly(0.0149, 0.0087);
+  EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kReached);
+}
+
+TEST(WayPointMission, TakesThePoseAtItsWordWhenAskedTo) {
+  WayPointMission mission(short_path(), {.deviations_within = 0});
+  double now = 0;
+  for (; now < 5; now += kPeriod) {
+    LevelPose pose = on_path(mission, now);
+    pose.position_deviation = 100;
+    mission.advance(now, pose);
+  }
+  EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kReached);
 }
 
 TEST(WayPointMission, StaysUntilAWayPointIsReached) {

@@ -34,6 +34,10 @@ class VisualServo final : public Component {
   using Pose = geometry_msgs::msg::PoseWithCovarianceStamped;
   using State = pipescout_msgs::msg::RackState;
   using Twist = geometry_msgs::msg::TwistStamped;
+  struct Deviation {
+    double position = 0.0;  // m, along the direction known least
+    double yaw = 0.0;       // rad
+  };
 
   void declare_mission_parameters();
   void declare_servo_parameters();
@@ -44,6 +48,8 @@ class VisualServo final : public Component {
   [[nodiscard]] rack_vision::VisualServoParameters servo_parameters() const;
 
   void on_pose(const Pose& message);
+  /// Infinite, and counted, when what the message holds is no covariance; 0 when it states none.
+  [[nodiscard]] Deviation deviation_of(const Pose& message);
   void on_state(const State& message);
   /// Brings mission and servo to now, or to `measured`, the stamp of the image that it answers,
   /// when that is a little ahead of the clock; publishes the command with that stamp.
@@ -60,6 +66,7 @@ class VisualServo final : public Component {
   Parameter<double> position_tolerance_;
   Parameter<double> yaw_tolerance_;
   Parameter<double> reached_for_;
+  Parameter<double> deviations_within_;
   Parameter<double> patience_;
   Parameter<double> largest_lag_;
   Parameter<double> largest_yaw_lag_;
@@ -97,6 +104,7 @@ class VisualServo final : public Component {
     bool tracking = false;
   };
   std::optional<Quality> quality_;  // of the last rack/state
+  Deviation deviation_;             // of the last pose that was taken
   std::optional<Time> commanded_at_;
   rack_vision::ServoState told_state_ = rack_vision::ServoState::kIdle;
   std::size_t told_outcomes_ = 0;

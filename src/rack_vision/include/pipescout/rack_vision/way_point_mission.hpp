@@ -15,6 +15,9 @@ namespace pipescout::rack_vision {
 struct WayPointMissionParameters {
   ReachedTolerance tolerance{};
   double reached_for = 0.5;  ///< s, [0, 60]: within the tolerance without a break
+  /// [0, 10]: so many standard deviations of the pose must be within the tolerance too: a vehicle
+  /// that does not know its place so well cannot know that it is there.
+  double deviations_within = 2;
   /// s, [0, 3600]: how long it waits at a way-point, after its hold, to reach it; then it is missed
   /// and the flight goes on.
   double patience = 30;
@@ -34,6 +37,8 @@ struct LevelPose {
   double time = 0;                                     ///< s
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< rack frame, m
   double yaw = 0;                                      ///< rad
+  double position_deviation = 0;  ///< m, standard deviation along the direction known least
+  double yaw_deviation = 0;       ///< rad
 };
 
 /// Allocates nothing after construction. Not for use by several threads at once.
@@ -63,6 +68,7 @@ class WayPointMission {
 
  private:
   [[nodiscard]] bool keeps_up(const LevelPose& pose) const noexcept;
+  [[nodiscard]] bool knows_well_enough(const LevelPose& pose) const noexcept;
   void judge(double interval, const LevelPose& pose);
 
   WayPointPath path_;
