@@ -39,6 +39,11 @@ const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& e
 
 }  // namespace
 
+bool borne_out_by_texture(const StepOutcome& outcome) noexcept {
+  return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
+         5 * outcome.evidence.proven_matched >= 2 * outcome.evidence.proven_points;
+}
+
 const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
   const auto found = std::ranges::find(edges_, id, &VisibleEdge::id);
   return found == edges_.end() ? nullptr : &*found;

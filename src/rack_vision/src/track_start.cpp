@@ -358,6 +358,11 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   outcome.belief = before;
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
+  if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
+    return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
+  }
+  outcome = {};
+  outcome.belief = before;
   propose_starts(image, around);
   const Matrix6d information = around.covariance.inverse();
   judged_.clear();

@@ -14,7 +14,6 @@ namespace {
 
 using geometry::Matrix6d;
 
-constexpr double kLeastRange = 3.0;       // px to either side of a rendered edge
 constexpr double kLargestRange = 40.0;    // px
 constexpr double kSupportBias = 0.2;      // px: corners of beams are not sharp
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
@@ -23,7 +22,6 @@ constexpr double kFreeAlong = 0.5;        // m: "not known" along y
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
 constexpr std::size_t kPointsForAlong = 8;
-constexpr int kEnoughProven = 10;   // points
 constexpr double kDoubtInFar = 4;   // times the variance that a wide search states
 constexpr double kStartBias = 0.6;  // px
 constexpr std::size_t kPiecesPerEdge = 2;
@@ -77,12 +75,6 @@ MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_in
   rest.diagonal().head<3>().array() += kLeastDeviation * kLeastDeviation;
   rest.diagonal().tail<3>().array() += kLeastTurn * kLeastTurn;
   return {by_pose, rest.inverse()};
-}
-
-/// After a wide search a few points that agree are not enough.
-bool borne_out_by_texture(const StepOutcome& outcome) {
-  return outcome.solved && outcome.evidence.proven_points >= kEnoughProven &&
-         5 * outcome.evidence.proven_matched >= 2 * outcome.evidence.proven_points;
 }
 
 /// The candidate of a sample that is nearest to where the edge was expected; it has one.
@@ -294,6 +286,12 @@ void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutc
   map_error_ = before.map;
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
+    TrackBelief around = before;
+    around.covariance(kY, kY) += before.anchor_variance;
+    if (find_by_texture(image, around, outcome)) {
+      return;
+    }
+    render(before.T_rack_camera, before.offsets);
     // One support looks like another: texture knows better, where there is enough of it.
     find_by(image, before, Along::kByTexture, outcome);
     if (borne_out_by_texture(outcome)) {

@@ -25,6 +25,10 @@ namespace pipescout::rack_vision {
 /// m^2: variance along y of a pose relative to its anchor.
 inline constexpr double kRelativeVariance = 1e-6;
 
+/// px to either side of an edge where it is rendered.
+inline constexpr double kLeastRange = 3.0;
+inline constexpr int kEnoughProven = 10;  ///< points
+
 /// What is believed before or after an image.
 struct TrackBelief {
   geometry::SE3 T_rack_camera;
@@ -52,6 +56,9 @@ struct StepOutcome {
   int edge_samples = 0;
 };
 
+/// After a wide search a few points that agree are not enough.
+[[nodiscard]] bool borne_out_by_texture(const StepOutcome& outcome) noexcept;
+
 /// One image: render, search, match, solve (Lippiello and Cacace, Figure 4). It holds the texture
 /// map and what the edges look like, and the working memory of all parts.
 class TrackStep {
@@ -61,8 +68,9 @@ class TrackStep {
 
   /// Finds the pose. Changes nothing that is learnt.
   void find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
-  /// Finds the pose from edges alone, from a first guess that may be wrong by the parameters' start
-  /// range. Not solved when no place explains the image, or when two places do about as well.
+  /// Finds the pose from texture that was mapped before or edges alone, from a first guess that may
+  /// be wrong by the parameters' start range. Not solved when no place explains the image, or when
+  /// two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
   /// Whether contours may be so far from where they are expected that others are nearer.
   [[nodiscard]] bool is_far(const TrackBelief& belief);
@@ -152,6 +160,9 @@ class TrackStep {
   void admit_the_others(const JudgedStart& best, TrackBelief& belief) const;
   /// Whether no place that looks another way, of judged_, fits about as well.
   [[nodiscard]] bool is_clear(const JudgedStart& best) const;
+  /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
+  /// out: only then is there an outcome.
+  bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
   /// Whether supports fit the place along y that was found, and no other one about as well.
   bool along_is_clear(const ImageView& image, const StepOutcome& outcome, double along_variance);
   /// How far apart, in px, edges look from two places.
