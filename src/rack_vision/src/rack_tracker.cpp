@@ -232,8 +232,7 @@ class RackTracker::Implementation {
     if (step_.map_points() == 0) {
       pose_.begin_map();
     }
-    if (from_far_) {
-      images_since_start_ = 0;
+    if (starting_) {
       covariance_at_start_ = pose_.covariance();
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
