@@ -46,8 +46,11 @@ PipeWeave::PipeWeave(const PipeWeaveParameters& parameters, std::uint64_t seed) 
                                        parameters.crab_deviation, parameters.crab_deviation) /
                               std::sqrt(static_cast<double>(kWaves));
   const double largest = 2 * std::numbers::pi / parameters.shortest_wavelength;
+  const double part = largest / static_cast<double>(kWaves);
+  double begin = 0;  // of the part of the spectrum that the wave stands for
   for (Wave& wave : waves_) {
-    wave.number = internal::uniform(engine, 0, largest);
+    wave.number = begin + part * internal::uniform(engine);
+    begin += part;
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
       wave.cosine[i] = deviations[i] * internal::normal(engine);
       wave.sine[i] = deviations[i] * internal::normal(engine);

@@ -11,11 +11,14 @@
 
 /// How a vehicle in a pipe strays from the centre line. Metres and radians.
 ///
-/// Its offsets to the left and upwards, and the angles by which it points beside its way, are sums
-/// of waves along the line with wave numbers, amplitudes and phases drawn at random: independent
-/// processes of chainage whose spectrum is flat from 0 to that of the shortest wavelength L. Over
-/// all draws their autocorrelation is sin(x) / x with x = 2 pi s / L: places L / 2 apart have
-/// nothing to do with each other.
+/// Its offsets to the left and upwards, and the angles by which it points beside its way, are
+/// independent processes of chainage whose spectrum is flat from 0 to that of the shortest
+/// wavelength L: their autocorrelation is sin(x) / x with x = 2 pi s / L, and places L / 2 apart
+/// have nothing to do with each other. Each is a sum of waves along the line (Shinozuka and
+/// Deodatis, Simulation of stochastic processes by spectral representation, 1991) with amplitudes
+/// and phases drawn at random, and a wave number at random in each of `kWaves` equal parts of the
+/// spectrum. So one pipe has all of the spectrum, not only many pipes together: what is averaged
+/// over up to `kWaves` L / 4 of way is as normal as sums of independent draws are.
 namespace pipescout::simulation {
 
 struct PipeWeaveParameters {
@@ -50,7 +53,7 @@ class PipeWeave {
   [[nodiscard]] BodyMotion motion(const PipeRoute& route, double chainage, double speed,
                                   double acceleration) const;
 
-  static constexpr std::size_t kWaves = 16;
+  static constexpr std::size_t kWaves = 64;
 
  private:
   struct Wave {
