@@ -193,8 +193,7 @@ class RackTracker::Implementation {
   void find(const ImageView& image) {
     const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
                              pose_.map()};
-    from_far_ = starting_ || (probation_ > 0 && step_.is_far(before));
-    if (from_far_) {
+    if (starting_) {
       step_.find_from_far(image, before, outcome_);
     } else {
       step_.find(image, before, outcome_);
@@ -237,7 +236,7 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, from_far_ ? 1 : kAlikeImages);
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, starting_ ? 1 : kAlikeImages);
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -331,7 +330,6 @@ class RackTracker::Implementation {
 
   TrackStatus state_ = TrackStatus::kNotStarted;
   bool starting_ = false;  ///< no image has borne out the pose that was given
-  bool from_far_ = false;  ///< the last image was searched as widely as the first one
   int probation_ = 0;      ///< images that still have to bear it out as well as the first one
   int images_since_start_ = 0;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image

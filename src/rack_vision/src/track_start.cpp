@@ -42,11 +42,6 @@ bool TrackStep::is_wide(const TrackBelief& belief) const {
   return false;
 }
 
-bool TrackStep::is_far(const TrackBelief& belief) {
-  render(belief.T_rack_camera, belief.offsets);
-  return is_wide(belief);
-}
-
 void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation, double farthest) {
   contours_.clear();
   for (std::size_t i = 0; i < edges_.size(); ++i) {

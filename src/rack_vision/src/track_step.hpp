@@ -72,8 +72,6 @@ class TrackStep {
   /// be wrong by the parameters' start range. Not solved when no place explains the image, or when
   /// two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
-  /// Whether contours may be so far from where they are expected that others are nearer.
-  [[nodiscard]] bool is_far(const TrackBelief& belief);
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
