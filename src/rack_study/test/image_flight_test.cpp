@@ -79,6 +79,19 @@ TEST(ImageFlight, ClutterComesWhenItIsDue) {
   EXPECT_NEAR(run.cluttered_share, 0.4, 0.1);
 }
 
+// What lies over the pipes by then lines up as well as they do: texture tells where the camera is.
+TEST(ImageFlight, ComesBackUnderClutterByTheTextureItHadSeen) {
+  auto settings = inspection(2.4, 5);
+  settings.scene.clutter_share = 0.4;
+  settings.clutter_begin = 1.0;
+  settings.loss = ForcedLoss{.kind = Outage::kMissing, .begin = 1.6, .duration = 0.4};
+  const auto run = run_image_flight(settings, 5);
+  EXPECT_EQ(score_flight(run.frames).wrong, 0U);
+  for (const auto& frame : run.frames) {
+    EXPECT_EQ(frame.has_pose, !frame.outage) << frame.time;
+  }
+}
+
 TEST(ImageFlight, RefusesWhatIsNotValid) {
   auto settings = inspection(1, 1);
   settings.scene.clutter_share = 2;
@@ -102,6 +115,19 @@ TEST(WrongStarts, ShareTheirImagesAndAreRepeatable) {
     EXPECT_EQ(once[i].last.status, twice[i].last.status);
     EXPECT_EQ(once[i].last.time, once[0].last.time);
   }
+}
+
+TEST(WrongStarts, LargeOnesConvergeOrAreAdmitted) {
+  WrongStartSettings settings;
+  settings.scene.model = rack_on_beams();
+  settings.images = 2;
+  WrongStartScore sum;
+  for (const std::uint64_t seed : {4, 5, 9}) {
+    sum += score_wrong_starts(try_wrong_starts(settings, 3, seed));
+  }
+  EXPECT_EQ(sum.trials, 18U);
+  EXPECT_EQ(sum.silent_wrong, 0U);
+  EXPECT_GT(sum.converged, 12U);
 }
 
 TEST(WrongStarts, SmallOnesConverge) {
