@@ -63,8 +63,8 @@ class RackLocalization {
   void set_hint(const FirstPoseHint& hint);
 
   /// One image, as RackTracker::track, but `motion` is since the last image that was given to this
-  /// function, whatever became of that one. An image that is searched for a first pose takes up to
-  /// some tens of ms.
+  /// function, whatever became of that one. An image that is searched for a pose to start from
+  /// takes up to half a second of one core.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 
