@@ -117,19 +117,6 @@ TEST(WrongStarts, ShareTheirImagesAndAreRepeatable) {
   }
 }
 
-TEST(WrongStarts, LargeOnesConvergeOrAreAdmitted) {
-  WrongStartSettings settings;
-  settings.scene.model = rack_on_beams();
-  settings.images = 2;
-  WrongStartScore sum;
-  for (const std::uint64_t seed : {4, 5, 9}) {
-    sum += score_wrong_starts(try_wrong_starts(settings, 3, seed));
-  }
-  EXPECT_EQ(sum.trials, 18U);
-  EXPECT_EQ(sum.silent_wrong, 0U);
-  EXPECT_GT(sum.converged, 12U);
-}
-
 TEST(WrongStarts, SmallOnesConverge) {
   WrongStartSettings settings;
   settings.scene.model = rack_on_beams();

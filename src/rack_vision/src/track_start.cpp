@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The start of a track from a pose that is only roughly right: places that are tried.
+// The start of a track: from a pose that is only roughly right.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
@@ -14,21 +15,62 @@ namespace {
 using geometry::Matrix6d;
 using geometry::SE3;
 
-constexpr std::size_t kTried = 24;  // places that are solved for
+constexpr std::size_t kTried = 6;   // places that are solved for
 constexpr double kFirstStep = 2.5;  // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
 constexpr double kWideRange = 16;     // px
 constexpr double kShortest = 8;       // px: shorter contours say nothing
 constexpr double kFarthest = 150;     // px: within which the unknown place along y moves contours
-constexpr double kMuchWorse = 20;     // log-likelihood: places that need not be tried
+constexpr double kMuchWorse = 10;     // log-likelihood: places that need not be tried
 constexpr double kAlongStep = 1.5;    // px
 constexpr double kSameAlong = 0.005;  // m
-constexpr double kClearlyBetterAlong = 4;  // log-likelihood
-constexpr double kDistinctTried = 4;  // px, between what is seen from two places that are tried
-constexpr double kDistinctAlong = 8;  // px, the same along y
-constexpr double kAlikeAtStart = 8;   // images
+constexpr double kClearlyBetterAlong = 4;   // log-likelihood
+constexpr double kDistinct = 8;             // px, between what is seen from two places
+constexpr double kLeastShare = 0.4;         // of what is looked for
+constexpr double kClearlyBetter = 0.12;     // of the share of samples found, over other places
+constexpr double kGoodShare = 0.65;         // below it other places must be still worse,
+constexpr double kDoubtByShare = 0.5;       // by this much of what is missing
+constexpr double kAlikeAtStart = 8;         // images
+constexpr double kLeastOfReference = 0.35;  // share of its samples found
+constexpr int kJudgedSamples = 20;
+constexpr double kShareByChiSquare = 0.01;  // where nothing but the place along y differs
+constexpr double kCertainPlace = 0.06;      // m, one sigma across and in height
+constexpr double kCertainTurn = 0.03;       // rad
+constexpr double kFarthestAlong = 3;        // deviations before the image
+constexpr double kNoLessSure = 1.2;         // deviation after the image by that before it
+constexpr double kImprobable = 16.8;  // chi-square of six, 1 in 100: not where it was said to be
 constexpr std::array<double, 2> kRanges{5.0, 3.5};  // px, of the searches from a place
 constexpr int kY = 1;
+
+/// Share of what was looked for that was found; proven points count, once there are enough, as much
+/// as edges do.
+double found_share(const TrackEvidence& evidence) {
+  constexpr int kEnoughPoints = 10;
+  if (evidence.edge_samples == 0) {
+    return 0;
+  }
+  const double edges = static_cast<double>(evidence.edge_samples_found) / evidence.edge_samples;
+  if (evidence.proven_points < kEnoughPoints) {
+    return edges;
+  }
+  return 0.5 * (edges + static_cast<double>(evidence.proven_matched) / evidence.proven_points);
+}
+
+/// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
+/// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
+bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
+                        std::span<const PipeSupport> pipes) {
+  PipeSupport fixed;
+  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d& direction = model.pipes[i].direction;
+    if (offsets.covariance(row, row) == 0 && std::abs(direction.y()) > std::abs(direction.x())) {
+      fixed.searched += pipes[i].searched;
+      fixed.found += pipes[i].found;
+    }
+  }
+  return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
+}
 
 }  // namespace
 
@@ -40,6 +82,16 @@ bool TrackStep::is_wide(const TrackBelief& belief) const {
     }
   }
   return false;
+}
+
+double TrackStep::apart(const SE3& a, const SE3& b) const {
+  const geometry::Vector6d difference = pose_difference(a, b);
+  const double height = std::max(0.5, a.translation().z());
+  const double focal = camera_.matrix()(0, 0);
+  const double half_width = 0.5 * camera_.parameters().width;
+  // A turn about y is a move along x, almost; moves along the pipes are not seen at all.
+  return focal * std::abs(difference.x() / height - difference(4)) +
+         half_width * (std::abs(difference(5)) + std::abs(difference.z()) / height);
 }
 
 void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation, double farthest) {
@@ -72,7 +124,7 @@ TrackStep::Start TrackStep::narrowed(const ImageView& image, const TrackBelief& 
   for (const double step : kNextSteps) {
     render(start.T_rack_camera, around.offsets);
     gather_contours(start.T_rack_camera, std::sqrt(covariance(kY, kY)), kFarthest);
-    alignment_.search(image, contours_, covariance, step, kDistinctAlong, 1, narrowed_);
+    alignment_.search(image, contours_, covariance, step, kDistinct, 1, narrowed_);
     if (narrowed_.empty()) {
       break;
     }
@@ -88,8 +140,7 @@ void TrackStep::propose_starts(const ImageView& image, const TrackBelief& around
   render(around.T_rack_camera, around.offsets);
   // First those that tell the pose across the pipes, whatever it is along them.
   gather_contours(around.T_rack_camera, std::sqrt(around.covariance(kY, kY)), kFirstStep);
-  alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinctTried, kTried,
-                    peaks_);
+  alignment_.search(image, contours_, around.covariance, kFirstStep, kDistinct, kTried, peaks_);
   const Matrix6d left = AlignmentSearch::remaining(contours_, around.covariance, 2 * kFirstStep);
   for (const AlignmentPeak& peak : peaks_) {
     if (peak.score < peaks_.front().score - kMuchWorse) {
@@ -175,12 +226,80 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
   });
   Matrix6d along = Matrix6d::Zero();
   along(kY, kY) = along_variance;
-  alignment_.search(image, contours_, along, kAlongStep, kDistinctAlong, 2, peaks_);
+  alignment_.search(image, contours_, along, kAlongStep, kDistinct, 2, peaks_);
   const double found = outcome.belief.anchor_variance;
   return peaks_.empty() ||
          (peaks_.front().motion(kY) * peaks_.front().motion(kY) <
               9 * (found + kSameAlong * kSameAlong) &&
           (peaks_.size() < 2 || peaks_[1].score < peaks_[0].score - kClearlyBetterAlong));
+}
+
+void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
+                              StepOutcome& outcome) {
+  map_error_ = before.map;
+  outcome = {};
+  outcome.belief = before;
+  TrackBelief around = before;
+  around.covariance(kY, kY) += before.anchor_variance;
+  if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
+    return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
+  }
+  outcome = {};
+  outcome.belief = before;
+  propose_starts(image, around);
+  const Matrix6d information = around.covariance.inverse();
+  StepOutcome tried;
+  StepOutcome best;
+  double best_share = -1;
+  double best_merit = 0;
+  double rival_share = -1;
+  Start best_start;
+  for (const Start& start : starts_) {
+    if (!try_start(image, around, start, tried)) {
+      continue;
+    }
+    const geometry::Vector6d moved =
+        pose_difference(around.T_rack_camera, tried.belief.T_rack_camera);
+    const double chi_square = moved.dot(information * moved);
+    const double share = found_share(tried.evidence);
+    const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
+    if (chi_square > kImprobable || share < kLeastShare ||
+        !reference_is_found(model_, around.offsets, tried.pipes) ||
+        std::max(sigma(0), sigma(2)) > kCertainPlace || sigma.tail<3>().maxCoeff() > kCertainTurn) {
+      continue;
+    }
+    const geometry::Vector6d before_sigma = around.covariance.diagonal().cwiseSqrt();
+    if (std::abs(moved(kY)) > kFarthestAlong * before_sigma(kY)) {
+      continue;  // those are the edges of another support, or its other edges
+    }
+    if (sigma(0) > kNoLessSure * before_sigma(0) || sigma(2) > kNoLessSure * before_sigma(2)) {
+      continue;  // it contradicts what was known: the residuals say so
+    }
+    const bool same =
+        best_share >= 0 && apart(best.belief.T_rack_camera, tried.belief.T_rack_camera) < kDistinct;
+    const double merit = share - kShareByChiSquare * chi_square;
+    if (same ? merit > best_merit : share > best_share) {
+      best_merit = merit;
+      rival_share = same ? rival_share : best_share;
+      best_share = share;
+      best = tried;
+      best_start = start;
+    } else if (!same) {
+      rival_share = std::max(rival_share, share);
+    }
+  }
+  const double clearly = kClearlyBetter + kDoubtByShare * std::max(0.0, kGoodShare - best_share);
+  if (best_share - rival_share < clearly) {
+    outcome.status = PoseStatus::kTooFewInliers;
+    return;
+  }
+  // Once more, for the working memory that `learn` reads.
+  (void)try_start(image, around, best_start, outcome);
+  if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
+    // One edge of a support looks like another: nothing is known that was not known before.
+    outcome.belief.anchor_variance =
+        std::max(outcome.belief.anchor_variance, around.covariance(kY, kY));
+  }
 }
 
 }  // namespace pipescout::rack_vision

@@ -139,28 +139,6 @@ class TrackStep {
   /// Refines, and asks the texture map where there is one.
   bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
                  StepOutcome& outcome);
-  /// A place that was tried: it may not be acceptable.
-  struct JudgedStart {
-    Start start;
-    TrackBelief belief;       ///< as solved
-    double share = 0;         ///< of what was looked for, see `found_share`
-    double merit = 0;         ///< log-likelihood, with that of pose and offsets before the image
-    bool acceptable = false;  ///< may be taken for a start
-  };
-  /// Whether a place that is off by `moved` from where it is said to be may be taken for a start.
-  [[nodiscard]] bool is_acceptable(const TrackBelief& around, const StepOutcome& tried,
-                                   const geometry::Vector6d& moved) const;
-  /// How well the samples that were searched lie on the edges at the pose that was accepted, 0 to
-  /// 1: what Tukey's loss, held to their sigmas, leaves of their number.
-  [[nodiscard]] double edge_agreement() const;
-  /// Makes the belief from the best start as uncertain as the other minima nearby, each by its
-  /// likelihood, have it: where one contour was taken for another, the right one is among those.
-  void admit_the_others(const JudgedStart& best, TrackBelief& belief) const;
-  /// Whether no place that looks another way, of judged_, fits about as well.
-  [[nodiscard]] bool is_clear(const JudgedStart& best) const;
-  /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
-  /// out: only then is there an outcome.
-  bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
   /// Whether supports fit the place along y that was found, and no other one about as well.
   bool along_is_clear(const ImageView& image, const StepOutcome& outcome, double along_variance);
   /// How far apart, in px, edges look from two places.
@@ -196,7 +174,6 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<Start> starts_;
-  std::vector<JudgedStart> judged_;
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
   PoseSolution solution_;
