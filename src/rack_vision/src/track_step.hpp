@@ -139,6 +139,9 @@ class TrackStep {
   /// Refines, and asks the texture map where there is one.
   bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
                  StepOutcome& outcome);
+  /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
+  /// out: only then is there an outcome.
+  bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
   /// Whether supports fit the place along y that was found, and no other one about as well.
   bool along_is_clear(const ImageView& image, const StepOutcome& outcome, double along_variance);
   /// How far apart, in px, edges look from two places.
