@@ -120,8 +120,12 @@ bool TrackStep::across_is_found() const {
     return std::abs(moves(kY)) > std::abs(moves(0));
   };
   int searched = 0;
-  for (const SearchedSample& sample : samples_) {
-    searched += sample.searched && across(sample.edge) ? 1 : 0;
+  for (std::size_t first = 0; first < samples_.size();) {
+    const std::uint32_t edge = samples_[first].edge;
+    const bool counts = across(edge);
+    for (; first < samples_.size() && samples_[first].edge == edge; ++first) {
+      searched += counts && samples_[first].searched ? 1 : 0;
+    }
   }
   int found = 0;
   for (const EdgeSupport& support : solution_.edges) {

@@ -24,6 +24,8 @@ constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing
 constexpr std::size_t kPointsForAlong = 8;
 constexpr double kDoubtInFar = 4;   // times the variance that a wide search states
 constexpr double kStartBias = 0.6;  // px
+constexpr std::size_t kPeaksInFlight =
+    6;  // the best one is used; for one alone the search is coarse
 constexpr std::size_t kPiecesPerEdge = 2;
 constexpr std::size_t kEdgesInView = 9;  // of the twelve of a support
 constexpr int kY = 1;
@@ -271,9 +273,9 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
     // Within such a range there are edges of neighbours: first see where all of them line up.
     TrackBelief around = belief;
     around.covariance(kY, kY) = along_variance;
-    propose_starts(image, around);
-    return !starts_.empty() &&
-           refine_start(image, free, starts_.front(),
+    find_peaks(image, around, kPeaksInFlight);
+    return !peaks_.empty() &&
+           refine_start(image, free, narrowed(image, around, peaks_.front()),
                         along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;

@@ -122,23 +122,30 @@ class TrackStep {
   [[nodiscard]] bool across_is_found() const;
   void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
-  /// A place to start from, and how well edges line up there.
-  struct Start {
-    geometry::SE3 T_rack_camera;
-    double score = 0;
-  };
   /// Fills contours_ from the rendered edges: those that an error along y of three deviations moves
   /// by at most `farthest` px.
   void gather_contours(const geometry::SE3& T_rack_camera, double along_deviation, double farthest);
-  /// Fills starts_. Here and below the covariance of `around` is the whole one, along y too.
-  void propose_starts(const ImageView& image, const TrackBelief& around);
-  Start narrowed(const ImageView& image, const TrackBelief& around,
-                 const geometry::SE3& T_rack_camera, geometry::Matrix6d covariance);
-  bool refine_start(const ImageView& image, const TrackBelief& around, const Start& start,
+  /// Fills peaks_ with the places at which edges line up best, and left_by_peaks_. Here and below
+  /// the covariance of `around` is the whole one, along y too.
+  void find_peaks(const ImageView& image, const TrackBelief& around, std::size_t most);
+  /// The pose at one of them, more exactly.
+  geometry::SE3 narrowed(const ImageView& image, const TrackBelief& around,
+                         const AlignmentPeak& peak);
+  bool refine_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
                     double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
-  bool try_start(const ImageView& image, const TrackBelief& around, const Start& start,
+  bool try_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
                  StepOutcome& outcome);
+  struct TriedStart {
+    geometry::SE3 start;
+    geometry::SE3 found;  ///< the pose, from there
+    double share = 0;     ///< of what is looked for at that pose, found
+    double merit = 0;
+    bool explains = false;  ///< the image
+  };
+  /// Whether a start that was tried just now may be the right one.
+  [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
+                                        const geometry::Vector6d& moved) const;
   /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
   /// out: only then is there an outcome.
   bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
@@ -176,7 +183,8 @@ class TrackStep {
   AlignmentSearch alignment_;
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
-  std::vector<Start> starts_;
+  std::vector<TriedStart> tried_;
+  geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
   PoseSolution solution_;

@@ -64,7 +64,7 @@ class RackLocalization {
 
   /// One image, as RackTracker::track, but `motion` is since the last image that was given to this
   /// function, whatever became of that one. An image that is searched for a pose to start from
-  /// takes some 0.2 s of one core.
+  /// takes 0.2 to 0.5 s of one core.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 
