@@ -460,6 +460,7 @@ void RackLocalizer::tell_counts() {
   const rack_vision::RackTrackerCounts& tracker = localization_->tracker().counts();
   tell("tracker.images", tracker.images);
   tell("tracker.losses", tracker.losses);
+  tell("tracker.refused_starts", tracker.refused_starts);
   tell("tracker.bad_predictions", tracker.bad_predictions);
   const rack_vision::RackLocalizationCounts& counts = localization_->counts();
   tell("start.given", counts.given);

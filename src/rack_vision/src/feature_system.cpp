@@ -387,6 +387,10 @@ void FeatureSystem::accumulate(const SolverState& state, const UnknownLayout& la
     support_.push_back(
         {run.edge, static_cast<std::uint16_t>(run.count), static_cast<std::uint16_t>(inliers)});
   }
+  equations.edge_weight = weighting.edge_weight;
+  equations.edge_information *= weighting.edge_weight;
+  equations.gradient *= weighting.edge_weight;
+  equations.cost *= weighting.edge_weight;
   for (const PointObservation& point : points_) {
     add_point(point, state, view, layout, weighting, equations);
   }

@@ -53,6 +53,7 @@ struct ResidualSums {
 
 struct NormalEquations {
   SystemMatrix edge_information, point_information;
+  double edge_weight = 1;  ///< as in Weighting; it is in the information, not in the sums
   SystemVector gradient;
   double cost = 0;
   ResidualSums edges, points;
@@ -65,6 +66,7 @@ struct Weighting {
   double edge_width = 1;
   double point_width = 1;
   double inlier_bound = 3;
+  double edge_weight = 1;  ///< of the information of edges, against what their sigmas say
   /// As the paper has it: a point gives one row along its displacement (Figure 3), not two.
   bool points_along_displacement = false;
 };

@@ -159,7 +159,10 @@ Weighting PoseSolver::Implementation::final_weighting(const ResidualScales& scal
   return {.kernel = final_kernel(),
           .edge_width = final_width() * edges,
           .point_width = final_width() * points,
-          .inlier_bound = kInlierSigmas * std::max(edges, points)};
+          .inlier_bound = kInlierSigmas * std::max(edges, points),
+          .edge_weight = parameters_.spread_weakens_edges
+                             ? 1 / std::max(1.0, scales.edges * scales.edges)
+                             : 1.0};
 }
 
 void PoseSolver::Implementation::start(const PoseProblem& problem) {

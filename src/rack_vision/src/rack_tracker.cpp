@@ -271,7 +271,7 @@ class RackTracker::Implementation {
   }
 
   void lose(std::string_view reason, RackTrackerResult& result) {
-    ++counts_.losses;
+    ++(starting_ ? counts_.refused_starts : counts_.losses);
     if (probation_ > 0) {
       offsets_.reset();  // as little as the pose, they may have been found
     }

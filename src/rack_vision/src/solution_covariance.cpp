@@ -73,7 +73,8 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
                        PoseSolution& solution) {
   const double rows = equations.edges.count + 2 * equations.points.count;
   const double lost = std::clamp(layout.size / std::max(rows, 1.0), 0.0, 0.9);
-  const double edges = measured_factor(equations.edges, factors.edges, lost);
+  const double edges =
+      equations.edge_weight * measured_factor(equations.edges, factors.edges, lost);
   const double points = measured_factor(equations.points, factors.points, lost);
 
   geometry::Vector6d caps;

@@ -48,6 +48,7 @@ PoseSolverParameters start_solver_parameters(const RackTrackerParameters& parame
   // In the first image nothing tells a contour from a shadow or a stripe that runs along it.
   solver.edge_bias_sigma = std::max(parameters.edge_bias_sigma, kStartBias);
   solver.saliency_first = true;
+  solver.spread_weakens_edges = true;
   // Nor are residuals small there while the guess is far off.
   solver.largest_edge_widening = PoseSolverParameters{}.largest_edge_widening;
   return solver;

@@ -134,6 +134,39 @@ TEST(PoseSolver, HoldsToTheSigmasWhereMostEdgeSamplesAreOutliers) {
   EXPECT_GT(std::sqrt(widening_square / clean_square), 4);
 }
 
+TEST(PoseSolver, EdgesThatSpreadFartherThanTheirSigmasCountAsLittleAsThatAgainstAPrior) {
+  constexpr double kSpread = 2.0;  // px, four times what the samples state
+  const RackModel model = test::row_rack(4);
+  PoseSolver weakened(model, {.spread_weakens_edges = true});
+  PoseSolver plain(model, {});
+  const SE3 truth = test::above();
+  double weakened_off = 0, plain_off = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    Engine engine(static_cast<std::uint64_t>(seed));
+    const Features honest = test::measure(model, {}, {}, truth, {.sigma = kSpread}, engine);
+    Features stated = honest;
+    for (EdgeSample& sample : stated.edges) {
+      sample.sigma = kSpread / 4;
+    }
+    PosePrior prior{.T_camera_rack = moved(truth, 0.02 * Vector6d::Unit(0))};
+    prior.information = (1 / (0.01 * 0.01)) * geometry::Matrix6d::Identity();
+    const auto found = [&](PoseSolver& solver, const Features& features) {
+      PoseProblem problem = features.problem(truth);
+      problem.pose_prior = prior;
+      return solve(solver, problem);
+    };
+    const PoseSolution right = found(plain, honest);
+    const PoseSolution by_spread = found(weakened, stated);
+    const PoseSolution by_sigma = found(plain, stated);
+    weakened_off += pose_error(by_spread.T_camera_rack, right.T_camera_rack).head<3>().norm();
+    plain_off += pose_error(by_sigma.T_camera_rack, right.T_camera_rack).head<3>().norm();
+    const Vector6d deviation = right.covariance.diagonal().cwiseSqrt();
+    const Vector6d said = by_spread.covariance.diagonal().cwiseSqrt();
+    EXPECT_LT((said - deviation).cwiseQuotient(deviation).cwiseAbs().maxCoeff(), 0.3) << seed;
+  }
+  EXPECT_LT(weakened_off, 0.2 * plain_off);
+}
+
 TEST(PoseSolver, PaperMethodsTakeOneStep) {
   const RackModel model = test::row_rack(4);
   Engine engine(3);

@@ -205,8 +205,14 @@ TEST_F(RackTrackerTest, IsLostWithinTwoImagesOfAnotherSceneAndStartsAgain) {
   }
   EXPECT_EQ(result.status, TrackStatus::kLost);
   EXPECT_FALSE(result.reason.empty());
+  EXPECT_EQ(tracker_.counts().losses, 1U);
   ASSERT_TRUE(tracker_.set_pose(flight(6), start_covariance(0.01, 0.005)));
-  EXPECT_EQ(step(6).status, TrackStatus::kTracking);
+  image_ = draw(model_, camera_, drawn_pose(1.5, 4.0, 1.96, 1.2));
+  EXPECT_EQ(tracker_.track(image_.view(), 0.04 * 6).status, TrackStatus::kLost);
+  EXPECT_EQ(tracker_.counts().refused_starts, 1U);
+  EXPECT_EQ(tracker_.counts().losses, 1U) << "there was no track to lose";
+  ASSERT_TRUE(tracker_.set_pose(flight(7), start_covariance(0.01, 0.005)));
+  EXPECT_EQ(step(7).status, TrackStatus::kTracking);
 }
 
 TEST_F(RackTrackerTest, SaysNothingOfIntrinsicsUnlessAsked) {

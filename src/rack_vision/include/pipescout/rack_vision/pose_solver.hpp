@@ -120,6 +120,9 @@ struct PoseSolverParameters {
   /// median, the kernel is made wider, by at most this factor, >= 1. Where more than half of them
   /// may be outliers the median is one of those: 1 then holds to the sigmas.
   double largest_edge_widening = 1e6;
+  /// kIterated: where they spread farther than their sigmas say, edges count as little against
+  /// priors as if their sigmas were as large as that.
+  bool spread_weakens_edges = false;
   int iterations = 12;  ///< at most, 1..100
   /// Converged when a step moves the features by less than this, root of their mean square, in
   /// standard deviations, > 0.

@@ -99,7 +99,7 @@ struct RackTrackerResult {
   int iterations = 0;  ///< of the solver
 };
 
-/// What was refused since the tracker was made.
+/// What was refused, and lost, since the tracker was made.
 struct RackTrackerCounts {
   std::uint64_t images = 0;
   std::uint64_t wrong_size = 0;
@@ -108,7 +108,8 @@ struct RackTrackerCounts {
   std::uint64_t bad_stamps = 0;
   /// NaN, a covariance that is none, or not where the image has the camera: not used.
   std::uint64_t bad_predictions = 0;
-  std::uint64_t losses = 0;
+  std::uint64_t refused_starts = 0;  ///< poses to start from that no image bore out
+  std::uint64_t losses = 0;          ///< of tracks
 };
 
 class RackTracker {
