@@ -22,10 +22,9 @@ constexpr double kFreeAlong = 0.5;        // m: "not known" along y
 constexpr std::size_t kFirstPoints = 14;  // matched before the view is improved for the others
 constexpr double kWidestAlong = 10.0;     // px: three sigma of what not knowing y does to an edge
 constexpr std::size_t kPointsForAlong = 8;
-constexpr double kDoubtInFar = 4;   // times the variance that a wide search states
-constexpr double kStartBias = 0.6;  // px
-constexpr std::size_t kPeaksInFlight =
-    6;  // the best one is used; for one alone the search is coarse
+constexpr double kDoubtInFar = 4;          // times the variance that a wide search states
+constexpr double kStartBias = 0.6;         // px
+constexpr std::size_t kPeaksInFlight = 6;  // one is used; for one alone the search is coarse
 constexpr std::size_t kPiecesPerEdge = 2;
 constexpr std::size_t kEdgesInView = 9;  // of the twelve of a support
 constexpr int kY = 1;
