@@ -257,10 +257,10 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
 }
 
 bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome& tried,
-                                   const geometry::Vector6d& moved) const {
+                                   double share, const geometry::Vector6d& moved) const {
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-  return found_share(tried.evidence) >= kLeastShare + kShareByScale * solution_.residual_scale &&
+  return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
          reference_is_found(model_, around.offsets, tried.pipes) &&
          std::max(sigma(0), sigma(2)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
@@ -278,8 +278,6 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
     return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
   }
-  outcome = {};
-  outcome.belief = before;
   find_peaks(image, around, kMostTried);
   const Matrix6d information = around.covariance.inverse();
   tried_.clear();
@@ -300,7 +298,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                       .found = found,
                       .share = share,
                       .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square,
-                      .explains = explains_the_image(around, outcome, moved)});
+                      .explains = explains_the_image(around, outcome, share, moved)});
     explained = explained || tried_.back().explains;
   }
   outcome = {};

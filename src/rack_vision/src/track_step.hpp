@@ -143,9 +143,10 @@ class TrackStep {
     double merit = 0;
     bool explains = false;  ///< the image
   };
-  /// Whether a start that was tried just now may be the right one.
+  /// Whether a start that was tried just now, which found this share and moved the pose so, may be
+  /// the right one.
   [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
-                                        const geometry::Vector6d& moved) const;
+                                        double share, const geometry::Vector6d& moved) const;
   /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
   /// out: only then is there an outcome.
   bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
