@@ -111,7 +111,9 @@ def without_a_tally(launch_scripts, scratch):
     assert later[len(later) // 2] < 0.05, later
 
     composition = scratch / "knowing.yaml"
-    composition.write_text(text[:locator] + text[locator:].replace("$(arg tally)", str(learnt)))
+    composition.write_text(text[:locator] + text[locator:].replace(
+        "$(arg tally)", str(learnt)).replace(
+            "      centre_line: $(share pipescout_crawler_simulation)/centre_line.csv\n", ""))
     run(composition, scratch / "run/second", "seed:=8")
     positions = recorded(scratch / "run/second", "positions.csv")
     truth = recorded(scratch / "run/second", "crawler/truth.csv")

@@ -9,8 +9,13 @@ import subprocess
 
 def pipescout(*arguments, timeout):
     environment = dict(os.environ, ROS_LOCALHOST_ONLY="1", ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
-    result = subprocess.run(["pipescout", *map(str, arguments)], env=environment, timeout=timeout,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        result = subprocess.run(["pipescout", *map(str, arguments)], env=environment,
+                                timeout=timeout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                text=True)
+    except subprocess.TimeoutExpired as expired:
+        print((expired.stdout or b"").decode(errors="replace"))  # bytes, whatever was asked for
+        raise
     print(result.stdout)
     assert result.returncode == 0, f"exit code {result.returncode}"
     return result.stdout

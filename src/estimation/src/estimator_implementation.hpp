@@ -136,6 +136,10 @@ class StateEstimator::Implementation {
   [[nodiscard]] bool align_in_motion();
   /// The state is in the map.
   void run();
+  /// Before it is in the map, place and heading are in axes of no meaning. An uncertain heading
+  /// turns the velocity and all that is known with it by angles for which nothing is linear any
+  /// more: then the axes become those in which the body is where it is and heads where it heads.
+  void forget_heading();
   void level_again() noexcept;
   [[nodiscard]] std::optional<Angle> start_yaw() const;
   [[nodiscard]] std::optional<Placement> start_place(const Angle& yaw) const;
@@ -240,6 +244,8 @@ class StateEstimator::Implementation {
   double last_position_ = std::numeric_limits<double>::quiet_NaN();  // s, accepted
   double borne_out_ = 0;  // s with accepted positions since the state was placed
   double good_time_ = 0;  // of the newest sound keyframe
+  // s, of the one from which the newest recovery began; NaN: none was, or all began again since.
+  double recovered_time_ = std::numeric_limits<double>::quiet_NaN();
   NavState good_state_{};
   StateMatrix good_covariance_ = StateMatrix::Zero();
 };

@@ -14,6 +14,13 @@ using geometry::SO3;
 
 constexpr double kSameTime = 1e-4;  // s
 
+/// No IMU is as wrong as the biases of a state that has gone astray.
+bool is_possible(const NavState& state) {
+  constexpr double kGyroBias = 2;            // rad/s
+  constexpr double kAccelerometerBias = 20;  // m/s^2
+  return state.gyro_bias.norm() < kGyroBias && state.accelerometer_bias.norm() < kAccelerometerBias;
+}
+
 std::optional<Source> source_of(FactorKind kind) {
   switch (kind) {
     case FactorKind::kGps:
@@ -67,6 +74,10 @@ void StateEstimator::Implementation::keyframe(double time) {
     recover(pose);
     return;
   }
+  if (!is_possible(newest_state())) {
+    lose(RestartReason::kNumericalFailure);
+    return;
+  }
   odom_.correct(before, smoother_.state(smoother_.keyframes() - 2));
   odom_.record(time, newest_state(), status_.standing_still);
   const FixedLagSmoother::Propagated now = *smoother_.propagated();
@@ -78,6 +89,9 @@ void StateEstimator::Implementation::keyframe(double time) {
   good_covariance_ = smoother_.covariance(smoother_.keyframes() - 1);
   if (phase_ == Phase::kAligning) {
     align();
+    if (phase_ == Phase::kAligning) {
+      forget_heading();
+    }
   }
 }
 
@@ -218,7 +232,9 @@ void StateEstimator::Implementation::recover(const SE3& pose) {
   StateVector spoilt;
   spoilt << Vector3d::Constant(0.5), Vector3d::Constant(0.1), Vector3d::Constant(0.5),
       Vector3d::Constant(0.01), Vector3d::Constant(0.1);
-  if (!good_state_.is_finite() || !good_covariance_.allFinite()) {
+  // What fails twice from the same keyframe always will.
+  const bool again = recovered_time_ == good_time_;
+  if (again || !good_state_.is_finite() || !good_covariance_.allFinite()) {
     lose(RestartReason::kNumericalFailure);
     return;
   }
@@ -227,6 +243,7 @@ void StateEstimator::Implementation::recover(const SE3& pose) {
   smoother_.initialise(good_time_, good_state_, covariance);
   odom_.make_up(good_time_, good_state_, pose);
   odometer_until_ = good_time_;
+  recovered_time_ = good_time_;
   note_restart(RestartReason::kNumericalFailure, good_time_);
 }
 
@@ -272,6 +289,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
     note_restart(reason, imu_end_);
   }
   phase_ = Phase::kStarting;
+  recovered_time_ = std::numeric_limits<double>::quiet_NaN();
   fault_.clear();
   status_.standing_still = false;
   levelling_ = {};

@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 using geometry::SE3;
 using geometry::SO3;
 
+constexpr double kKnown = 1e-3;  // m and rad of the yaw, where the axes are those of the body
+
 /// "+x", "-z": the axis that is nearest to a direction.
 std::string axis_of(const Vector3d& direction) {
   Eigen::Index which = 0;
@@ -86,7 +88,6 @@ void StateEstimator::Implementation::gather(const ImuSample& sample) {
 }
 
 void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
-  constexpr double kKnown = 1e-3;  // m, and rad of the yaw: odom begins here
   constexpr double kStillSpeed = 0.05;
   const StartParameters& start = parameters_.start;
   const Vector3d rate = levelling_.mean_rate();
@@ -321,6 +322,27 @@ void StateEstimator::Implementation::run() {
   in_motion_.end();
   given_.reset();
   borne_out_ = 0;
+}
+
+void StateEstimator::Implementation::forget_heading() {
+  constexpr double kLargest = 0.1;  // rad, deviation for which turning is still linear
+  StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  const NavState mean = newest_state();
+  StateVector by_yaw = StateVector::Zero();
+  by_yaw.segment<3>(kRotation) = mean.R_map_body.inverse() * Vector3d::UnitZ();
+  by_yaw.segment<3>(kVelocity) = Vector3d::UnitZ().cross(mean.velocity);
+  StateVector to_yaw = StateVector::Zero();
+  to_yaw.segment<3>(kRotation) = by_yaw.segment<3>(kRotation);
+  if (to_yaw.dot(covariance * to_yaw) < kLargest * kLargest) {
+    return;
+  }
+  const StateMatrix without_yaw = StateMatrix::Identity() - by_yaw * to_yaw.transpose();
+  covariance = without_yaw * covariance * without_yaw.transpose();
+  covariance.middleRows<3>(kPosition).setZero();
+  covariance.middleCols<3>(kPosition).setZero();
+  covariance.diagonal().segment<3>(kPosition).setConstant(kKnown * kKnown);
+  covariance += kKnown * kKnown * by_yaw * by_yaw.transpose();
+  anchor(newest_time(), mean, covariance, RestartReason::kNone);
 }
 
 void StateEstimator::Implementation::level_again() noexcept {

@@ -111,6 +111,21 @@ INSTANTIATE_TEST_SUITE_P(
                     Mounting{1, SO3::about_y(std::numbers::pi / 2), "R_body_imu"},
                     Mounting{2, SO3(), "set specific_force_scale to"}));
 
+TEST_F(StateEstimatorFaultsTest, AnImuSaidToBeWorseThanAnyHoldsNothingUp) {
+  // A heading that is anybody's guess within a keyframe: updates fail, and from the same keyframe
+  // they fail again.
+  const SimulatedVehicle vehicle(3, options_);
+  StateEstimatorParameters p = StateEstimatorParameters::crawler();
+  p.smoother.imu_noise = {.gyro = 10,
+                          .accelerometer = 1e-9,
+                          .gyro_bias = 1e-9,
+                          .accelerometer_bias = 1e-9,
+                          .integration = 1e-9};
+  StateEstimator estimator(p);
+  test::deliver(estimator, vehicle, 0, 30);
+  EXPECT_GT(estimator.updates(), 100U);
+}
+
 TEST_F(StateEstimatorFaultsTest, SaysThatTheImuNeverCame) {
   const SimulatedVehicle vehicle(22, options_);
   StateEstimator estimator(robot());

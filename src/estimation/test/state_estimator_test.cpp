@@ -213,6 +213,45 @@ TEST(StateEstimator, AWeldThatCouldBeEitherOfTwoIsNotReassigned) {
   EXPECT_EQ(estimator.status().of(Source::kWeld).reassigned, 0U);
 }
 
+TEST(StateEstimator, WhatItIsNotToldInALongWhileIsNotMixedWithTheRest) {
+  // Nothing tells the heading for 20 minutes; a stop then tells the bias of the gyro, which turns
+  // all that is known of the heading, by far more than what is linear.
+  VehicleOptions options;
+  options.gps = false;
+  options.speed = 0.3;
+  options.imu_rate = 50;
+  options.duration = 1200;
+  options.stop_from = 720;
+  options.stop_until = 740;
+  StateEstimatorParameters p = StateEstimatorParameters::crawler();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  p.smoother.imu_noise.gyro_bias = 2e-4;
+  for (const std::uint64_t seed : {3, 4}) {
+    const SimulatedVehicle vehicle(seed, options);
+    StateEstimator estimator(p);
+    double worst = 0;
+    test::deliver(
+        estimator, vehicle, 0, options.duration,
+        [&](AnyMessage& message) {
+          if (auto* const imu = std::get_if<ImuReading>(&message)) {
+            imu->angular_rate.z() += 1e-5 * std::min(imu->time, options.duration - imu->time);
+          }
+          return true;
+        },
+        [&](const Estimate& estimate) {
+          if (estimate.time > 10) {
+            const double truth = vehicle.truth(estimate.time).velocity.norm();
+            worst = std::max(worst, std::abs(estimate.state.velocity.norm() - truth));
+          }
+        });
+    EXPECT_LT(worst, 0.04) << "seed " << seed;
+    EXPECT_EQ(estimator.status().phase, Phase::kAligning);
+    for (const std::size_t restarts : estimator.status().restarts) {
+      EXPECT_EQ(restarts, 0U) << "seed " << seed;
+    }
+  }
+}
+
 TEST(StateEstimator, OdomNeverJumpsAndBothFramesAgree) {
   VehicleOptions options;
   options.duration = 80;
