@@ -89,13 +89,13 @@ def without_a_tally(launch_scripts, scratch):
     learnt = scratch / "learnt.csv"
     # Welds whose chainage is that of the run are not on the centre line of the pipe.
     text = (launch_scripts / "crawler.yaml").read_text().replace(
-        "      weld.tally: $(arg tally)\n", "")
+        "      weld.tally: $(arg tally)\n", "").replace(
+            "centre_line: $(share pipescout_crawler_simulation)/centre_line.csv",
+            "start.position: [132.0, 0.0, 0.0]\n      start.heading: [0.0, 0.02]")
     locator = text.index("pipescout::WeldLocator")
     composition = scratch / "learning.yaml"
     composition.write_text(text[:locator] + text[locator:].replace(
-        "tally: $(arg tally)", f"tally: ''\n      start.joint: 0\n      learnt_tally: {learnt}")
-        .replace("centre_line: $(share pipescout_crawler_simulation)/centre_line.csv",
-                 "start.position: [132.0, 0.0, 0.0]\n      start.heading: [0.0, 0.02]"))
+        "tally: $(arg tally)", f"tally: ''\n      start.joint: 0\n      learnt_tally: {learnt}"))
     (scratch / "run").mkdir()
     run(composition, scratch / "run/first")
     joints = list(csv.DictReader(learnt.open(newline="")))
@@ -111,9 +111,7 @@ def without_a_tally(launch_scripts, scratch):
     assert later[len(later) // 2] < 0.05, later
 
     composition = scratch / "knowing.yaml"
-    composition.write_text(text[:locator] + text[locator:].replace(
-        "$(arg tally)", str(learnt)).replace(
-            "      centre_line: $(share pipescout_crawler_simulation)/centre_line.csv\n", ""))
+    composition.write_text(text[:locator] + text[locator:].replace("$(arg tally)", str(learnt)))
     run(composition, scratch / "run/second", "seed:=8")
     positions = recorded(scratch / "run/second", "positions.csv")
     truth = recorded(scratch / "run/second", "crawler/truth.csv")
