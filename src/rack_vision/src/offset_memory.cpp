@@ -75,7 +75,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
 }
 
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,
-                         double alike_images) {
+                         double share) {
   OffsetVector step = OffsetVector::Zero();
   OffsetMatrix prior = OffsetMatrix::Identity();
   OffsetMatrix posterior = OffsetMatrix::Identity();
@@ -102,9 +102,9 @@ void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport>
   }
   prior = prior.llt().solve(OffsetMatrix::Identity()).eval();
   posterior = posterior.llt().solve(OffsetMatrix::Identity()).eval();
-  const OffsetMatrix information = prior + (posterior - prior) / alike_images;
+  const OffsetMatrix information = prior + share * (posterior - prior);
   const OffsetMatrix covariance = information.llt().solve(OffsetMatrix::Identity());
-  const OffsetVector moved = covariance * (posterior * step) / alike_images;
+  const OffsetVector moved = share * covariance * (posterior * step);
   if (!covariance.allFinite() || !moved.allFinite()) {
     return;
   }

@@ -25,11 +25,11 @@ class OffsetMemory {
   void reset();
   /// After dt s, in which pipes may have moved.
   void predict(double dt);
-  /// Takes over the offsets of an image, which began with this belief, and of which it counts one
-  /// in `alike_images`: errors of successive images are alike. Nothing is learnt of a pipe whose
+  /// Takes over the offsets of an image, which began with this belief, as far as the image tells
+  /// what others did not: `share` of its information, in [0, 1]. Nothing is learnt of a pipe whose
   /// contours are not found; of one that is not where it is believed in ten images, nothing is
   /// known any more.
-  void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double alike_images);
+  void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
   [[nodiscard]] const OffsetBelief& belief() const noexcept { return belief_; }
 

@@ -11,6 +11,7 @@
 #include "offset_memory.hpp"
 #include "pose_belief.hpp"
 #include "track_step.hpp"
+#include "view_change.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -25,12 +26,9 @@ constexpr int kFreshPoints = 10;  // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
 // What alike errors of successive images add to the covariance, measured.
 constexpr double kCovarianceFactor = 2.5;
-// What misleads the first image misleads those after it alike: what it leaves uncertain, they do
-// not tell better before the view is another one.
-constexpr double kImagesUntilUnlike = 50;
+// What the first image leaves uncertain, others of its view do not tell better.
+constexpr double kViewsUntilUnlike = 2;
 constexpr double kAlikeAlong = 0.05 * 0.05;  // m^2: supports that come into view later tell better
-// Shading and paint stay where they are: what an image says of the offsets counts once in so many.
-constexpr double kAlikeImages = 25;
 
 bool is_covariance(const Matrix6d& matrix) {
   return matrix.allFinite() &&
@@ -60,7 +58,6 @@ class RackTracker::Implementation {
     state_ = TrackStatus::kCoasting;
     starting_ = true;
     probation_ = kProbation;
-    images_since_start_ = 0;
     last_stamp_.reset();
     leapt_stamp_.reset();
     return true;
@@ -236,11 +233,10 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, starting_ ? 1 : kAlikeImages);
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
-    ++images_since_start_;
     coasted_ = 0;
     if (parameters_.estimate_intrinsics) {
       learn_intrinsics();
@@ -249,6 +245,15 @@ class RackTracker::Implementation {
     improve_camera();
     fill(result);
     result.quality = quality();
+  }
+
+  /// Of what the image says, what those before it did not.
+  double share_of_view() {
+    if (!starting_) {
+      return view_.see(pose_.pose(), *last_stamp_);
+    }
+    view_.begin(pose_.pose(), *last_stamp_);
+    return 1;
   }
 
   /// Before the step learns: its working memory holds the image's edges.
@@ -305,7 +310,7 @@ class RackTracker::Implementation {
     result = blank();
     result.T_rack_camera = pose_.pose();
     result.covariance = kCovarianceFactor * pose_.covariance() +
-                        std::exp(-images_since_start_ / kImagesUntilUnlike) * covariance_at_start_;
+                        std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
     result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
@@ -331,7 +336,7 @@ class RackTracker::Implementation {
   TrackStatus state_ = TrackStatus::kNotStarted;
   bool starting_ = false;  ///< no image has borne out the pose that was given
   int probation_ = 0;      ///< images that still have to bear it out as well as the first one
-  int images_since_start_ = 0;
+  ViewChange view_;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
   std::string_view lost_reason_;
