@@ -117,6 +117,9 @@ void VisualServo::declare_mission_parameters() {
   deviations_within_ = number("deviations_within", mission.deviations_within,
                               "[0, 10]: so many standard deviations of the pose are within the "
                               "tolerance too; 0: the pose is taken at its word");
+  look_around_ = number("look_around", mission.look_around,
+                        "m, [0, 2]: radius of the rounds that it flies at a way-point while the "
+                        "pose is not known so well; 0: none");
   patience_ = number("patience", mission.patience,
                      "s, [0, 3600]: waits so long to reach a way-point before it goes on");
   largest_lag_ = number("largest_lag", mission.largest_lag,
@@ -206,6 +209,8 @@ rack_vision::WayPointMission VisualServo::new_mission() const {
       .tolerance = {.position = position_tolerance_.get(), .yaw = yaw_tolerance_.get()},
       .reached_for = reached_for_.get(),
       .deviations_within = deviations_within_.get(),
+      .look_around = look_around_.get(),
+      .look_around_speed = path_speed_.get(),
       .patience = patience_.get(),
       .largest_lag = largest_lag_.get(),
       .largest_yaw_lag = largest_yaw_lag_.get()};

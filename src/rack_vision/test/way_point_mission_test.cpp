@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -114,6 +115,76 @@ TEST(WayPointMission, DoesNotTakeAWayPointForReachedWhileThePoseIsNotKnownSoWell
   EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kReached);
 }
 
+TEST(WayPointMission, LooksAroundWhileThePoseIsNotKnownSoWell) {
+  constexpr double kRadius = 0.3;
+  constexpr double kSpeed = 0.4;
+  const Vector3d way_point{1, 5, 3};
+  WayPointMission mission(short_path(),
+                          {.look_around = kRadius, .look_around_speed = kSpeed, .patience = 60});
+  double now = 0;
+  double way = 0;
+  double largest_speed = 0;
+  double right = 0;
+  double left = 0;
+  double highest = 0;
+  double lowest = 0;
+  std::optional<PathPoint> before;
+  const auto fly = [&](double until, double deviation) {
+    for (; now < until; now += kPeriod) {
+      LevelPose pose = on_path(mission, now);
+      pose.position_deviation = deviation;
+      mission.advance(now, pose);
+      const PathPoint point = mission.target(now);
+      if (before) {
+        const Vector3d moved = point.position - before->position;
+        way += moved.norm();
+        // What it says of the velocity is how it moves.
+        EXPECT_LT((moved - 0.5 * kPeriod * (point.velocity + before->velocity)).norm(), 2e-3);
+      }
+      before = point;
+      largest_speed = std::max(largest_speed, point.velocity.norm());
+      const Vector3d off = point.position - way_point;
+      right = std::max(right, off.x());
+      left = std::min(left, off.x());
+      highest = std::max(highest, off.z());
+      lowest = std::min(lowest, off.z());
+      EXPECT_EQ(point.position.y(), 5);
+    }
+  };
+  fly(22, 0.02);
+  EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kPending);
+  EXPECT_NEAR(right, kRadius, 0.01);
+  EXPECT_NEAR(left, -kRadius, 0.01);
+  EXPECT_NEAR(highest, 2 * kRadius, 0.01);
+  EXPECT_GT(lowest, -1e-12);
+  EXPECT_NEAR(largest_speed, kSpeed, 0.01);
+  EXPECT_GT(way, 2 * 2 * 3.1 * kRadius);
+  // It ends its round first: it is reached at the way-point, not beside it.
+  while (now < 60 && mission.outcomes()[0] == WayPointOutcome::kPending) {
+    fly(now + kPeriod, 0.001);
+  }
+  EXPECT_EQ(mission.outcomes()[0], WayPointOutcome::kReached);
+  EXPECT_LT((before->position - way_point).norm(), 1e-3);
+}
+
+TEST(WayPointMission, StandsOnItsRoundWhileThereIsNoPose) {
+  WayPointMission mission(short_path(), {.look_around = 0.3});
+  double now = 0;
+  for (; (mission.target(now).position - Vector3d(1, 5, 3)).norm() < 0.2 && now < 20;
+       now += kPeriod) {
+    LevelPose pose = on_path(mission, now);
+    pose.position_deviation = 0.02;
+    mission.advance(now, pose);
+  }
+  ASSERT_LT(now, 20);
+  mission.advance(now, std::nullopt);
+  const PathPoint stands = mission.target(now);
+  EXPECT_EQ(stands.velocity.norm(), 0);
+  EXPECT_EQ(stands.acceleration.norm(), 0);
+  mission.advance(now + 1, std::nullopt);
+  EXPECT_EQ((mission.target(now + 1).position - stands.position).norm(), 0);
+}
+
 TEST(WayPointMission, TakesThePoseAtItsWordWhenAskedTo) {
   WayPointMission mission(short_path(), {.deviations_within = 0});
   double now = 0;
@@ -205,6 +276,8 @@ TEST(WayPointMission, RejectsParametersOutOfRange) {
   };
   EXPECT_THAT(message({.tolerance = {.position = -1}}), HasSubstr("tolerance.position: -1"));
   EXPECT_THAT(message({.reached_for = 61}), HasSubstr("reached_for: 61"));
+  EXPECT_THAT(message({.look_around = 3}), HasSubstr("look_around: 3"));
+  EXPECT_THAT(message({.look_around_speed = 0}), HasSubstr("look_around_speed: 0"));
   EXPECT_THAT(message({.patience = -1}), HasSubstr("patience: -1"));
   EXPECT_THAT(message({.largest_lag = 0}), HasSubstr("largest_lag: 0"));
   EXPECT_THAT(message({.largest_yaw_lag = 4}), HasSubstr("largest_yaw_lag: 4"));

@@ -67,6 +67,7 @@ class VisualServo final : public Component {
   Parameter<double> yaw_tolerance_;
   Parameter<double> reached_for_;
   Parameter<double> deviations_within_;
+  Parameter<double> look_around_;
   Parameter<double> patience_;
   Parameter<double> largest_lag_;
   Parameter<double> largest_yaw_lag_;

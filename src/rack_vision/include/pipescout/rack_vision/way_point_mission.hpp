@@ -18,6 +18,12 @@ struct WayPointMissionParameters {
   /// [0, 10]: so many standard deviations of the pose must be within the tolerance too: a vehicle
   /// that does not know its place so well cannot know that it is there.
   double deviations_within = 2;
+  /// m, [0, 2]; 0: none. Radius of the round that a vehicle flies which is at its way-point, as far
+  /// as it knows, but does not know it so well: a camera that hovers sees no more than it has seen.
+  /// The round lies across the rack (x and z), begins and ends at the way-point and is nowhere
+  /// lower; the next one goes the other way about.
+  double look_around = 0;
+  double look_around_speed = 0.4;  ///< m/s, (0, 20]: largest on the round
   /// s, [0, 3600]: how long it waits at a way-point, after its hold, to reach it; then it is missed
   /// and the flight goes on.
   double patience = 30;
@@ -69,7 +75,11 @@ class WayPointMission {
  private:
   [[nodiscard]] bool keeps_up(const LevelPose& pose) const noexcept;
   [[nodiscard]] bool knows_well_enough(const LevelPose& pose) const noexcept;
+  [[nodiscard]] bool is_there(const LevelPose& pose) const noexcept;
   void judge(double interval, const LevelPose& pose);
+  [[nodiscard]] double round_duration() const noexcept;  ///< s
+  /// Adds where the round has got to.
+  void add_round(double round_time, PathPoint& point) const noexcept;
 
   WayPointPath path_;
   WayPointMissionParameters parameters_;
@@ -78,7 +88,10 @@ class WayPointMission {
   std::optional<double> within_since_;  ///< of the clock: within the tolerance without a break
   double running_since_ = 0;            ///< of the clock: before this, the path stood
   double path_time_ = 0;
-  double waited_ = 0;  ///< s at this way-point beyond its hold
+  double waited_ = 0;                 ///< s at this way-point beyond its hold
+  std::optional<double> round_time_;  ///< s on the round that it flies
+  bool round_runs_ = false;           ///< else it waits, as the path does
+  bool to_the_right_ = true;          ///< of the next round: first towards +x
   std::size_t current_ = 0;
   bool waiting_ = true;
   bool complete_ = false;
