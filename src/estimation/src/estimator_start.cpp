@@ -326,8 +326,8 @@ void StateEstimator::Implementation::run() {
 
 void StateEstimator::Implementation::forget_heading() {
   constexpr double kLargest = 0.1;  // rad, deviation for which turning is still linear
-  StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
-  const NavState mean = newest_state();
+  StateMatrix covariance = good_covariance_;
+  const NavState mean = good_state_;
   StateVector by_yaw = StateVector::Zero();
   by_yaw.segment<3>(kRotation) = mean.R_map_body.inverse() * Vector3d::UnitZ();
   by_yaw.segment<3>(kVelocity) = Vector3d::UnitZ().cross(mean.velocity);
@@ -342,7 +342,7 @@ void StateEstimator::Implementation::forget_heading() {
   covariance.middleCols<3>(kPosition).setZero();
   covariance.diagonal().segment<3>(kPosition).setConstant(kKnown * kKnown);
   covariance += kKnown * kKnown * by_yaw * by_yaw.transpose();
-  anchor(newest_time(), mean, covariance, RestartReason::kNone);
+  anchor(good_time_, mean, covariance, RestartReason::kNone);
 }
 
 void StateEstimator::Implementation::level_again() noexcept {
