@@ -57,6 +57,10 @@ Matrix6d diagonal(double position_deviation, double rotation_deviation) {
   return variances.asDiagonal();
 }
 
+bool knows_place_better(const Matrix6d& covariance, const Matrix6d& other) {
+  return covariance.diagonal().head<3>().sum() < other.diagonal().head<3>().sum();
+}
+
 }  // namespace
 
 RackLocalizer::RackLocalizer(ComponentOptions options) : Component(std::move(options)) {
@@ -88,6 +92,11 @@ void RackLocalizer::declare_start_parameters() {
   start_rotation_deviation_ = parameters().declare<double>(
       "start.rotation_deviation", 0.05,
       {.description = "rad, about each axis", .floating_point_range = kPositive});
+  start_drift_ = parameters().declare<double>(
+      "start.drift", rack_vision::RackLocalizationParameters{}.hover_drift_speed,
+      {.description = "m/s, how fast the camera may drift from where it was said to be, before its "
+                      "first pose is found",
+       .floating_point_range = kPositive});
   find_first_pose_ = parameters().declare<bool>(
       "find_first_pose", true,
       {.description = "look for a pose in the image alone when there is none"});
@@ -192,6 +201,7 @@ rack_vision::RackLocalizationParameters RackLocalizer::localization_parameters()
   result.tracker.angular_acceleration_sigma = angular_acceleration_.get();
   result.find_first_pose = find_first_pose_.get();
   result.retry_period = retry_period_.get();
+  result.hover_drift_speed = start_drift_.get();
   result.validate();
   return result;
 }
@@ -234,6 +244,7 @@ CallbackReturn RackLocalizer::on_configure() {
   calibration_.reset();
   intrinsics_.reset();
   start_.reset();
+  suggestion_.reset();
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   last_image_.reset();
   last_status_ = TrackStatus::kNotStarted;
@@ -302,16 +313,15 @@ void RackLocalizer::on_camera_info(const CameraInfo& message) {
   }
   calibration_ = message;
   if (start_) {
-    give_start(start_->T_rack_camera, start_->covariance);
+    check_start(localization_->set_pose(start_->T_rack_camera, start_->covariance));
+  }
+  if (suggestion_) {
+    check_start(localization_->suggest_pose(suggestion_->T_rack_camera, suggestion_->covariance));
   }
 }
 
-void RackLocalizer::give_start(const SE3& T_rack_camera, const Matrix6d& covariance) {
-  if (!localization_) {
-    start_ = Start{T_rack_camera, covariance};
-    return;
-  }
-  if (!localization_->set_pose(T_rack_camera, covariance)) {
+void RackLocalizer::check_start(bool usable) {
+  if (!usable) {
     report_fault("start.refused", "the pose to start from is not usable");
   }
 }
@@ -329,8 +339,13 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
     return;
   }
   try {
-    give_start(from_message(message.pose().pose()),
-               covariance_from_message(message.pose().covariance()));
+    const Start suggestion{from_message(message.pose().pose()),
+                           covariance_from_message(message.pose().covariance())};
+    if (localization_) {
+      check_start(localization_->suggest_pose(suggestion.T_rack_camera, suggestion.covariance));
+    } else if (!suggestion_ || knows_place_better(suggestion.covariance, suggestion_->covariance)) {
+      suggestion_ = suggestion;
+    }
   } catch (const std::invalid_argument& error) {
     report_fault("pose_hint.refused", std::string("pose to start from refused: ") + error.what());
   }
@@ -464,6 +479,7 @@ void RackLocalizer::tell_counts() {
   tell("tracker.bad_predictions", tracker.bad_predictions);
   const rack_vision::RackLocalizationCounts& counts = localization_->counts();
   tell("start.given", counts.given);
+  tell("start.suggested", counts.suggested);
   tell("start.from_last_pose", counts.from_last_pose);
   tell("start.from_image", counts.from_image);
   tell("start.image_ambiguous", counts.image_ambiguous);

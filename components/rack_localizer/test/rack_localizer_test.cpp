@@ -235,6 +235,30 @@ TEST_F(RackLocalizerTest, StartsFromAPoseOnATopic) {
   EXPECT_FALSE(poses_.empty());
 }
 
+TEST_F(RackLocalizerTest, StartsWhereItWasToldToBeTiltedAsATopicSays) {
+  const Eigen::Vector3d p = truth(2 * kPeriod).translation();
+  start({{"find_first_pose", false},
+         {"start.position", std::vector<double>{p.x(), p.y(), p.z()}},
+         {"start.roll_pitch_yaw", std::vector<double>{M_PI - 0.25, 0.2, 0.0}},
+         {"start.rotation_deviation", 0.02},
+         {"start.drift", 0.01}});
+  calibrate();
+  fly(0, 2);
+  EXPECT_TRUE(poses_.empty());
+
+  geometry_msgs::msg::PoseWithCovarianceStamped tilt;
+  tilt.header().stamp(to_message(kStart + from_seconds(kPeriod)));
+  tilt.header().frame_id("rack");
+  tilt.pose().pose(to_message(SE3(truth(2 * kPeriod).rotation(), {0, 0, 0})));
+  geometry::Matrix6d covariance = geometry::Matrix6d::Identity() * 1e8;
+  covariance(3, 3) = covariance(4, 4) = 1e-4;
+  covariance(5, 5) = 10;
+  tilt.pose().covariance(to_message(covariance));
+  send(topics::kRackPoseHint, tilt);
+  fly(2, 8);
+  EXPECT_FALSE(poses_.empty());
+}
+
 TEST_F(RackLocalizerTest, FindsItselfInTheImage) {
   const Eigen::Vector3d p = truth(0).translation();
   start({{"hint.position", std::vector<double>{p.x() + 0.3, p.y(), p.z() - 0.4}},

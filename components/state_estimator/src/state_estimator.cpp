@@ -31,6 +31,11 @@ using geometry::SE3;
 constexpr Duration kHintPeriod = std::chrono::milliseconds(500);
 /// m: a pose that is less certain than this helps no localizer.
 constexpr double kUselessHint = 2.0;
+/// What is said of a place and of a heading that are not known: m, rad, standard deviations.
+constexpr double kAnywhere = 1e4;
+constexpr double kAnyHeading = M_PI;
+/// rad: a tilt that is less certain than this says nothing to a localizer.
+constexpr double kUselessTilt = 0.1;
 
 SensorMounting mounting(const EstimatorSettings& settings) {
   return {.imu = settings.imu, .T_base_camera = settings.T_base_camera};
@@ -39,6 +44,25 @@ SensorMounting mounting(const EstimatorSettings& settings) {
 /// Of position and rotation.
 Matrix6d pose_covariance(const estimation::StateMatrix& covariance) {
   return covariance.topLeftCorner<6, 6>();
+}
+
+// Of a pose of the camera in the rack frame, form of geometry_msgs/PoseWithCovariance.
+
+bool tells_place(const Matrix6d& covariance) {
+  return covariance.diagonal().head<3>().maxCoeff() < kUselessHint * kUselessHint;
+}
+
+bool tells_tilt(const Matrix6d& covariance) {
+  return covariance.diagonal().segment<2>(3).maxCoeff() < kUselessTilt * kUselessTilt;
+}
+
+/// Of a state that reckons from wherever it began.
+void forget_all_but_tilt(Matrix6d& covariance) {
+  const Eigen::Matrix2d tilt = covariance.block<2, 2>(3, 3);
+  covariance.setZero();
+  covariance.diagonal().head<3>().setConstant(kAnywhere * kAnywhere);
+  covariance.block<2, 2>(3, 3) = tilt;
+  covariance(5, 5) = kAnyHeading * kAnyHeading;
 }
 
 std::string seconds(double value) {
@@ -395,23 +419,30 @@ void StateEstimator::publish_state() {
   state_publisher_.publish(std::move(message));
 }
 
-void StateEstimator::publish_pose_hint() {
+bool StateEstimator::may_hint_place(Time stamp) const {
   // A state that has never seen the rack does not know where it is, unless it was told.
   const bool knows_rack = settings_.estimator.smoother.global_deviations.rack_position == 0 ||
                           status_.of(Source::kVisualPose).accepted > 0;
+  return knows_rack && !(hinted_ && stamp >= *hinted_ && stamp - *hinted_ < kHintPeriod);
+}
+
+void StateEstimator::publish_pose_hint() {
   const auto estimate = estimator_->estimate();
-  if (!rack_is_lost_ || !knows_rack || !estimate || !estimate->in_map) {
+  if (!rack_is_lost_ || !estimate) {
     return;
   }
   const Time stamp = stamp_of(estimate->time);
-  if (hinted_ && stamp >= *hinted_ && stamp - *hinted_ < kHintPeriod) {
+  if (estimate->in_map && !may_hint_place(stamp)) {
     return;
   }
   const auto rack = estimator_->smoother().global_covariance();
-  const SensorMounting::CameraPose pose = mounting(settings_).camera_pose(
+  SensorMounting::CameraPose pose = mounting(settings_).camera_pose(
       estimate->state, pose_covariance(estimator_->covariance()), estimator_->smoother().globals(),
       rack.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition));
-  if (!(pose.covariance.diagonal().head<3>().maxCoeff() < kUselessHint * kUselessHint)) {
+  if (!estimate->in_map) {
+    forget_all_but_tilt(pose.covariance);
+  }
+  if (estimate->in_map ? !tells_place(pose.covariance) : !tells_tilt(pose.covariance)) {
     return;
   }
   hinted_ = stamp;

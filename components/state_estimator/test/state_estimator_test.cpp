@@ -286,6 +286,50 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
   EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose().covariance()));
 }
 
+TEST_F(StateEstimatorTest, TellsALocalizerThatHasNoPoseHowTheCameraIsTilted) {
+  const SE3 T_base_camera(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {0.1, 0.0, -0.2});
+  start({{"preset", "uav"}, {"camera.position", std::vector<double>{0.1, 0.0, -0.2}}});
+  const auto hints = harness_.collect(topics::kRackPoseHint);
+  const auto hover = [&](int from, int to, const SO3& R_map_base) {
+    const Eigen::Vector3d force = R_map_base.inverse() * Eigen::Vector3d(0, 0, 9.80665);
+    for (int i = from; i < to; ++i) {
+      const Time time = kStart + from_seconds(0.01 * i);
+      harness_.set_time(time);
+      Imu imu = Drive::imu(0);
+      imu.header().stamp(to_message(time));
+      imu.linear_acceleration().x(force.x());
+      imu.linear_acceleration().y(force.y());
+      imu.linear_acceleration().z(force.z());
+      send(topics::kImu, imu);
+    }
+  };
+  const SO3 tilted = SO3::from_roll_pitch_yaw({0.08, -0.05, 0});
+  hover(0, 150, tilted);
+  EXPECT_TRUE(hints.messages().empty());  // nobody has asked
+  pipescout_msgs::msg::RackState state;
+  state.status(pipescout_msgs::msg::RackState_Constants::STATUS_NOT_STARTED);
+  send(topics::kRackState, state);
+  hover(150, 200, tilted);
+  ASSERT_FALSE(hints.messages().empty());
+  const auto& hint = hints.back();
+  EXPECT_EQ(hint.header().frame_id(), "rack");
+  const SO3 R_rack_camera = from_message(hint.pose().pose()).rotation();
+  const Eigen::Vector3d up = R_rack_camera.inverse() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d truly_up =
+      (tilted * T_base_camera.rotation()).inverse() * Eigen::Vector3d::UnitZ();
+  EXPECT_LT(std::acos(std::min(1.0, up.dot(truly_up))), 0.02);
+  const geometry::Matrix6d covariance = covariance_from_message(hint.pose().covariance());
+  EXPECT_GT(covariance(0, 0), 1e4);
+  EXPECT_LT(std::sqrt(covariance.diagonal().segment<2>(3).maxCoeff()), 0.1);
+  EXPECT_GT(covariance(5, 5), 1);
+
+  state.status(pipescout_msgs::msg::RackState_Constants::STATUS_TRACKING);
+  send(topics::kRackState, state);
+  const std::size_t before = hints.size();
+  hover(200, 250, tilted);
+  EXPECT_EQ(hints.size(), before);
+}
+
 TEST_F(StateEstimatorTest, PlacesACrawlerByItsWelds) {
   testing::TemporaryFolder folder;
   const std::string file = (folder.path() / "line.csv").string();

@@ -179,7 +179,8 @@ void VisualServo::declare_safety_parameters() {
   smallest_quality_ = number("smallest_quality", servo.smallest_quality,
                              "[0, 1]: poses are not used while rack/state says less");
   hold_time_ =
-      number("hold_time", servo.hold_time, "s, [0, 3600]: holds without a pose before it climbs");
+      number("hold_time", servo.hold_time,
+             "s, [0, 3600]: holds without a pose before it climbs; for ever before the first one");
   climb_speed_ =
       number("climb.speed", servo.climb_speed, "m/s, [0, largest_speed]; 0: holds for ever");
   climb_height_ = number("climb.height", servo.climb_height, "m, [0, 1000]: then holds again");

@@ -21,6 +21,13 @@ using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
 }  // namespace
 
+bool is_covariance(const geometry::Matrix6d& matrix) {
+  return matrix.allFinite() &&
+         (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <=
+             1e-6 * matrix.cwiseAbs().maxCoeff() &&
+         matrix.llt().info() == Eigen::Success;
+}
+
 geometry::Vector6d pose_difference(const geometry::SE3& from, const geometry::SE3& to) noexcept {
   geometry::Vector6d difference;
   difference << to.translation() - from.translation(),

@@ -9,6 +9,9 @@
 
 namespace pipescout::rack_vision {
 
+/// Finite, symmetric, positive definite.
+[[nodiscard]] bool is_covariance(const geometry::Matrix6d& matrix);
+
 /// What the points of the map are wrong by together: the error of the poses from which they were
 /// made, see MapErrorPrior. Its mean is zero: the map is corrected by what is found.
 struct MapErrorBelief {

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "parameter_range.hpp"
+#include "pose_belief.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -19,6 +19,11 @@ using geometry::SO3;
 // taken for another.
 constexpr double kFoundDeviation = 0.03;  // m
 constexpr double kFoundTurn = 0.03;       // rad
+
+// Where the covariance of a pose, in the form of geometry_msgs/PoseWithCovariance, has these.
+constexpr Eigen::Index kPlace = 0;
+constexpr Eigen::Index kTilt = 3;
+constexpr Eigen::Index kHeading = 5;
 
 /// Covariance of T_rack_camera, form of geometry_msgs/PoseWithCovariance, after the camera went on
 /// by `motion`, whose covariance perturbs it on the right.
@@ -77,6 +82,7 @@ void RackLocalizationParameters::validate() const {
   internal::check_above("RackLocalizationParameters.drift_speed", drift_speed, 0, 100);
   internal::check_above("RackLocalizationParameters.drift_angular_speed", drift_angular_speed, 0,
                         100);
+  internal::check_above("RackLocalizationParameters.hover_drift_speed", hover_drift_speed, 0, 100);
 }
 
 class RackLocalization::Implementation {
@@ -106,6 +112,21 @@ class RackLocalization::Implementation {
     velocity_.setZero();
     measured_.reset();
     unmeasured_ = 0;
+    turning_ = 0;
+    return true;
+  }
+
+  bool suggest_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
+    if (!T_rack_camera.matrix().allFinite() || !is_covariance(covariance)) {
+      return false;
+    }
+    const LastPose suggested{T_rack_camera, covariance};
+    if (near_enough(suggested)) {
+      return set_pose(T_rack_camera, covariance);
+    }
+    if (!tracking_) {
+      complete(suggested);
+    }
     return true;
   }
 
@@ -163,23 +184,52 @@ class RackLocalization::Implementation {
   /// tilt of a vehicle goes to and fro, and does not grow.
   MotionPrediction drift(double interval) {
     constexpr double kLongestTurn = 0.5;  // s
-    const double before = unmeasured_;
-    unmeasured_ += interval;
-    const auto grown = [&](double longest) {
-      const double now = std::min(unmeasured_, longest);
-      const double then = std::min(before, longest);
-      return now * now - then * then;
-    };
+    const double still_turning = std::min(turning_ + interval, kLongestTurn);
+    const double speed = tracked_stamp_ ? parameters_.drift_speed : parameters_.hover_drift_speed;
+    const double turn_speed = parameters_.drift_angular_speed;
+    const auto grown = [](double from, double to) { return to * to - from * from; };
     MotionPrediction step;
     step.T_previous_current =
         SE3(SO3(), last_pose_->T_rack_camera.rotation().inverse() * (interval * velocity_));
     step.covariance.setZero();
-    step.covariance.diagonal().head<3>().setConstant(
-        grown(std::numeric_limits<double>::infinity()) * parameters_.drift_speed *
-        parameters_.drift_speed);
-    step.covariance.diagonal().tail<3>().setConstant(
-        grown(kLongestTurn) * parameters_.drift_angular_speed * parameters_.drift_angular_speed);
+    step.covariance.diagonal().head<3>().setConstant(speed * speed *
+                                                     grown(unmeasured_, unmeasured_ + interval));
+    step.covariance.diagonal().tail<3>().setConstant(turn_speed * turn_speed *
+                                                     grown(turning_, still_turning));
+    unmeasured_ += interval;
+    turning_ = still_turning;
     return step;
+  }
+
+  /// Takes over what is more certain: place, tilt and heading, each as a whole.
+  void complete(const LastPose& suggested) {
+    if (!last_pose_) {
+      ++counts_.suggested;
+      last_pose_ = suggested;
+      return;
+    }
+    const LastPose& known = *last_pose_;
+    const auto better = [&](Eigen::Index first, Eigen::Index size) {
+      return suggested.covariance.diagonal().segment(first, size).sum() <
+             known.covariance.diagonal().segment(first, size).sum();
+    };
+    const LastPose& place = better(kPlace, 3) ? suggested : known;
+    const LastPose& tilt = better(kTilt, 2) ? suggested : known;
+    const LastPose& heading_source = better(kHeading, 1) ? suggested : known;
+    if (&place == &known && &tilt == &known && &heading_source == &known) {
+      return;
+    }
+    ++counts_.suggested;
+    turning_ = &tilt == &suggested ? 0 : turning_;
+    const double turn = heading(heading_source.T_rack_camera) - heading(tilt.T_rack_camera);
+    LastPose result{
+        SE3(SO3::about_z(turn) * tilt.T_rack_camera.rotation(), place.T_rack_camera.translation())};
+    result.covariance.topLeftCorner<3, 3>() = place.covariance.topLeftCorner<3, 3>();
+    // About axes that turned with the heading: as uncertain about each as about the worse one.
+    result.covariance.diagonal().segment<2>(kTilt).setConstant(
+        tilt.covariance.diagonal().segment<2>(kTilt).maxCoeff());
+    result.covariance(kHeading, kHeading) = heading_source.covariance(kHeading, kHeading);
+    last_pose_ = result;
   }
 
   void propose(const ImageView& image, double stamp) {
@@ -260,6 +310,7 @@ class RackLocalization::Implementation {
       offsets_.assign(result.offsets.begin(), result.offsets.end());
       measured_ = MotionPrediction{.T_previous_current = SE3(), .covariance = Matrix6d::Zero()};
       unmeasured_ = 0;
+      turning_ = 0;
       tries_ = 0;
       last_try_.reset();
     }
@@ -285,6 +336,7 @@ class RackLocalization::Implementation {
   std::optional<LastPose> last_pose_;                   ///< moved on to the last image
   std::optional<MotionPrediction> measured_;  ///< since the last tracked image, without a gap
   double unmeasured_ = 0;  ///< s since the last tracked image without a measured motion
+  double turning_ = 0;     ///< s, the same of the tilt, which is sometimes told meanwhile
   std::optional<double> last_stamp_;
   std::optional<double> last_try_;
   std::vector<double> offsets_;
@@ -300,6 +352,10 @@ RackLocalization& RackLocalization::operator=(RackLocalization&&) noexcept = def
 
 bool RackLocalization::set_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
   return implementation_->set_pose(T_rack_camera, covariance);
+}
+
+bool RackLocalization::suggest_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
+  return implementation_->suggest_pose(T_rack_camera, covariance);
 }
 
 void RackLocalization::set_hint(const FirstPoseHint& hint) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_vision/rack_tracker.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,13 +28,6 @@ constexpr double kCovarianceFactor = 2.5;
 // What the first image leaves uncertain, others of its view do not tell better.
 constexpr double kViewsUntilUnlike = 2;
 constexpr double kAlikeAlong = 0.05 * 0.05;  // m^2: supports that come into view later tell better
-
-bool is_covariance(const Matrix6d& matrix) {
-  return matrix.allFinite() &&
-         (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <=
-             1e-6 * matrix.cwiseAbs().maxCoeff() &&
-         matrix.llt().info() == Eigen::Success;
-}
 
 }  // namespace
 

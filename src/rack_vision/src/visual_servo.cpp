@@ -159,13 +159,14 @@ ServoCommand VisualServo::follow(const Known& known, const PathPoint& target, do
 
 ServoCommand VisualServo::do_without_pose(double now, double interval) {
   without_pose_since_ = without_pose_since_.value_or(now);
-  if (now - *without_pose_since_ < parameters_.hold_time || parameters_.climb_speed == 0 ||
-      climbed_ >= parameters_.climb_height) {
+  // Before its first pose it has not lost anything: where it hovers is where it was said to be.
+  if (!known_ || now - *without_pose_since_ < parameters_.hold_time ||
+      parameters_.climb_speed == 0 || climbed_ >= parameters_.climb_height) {
     return {.state = ServoState::kHolding};
   }
   // In base_link of a vehicle that turns freely, "up" is as it was when last seen.
   const Eigen::Vector3d up =
-      parameters_.rotation == RotationControl::kFull && known_
+      parameters_.rotation == RotationControl::kFull
           ? known_->T_rack_base.rotation().inverse() * Eigen::Vector3d::UnitZ()
           : Eigen::Vector3d::UnitZ();
   climbed_ += std::max(0.0, command_.linear.dot(up)) * interval;

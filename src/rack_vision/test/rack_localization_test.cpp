@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 #include <vector>
+
+#include "drawn_rack.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -79,6 +82,100 @@ TEST(RackLocalization, RefusesPosesThatAreNone) {
   FirstPoseHint hint;
   hint.x = FirstPoseHint::Value{.value = 0, .standard_deviation = 0};
   EXPECT_THROW(localization.set_hint(hint), std::invalid_argument);
+}
+
+/// As a level has it, that knows neither place nor heading.
+Matrix6d tilt_alone(double deviation) {
+  Matrix6d covariance = Matrix6d::Identity() * 1e6;
+  covariance(3, 3) = covariance(4, 4) = deviation * deviation;
+  covariance(5, 5) = 10;
+  return covariance;
+}
+
+class TiltedStart : public ::testing::Test {
+ protected:
+  TiltedStart() {
+    RackLocalizationParameters parameters;
+    parameters.find_first_pose = false;
+    parameters.retry_period = 0;
+    localization_.emplace(model_, camera_, parameters);
+  }
+
+  const RackModel model_ = test::drawn_rack();
+  const geometry::Camera camera_ = test::drawn_camera();
+  const SE3 level_ = test::drawn_pose(0.4, 5, 2.2, 0.1);
+  const SE3 truth_{geometry::SO3::about_x(0.2) * geometry::SO3::about_y(-0.15) * level_.rotation(),
+                   level_.translation()};
+  const test::DrawnImage image_ = test::draw(model_, camera_, truth_);
+  const test::DrawnImage next_image_ = test::draw(model_, camera_, truth_, 0.95);
+  std::optional<RackLocalization> localization_;
+};
+
+TEST_F(TiltedStart, IsFoundOnceALevelHasSaidHowFar) {
+  ASSERT_TRUE(localization_->set_pose(level_, Matrix6d::Identity() * 1e-3));
+  ASSERT_NE(localization_->track(image_.view(), 0).status, TrackStatus::kTracking);
+  // Somewhere else, and turned by any angle about the vertical, for all that a level knows.
+  const SE3 said(geometry::SO3::about_z(2) * truth_.rotation(), {70, -30, 0});
+  ASSERT_TRUE(localization_->suggest_pose(said, tilt_alone(0.01)));
+  EXPECT_EQ(localization_->counts().suggested, 1U);
+  EXPECT_EQ(localization_->counts().given, 1U);
+  const RackTrackerResult result = localization_->track(next_image_.view(), 0.04);
+  ASSERT_EQ(result.status, TrackStatus::kTracking);
+  // Across the pipes and in height; texture that is seen for the first time tells nothing more.
+  EXPECT_NEAR(result.T_rack_camera.translation().x(), truth_.translation().x(), 0.02);
+  EXPECT_NEAR(result.T_rack_camera.translation().z(), truth_.translation().z(), 0.02);
+  EXPECT_LT((result.T_rack_camera.rotation().inverse() * truth_.rotation()).log().norm(), 0.02);
+}
+
+TEST_F(TiltedStart, IsNotMadeWorseByALevelThatKnowsLess) {
+  ASSERT_TRUE(localization_->set_pose(truth_, Matrix6d::Identity() * 1e-4));
+  ASSERT_TRUE(localization_->suggest_pose(level_, tilt_alone(0.1)));
+  EXPECT_EQ(localization_->counts().suggested, 0U);
+  EXPECT_EQ(localization_->track(image_.view(), 0).status, TrackStatus::kTracking);
+}
+
+TEST_F(TiltedStart, IsTakenAsItIsFromASuggestionThatKnowsItAll) {
+  ASSERT_TRUE(localization_->suggest_pose(truth_, Matrix6d::Identity() * 1e-4));
+  EXPECT_EQ(localization_->counts().given, 1U);
+  EXPECT_EQ(localization_->track(image_.view(), 0).status, TrackStatus::kTracking);
+}
+
+TEST_F(TiltedStart, IsNotThrownOffItsTrackByALevel) {
+  ASSERT_TRUE(localization_->set_pose(truth_, Matrix6d::Identity() * 1e-4));
+  ASSERT_EQ(localization_->track(image_.view(), 0).status, TrackStatus::kTracking);
+  ASSERT_TRUE(localization_->suggest_pose(level_, tilt_alone(1e-3)));
+  EXPECT_EQ(localization_->counts().suggested, 0U);
+}
+
+TEST_F(TiltedStart, IsNotTakenFromWhatIsNoPose) {
+  EXPECT_FALSE(localization_->suggest_pose(truth_, Matrix6d::Zero()));
+  Matrix6d broken = tilt_alone(0.01);
+  broken(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(localization_->suggest_pose(truth_, broken));
+  EXPECT_EQ(localization_->counts().suggested, 0U);
+}
+
+TEST_F(TiltedStart, HoversNoFasterThanItWasSaidTo) {
+  RackLocalizationParameters parameters;
+  parameters.find_first_pose = false;
+  parameters.retry_period = 0;
+  constexpr int kImages = 30;
+  const auto tries = [&](double drift) {
+    parameters.hover_drift_speed = drift;
+    RackLocalization localization(model_, camera_, parameters);
+    EXPECT_TRUE(localization.set_pose(truth_, Matrix6d::Identity() * 1e-4));
+    std::vector<std::uint8_t> elsewhere(std::size_t{360} * 240);
+    for (int i = 0; i < kImages; ++i) {
+      for (std::size_t pixel = 0; pixel < elsewhere.size(); ++pixel) {
+        elsewhere[pixel] =
+            static_cast<std::uint8_t>((pixel / 360 + static_cast<std::size_t>(i)) % 64);
+      }
+      (void)localization.track({elsewhere.data(), 360, 240, 360}, 0.2 * i);
+    }
+    return localization.counts().from_last_pose;
+  };
+  EXPECT_LT(tries(0.3), 8U);
+  EXPECT_EQ(tries(0.01), kImages - 1);
 }
 
 TEST(RackLocalization, SurvivesImagesAndStampsThatAreNone) {

@@ -240,13 +240,26 @@ TEST(VisualServo, HoldsWhenThePoseIsStaleThenClimbsThenHolds) {
   EXPECT_EQ(servo.step(now + 0.6, target).state, ServoState::kHolding);
 }
 
-TEST(VisualServo, HoldsWithoutAnyPose) {
-  VisualServo servo({.hold_time = 1, .climb_speed = 0});
-  for (double now = 0; now < 10; now += 0.1) {
+TEST(VisualServo, HoldsBeforeItsFirstPose) {
+  VisualServo servo({.hold_time = 1});
+  for (double now = 0; now < 60; now += 0.1) {
     const ServoCommand command = servo.step(now, stand_at({1, 1, 1}));
     EXPECT_EQ(command.state, ServoState::kHolding);
     EXPECT_EQ(command.linear.norm() + command.angular.norm(), 0);
   }
+}
+
+TEST(VisualServo, HoldsForEverWithoutAClimbSpeed) {
+  VisualServo servo({.hold_time = 1, .climb_speed = 0});
+  const PathPoint target = stand_at({5, 5, 3});
+  settled(servo, camera_pose(1, {0, 5, 3}), target);
+  ServoCommand command;
+  for (double now = 1 + 99 * 0.04 + 0.6; now < 20; now += 0.1) {
+    command = servo.step(now, target);
+    EXPECT_EQ(command.state, ServoState::kHolding);
+    EXPECT_EQ(command.linear.z(), 0);
+  }
+  EXPECT_EQ(command.linear.norm(), 0);
 }
 
 TEST(VisualServo, StandsWithoutATarget) {

@@ -57,7 +57,7 @@ class RackLocalizer final : public Component {
 
   /// Motion of the camera since the image before, from odometry.
   [[nodiscard]] std::optional<rack_vision::MotionPrediction> motion_until(Time stamp);
-  void give_start(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
+  void check_start(bool usable);
   void publish(const Image& image, const rack_vision::RackTrackerResult& result);
   void tell_counts();
 
@@ -67,6 +67,7 @@ class RackLocalizer final : public Component {
   Parameter<std::vector<double>> start_roll_pitch_yaw_;
   Parameter<double> start_position_deviation_;
   Parameter<double> start_rotation_deviation_;
+  Parameter<double> start_drift_;
   Parameter<bool> find_first_pose_;
   Parameter<std::vector<double>> hint_position_;
   Parameter<std::vector<double>> hint_position_deviation_;
@@ -103,7 +104,9 @@ class RackLocalizer final : public Component {
     geometry::SE3 T_rack_camera;
     geometry::Matrix6d covariance;
   };
-  std::optional<Start> start_;  // waits for the calibration
+  // These wait for the calibration.
+  std::optional<Start> start_;
+  std::optional<Start> suggestion_;
   GreyImageReader reader_;
   std::optional<OdometryHistory> odometry_;
   std::optional<Time> last_image_;

@@ -69,6 +69,7 @@ class StateEstimator final : public Component {
   [[nodiscard]] bool is_due(Time stamp) const;
   void publish_estimate(const estimation::Estimate& estimate);
   void publish_state();
+  [[nodiscard]] bool may_hint_place(Time stamp) const;
   void publish_pose_hint();
   void tell_status();
 

@@ -25,6 +25,8 @@ struct RackLocalizationParameters {
   /// sigma for each second, > 0; turns do not grow any more after half a second.
   double drift_speed = 0.15;         ///< m/s
   double drift_angular_speed = 0.1;  ///< rad/s
+  /// As drift_speed, before any pose was tracked: of a vehicle that hovers where it was told to be.
+  double hover_drift_speed = 0.15;  ///< m/s
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -33,6 +35,7 @@ struct RackLocalizationParameters {
 /// How poses were come by since the start.
 struct RackLocalizationCounts {
   std::uint64_t given = 0;            ///< attempts from a pose that was given
+  std::uint64_t suggested = 0;        ///< suggestions that said something new
   std::uint64_t from_last_pose = 0;   ///< attempts from the last pose, moved on
   std::uint64_t from_image = 0;       ///< attempts from the image alone
   std::uint64_t image_ambiguous = 0;  ///< the image alone fits several poses
@@ -57,6 +60,13 @@ class RackLocalization {
 
   /// The next image starts from this pose, whatever was tracked before; as RackTracker::set_pose.
   bool set_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
+
+  /// What another source says of the pose, which may be part of one: what it does not know has a
+  /// large variance. A pose that is known well enough to start from is taken as by set_pose. Of any
+  /// other, while none is tracked, place, tilt and heading are taken where they are more certain
+  /// than what is known: the level that an IMU gives, for a camera of which someone has said where
+  /// it hovers. Covariance as of set_pose; false when it is none, or the pose is not finite.
+  bool suggest_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
   /// What is known of the place when the image alone has to say where the camera is. Throws
   /// std::invalid_argument as FirstPoseHint::validate.

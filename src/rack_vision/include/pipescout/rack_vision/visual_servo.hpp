@@ -47,9 +47,10 @@ struct VisualServoParameters {
   double stale_after = 0.5;                    ///< s, (0, 10]: a pose of this age is used no more
   double future_tolerance = 0.05;  ///< s, [0, 1]: a stamp may be ahead of the clock by so much
   double smallest_quality = 0.2;   ///< [0, 1]: a pose of less is not used
-  double hold_time = 3;            ///< s, [0, 3600]: stands without a pose before it climbs
-  double climb_speed = 0.3;        ///< m/s, [0, largest_speed]; 0: holds for ever
-  double climb_height = 2;  ///< m, [0, 1000]: climbs by so much (by what it commanded), then holds
+  /// s, [0, 3600]: stands without a pose before it climbs; for ever before the first one
+  double hold_time = 3;
+  double climb_speed = 0.3;  ///< m/s, [0, largest_speed]; 0: holds for ever
+  double climb_height = 2;   ///< m, [0, 1000]: climbs by so much (by what it commanded), then holds
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
