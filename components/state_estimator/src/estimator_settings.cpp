@@ -263,6 +263,10 @@ void EstimatorParameters::declare_start(Parameters& parameters) {
       "start.largest_speed", [](auto& p) -> double& { return p.start.largest_speed; }, {0, 100},
       "m/s, that a robot which does not stand still may have");
   bound_->real(
+      "start.hover_speed", [](auto& p) -> double& { return p.start.hover_speed; }, {0, 10},
+      "m/s, standard deviation of the velocity of a robot that hovers in its place until it is in "
+      "the map; 0: it may go anywhere");
+  bound_->real(
       "start.heading_deviation", [](auto& p) -> double& { return p.start.heading_deviation; },
       {1e-3, 1}, "rad, that a heading from motion must be better than");
   bound_->count(

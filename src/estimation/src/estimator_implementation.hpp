@@ -238,6 +238,8 @@ class StateEstimator::Implementation {
   double centre_line_used_ = std::numeric_limits<double>::quiet_NaN();
   // m, way after which a non-holonomic factor was used last; NaN: none was.
   double slip_used_ = std::numeric_limits<double>::quiet_NaN();
+  // s, of the newest keyframe that was said to hover; NaN: none was.
+  double hover_used_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<WeldMeasurement> claimed_weld_{};  // the newest that the smoother was given
   // s, of the newest that was taken for another one; NaN: none.
   double reassigned_time_ = std::numeric_limits<double>::quiet_NaN();

@@ -13,6 +13,7 @@ using geometry::SE3;
 using geometry::SO3;
 
 constexpr double kSameTime = 1e-4;  // s
+constexpr double kGust = 1;         // s: how it hovers now says how it does so soon after
 
 /// No IMU is as wrong as the biases of a state that has gone astray.
 bool is_possible(const NavState& state) {
@@ -105,6 +106,10 @@ void StateEstimator::Implementation::add_own_factors(double time) {
                                           use.velocity_deviation});
     smoother_.add(ZeroAngularRateMeasurement{time, window_.sums().mean_rate(),
                                              parameters_.standstill.rate_deviation});
+  } else if (phase_ == Phase::kAligning && parameters_.start.hover_speed > 0 &&
+             !(time - hover_used_ < kGust)) {
+    hover_used_ = time;
+    smoother_.add(ZeroVelocityMeasurement{time, parameters_.start.hover_speed});
   }
   // How it slips lasts for some way, and is no news before.
   if (parameters_.lateral_deviation > 0 &&
@@ -302,6 +307,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   passed_yaw_.reset();
   centre_line_used_ = std::numeric_limits<double>::quiet_NaN();
   slip_used_ = std::numeric_limits<double>::quiet_NaN();
+  hover_used_ = std::numeric_limits<double>::quiet_NaN();
   claimed_weld_.reset();
   reassigned_time_ = std::numeric_limits<double>::quiet_NaN();
   contradicted_ = {};

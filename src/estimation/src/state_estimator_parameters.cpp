@@ -30,6 +30,9 @@ void validate_start(const StartParameters& p) {
   within("start.gravity_tolerance", p.gravity_tolerance, 0.01, 0.5, "[0.01, 0.5]");
   within("start.moving_tilt_deviation", p.moving_tilt_deviation, 1e-3, 1, "[1e-3, 1]");
   within("start.largest_speed", p.largest_speed, 0, 100, "[0, 100]");
+  if (p.hover_speed != 0) {
+    within("start.hover_speed", p.hover_speed, 1e-3, 10, "{0} or [1e-3, 10]");
+  }
   within("start.heading_deviation", p.heading_deviation, 1e-3, 1, "[1e-3, 1]");
   within("start.position_fixes", static_cast<double>(p.position_fixes), 1, 1000, "[1, 1000]");
   within("start.longest_alignment", p.longest_alignment, 1, 1e4, "[1, 10000]");

@@ -252,6 +252,41 @@ TEST(StateEstimator, WhatItIsNotToldInALongWhileIsNotMixedWithTheRest) {
   }
 }
 
+/// How far off the level is after `duration` s of hovering in gusts, and what is stated, rad.
+struct Level {
+  double error = INFINITY;
+  double deviation = INFINITY;
+};
+
+Level level_in_hover(double hover_speed, double duration) {
+  StateEstimatorParameters p = StateEstimatorParameters::uav();
+  p.smoother.imu_noise = test::vehicle_imu_noise();
+  p.start.hover_speed = hover_speed;
+  StateEstimator estimator(p);
+  for (int i = 0; i <= std::lround(200 * duration); ++i) {
+    // To and fro at up to 7 cm/s; no gust has ended when the levelling does.
+    const double time = i / 200.0;
+    const Vector3d force(0.1 * std::cos(1.5 * time), 0.05 * std::cos(time + 1), 9.80665);
+    estimator.add(ImuReading{.time = time,
+                             .specific_force = SO3::about_z(-0.1 * std::sin(3 * time)) * force,
+                             .angular_rate = {0, 0, 0.3 * std::cos(3 * time)}});
+  }
+  const auto estimate = estimator.estimate();
+  if (!estimate || estimate->in_map) {
+    return {};
+  }
+  const Eigen::Matrix3d covariance = estimator.covariance().block<3, 3>(kRotation, kRotation);
+  const Vector3d up = estimate->state.R_map_body.inverse() * Vector3d::UnitZ();
+  return {std::acos(std::min(1.0, up.z())), std::sqrt(covariance.diagonal().head<2>().maxCoeff())};
+}
+
+TEST(StateEstimator, LevelsItselfInTheAirWhenItIsSaidToHover) {
+  EXPECT_NEAR(level_in_hover(0, 5).deviation, 0.1, 0.05);
+  const Level hovering = level_in_hover(0.05, 5);
+  EXPECT_LT(hovering.deviation, 0.02);
+  EXPECT_LT(hovering.error, 2 * hovering.deviation);
+}
+
 TEST(StateEstimator, OdomNeverJumpsAndBothFramesAgree) {
   VehicleOptions options;
   options.duration = 80;

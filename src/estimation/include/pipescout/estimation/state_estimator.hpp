@@ -80,6 +80,9 @@ struct StartParameters {
                                        ///< [0.01, 0.5]
   double moving_tilt_deviation = 0.1;  ///< rad, when it does not stand still; in [1e-3, 1]
   double largest_speed = 5;  ///< m/s, a vehicle that does not stand still may have; in [0, 100]
+  /// m/s, standard deviation of the velocity of a vehicle that hovers in its place until it is in
+  /// the map: that makes its level finer. In {0} (it may go anywhere) or [1e-3, 10].
+  double hover_speed = 0;
   double heading_deviation = 0.15;  ///< rad, that a heading from motion needs; in [1e-3, 1]
   std::size_t position_fixes = 5;   ///< GPS positions that must agree first; in [1, 1000]
   double longest_alignment = 120;   ///< s, after which a heading from motion is sought afresh;
