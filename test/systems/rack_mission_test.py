@@ -17,8 +17,8 @@ from mission import figures, pipescout, recorded
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/rack_test_{os.getpid()}"
 TIMEOUT = 280  # s, of a run
-OFFSETS_FOUND = 3.0  # s, from the start
-FOUND_BY_LEVEL = 15.0  # s, the same
+FOUND_BY_LEVEL = 15.0  # s, from the start: the first pose
+OFFSETS_FOUND = 3.0  # s, from the first pose
 
 
 def run(composition, folder, *arguments):
@@ -30,18 +30,27 @@ def run(composition, folder, *arguments):
     pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
 
 
+def tracked_since(folder):
+    """What was said of each image from the first pose on, which must not be long in coming."""
+    images = recorded(folder, "rack/state.csv")
+    begin = float(images[0]["stamp"])
+    first = next(i for i, row in enumerate(images) if row["status"] == "tracking")
+    assert float(images[first]["stamp"]) < begin + FOUND_BY_LEVEL, images[first]
+    return images[first:]
+
+
 def check(folder):
     found = figures(folder, f"{NAMESPACE[1:]}.rack_")
     assert found["way_points_done"] == found["way_points"] == 4, found
     assert found["losses"] == 0, found
     # It starts 5 cm beside where it says it does, over pipes that lie 15 mm beside where the file has
     # them: until their offsets are found, an image now and then does not bear out the pose.
-    images = recorded(folder, "rack/state.csv")
+    images = tracked_since(folder)
     begin = float(images[0]["stamp"])
-    untracked = [row for row in images
-                 if row["status"] != "tracking" and float(row["stamp"]) > begin + OFFSETS_FOUND]
-    assert not untracked, untracked
-    assert found["tracked_percent"] >= 95.0, found
+    untracked = [row for row in images if row["status"] != "tracking"]
+    late = [row for row in untracked if float(row["stamp"]) > begin + OFFSETS_FOUND]
+    assert not late, late
+    assert len(untracked) <= 0.05 * len(images), untracked
     assert found["position_median_m"] <= 0.01, found
     assert found["orientation_median_deg"] <= 0.3, found
     # Where the pipes really lie, and not where the rack file has them.
@@ -89,11 +98,9 @@ def tilted_start(launch_scripts, scratch):
     (scratch / "run").mkdir()
     folder = scratch / "run/mission"
     run(composition, folder, "seed:=8")
-    images = recorded(folder, "rack/state.csv")
-    tracked = [float(row["stamp"]) for row in images if row["status"] == "tracking"]
-    begin = float(images[0]["stamp"])
-    assert images[0]["status"] != "tracking", "this seed no longer needs the tilt: take another"
-    assert tracked and tracked[0] < begin + FOUND_BY_LEVEL, (begin, tracked[:1])
+    first = recorded(folder, "rack/state.csv")[0]
+    assert first["status"] != "tracking", "this seed no longer needs the tilt: take another"
+    tracked_since(folder)
     found = figures(folder, f"{NAMESPACE[1:]}.rack_")
     assert found["way_points_done"] == found["way_points"] == 1, found
     assert found["losses"] == 0, found
