@@ -127,5 +127,16 @@ TEST(WrongStarts, SmallOnesConverge) {
   EXPECT_EQ(score.converged, 4U);
 }
 
+TEST(WrongStarts, AtTheEdgeOfTheRackAreNotTakenForThePlaceBeside) {
+  // The pipe that defines the frame is out of view there, and 4 cm aside contours of other pipes
+  // line up too.
+  constexpr std::uint64_t kPlace = 259;
+  WrongStartSettings settings;
+  settings.scene.model = rack_on_beams();
+  const auto score = score_wrong_starts(try_wrong_starts(settings, 5, kPlace));
+  EXPECT_EQ(score.silent_wrong, 0U);
+  EXPECT_GE(score.converged, 9U);
+}
+
 }  // namespace
 }  // namespace pipescout::rack_study

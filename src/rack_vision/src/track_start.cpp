@@ -33,7 +33,13 @@ constexpr double kDistinct = 8;            // px, between what is seen from two 
 // 60 right places: at least 0.63, and 0.72 where the residuals are 1.4 times their deviations.
 constexpr double kLeastShare = 0.5;
 constexpr double kShareByScale = 0.1;
-constexpr double kClearlyBetter = 0.12;     // of the share of samples found, over other places
+constexpr double kClearlyBetter = 0.12;  // of the share of samples found, over other places
+constexpr double kLeastHeight = 0.5;     // m
+// px, across the pipes and along them, from a place at which edges may be taken for their
+// neighbours to the one at which they are not.
+constexpr std::array kAside{-14.0, -7.0, 7.0, 14.0};
+constexpr int kMostMovesAside = 3;
+constexpr double kClearlyBetterAside = 1;   // log-likelihood
 constexpr double kAlikeAtStart = 8;         // images
 constexpr double kLeastOfReference = 0.35;  // share of its samples found
 constexpr int kJudgedSamples = 20;
@@ -103,7 +109,7 @@ bool TrackStep::is_wide(const TrackBelief& belief) const {
 
 double TrackStep::apart(const SE3& a, const SE3& b) const {
   const geometry::Vector6d difference = pose_difference(a, b);
-  const double height = std::max(0.5, a.translation().z());
+  const double height = std::max(kLeastHeight, a.translation().z());
   const double focal = camera_.matrix()(0, 0);
   const double half_width = 0.5 * camera_.parameters().width;
   // A turn about y is a move along x, almost; moves along the pipes are not seen at all.
@@ -270,6 +276,49 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
          sigma(0) <= kNoLessSure * before(0) && sigma(2) <= kNoLessSure * before(2);
 }
 
+bool TrackStep::any_explains() const {
+  return std::ranges::any_of(tried_, &TriedStart::explains);
+}
+
+void TrackStep::consider_start(const ImageView& image, const TrackBelief& around, const SE3& start,
+                               StepOutcome& outcome) {
+  if (!try_start(image, around, start, outcome)) {
+    return;
+  }
+  const SE3& found = outcome.belief.T_rack_camera;
+  const geometry::Vector6d moved = pose_difference(around.T_rack_camera, found);
+  const double chi_square = moved.dot(around.covariance.inverse() * moved);
+  if (chi_square > kImprobable) {
+    return;
+  }
+  const double share = found_share(outcome.evidence);
+  tried_.push_back({.start = start,
+                    .found = found,
+                    .share = share,
+                    .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square,
+                    .explains = explains_the_image(around, outcome, share, moved)});
+}
+
+void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& around,
+                                     StepOutcome& outcome) {
+  for (int round = 0; round < kMostMovesAside && !tried_.empty(); ++round) {
+    const TriedStart best = *std::ranges::max_element(tried_, {}, &TriedStart::merit);
+    const double pixel =
+        std::max(kLeastHeight, best.found.translation().z()) / camera_.matrix()(0, 0);  // m
+    for (const double aside : kAside) {
+      for (const int axis : {0, kY}) {
+        geometry::Vector6d move = geometry::Vector6d::Zero();
+        move(axis) = aside * pixel;
+        consider_start(image, around, moved_pose(best.found, move), outcome);
+      }
+    }
+    const double found = std::ranges::max_element(tried_, {}, &TriedStart::merit)->merit;
+    if (found < best.merit + kClearlyBetterAside) {
+      return;
+    }
+  }
+}
+
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
@@ -279,31 +328,14 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
   }
   find_peaks(image, around, kMostTried);
-  const Matrix6d information = around.covariance.inverse();
   tried_.clear();
-  bool explained = false;
-  for (std::size_t i = 0; i < peaks_.size() && (i < kTried || !explained); ++i) {
-    const SE3 start = narrowed(image, around, peaks_[i]);
-    if (!try_start(image, around, start, outcome)) {
-      continue;
-    }
-    const SE3& found = outcome.belief.T_rack_camera;
-    const geometry::Vector6d moved = pose_difference(around.T_rack_camera, found);
-    const double chi_square = moved.dot(information * moved);
-    if (chi_square > kImprobable) {
-      continue;
-    }
-    const double share = found_share(outcome.evidence);
-    tried_.push_back({.start = start,
-                      .found = found,
-                      .share = share,
-                      .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square,
-                      .explains = explains_the_image(around, outcome, share, moved)});
-    explained = explained || tried_.back().explains;
+  for (std::size_t i = 0; i < peaks_.size() && (i < kTried || !any_explains()); ++i) {
+    consider_start(image, around, narrowed(image, around, peaks_[i]), outcome);
   }
+  look_beside_the_best(image, around, outcome);
   outcome = {};
   outcome.belief = before;
-  if (!explained) {
+  if (!any_explains()) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
   }

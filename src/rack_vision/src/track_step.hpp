@@ -147,6 +147,13 @@ class TrackStep {
   /// the right one.
   [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
                                         double share, const geometry::Vector6d& moved) const;
+  [[nodiscard]] bool any_explains() const;
+  /// Tries a start, and keeps in tried_ what became of it.
+  void consider_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+                      StepOutcome& outcome);
+  /// Tries places beside the best of tried_, until none of them is better.
+  void look_beside_the_best(const ImageView& image, const TrackBelief& around,
+                            StepOutcome& outcome);
   /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
   /// out: only then is there an outcome.
   bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
