@@ -8,12 +8,8 @@
 namespace pipescout::leak_findings {
 namespace {
 
-/// Shares of the picture's width that a leak moves between frames at most, before and after it is
-/// known how it moves.
+/// The same while it is not known how it moved.
 constexpr double kFirstStep = 0.1;
-constexpr double kNextStep = 0.04;
-/// s: a picture as old says nothing of where a leak is in this one.
-constexpr double kPictureMemory = 1.0;
 /// Detections that count before something is raised: what mirrors or shines stays as long as a
 /// leak, and then only where it is tells them apart.
 constexpr double kMostPersistence = 3.25;

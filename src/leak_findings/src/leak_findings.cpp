@@ -91,6 +91,7 @@ void LeakFindings::Implementation::update(const Frame& frame,
     return leave_out(InputFault::kBadSize);
   }
   const std::optional<Eye> eye = eye_of(frame);
+  pose_time = eye ? frame.time : pose_time;
   ++counters.faults[static_cast<std::size_t>(result.fault)];
   learn_sound_pipe(frame.time, detections);
   counters.off_lines += observer.observe(frame.time, eye, detections, observations);
@@ -140,16 +141,35 @@ bool LeakFindings::Implementation::same_leak(const Follow& a, const Follow& b, d
   return apart.dot(covariance.ldlt().solve(apart)) <= p.gate * p.gate;
 }
 
+/// A picture without a pose, between others that have one, may show a leak that is known: only its
+/// place tells, which comes with the next pose.
+bool LeakFindings::Implementation::awaits_place(const Follow& candidate, double time) const {
+  const bool has_all = candidate.taken && pose_time == time;
+  return candidate.place().empty() && !has_all && time - pose_time <= kPictureMemory &&
+         time - candidate.finding.last_time <= kPictureMemory;
+}
+
+/// Whether a candidate without a place is, now that there is a pose, seen to be a finding.
+bool LeakFindings::Implementation::is_known(const Follow& candidate, double time) const {
+  const Eigen::Vector2d pixel = candidate.pixel_at(time);
+  const double reach = kNextStep * camera.parameters().width;
+  return candidate.place().empty() && !candidate.taken &&
+         std::any_of(followed.begin(), followed.end(), [&](const Follow& follow) {
+           return follow.taken && (follow.pixel() - pixel).norm() <= reach;
+         });
+}
+
 void LeakFindings::Implementation::judge(const Frame& frame) {
   const double time = frame.time;
   const double raise_at = logit(p.raise_probability);
   for (std::size_t i = 0; i < candidates.size();) {
     Follow& candidate = candidates[i];
-    const bool raised = candidate.taken && candidate.log_odds >= raise_at;
+    const bool known = is_known(candidate, time);
+    const bool raised = candidate.log_odds >= raise_at && !known && !awaits_place(candidate, time);
     if (raised) {
       raise(candidate, frame);
     }
-    const bool lost = candidate.log_odds < kLeastLogOdds || !candidate.in_pass(time, p);
+    const bool lost = known || candidate.log_odds < kLeastLogOdds || !candidate.in_pass(time, p);
     counters.candidates_dropped += lost && !raised ? 1U : 0U;
     if (raised || lost) {
       candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(i));

@@ -16,6 +16,12 @@ namespace pipescout::leak_findings {
 /// Evidence beyond, either way, does not count: it could not be taken back soon enough.
 inline constexpr double kMostLogOdds = 6.0;
 
+/// s: a picture as old says nothing of where a leak is in this one.
+inline constexpr double kPictureMemory = 1.0;
+/// Share of the picture's width that a leak is from where it would be if it moved on as it did, at
+/// most.
+inline constexpr double kNextStep = 0.04;
+
 [[nodiscard]] inline double logit(double p) {
   return std::log(p / (1 - p));
 }
@@ -39,6 +45,7 @@ struct LeakFindings::Implementation {
   Counters counters;
   std::uint64_t next_id = 1;
   double last_time = -std::numeric_limits<double>::infinity();
+  double pose_time = -std::numeric_limits<double>::infinity();  // of the latest picture with a pose
   std::optional<thermal::SoundPipe> sound;
   double sound_time = -std::numeric_limits<double>::infinity();
 
@@ -62,6 +69,8 @@ struct LeakFindings::Implementation {
   [[nodiscard]] bool seen_sound(const Follow& follow, const Frame& frame,
                                 const std::optional<Eye>& eye, const thermal::Detections& d) const;
   void judge(const Frame& frame);
+  [[nodiscard]] bool awaits_place(const Follow& candidate, double time) const;
+  [[nodiscard]] bool is_known(const Follow& candidate, double time) const;
   void raise(Follow& candidate, const Frame& frame);
   [[nodiscard]] bool same_leak(const Follow& a, const Follow& b, double time) const;
   void tell(Follow& follow, EventKind kind, double time);

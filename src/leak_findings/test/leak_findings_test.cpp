@@ -342,6 +342,54 @@ TEST(LeakFindings, WithoutPosesItIsFollowedInThePicture) {
   EXPECT_EQ(findings.counters().faults[static_cast<std::size_t>(InputFault::kNoPose)], 60U);
 }
 
+/// A leak that is hidden for a moment and seen again while poses stay away for a few pictures: it
+/// is the one that is known.
+TEST(LeakFindings, APoseThatIsMissingForAMomentMakesNoSecondFinding) {
+  for (const int without_pose : {3, 5, 10}) {
+    Drive world;
+    world.spots = {{10, 1.5, 150}};
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    int seen = 0;
+    for (int i = 0; i < 90; ++i) {
+      const double x = 4 + 0.22 * i;
+      Frame frame = world.frame(0.04 * i, x);
+      thermal::Detections d = world.look(x);
+      seen += d.leaks.empty() ? 0 : 1;
+      if (seen > 3 && seen <= 12) {
+        d.leaks.clear();
+      } else if (seen > 12 && seen <= 12 + without_pose) {
+        frame.pose.reset();
+      }
+      findings.update(frame, d);
+    }
+    ASSERT_GT(seen, 25);
+    ASSERT_EQ(findings.findings().size(), 1U) << without_pose;
+    EXPECT_NEAR(findings.findings()[0].position->point.x(), 10, 0.5);
+  }
+}
+
+TEST(LeakFindings, ALeakThatIsGoneBeforePosesComeBackIsRaisedAllTheSame) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  int seen = 0;
+  for (int i = 0; i < 90; ++i) {
+    const double x = 5 + 0.22 * i;
+    Frame frame = world.frame(0.04 * i, x);
+    thermal::Detections d = world.look(x);
+    seen += d.leaks.empty() ? 0 : 1;
+    if (seen > 0 && seen <= 8) {
+      frame.pose.reset();
+    } else if (seen > 8) {
+      d.leaks.clear();
+      d.pipes.clear();  // nor is the pipe seen to be sound
+    }
+    findings.update(frame, d);
+  }
+  ASSERT_EQ(findings.findings().size(), 1U);
+  EXPECT_FALSE(findings.findings()[0].position);
+}
+
 /// Errors of the poses as large as they say, the same all along a pass: whatever the number of
 /// frames, the truth must lie in the ellipse of 95 % in 90 to 99 % of the passes.
 TEST(LeakFindings, TheStatedEllipseHoldsTheTruth) {
