@@ -142,8 +142,9 @@ struct FrameResult {
 /// summed as the logarithm of odds: a detection where one was expected adds to them, a sound pipe
 /// where a leak was expected takes off, one that is hidden or out of view changes nothing. A
 /// detection that does not stay at one place of the map, as what a tube mirrors, is none of the
-/// same leak. Not thread-safe. Allocates when something new is seen, or raised; not while it is
-/// followed.
+/// same leak. What is only seen in pictures without a pose, between others with one, waits up to a
+/// second for its place before it is raised: it may be a leak that is known. Not thread-safe.
+/// Allocates when something new is seen, or raised; not while it is followed.
 class LeakFindings {
  public:
   /// Throws as LeakFindingsParameters::validate.
