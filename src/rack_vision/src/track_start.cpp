@@ -38,6 +38,9 @@ constexpr double kLeastHeight = 0.5;     // m
 // px, across the pipes and along them, from a place at which edges may be taken for their
 // neighbours to the one at which they are not.
 constexpr std::array kAside{-14.0, -7.0, 7.0, 14.0};
+// px, at the borders of the image: higher and lower. There the end of a beam may be taken for what
+// is beside it, and then the scale is wrong.
+constexpr std::array kAtBorders{-7.0, -3.5, 3.5, 7.0};
 constexpr int kMostMovesAside = 3;
 constexpr double kClearlyBetterAside = 1;   // log-likelihood
 constexpr double kAlikeAtStart = 8;         // images
@@ -58,6 +61,7 @@ constexpr double kNextRange = 3.5;      // px
 constexpr int kMostRounds = 10;         // the edges nearest to a place lead to the next one
 constexpr double kArrived = 0.3;        // px
 constexpr int kY = 1;
+constexpr int kZ = 2;
 
 /// Share of what was looked for that was found; proven points count, once there are enough, as much
 /// as edges do.
@@ -268,12 +272,12 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
   return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
          reference_is_found(model_, around.offsets, tried.pipes) &&
-         std::max(sigma(0), sigma(2)) <= kCertainPlace &&
+         std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
          std::abs(moved(kY)) <= kFarthestAlong * before(kY) &&
          // Otherwise it contradicts what was known: the residuals say so.
-         sigma(0) <= kNoLessSure * before(0) && sigma(2) <= kNoLessSure * before(2);
+         sigma(0) <= kNoLessSure * before(0) && sigma(kZ) <= kNoLessSure * before(kZ);
 }
 
 bool TrackStep::any_explains() const {
@@ -309,6 +313,16 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
       for (const int axis : {0, kY}) {
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(axis) = aside * pixel;
+        consider_start(image, around, moved_pose(best.found, move), outcome);
+      }
+    }
+    const double rise = pixel * 2 * camera_.matrix()(0, 0) / camera_.parameters().width;
+    for (const double at_borders : kAtBorders) {
+      // One border of the view, its middle, or the other border stays where it is.
+      for (const double sideways : {-pixel, 0.0, pixel}) {
+        geometry::Vector6d move = geometry::Vector6d::Zero();
+        move(0) = at_borders * sideways;
+        move(kZ) = at_borders * rise;
         consider_start(image, around, moved_pose(best.found, move), outcome);
       }
     }
