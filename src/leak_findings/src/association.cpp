@@ -8,7 +8,7 @@
 namespace pipescout::leak_findings {
 namespace {
 
-/// The same while it is not known how it moved.
+/// As `kNextStep`, while it is not known how it moved.
 constexpr double kFirstStep = 0.1;
 /// Detections that count before something is raised: what mirrors or shines stays as long as a
 /// leak, and then only where it is tells them apart.
