@@ -149,7 +149,8 @@ bool LeakFindings::Implementation::awaits_place(const Follow& candidate, double 
          time - candidate.finding.last_time <= kPictureMemory;
 }
 
-/// Whether a candidate without a place is, now that there is a pose, seen to be a finding.
+/// Whether a candidate without a place is not seen in this picture, but a finding where it would
+/// be.
 bool LeakFindings::Implementation::is_known(const Follow& candidate, double time) const {
   const Eigen::Vector2d pixel = candidate.pixel_at(time);
   const double reach = kNextStep * camera.parameters().width;

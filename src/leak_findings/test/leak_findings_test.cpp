@@ -342,6 +342,22 @@ TEST(LeakFindings, WithoutPosesItIsFollowedInThePicture) {
   EXPECT_EQ(findings.counters().faults[static_cast<std::size_t>(InputFault::kNoPose)], 60U);
 }
 
+/// Drives past from `from`. `change(seen, frame, detections)` spoils pictures, `seen` of which have
+/// shown a leak, this one included. Returns how many have in the end.
+template <typename Change>
+int drive_past(LeakFindings& findings, Drive& world, double from, const Change& change) {
+  int seen = 0;
+  for (int i = 0; i < 90; ++i) {
+    const double x = from + 0.22 * i;
+    Frame frame = world.frame(0.04 * i, x);
+    thermal::Detections d = world.look(x);
+    seen += d.leaks.empty() ? 0 : 1;
+    change(seen, frame, d);
+    findings.update(frame, d);
+  }
+  return seen;
+}
+
 /// A leak that is hidden for a moment and seen again while poses stay away for a few pictures: it
 /// is the one that is known.
 TEST(LeakFindings, APoseThatIsMissingForAMomentMakesNoSecondFinding) {
@@ -349,19 +365,14 @@ TEST(LeakFindings, APoseThatIsMissingForAMomentMakesNoSecondFinding) {
     Drive world;
     world.spots = {{10, 1.5, 150}};
     LeakFindings findings(Drive::parameters(), Drive::camera());
-    int seen = 0;
-    for (int i = 0; i < 90; ++i) {
-      const double x = 4 + 0.22 * i;
-      Frame frame = world.frame(0.04 * i, x);
-      thermal::Detections d = world.look(x);
-      seen += d.leaks.empty() ? 0 : 1;
-      if (seen > 3 && seen <= 12) {
-        d.leaks.clear();
-      } else if (seen > 12 && seen <= 12 + without_pose) {
-        frame.pose.reset();
-      }
-      findings.update(frame, d);
-    }
+    const int seen =
+        drive_past(findings, world, 4, [&](int so_far, Frame& frame, thermal::Detections& d) {
+          if (so_far > 3 && so_far <= 12) {
+            d.leaks.clear();
+          } else if (so_far > 12 && so_far <= 12 + without_pose) {
+            frame.pose.reset();
+          }
+        });
     ASSERT_GT(seen, 25);
     ASSERT_EQ(findings.findings().size(), 1U) << without_pose;
     EXPECT_NEAR(findings.findings()[0].position->point.x(), 10, 0.5);
@@ -372,20 +383,14 @@ TEST(LeakFindings, ALeakThatIsGoneBeforePosesComeBackIsRaisedAllTheSame) {
   Drive world;
   world.spots = {{10, 0.3, 90}};
   LeakFindings findings(Drive::parameters(), Drive::camera());
-  int seen = 0;
-  for (int i = 0; i < 90; ++i) {
-    const double x = 5 + 0.22 * i;
-    Frame frame = world.frame(0.04 * i, x);
-    thermal::Detections d = world.look(x);
-    seen += d.leaks.empty() ? 0 : 1;
+  drive_past(findings, world, 5, [](int seen, Frame& frame, thermal::Detections& d) {
     if (seen > 0 && seen <= 8) {
       frame.pose.reset();
     } else if (seen > 8) {
       d.leaks.clear();
       d.pipes.clear();  // nor is the pipe seen to be sound
     }
-    findings.update(frame, d);
-  }
+  });
   ASSERT_EQ(findings.findings().size(), 1U);
   EXPECT_FALSE(findings.findings()[0].position);
 }

@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -143,7 +143,8 @@ double height_error_of_start(std::uint64_t seed) {
   flight.duration = 0.04;
   flight.wind_at_20_feet = 4;
   const CameraMotion motion =
-      fly_camera(std::vector<rack_vision::WayPoint>{{.position = {0.9, 4, 2.6}, .yaw = M_PI_2}},
+      fly_camera(std::vector<rack_vision::WayPoint>{{.position = {0.9, 4, 2.6},
+                                                     .yaw = 0.5 * std::numbers::pi}},
                  flight, engine())
           .front();
   const rack_vision::RackModel model = rack_on_beams();

@@ -307,8 +307,9 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
                                      StepOutcome& outcome) {
   for (int round = 0; round < kMostMovesAside && !tried_.empty(); ++round) {
     const TriedStart best = *std::ranges::max_element(tried_, {}, &TriedStart::merit);
-    const double pixel =
-        std::max(kLeastHeight, best.found.translation().z()) / camera_.matrix()(0, 0);  // m
+    const double height = std::max(kLeastHeight, best.found.translation().z());
+    const double pixel = height / camera_.matrix()(0, 0);             // m
+    const double rise = height / (0.5 * camera_.parameters().width);  // m, a pixel at the borders
     for (const double aside : kAside) {
       for (const int axis : {0, kY}) {
         geometry::Vector6d move = geometry::Vector6d::Zero();
@@ -316,7 +317,6 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
         consider_start(image, around, moved_pose(best.found, move), outcome);
       }
     }
-    const double rise = pixel * 2 * camera_.matrix()(0, 0) / camera_.parameters().width;
     for (const double at_borders : kAtBorders) {
       // One border of the view, its middle, or the other border stays where it is.
       for (const double sideways : {-pixel, 0.0, pixel}) {
