@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -134,19 +135,20 @@ TEST(WrongStarts, SmallOnesConverge) {
   EXPECT_EQ(score.converged, 4U);
 }
 
-/// Of the first image over pipes that lie beside where the model has them, from a level pose that
-/// is a few centimetres off: how far too high the pose is, m.
-double height_error_of_start(std::uint64_t seed) {
+/// Of each image over pipes that lie beside where the model has them, from a level pose that is a
+/// few centimetres off: how far too high the pose is, m.
+std::vector<double> height_errors(std::uint64_t seed, double duration) {
+  using rack_vision::WayPoint;
   std::mt19937_64 engine(seed);
   const auto light = simulation::ChangingRackLight({}, engine());
   CameraFlightSettings flight;
-  flight.duration = 0.04;
+  flight.duration = duration;
   flight.wind_at_20_feet = 4;
-  const CameraMotion motion =
-      fly_camera(std::vector<rack_vision::WayPoint>{{.position = {0.9, 4, 2.6},
-                                                     .yaw = 0.5 * std::numbers::pi}},
-                 flight, engine())
-          .front();
+  const auto motions = fly_camera(
+      std::vector<WayPoint>{
+          {.position = {0.9, 4, 2.6}, .yaw = 0.5 * std::numbers::pi, .hold = 2},
+          {.position = {1.1, 6, 2.6}, .yaw = 0.5 * std::numbers::pi + 0.2, .hold = 2}},
+      flight, engine());
   const rack_vision::RackModel model = rack_on_beams();
   simulation::RackScene scene;
   scene.model = model;
@@ -155,19 +157,14 @@ double height_error_of_start(std::uint64_t seed) {
   scene.model.pipes[3].start.x() += 0.015;
   scene.seed = engine();
   const geometry::Camera camera;
+  simulation::RackImageRenderer renderer(scene, camera);
   std::vector<std::uint8_t> grey(static_cast<std::size_t>(camera.parameters().width) *
                                  static_cast<std::size_t>(camera.parameters().height));
-  simulation::RackImageRenderer(scene, camera)
-      .render({.T_camera_rack = motion.T_camera_rack,
-               .velocity = motion.velocity,
-               .light = light.at(motion.time),
-               .frame = 0},
-              grey);
 
   rack_vision::RackLocalizationParameters parameters;
   parameters.tracker.offset_sigma = 0.02;
   rack_vision::RackLocalization localization(model, camera, parameters);
-  const geometry::SE3 truth = motion.T_camera_rack.inverse();
+  const geometry::SE3 truth = motions.front().T_camera_rack.inverse();
   const geometry::SO3 R_body_camera = rack_vision::downward_camera().rotation();
   const double yaw = (truth.rotation() * R_body_camera.inverse()).roll_pitch_yaw()[2];
   geometry::Vector6d deviations;
@@ -175,20 +172,41 @@ double height_error_of_start(std::uint64_t seed) {
   localization.set_pose({geometry::SO3::about_z(yaw) * R_body_camera,
                          truth.translation() + Eigen::Vector3d(0.03, -0.02, -0.03)},
                         deviations.cwiseAbs2().asDiagonal());
-  const auto result = localization.track({.pixels = grey.data(),
-                                          .width = camera.parameters().width,
-                                          .height = camera.parameters().height,
-                                          .stride = camera.parameters().width},
-                                         motion.time, std::nullopt);
-  EXPECT_EQ(result.status, rack_vision::TrackStatus::kTracking) << seed;
-  return result.T_rack_camera.translation().z() - truth.translation().z();
+  std::vector<double> errors;
+  for (std::uint32_t i = 0; i < motions.size(); ++i) {
+    const CameraMotion& motion = motions[i];
+    renderer.render({.T_camera_rack = motion.T_camera_rack,
+                     .velocity = motion.velocity,
+                     .light = light.at(motion.time),
+                     .frame = i},
+                    grey);
+    const auto result = localization.track({.pixels = grey.data(),
+                                            .width = camera.parameters().width,
+                                            .height = camera.parameters().height,
+                                            .stride = camera.parameters().width},
+                                           motion.time, std::nullopt);
+    EXPECT_EQ(result.status, rack_vision::TrackStatus::kTracking) << seed << ": " << i;
+    errors.push_back(result.T_rack_camera.translation().z() -
+                     motion.T_camera_rack.inverse().translation().z());
+  }
+  return errors;
 }
 
 /// The end of a beam beside a gutter or a stripe, which is 6 px farther out: the camera seemed 1 %
 /// nearer, 3 cm.
 TEST(WrongStarts, TheEndOfABeamIsNotTakenForWhatIsBesideIt) {
   for (const std::uint64_t seed : {63U, 110U}) {
-    EXPECT_NEAR(height_error_of_start(seed), 0, 0.01) << seed;
+    EXPECT_NEAR(height_errors(seed, 0.04).front(), 0, 0.01) << seed;
+  }
+}
+
+/// Stripes and shadows are taken for contours there, and the camera seems 2 cm nearer. Images that
+/// follow show it, but the offsets are believed by then.
+TEST(WrongStarts, AreForgottenOnceImagesAreExplainedBetterWithoutThem) {
+  const std::vector<double> errors = height_errors(55, 5);
+  EXPECT_LT(errors.front(), -0.01) << "another seed would test more";
+  for (const double error : std::span(errors).last(10)) {
+    EXPECT_NEAR(error, 0, 0.01);
   }
 }
 

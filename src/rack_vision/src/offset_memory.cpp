@@ -14,6 +14,7 @@ constexpr int kJudgedSamples = 10;
 constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
 constexpr double kDoubtedShare = 0.35;
 constexpr int kImagesInDoubt = 10;
+constexpr double kBeginDeviation = 0.005;  // m: the pose may be wrong by some of it
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
@@ -30,6 +31,7 @@ OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
 void OffsetMemory::reset() {
   belief_ = {};
   images_in_doubt_ = {};
+  images_missed_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
       forget(i);
@@ -52,17 +54,41 @@ bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
 }
 
 void OffsetMemory::forget(std::size_t pipe) {
+  set(pipe, 0, sigma_);
+}
+
+void OffsetMemory::set(std::size_t pipe, double mean, double deviation) {
   const auto row = static_cast<Eigen::Index>(pipe);
-  belief_.mean[pipe] = 0;
+  belief_.mean[pipe] = mean;
   belief_.covariance.row(row).setZero();
   belief_.covariance.col(row).setZero();
-  belief_.covariance(row, row) = sigma_ * sigma_;
+  belief_.covariance(row, row) = deviation * deviation;
+}
+
+bool OffsetMemory::is_missed(std::size_t pipe) const noexcept {
+  return images_missed_[pipe] > 0 && images_missed_[pipe] % kImagesInDoubt == 0;
+}
+
+void OffsetMemory::begin_at(std::size_t pipe, double offset) {
+  set(pipe, offset, std::min(sigma_, kBeginDeviation));
+  images_in_doubt_[pipe] = 0;
+  images_missed_[pipe] = 0;
+}
+
+void OffsetMemory::doubt() {
+  for (std::size_t i = 0; i < pipes_; ++i) {
+    if (may_move(i)) {
+      set(i, belief_.mean[i], sigma_);
+    }
+  }
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
   if (support.searched < kJudgedSamples) {
     return false;
   }
+  const bool is_supported = support.found >= kSupportedShare * support.searched;
+  images_missed_[pipe] = is_supported ? 0 : images_missed_[pipe] + 1;
   if (support.found < kDoubtedShare * support.searched) {
     if (++images_in_doubt_[pipe] >= kImagesInDoubt) {
       images_in_doubt_[pipe] = 0;
@@ -71,7 +97,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
     return false;
   }
   images_in_doubt_[pipe] = 0;
-  return support.found >= kSupportedShare * support.searched;
+  return is_supported;
 }
 
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,

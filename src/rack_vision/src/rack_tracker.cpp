@@ -19,6 +19,8 @@ using geometry::Matrix6d;
 
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
+constexpr double kShaken = 3;       // times the usual accelerations
+constexpr int kImagesPerOpinion = 10;
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
@@ -77,18 +79,10 @@ class RackTracker::Implementation {
     offsets_.predict(dt);
     intrinsics_.predict(dt);
     const bool measured = predict(dt, motion);
+    const PoseBelief predicted = pose_;
     find(image);
-    if (measured && !borne_out()) {
-      // Odometry may be wrong; the camera moves on evenly all the same.
-      const PoseBelief by_motion = pose_;
-      pose_ = last;
-      (void)predict(dt, std::nullopt);
-      find(image);
-      if (borne_out()) {
-        ++counts_.bad_predictions;
-      } else {
-        pose_ = by_motion;
-      }
+    if (!borne_out() && !find_by_other_motion(image, last, dt, measured)) {
+      pose_ = predicted;
     }
     judge(image, result);
     return result;
@@ -120,6 +114,7 @@ class RackTracker::Implementation {
     relative(1, 1) = kRelativeVariance;
     pose_.restart(T_rack_camera, relative);
     coasted_ = 0;
+    since_opinion_ = 0;
   }
 
   bool check_stamp(double stamp, RackTrackerResult& result) {
@@ -189,6 +184,22 @@ class RackTracker::Implementation {
     }
   }
 
+  /// From `last`, where the image does not bear out the motion that was predicted.
+  bool find_by_other_motion(const ImageView& image, const PoseBelief& last, double dt,
+                            bool measured) {
+    const auto is_found = [&](double shaken) {
+      pose_ = last;
+      pose_.predict(dt, shaken * parameters_.acceleration_sigma,
+                    shaken * parameters_.angular_acceleration_sigma);
+      find(image);
+      return borne_out();
+    };
+    // Odometry may be wrong, and a gust may turn the camera farther than it is searched for.
+    const bool found = (measured && is_found(1)) || (!starting_ && is_found(kShaken));
+    counts_.bad_predictions += measured && found ? 1 : 0;
+    return found;
+  }
+
   [[nodiscard]] double quality() const {
     return outcome_.solved ? track_quality(outcome_.evidence) : 0.0;
   }
@@ -234,9 +245,46 @@ class RackTracker::Implementation {
       learn_intrinsics();
     }
     step_.learn(image, outcome_, pose_.relative_covariance());
+    if (++since_opinion_ >= kImagesPerOpinion) {
+      since_opinion_ = 0;
+      ask_second_opinion(image);
+    } else {
+      look_for_missed_pipes(image);
+    }
     improve_camera();
     fill(result);
     result.quality = quality();
+  }
+
+  /// What misled the first images is believed by now, and holds the pose that it led to.
+  void ask_second_opinion(const ImageView& image) {
+    OffsetMemory doubted = offsets_;
+    doubted.doubt();
+    const geometry::SE3 first = outcome_.belief.T_rack_camera;
+    if (!step_.find_anew(image, doubted.belief(), outcome_)) {
+      return;
+    }
+    offsets_ = doubted;
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, 1);
+    pose_.shift(pose_difference(first, outcome_.belief.T_rack_camera));
+    anchor_variance_ = outcome_.belief.anchor_variance;
+    step_.forget();
+    pose_.begin_map();
+    view_.begin(pose_.pose(), *last_stamp_);
+    step_.learn(image, outcome_, pose_.relative_covariance());
+  }
+
+  /// Pipes that lie elsewhere than it was believed at the start, or have moved since.
+  void look_for_missed_pipes(const ImageView& image) {
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      if (!offsets_.is_missed(i)) {
+        continue;
+      }
+      const auto offset = step_.find_pipe(image, outcome_.belief, i, parameters_.offset_sigma);
+      if (offset) {
+        offsets_.begin_at(i, *offset);
+      }
+    }
   }
 
   /// Of what the image says, what those before it did not.
@@ -331,6 +379,7 @@ class RackTracker::Implementation {
   ViewChange view_;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
+  int since_opinion_ = 0;  ///< images
   std::string_view lost_reason_;
   PoseBelief pose_;
   double anchor_variance_ = 0;

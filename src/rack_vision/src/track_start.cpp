@@ -60,6 +60,9 @@ constexpr double kFirstRange = 5;       // px, of the search from a place
 constexpr double kNextRange = 3.5;      // px
 constexpr int kMostRounds = 10;         // the edges nearest to a place lead to the next one
 constexpr double kArrived = 0.3;        // px
+constexpr double kAnewPlace = 0.03;     // m, of a second opinion
+constexpr double kAnewTurn = 0.015;     // rad
+constexpr double kClearlySharper = 0.1;
 constexpr int kY = 1;
 constexpr int kZ = 2;
 
@@ -370,6 +373,29 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     outcome.belief.anchor_variance =
         std::max(outcome.belief.anchor_variance, around.covariance(kY, kY));
   }
+}
+
+bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
+                          StepOutcome& outcome) {
+  const double before = sharpness();
+  TrackBelief around = outcome.belief;
+  around.offsets = offsets;
+  around.covariance.diagonal().head<3>().array() += kAnewPlace * kAnewPlace;
+  around.covariance.diagonal().tail<3>().array() += kAnewTurn * kAnewTurn;
+  points_.clear();
+  matches_.clear();
+  if (!refine_start(image, around, around.T_rack_camera, 0, start_solver_)) {
+    return false;
+  }
+  StepOutcome anew;
+  const double along = solution_.covariance(kY, kY);
+  const bool is_told = along < 0.5 * around.covariance(kY, kY);
+  accept(std::max(around.anchor_variance, is_told ? along : 0.0), anew);
+  if (sharpness() < before + kClearlySharper) {
+    return false;
+  }
+  outcome = anew;
+  return true;
 }
 
 }  // namespace pipescout::rack_vision

@@ -8,6 +8,7 @@
 
 #include "alignment_search.hpp"
 #include "offset_memory.hpp"
+#include "pipe_place.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
@@ -86,6 +87,17 @@ class TrackStep {
   [[nodiscard]] std::optional<Intrinsics> find_intrinsics(const IntrinsicsBelief& before,
                                                           const OffsetBelief& offsets,
                                                           const StepOutcome& outcome);
+  /// A second opinion on the last image: from `outcome`, the first one, but without what earlier
+  /// images say of the pose and of the offsets, of which `offsets` is all that is known. Returns
+  /// whether it explains the edges clearly better; only then is it the outcome. Call it after
+  /// `learn`.
+  [[nodiscard]] bool find_anew(const ImageView& image, const OffsetBelief& offsets,
+                               StepOutcome& outcome);
+  /// Where a pipe lies, as an offset of it, m, that is not seen where `belief` has it, the outcome
+  /// of the last image; no farther than three `sigma` from where the model has it. None unless one
+  /// place explains its contours clearly better than the others. Call it after `learn`.
+  [[nodiscard]] std::optional<double> find_pipe(const ImageView& image, const TrackBelief& belief,
+                                                std::size_t pipe, double sigma);
   /// A camera of the same size, from the next image on.
   void set_camera(const geometry::Camera& camera);
 
@@ -168,6 +180,9 @@ class TrackStep {
   [[nodiscard]] bool points_agree() const;
   void forget_matches();
   void collect_evidence(StepOutcome& outcome) const;
+  /// How near the edges that were found are to where they are rendered: 1 when all lie on them, 0
+  /// when none is found.
+  [[nodiscard]] double sharpness() const;
   [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
   [[nodiscard]] UncertainView view(const TrackBelief& belief) const;
 
@@ -185,6 +200,7 @@ class TrackStep {
   std::vector<VisibleEdge> edges_;
   std::vector<Eigen::Vector2d> normals_;
   std::vector<SearchedSample> samples_;
+  std::vector<PlaceVote> votes_;
   std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
   std::vector<EdgeSample> features_;
   int skipped_ = 0;  ///< edges not searched, for not knowing y
