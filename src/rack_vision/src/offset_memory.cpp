@@ -14,7 +14,6 @@ constexpr int kJudgedSamples = 10;
 constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
 constexpr double kDoubtedShare = 0.35;
 constexpr int kImagesInDoubt = 10;
-constexpr double kBeginDeviation = 0.005;  // m: the pose may be wrong by some of it
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
@@ -31,7 +30,6 @@ OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
 void OffsetMemory::reset() {
   belief_ = {};
   images_in_doubt_ = {};
-  images_missed_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
       forget(i);
@@ -54,31 +52,21 @@ bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
 }
 
 void OffsetMemory::forget(std::size_t pipe) {
-  set(pipe, 0, sigma_);
+  set(pipe, 0);
 }
 
-void OffsetMemory::set(std::size_t pipe, double mean, double deviation) {
+void OffsetMemory::set(std::size_t pipe, double mean) {
   const auto row = static_cast<Eigen::Index>(pipe);
   belief_.mean[pipe] = mean;
   belief_.covariance.row(row).setZero();
   belief_.covariance.col(row).setZero();
-  belief_.covariance(row, row) = deviation * deviation;
-}
-
-bool OffsetMemory::is_missed(std::size_t pipe) const noexcept {
-  return images_missed_[pipe] > 0 && images_missed_[pipe] % kImagesInDoubt == 0;
-}
-
-void OffsetMemory::begin_at(std::size_t pipe, double offset) {
-  set(pipe, offset, std::min(sigma_, kBeginDeviation));
-  images_in_doubt_[pipe] = 0;
-  images_missed_[pipe] = 0;
+  belief_.covariance(row, row) = sigma_ * sigma_;
 }
 
 void OffsetMemory::doubt() {
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (may_move(i)) {
-      set(i, belief_.mean[i], sigma_);
+      set(i, belief_.mean[i]);
     }
   }
 }
@@ -87,8 +75,6 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
   if (support.searched < kJudgedSamples) {
     return false;
   }
-  const bool is_supported = support.found >= kSupportedShare * support.searched;
-  images_missed_[pipe] = is_supported ? 0 : images_missed_[pipe] + 1;
   if (support.found < kDoubtedShare * support.searched) {
     if (++images_in_doubt_[pipe] >= kImagesInDoubt) {
       images_in_doubt_[pipe] = 0;
@@ -97,7 +83,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
     return false;
   }
   images_in_doubt_[pipe] = 0;
-  return is_supported;
+  return support.found >= kSupportedShare * support.searched;
 }
 
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,

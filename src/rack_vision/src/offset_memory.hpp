@@ -31,12 +31,6 @@ class OffsetMemory {
   /// known any more.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
-  /// Whether the pipe was not found where it is believed in the last images that looked for it:
-  /// true once in ten of them.
-  [[nodiscard]] bool is_missed(std::size_t pipe) const noexcept;
-  /// The pipe was found at this offset, m, after it was missed.
-  void begin_at(std::size_t pipe, double offset);
-
   /// The pipes may lie anywhere about where they are believed, as far as the model leaves it open.
   void doubt();
 
@@ -45,7 +39,8 @@ class OffsetMemory {
  private:
   [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
   void forget(std::size_t pipe);
-  void set(std::size_t pipe, double mean, double deviation);
+  /// At `mean`, m, as well as the model knows it.
+  void set(std::size_t pipe, double mean);
   /// Returns whether the image shows where the pipe is.
   bool judge(std::size_t pipe, const PipeSupport& support);
 
@@ -53,7 +48,6 @@ class OffsetMemory {
   std::size_t pipes_ = 0;
   double sigma_ = 0;
   std::array<int, kMaxPipes> images_in_doubt_{};
-  std::array<int, kMaxPipes> images_missed_{};
   OffsetBelief belief_;
 };
 

@@ -248,8 +248,6 @@ class RackTracker::Implementation {
     if (++since_opinion_ >= kImagesPerOpinion) {
       since_opinion_ = 0;
       ask_second_opinion(image);
-    } else {
-      look_for_missed_pipes(image);
     }
     improve_camera();
     fill(result);
@@ -272,19 +270,6 @@ class RackTracker::Implementation {
     pose_.begin_map();
     view_.begin(pose_.pose(), *last_stamp_);
     step_.learn(image, outcome_, pose_.relative_covariance());
-  }
-
-  /// Pipes that lie elsewhere than it was believed at the start, or have moved since.
-  void look_for_missed_pipes(const ImageView& image) {
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      if (!offsets_.is_missed(i)) {
-        continue;
-      }
-      const auto offset = step_.find_pipe(image, outcome_.belief, i, parameters_.offset_sigma);
-      if (offset) {
-        offsets_.begin_at(i, *offset);
-      }
-    }
   }
 
   /// Of what the image says, what those before it did not.

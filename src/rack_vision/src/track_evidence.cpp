@@ -2,7 +2,6 @@
 // What an image says for or against the pose that was found in it, and what it teaches.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 
@@ -21,9 +20,6 @@ constexpr double kLeastOfAcross = 0.5;   // of what is looked for of them, found
 constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
-constexpr double kLeastByOffset = 20;  // px/m
-constexpr int kFewestOfSide = 15;      // samples of a contour
-constexpr double kLeastOfPipe = 0.6;   // of them, found at one place
 
 /// Distance of an ideal pixel from the line on which an edge is seen.
 double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
@@ -222,46 +218,6 @@ void TrackStep::learn(const ImageView& image, const StepOutcome& outcome,
   matches_.clear();
   surface_.update(model_, now.offsets);
   map_.grow(image, now, surface_);
-}
-
-std::optional<double> TrackStep::find_pipe(const ImageView& image, const TrackBelief& belief,
-                                           std::size_t pipe, double sigma) {
-  samples_.clear();
-  votes_.clear();
-  const double believed = belief.offsets.mean[pipe];
-  std::array<int, 2> searched{};  // to either side of the pipe
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const VisibleEdge& edge = edges_[i];
-    if (edge.id.kind != EdgeKind::kPipe || edge.id.body != pipe) {
-      continue;
-    }
-    // Moved along x, a pipe is seen to go against what the camera's own motion does.
-    const Eigen::Vector3d middle = 0.5 * (edge.start + edge.end);
-    const double by_offset = -by_motion(middle, normals_[i], belief.T_rack_camera).x();
-    if (std::abs(by_offset) < kLeastByOffset) {
-      continue;  // it runs along x
-    }
-    const std::size_t first = samples_.size();
-    edge_search_.search(image, edge, static_cast<std::uint32_t>(i), normals_[i],
-                        (3 * sigma + std::abs(believed)) * std::abs(by_offset), EdgeMemory::Look{},
-                        samples_);
-    for (std::size_t j = first; j < samples_.size(); ++j) {
-      const SearchedSample& sample = samples_[j];
-      searched[edge.id.side] += sample.searched ? 1 : 0;
-      for (std::size_t k = 0; k < static_cast<std::size_t>(sample.count); ++k) {
-        const double offset = believed + sample.candidates[k].distance / by_offset;
-        if (std::abs(offset) <= 3 * sigma) {
-          votes_.push_back(
-              {offset, kInlierGate / std::abs(by_offset), static_cast<std::uint32_t>(j)});
-        }
-      }
-    }
-  }
-  // What runs along one side may be anything, what lies as far apart as the sides are is the pipe.
-  if (*std::ranges::min_element(searched) < kFewestOfSide) {
-    return std::nullopt;
-  }
-  return agreed_place(votes_, searched[0] + searched[1], kLeastOfPipe);
 }
 
 void TrackStep::forget() {

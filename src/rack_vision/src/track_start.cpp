@@ -62,6 +62,7 @@ constexpr int kMostRounds = 10;         // the edges nearest to a place lead to 
 constexpr double kArrived = 0.3;        // px
 constexpr double kAnewPlace = 0.03;     // m, of a second opinion
 constexpr double kAnewTurn = 0.015;     // rad
+constexpr double kAnotherPlace = 1.0;   // px, between what is seen from both
 constexpr double kClearlySharper = 0.1;
 constexpr int kY = 1;
 constexpr int kZ = 2;
@@ -385,6 +386,10 @@ bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
   points_.clear();
   matches_.clear();
   if (!refine_start(image, around, around.T_rack_camera, 0, start_solver_)) {
+    return false;
+  }
+  // Offsets that are free explain every image a little better.
+  if (apart(around.T_rack_camera, solution_.T_camera_rack.inverse()) < kAnotherPlace) {
     return false;
   }
   StepOutcome anew;

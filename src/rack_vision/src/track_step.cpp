@@ -118,7 +118,6 @@ void TrackStep::reserve() {
   searched_.reserve(pieces);
   contours_.reserve(pieces);
   samples_.reserve(samples);
-  votes_.reserve(kMaxEdgeCandidates * samples);
   features_.reserve(samples);
   matches_.reserve(points);
   points_.reserve(points);

@@ -8,7 +8,6 @@
 
 #include "alignment_search.hpp"
 #include "offset_memory.hpp"
-#include "pipe_place.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
@@ -93,11 +92,6 @@ class TrackStep {
   /// `learn`.
   [[nodiscard]] bool find_anew(const ImageView& image, const OffsetBelief& offsets,
                                StepOutcome& outcome);
-  /// Where a pipe lies, as an offset of it, m, that is not seen where `belief` has it, the outcome
-  /// of the last image; no farther than three `sigma` from where the model has it. None unless one
-  /// place explains its contours clearly better than the others. Call it after `learn`.
-  [[nodiscard]] std::optional<double> find_pipe(const ImageView& image, const TrackBelief& belief,
-                                                std::size_t pipe, double sigma);
   /// A camera of the same size, from the next image on.
   void set_camera(const geometry::Camera& camera);
 
@@ -200,7 +194,6 @@ class TrackStep {
   std::vector<VisibleEdge> edges_;
   std::vector<Eigen::Vector2d> normals_;
   std::vector<SearchedSample> samples_;
-  std::vector<PlaceVote> votes_;
   std::vector<EdgeId> searched_;  ///< of the edges that samples_ counts
   std::vector<EdgeSample> features_;
   int skipped_ = 0;  ///< edges not searched, for not knowing y

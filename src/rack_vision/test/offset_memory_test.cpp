@@ -56,35 +56,16 @@ TEST(OffsetMemory, LearnsNothingOfAPipeThatIsNotFound) {
   EXPECT_EQ(memory.belief().covariance(kRow, kRow), kSigma * kSigma);
 }
 
-TEST(OffsetMemory, APipeIsMissedOnceInTenImagesThatDoNotFindIt) {
+TEST(OffsetMemory, ForgetsAPipeThatTenImagesDoNotFind) {
   OffsetMemory memory(test::drawn_rack(), kSigma);
-  const auto look = [&memory](const Support& support) {
-    memory.learn(memory.belief(), support, 0);
-    return memory.is_missed(kPipe);
-  };
-  EXPECT_FALSE(look(all_found()));
-  for (int round = 0; round < 2; ++round) {
-    for (int i = 1; i < 10; ++i) {
-      EXPECT_FALSE(look(missing(16))) << i;
-    }
-    EXPECT_TRUE(look(missing(16)));
+  memory.learn(image(memory.belief(), 0.012, 0.005), all_found(), 1);
+  for (int i = 1; i < 10; ++i) {
+    memory.learn(memory.belief(), missing(5), 0);
+    EXPECT_NEAR(memory.belief().mean[kPipe], 0.012, 1e-12) << i;
   }
-  EXPECT_FALSE(memory.is_missed(1));
-  EXPECT_FALSE(look(all_found()));
-  for (int i = 0; i < 12; ++i) {
-    Support out_of_view = all_found();
-    out_of_view[kPipe] = {};
-    EXPECT_FALSE(look(out_of_view));
-  }
-}
-
-TEST(OffsetMemory, BeginsWhereAPipeWasFound) {
-  OffsetMemory memory(test::drawn_rack(), kSigma);
-  memory.begin_at(kPipe, 0.031);
-  EXPECT_EQ(memory.belief().mean[kPipe], 0.031);
-  EXPECT_LT(std::sqrt(memory.belief().covariance(kRow, kRow)), kSigma);
-  EXPECT_GT(memory.belief().covariance(kRow, kRow), 0);
-  EXPECT_FALSE(memory.is_missed(kPipe));
+  memory.learn(memory.belief(), missing(5), 0);
+  EXPECT_EQ(memory.belief().mean[kPipe], 0);
+  EXPECT_DOUBLE_EQ(memory.belief().covariance(kRow, kRow), kSigma * kSigma);
 }
 
 TEST(OffsetMemory, InDoubtKeepsThePlacesButNotHowWellTheyWereKnown) {

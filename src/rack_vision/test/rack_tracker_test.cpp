@@ -215,26 +215,6 @@ TEST_F(RackTrackerTest, IsLostWithinTwoImagesOfAnotherSceneAndStartsAgain) {
   EXPECT_EQ(step(7).status, TrackStatus::kTracking);
 }
 
-TEST_F(RackTrackerTest, FindsAPipeThatHasMovedFartherThanItIsSearchedFor) {
-  start();
-  for (int k = 1; k <= 5; ++k) {
-    ASSERT_EQ(step(k).status, TrackStatus::kTracking) << k;
-  }
-  constexpr std::size_t kPipe = 2;
-  constexpr double kMoved = 0.028;  // m
-  RackModel moved = model_;
-  moved.pipes[kPipe].start.x() += kMoved;
-  RackTrackerResult result;
-  for (int k = 6; k <= 30; ++k) {
-    image_ = draw(moved, camera_, flight(k));
-    result = tracker_.track(image_.view(), 0.04 * k);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << k << ": " << result.reason;
-  }
-  EXPECT_NEAR(result.offsets[kPipe], kMoved, 0.006);
-  EXPECT_NEAR(result.offsets[1], 0, 0.006);
-  EXPECT_NEAR(result.offsets[3], 0, 0.006);
-}
-
 TEST_F(RackTrackerTest, SaysNothingOfIntrinsicsUnlessAsked) {
   start();
   EXPECT_FALSE(step(1).intrinsics.has_value());
