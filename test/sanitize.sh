@@ -64,7 +64,7 @@ for sanitizer in "${sanitizers[@]}"; do
   build ON "${select[@]}"
   forget_results "build/sanitize_$sanitizer/build"
   if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
-    "${select[@]}" --return-code-on-test-failure --ctest-args --timeout 600; then
+    "${select[@]}" --return-code-on-test-failure --ctest-args --timeout 1800; then
     mapfile -t untold < <(without_results "build/sanitize_$sanitizer/build" "${tested[@]}")
     if [ ${#untold[@]} -eq 0 ]; then
       echo "$sanitizer: nothing found"

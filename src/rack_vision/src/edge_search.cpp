@@ -241,7 +241,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
                                                           .contrast = contrast,
                                                           .sigma = kStepSigma};
   }
-  const auto place = [&](EdgeCandidate& candidate, double distance) {
+  const auto set_place = [&](EdgeCandidate& candidate, double distance) {
     candidate.distance = distance;
     const Eigen::Vector2d pixel = middle + distance * scale * direction;
     candidate.pixel =
@@ -253,7 +253,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     EdgeCandidate& candidate = sample.candidates[j];
     const int first = peaks[j] - kLimbInside;
     if (!round || first < 0 || first + kLimbWindow > length) {
-      place(candidate, candidate.distance);
+      set_place(candidate, candidate.distance);
       continue;
     }
     const LimbWindow window(profile.data() + first, static_cast<std::size_t>(kLimbWindow));
@@ -262,16 +262,16 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     // Of an edge of which nothing is known, two places would fit most poses.
     const auto pair = look.is_known() ? limb_pair_->fit(window, fit.left) : std::nullopt;
     if (!pair) {
-      place(candidate, (span.first + peaks[j] + fit.place) / scale);
+      set_place(candidate, (span.first + peaks[j] + fit.place) / scale);
       continue;
     }
-    // Which of the two is the contour is not known either: the border may be that of a hidden one.
+    // Which of the two is the contour is not certain: both are candidates.
     candidate.sigma = std::max(candidate.sigma, pair->sigma / scale);
-    place(candidate, (span.first + peaks[j] + pair->contour) / scale);
+    set_place(candidate, (span.first + peaks[j] + pair->contour) / scale);
     if (sample.count < kMaxEdgeCandidates) {
       EdgeCandidate& border = sample.candidates[static_cast<std::size_t>(sample.count++)];
       border = candidate;
-      place(border, (span.first + peaks[j] + pair->border) / scale);
+      set_place(border, (span.first + peaks[j] + pair->border) / scale);
     }
   }
 }
