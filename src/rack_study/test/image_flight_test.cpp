@@ -216,13 +216,9 @@ TEST(WrongStarts, AtTheEdgeOfTheRackAreNotTakenForThePlaceBeside) {
   constexpr std::uint64_t kPlace = 259;
   WrongStartSettings settings;
   settings.scene.model = rack_on_beams();
-  const auto trials = try_wrong_starts(settings, 5, kPlace);
-  EXPECT_EQ(score_wrong_starts(trials).silent_wrong, 0U);
-  for (const auto& trial : trials) {
-    if (trial.kind == WrongStart::kFirstPose) {
-      EXPECT_EQ(score_wrong_starts({&trial, 1}).converged, 1U);
-    }
-  }
+  const auto score = score_wrong_starts(try_wrong_starts(settings, 5, kPlace));
+  EXPECT_EQ(score.silent_wrong, 0U);
+  EXPECT_GE(score.converged, 9U);
 }
 
 }  // namespace
