@@ -7,6 +7,7 @@
 #include <span>
 
 #include "bilinear.hpp"
+#include "limb_pair.hpp"
 #include "limb_profile.hpp"
 #include "parameter_range.hpp"
 
@@ -120,7 +121,10 @@ void EdgeMemory::clear() noexcept {
 }
 
 EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameters& parameters)
-    : camera_(camera), parameters_(parameters), limb_(std::make_unique<LimbProfile>(kImageBlur)) {
+    : camera_(camera),
+      parameters_(parameters),
+      limb_(std::make_unique<LimbProfile>(kImageBlur)),
+      limb_pair_(std::make_unique<LimbPair>(kImageBlur)) {
   parameters.validate();
   const double sigma = parameters.filter_sigma;
   const int taps = std::min(kMostTaps, static_cast<int>(std::ceil(3 * sigma)));
@@ -147,8 +151,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
                                   SearchedSample& sample) {
   const int taps = static_cast<int>(filter_.size());
   const int reach = static_cast<int>(std::ceil(range * scale)) + 1;
-  Span span{-(reach + std::max(taps, LimbProfile::kInside)),
-            reach + std::max(taps, LimbProfile::kOutside)};
+  Span span{-(reach + std::max(taps, kLimbInside)), reach + std::max(taps, kLimbOutside)};
   const Eigen::Vector2d side = kSideStep * Eigen::Vector2d(-direction.y(), direction.x());
   const Eigen::Vector2d low = kSideSteps * side.cwiseAbs();
   clip(middle.x(), direction.x(), low.x(), image.width - 1.001 - low.x(), span);
@@ -212,7 +215,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
       continue;
     }
     double score = size;
-    if (look.samples >= 10) {
+    if (look.is_known()) {
       // How unlike it is to what the edge looked like, in sigmas, tempered: light changes.
       const double spread = look.spread + 0.15 * std::abs(look.contrast) + 2;
       score = std::exp(-0.5 * std::pow((contrast - look.contrast) / spread, 2)) + 1e-6 * size;
@@ -238,20 +241,39 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
                                                           .contrast = contrast,
                                                           .sigma = kStepSigma};
   }
-  for (std::size_t j = 0; j < static_cast<std::size_t>(sample.count); ++j) {
-    EdgeCandidate& candidate = sample.candidates[j];
-    const int first = peaks[j] - LimbProfile::kInside;
-    if (round && first >= 0 && first + LimbProfile::kLength <= length) {
-      const LimbProfile::Fit fit = limb_->fit(std::span<const float, LimbProfile::kLength>(
-          profile.data() + first, static_cast<std::size_t>(LimbProfile::kLength)));
-      candidate.distance = (span.first + peaks[j] + fit.place) / scale;
-      candidate.sigma = fit.sigma / scale;
-    }
-    const Eigen::Vector2d pixel = middle + candidate.distance * scale * direction;
+  const auto set_place = [&](EdgeCandidate& candidate, double distance) {
+    candidate.distance = distance;
+    const Eigen::Vector2d pixel = middle + distance * scale * direction;
     candidate.pixel =
         camera_.has_distortion()
-            ? camera_.undistort(pixel).value_or(sample.place + candidate.distance * sample.normal)
+            ? camera_.undistort(pixel).value_or(sample.place + distance * sample.normal)
             : pixel;
+  };
+  for (std::size_t j = 0, found = static_cast<std::size_t>(sample.count); j < found; ++j) {
+    EdgeCandidate& candidate = sample.candidates[j];
+    const int first = peaks[j] - kLimbInside;
+    if (!round || first < 0 || first + kLimbWindow > length) {
+      set_place(candidate, candidate.distance);
+      continue;
+    }
+    const LimbWindow window(profile.data() + first, static_cast<std::size_t>(kLimbWindow));
+    const LimbProfile::Fit fit = limb_->fit(window);
+    candidate.sigma = fit.sigma / scale;
+    const double alone = (span.first + peaks[j] + fit.place) / scale;
+    // Two places explain more than one, and too much on edges of which little is known.
+    const auto pair = look.is_established() ? limb_pair_->fit(window, fit.left) : std::nullopt;
+    const double contour = pair ? (span.first + peaks[j] + pair->contour) / scale : alone;
+    if (!pair || std::abs(contour) >= std::abs(alone)) {
+      set_place(candidate, alone);
+      continue;
+    }
+    candidate.sigma = std::max(candidate.sigma, pair->sigma / scale);
+    set_place(candidate, contour);
+    if (sample.count < kMaxEdgeCandidates) {
+      EdgeCandidate& border = sample.candidates[static_cast<std::size_t>(sample.count++)];
+      border = candidate;
+      set_place(border, (span.first + peaks[j] + pair->border) / scale);
+    }
   }
 }
 

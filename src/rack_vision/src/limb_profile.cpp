@@ -4,69 +4,39 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr double kRadius = 40;           // px, of a usual pipe: it bends the root a little
 constexpr int kCoarse = 4;               // steps of the first search: half a pixel
 constexpr float kLeastVariance = 0.25F;  // grey levels squared: quantisation is never below it
-
-/// Mean of f(d - u) over a Gaussian u.
-template <typename Function>
-double blurred(double d, double sigma, const Function& f) {
-  constexpr int kHalf = 40;
-  double sum = 0;
-  double weights = 0;
-  for (int i = -kHalf; i <= kHalf; ++i) {
-    const double u = 4.0 * i / kHalf;
-    const double weight = std::exp(-0.5 * u * u);
-    sum += weight * f(d - u * sigma);
-    weights += weight;
-  }
-  return sum / weights;
-}
 
 }  // namespace
 
 LimbProfile::LimbProfile(double blur_sigma) : places_(static_cast<std::size_t>(kPlaces)) {
   for (int k = 0; k < kPlaces; ++k) {
     const double place = kFirst + static_cast<double>(k) / kSteps;
-    Eigen::Matrix<double, kLength, kShapes> shapes;
-    for (int i = 0; i < kLength; ++i) {
-      const double d = place - (i - kInside);
-      shapes(i, 0) = 1;
-      shapes(i, 1) = blurred(
-          d, blur_sigma, [](double x) { return x > 0 ? std::sqrt(x * (2 * kRadius - x)) : 0.0; });
-      shapes(i, 2) = 0.5 * std::erfc(-d / (blur_sigma * std::numbers::sqrt2));
+    Eigen::Matrix<double, kLimbWindow, kShapes> shapes;
+    for (int i = 0; i < kLimbWindow; ++i) {
+      const double d = place - (i - kLimbInside);
+      shapes.row(i) << 1, blurred_root(d, blur_sigma), blurred_step(d, blur_sigma);
     }
-    const Eigen::HouseholderQR<Eigen::Matrix<double, kLength, kShapes>> qr(shapes);
-    const Eigen::Matrix<double, kLength, kShapes> q =
-        qr.householderQ() * Eigen::Matrix<double, kLength, kShapes>::Identity();
+    const Eigen::HouseholderQR<Eigen::Matrix<double, kLimbWindow, kShapes>> qr(shapes);
+    const Eigen::Matrix<double, kLimbWindow, kShapes> q =
+        qr.householderQ() * Eigen::Matrix<double, kLimbWindow, kShapes>::Identity();
     const Eigen::Matrix<double, kShapes, kShapes> r =
         qr.matrixQR().topRows<kShapes>().triangularView<Eigen::Upper>();
     // The step is the last coefficient: minus it is background minus what is just within.
     Place& table = places_[static_cast<std::size_t>(k)];
-    for (int i = 0; i < kLength; ++i) {
+    for (int i = 0; i < kLimbWindow; ++i) {
       table.shapes[static_cast<std::size_t>(i)] << q.row(i).cast<float>().transpose().array(), 0;
     }
     table.step = static_cast<float>(-1 / r(kShapes - 1, kShapes - 1));
   }
 }
 
-LimbProfile::Fit LimbProfile::fit(std::span<const float, kLength> window) const noexcept {
-  float mean = 0;
-  for (const float value : window) {
-    mean += value;
-  }
-  mean /= static_cast<float>(kLength);
-  std::array<float, kLength> centred;
-  float energy = 0;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    centred[i] = window[i] - mean;
-    energy += centred[i] * centred[i];
-  }
+LimbProfile::Fit LimbProfile::fit(LimbWindow window) const noexcept {
+  const CentredWindow centred(window);
   int best = 0;
   float most = -1;
   for (int place = 0; place < kPlaces; place += kCoarse) {
@@ -91,8 +61,9 @@ LimbProfile::Fit LimbProfile::fit(std::span<const float, kLength> window) const 
   const float after = explained(middle + 1, centred);
   const float bend = before - 2 * at + after;
   const float variance =
-      std::max(kLeastVariance, (energy - most) / static_cast<float>(kLength - kShapes - 1));
+      std::max(kLeastVariance, (centred.energy - most) / static_cast<float>(kFreedom));
   Fit fit;
+  fit.left = static_cast<double>(variance);
   double offset = 0;
   fit.sigma = kLast - kFirst;
   if (bend < 0) {

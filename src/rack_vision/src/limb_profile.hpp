@@ -3,8 +3,9 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <span>
 #include <vector>
+
+#include "limb_shapes.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -13,53 +14,50 @@ namespace pipescout::rack_vision {
 /// a cylinder at 1 - d / r of its radius, to first order). The root is so steep at the contour that
 /// the steepest place of a blurred image of a bright pipe lies a pixel and more inside, where there
 /// may be no step at the contour at all. So: least squares of
-/// background + [1, sqrt(d)] within, blurred, over the place of the contour. With d it would be a
-/// little more true on lit flanks, and so much less certain that starts fail.
+/// background + [1, sqrt(d)] within, blurred, over the place of the contour. With d it
+/// would be a little more true on lit flanks, and so much less certain that starts fail.
 class LimbProfile {
  public:
-  static constexpr int kInside = 7;   ///< px of the window before its middle
-  static constexpr int kOutside = 5;  ///< and after it
-  static constexpr int kLength = kInside + kOutside + 1;
   /// How far from the middle of the window the contour is looked for, px outwards.
   static constexpr double kFirst = -1.5;
   static constexpr double kLast = 3.0;
+  static constexpr int kShapes = 3;
+  static constexpr int kFreedom = kLimbWindow - kShapes - 1;  ///< of what the fit leaves
 
   struct Fit {
     double place = 0;     ///< of the contour, px outwards from the middle of the window
     double sigma = 0;     ///< its standard deviation, from what the fit leaves, px
     double contrast = 0;  ///< grey levels: background minus what is just within
+    double left = 0;      ///< variance of what the fit leaves, grey levels squared
   };
 
   /// `blur_sigma`: of the image, px.
   explicit LimbProfile(double blur_sigma);
 
-  /// `window`: grey levels one pixel apart, from inside to outside.
-  [[nodiscard]] Fit fit(std::span<const float, kLength> window) const noexcept;
+  [[nodiscard]] Fit fit(LimbWindow window) const noexcept;
 
  private:
   static constexpr int kSteps = 8;  ///< of the place, per px
   static constexpr int kPlaces = static_cast<int>((kLast - kFirst) * kSteps) + 1;
-  static constexpr int kShapes = 3;
   /// One value per shape, and one that is zero: whole vectors are faster.
   using PerShape = Eigen::Array4f;
   static_assert(kShapes < PerShape::SizeAtCompileTime);
   /// Orthonormal shapes for one place of the contour, and the step per product with the last one.
   struct Place {
-    std::array<PerShape, kLength> shapes;
+    std::array<PerShape, kLimbWindow> shapes;
     float step = 0;
   };
 
-  [[nodiscard]] PerShape products(int place,
-                                  std::span<const float, kLength> centred) const noexcept {
+  [[nodiscard]] PerShape products(int place, const CentredWindow& window) const noexcept {
     const Place& table = places_[static_cast<std::size_t>(place)];
     PerShape sums = PerShape::Zero();
-    for (std::size_t i = 0; i < kLength; ++i) {
-      sums += table.shapes[i] * centred[i];
+    for (std::size_t i = 0; i < kLimbWindow; ++i) {
+      sums += table.shapes[i] * window.values[i];
     }
     return sums;
   }
-  [[nodiscard]] float explained(int place, std::span<const float, kLength> centred) const noexcept {
-    return products(place, centred).square().sum();
+  [[nodiscard]] float explained(int place, const CentredWindow& window) const noexcept {
+    return products(place, window).square().sum();
   }
 
   std::vector<Place> places_;

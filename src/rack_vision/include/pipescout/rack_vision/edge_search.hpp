@@ -68,7 +68,10 @@ class EdgeMemory {
     double samples = 0;    ///< that it rests on, with forgetting
     double agreement = 0;  ///< share of the samples that have the sign of `contrast`, 0.5..1
     /// Whether the sign of a candidate says that it is another edge.
-    [[nodiscard]] bool decides_sign() const noexcept { return samples >= 10 && agreement > 0.85; }
+    [[nodiscard]] bool decides_sign() const noexcept { return is_known() && agreement > 0.85; }
+    [[nodiscard]] bool is_known() const noexcept { return samples >= 10; }
+    /// Known from several images.
+    [[nodiscard]] bool is_established() const noexcept { return samples >= 100; }
   };
 
   [[nodiscard]] const Look& look(const EdgeId& id) const noexcept;
@@ -84,6 +87,7 @@ class EdgeMemory {
   std::vector<Look> looks_;
 };
 
+class LimbPair;
 class LimbProfile;
 
 /// Searches edges in images of one camera. Allocates nothing once it has seen the longest list.
@@ -112,6 +116,7 @@ class EdgeSearch {
   geometry::Camera camera_;
   EdgeSearchParameters parameters_;
   std::unique_ptr<LimbProfile> limb_;
+  std::unique_ptr<LimbPair> limb_pair_;
   std::vector<float> filter_;  ///< odd half: weights of profile(t + i) - profile(t - i), i = 1...
   double contrast_per_response_ = 1;
 };
