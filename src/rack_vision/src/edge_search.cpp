@@ -260,7 +260,9 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     const LimbProfile::Fit fit = limb_->fit(window);
     candidate.sigma = fit.sigma / scale;
     const double alone = (span.first + peaks[j] + fit.place) / scale;
-    // Two places explain more than one, and too much on edges of which little is known.
+    // Two places explain more than one, and too much on edges of which little is known. A pair
+    // whose contour is farther from the expected edge than the one step's rather takes shading for
+    // a step.
     const auto pair = look.is_established() ? limb_pair_->fit(window, fit.left) : std::nullopt;
     const double contour = pair ? (span.first + peaks[j] + pair->contour) / scale : alone;
     if (!pair || std::abs(contour) >= std::abs(alone)) {

@@ -14,8 +14,8 @@ namespace pipescout::rack_vision {
 /// a cylinder at 1 - d / r of its radius, to first order). The root is so steep at the contour that
 /// the steepest place of a blurred image of a bright pipe lies a pixel and more inside, where there
 /// may be no step at the contour at all. So: least squares of
-/// background + [1, sqrt(d)] within, blurred, over the place of the contour. With d it
-/// would be a little more true on lit flanks, and so much less certain that starts fail.
+/// background + [1, sqrt(d)] within, blurred, over the place of the contour. With d it would be a
+/// little more true on lit flanks, and so much less certain that starts fail.
 class LimbProfile {
  public:
   /// How far from the middle of the window the contour is looked for, px outwards.
