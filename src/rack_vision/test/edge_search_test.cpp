@@ -120,6 +120,34 @@ TEST(EdgeSearch, IsNotMisledByTheShadingOfARoundPipe) {
   EXPECT_NEAR(mean_distance(samples, line), 0, 0.2);
 }
 
+TEST(EdgeSearch, TellsAContourFromAShadowBesideItWhereTheEdgeIsKnown) {
+  constexpr double kBorder = 2.2;  // px outside of the contour
+  const geometry::Camera camera = small_camera();
+  const Line line{0.2};
+  const auto pixels = draw_distances(line, camera, [](double d) {
+    return 60 + 40 * blurred_step(d) + 50 * blurred_step(d - kBorder);
+  });
+  EdgeSearch search(camera, {});
+  const auto found = [&](double expected, double looks) {
+    std::vector<SearchedSample> samples;
+    search.search({pixels.data(), kWidth, kHeight, kWidth}, line.edge(expected), 0, line.normal(),
+                  6, {.contrast = 80, .spread = 10, .samples = looks, .agreement = 1}, samples);
+    return samples;
+  };
+  const auto first = found(-0.2, 20);
+  EXPECT_GT(mean_distance(first, line), 0.4) << "nothing to tell apart";
+
+  const auto known = found(-0.2, 200);
+  EXPECT_NEAR(mean_distance(known, line), 0, 0.2);
+  for (const SearchedSample& sample : known) {
+    ASSERT_EQ(sample.count, 2);
+    EXPECT_NEAR(line.distance(sample.candidates[1].pixel), kBorder, 0.5);
+  }
+
+  // Where the edge is expected beyond, one step is nearer.
+  EXPECT_DOUBLE_EQ(mean_distance(found(3, 200), line), mean_distance(found(3, 20), line));
+}
+
 TEST(EdgeSearch, ReportsIdealPixelsOfADistortingCamera) {
   const geometry::Camera camera = small_camera(-0.15);
   const Line line{0.4};
