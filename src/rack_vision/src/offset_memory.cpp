@@ -32,7 +32,7 @@ void OffsetMemory::reset() {
   images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
-      forget(i);
+      set(i, 0);
     }
   }
 }
@@ -49,10 +49,6 @@ void OffsetMemory::predict(double dt) {
 bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
   const auto row = static_cast<Eigen::Index>(pipe);
   return belief_.covariance(row, row) > 0;
-}
-
-void OffsetMemory::forget(std::size_t pipe) {
-  set(pipe, 0);
 }
 
 void OffsetMemory::set(std::size_t pipe, double mean) {
@@ -78,7 +74,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
   if (support.found < kDoubtedShare * support.searched) {
     if (++images_in_doubt_[pipe] >= kImagesInDoubt) {
       images_in_doubt_[pipe] = 0;
-      forget(pipe);
+      set(pipe, belief_.mean[pipe]);  // it may only be hard to see for a while
     }
     return false;
   }

@@ -27,8 +27,8 @@ class OffsetMemory {
   void predict(double dt);
   /// Takes over the offsets of an image, which began with this belief, as far as the image tells
   /// what others did not: `share` of its information, in [0, 1]. Nothing is learnt of a pipe whose
-  /// contours are not found; of one that is not where it is believed in ten images, nothing is
-  /// known any more.
+  /// contours are not found; one that is not where it is believed in ten images is doubted, as all
+  /// are by `doubt`.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
   /// The pipes may lie anywhere about where they are believed, as far as the model leaves it open.
@@ -38,7 +38,6 @@ class OffsetMemory {
 
  private:
   [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
-  void forget(std::size_t pipe);
   /// At `mean`, m, as well as the model knows it.
   void set(std::size_t pipe, double mean);
   /// Returns whether the image shows where the pipe is.
