@@ -128,11 +128,7 @@ class Flight {
     if (!outage) {
       simulation::RackImageRenderer& renderer =
           before_clutter_ && motion.time < settings_.clutter_begin ? *before_clutter_ : renderer_;
-      renderer.render({.T_camera_rack = motion.T_camera_rack,
-                       .velocity = motion.velocity,
-                       .light = light_.at(motion.time),
-                       .frame = i},
-                      grey_);
+      renderer.render(view_of(motion, light_, i), grey_);
     } else if (settings_.loss->kind == Outage::kCovered) {
       constexpr double kDark = 8;     // grey level
       constexpr double kNoise = 1.5;  // grey levels

@@ -101,6 +101,14 @@ std::vector<WayPoint> way_points_along(double from, double to) {
           {.position = {kMiddle, to, kHeight}, .yaw = 0, .hold = 1}};
 }
 
+simulation::RackView view_of(const CameraMotion& motion, const simulation::ChangingRackLight& light,
+                             std::uint64_t frame) {
+  return {.T_camera_rack = motion.T_camera_rack,
+          .velocity = motion.velocity,
+          .light = light.at(motion.time),
+          .frame = frame};
+}
+
 std::vector<CameraMotion> fly_camera(const std::vector<WayPoint>& way_points,
                                      const CameraFlightSettings& settings, std::uint64_t seed) {
   using simulation::Uav;

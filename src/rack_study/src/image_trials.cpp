@@ -85,11 +85,7 @@ class Place {
                         static_cast<std::size_t>(camera_.parameters().height);
     for (const CameraMotion& motion : motions_) {
       images_.emplace_back(pixels);
-      renderer.render({.T_camera_rack = motion.T_camera_rack,
-                       .velocity = motion.velocity,
-                       .light = light.at(motion.time),
-                       .frame = images_.size()},
-                      images_.back());
+      renderer.render(view_of(motion, light, images_.size()), images_.back());
     }
   }
 

@@ -175,11 +175,7 @@ std::vector<double> height_errors(std::uint64_t seed, double duration) {
   std::vector<double> errors;
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
     const CameraMotion& motion = motions[i];
-    renderer.render({.T_camera_rack = motion.T_camera_rack,
-                     .velocity = motion.velocity,
-                     .light = light.at(motion.time),
-                     .frame = i},
-                    grey);
+    renderer.render(view_of(motion, light, i), grey);
     const auto result = localization.track({.pixels = grey.data(),
                                             .width = camera.parameters().width,
                                             .height = camera.parameters().height,

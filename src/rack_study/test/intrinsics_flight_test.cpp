@@ -70,11 +70,7 @@ void fly(std::uint64_t seed, double& focal_length_error) {
   rack_vision::RackTrackerResult last;
   for (std::size_t i = 0; i < motions.size(); ++i) {
     const CameraMotion& motion = motions[i];
-    renderer.render({.T_camera_rack = motion.T_camera_rack,
-                     .velocity = motion.velocity,
-                     .light = light.at(motion.time),
-                     .frame = i},
-                    grey);
+    renderer.render(view_of(motion, light, i), grey);
     const rack_vision::ImageView image{
         .pixels = grey.data(), .width = off.width, .height = off.height, .stride = off.width};
     const auto as_calibrated = fixed.track(image, motion.time);

@@ -7,6 +7,8 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/way_points.hpp"
+#include "pipescout/simulation/rack_image.hpp"
+#include "pipescout/simulation/rack_image_light.hpp"
 
 /// Racks, way-points and motions for the studies on rendered images.
 namespace pipescout::rack_study {
@@ -34,6 +36,11 @@ struct CameraMotion {
   /// Of the camera against the rack, camera frame: [linear m/s; angular rad/s].
   geometry::Vector6d velocity = geometry::Vector6d::Zero();
 };
+
+/// What the camera sees then, for the renderer; `frame` chooses the noise.
+[[nodiscard]] simulation::RackView view_of(const CameraMotion& motion,
+                                           const simulation::ChangingRackLight& light,
+                                           std::uint64_t frame);
 
 struct CameraFlightSettings {
   double duration = 60;          ///< s, > 0
