@@ -11,9 +11,8 @@
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr double kLeastLeft = 4;         // grey levels squared: noise alone leaves as much
-constexpr double kLeastVariance = 0.25;  // grey levels squared: quantisation is never below it
-constexpr double kWorth = 20;            // by which chi-square has to fall for three unknowns more
+constexpr double kLeastLeft = 4;  // grey levels squared: noise alone leaves as much
+constexpr double kWorth = 20;     // by which chi-square has to fall for three unknowns more
 // Of a step: smaller ones are what the shapes do not say of the pipe's shading.
 constexpr float kLeastStep = 6;          // grey levels
 constexpr float kLeastShareStep = 0.1F;  // of the border's
@@ -74,7 +73,7 @@ std::optional<LimbPair::Fit> LimbPair::fit(LimbWindow window, double left) const
   }
   constexpr int kFreedom = kLimbWindow - kShapes - 3;
   const double left_by_pair =
-      std::max(kLeastVariance * kFreedom, static_cast<double>(centred.energy - most));
+      std::max(double{kLeastLimbVariance} * kFreedom, static_cast<double>(centred.energy - most));
   const double variance = left_by_pair / kFreedom;
   if (left * LimbProfile::kFreedom - left_by_pair < kWorth * variance) {
     return std::nullopt;

@@ -8,8 +8,7 @@
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr int kCoarse = 4;               // steps of the first search: half a pixel
-constexpr float kLeastVariance = 0.25F;  // grey levels squared: quantisation is never below it
+constexpr int kCoarse = 4;  // steps of the first search: half a pixel
 
 }  // namespace
 
@@ -61,7 +60,7 @@ LimbProfile::Fit LimbProfile::fit(LimbWindow window) const noexcept {
   const float after = explained(middle + 1, centred);
   const float bend = before - 2 * at + after;
   const float variance =
-      std::max(kLeastVariance, (centred.energy - most) / static_cast<float>(kFreedom));
+      std::max(kLeastLimbVariance, (centred.energy - most) / static_cast<float>(kFreedom));
   Fit fit;
   fit.left = static_cast<double>(variance);
   double offset = 0;

@@ -12,6 +12,9 @@ inline constexpr int kLimbInside = 7;
 inline constexpr int kLimbOutside = 5;
 inline constexpr int kLimbWindow = kLimbInside + kLimbOutside + 1;
 
+/// Grey levels squared, of what a fit leaves: quantisation is never below it.
+inline constexpr float kLeastLimbVariance = 0.25F;
+
 using LimbWindow = std::span<const float, kLimbWindow>;
 
 /// A window less its mean.

@@ -62,9 +62,13 @@ void OffsetMemory::set(std::size_t pipe, double mean) {
 void OffsetMemory::doubt() {
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (may_move(i)) {
-      set(i, belief_.mean[i]);
+      doubt(i);
     }
   }
+}
+
+void OffsetMemory::doubt(std::size_t pipe) {
+  set(pipe, belief_.mean[pipe]);
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
@@ -74,7 +78,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
   if (support.found < kDoubtedShare * support.searched) {
     if (++images_in_doubt_[pipe] >= kImagesInDoubt) {
       images_in_doubt_[pipe] = 0;
-      set(pipe, belief_.mean[pipe]);  // it may only be hard to see for a while
+      doubt(pipe);  // it may only be hard to see for a while
     }
     return false;
   }

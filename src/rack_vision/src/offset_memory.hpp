@@ -38,6 +38,7 @@ class OffsetMemory {
 
  private:
   [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
+  void doubt(std::size_t pipe);
   /// At `mean`, m, as well as the model knows it.
   void set(std::size_t pipe, double mean);
   /// Returns whether the image shows where the pipe is.
