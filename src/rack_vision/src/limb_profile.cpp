@@ -23,14 +23,10 @@ LimbProfile::LimbProfile(double blur_sigma) : places_(static_cast<std::size_t>(k
     const Eigen::HouseholderQR<Eigen::Matrix<double, kLimbWindow, kShapes>> qr(shapes);
     const Eigen::Matrix<double, kLimbWindow, kShapes> q =
         qr.householderQ() * Eigen::Matrix<double, kLimbWindow, kShapes>::Identity();
-    const Eigen::Matrix<double, kShapes, kShapes> r =
-        qr.matrixQR().topRows<kShapes>().triangularView<Eigen::Upper>();
-    // The step is the last coefficient: minus it is background minus what is just within.
     Place& table = places_[static_cast<std::size_t>(k)];
     for (int i = 0; i < kLimbWindow; ++i) {
-      table.shapes[static_cast<std::size_t>(i)] << q.row(i).cast<float>().transpose().array(), 0;
+      table[static_cast<std::size_t>(i)] << q.row(i).cast<float>().transpose().array(), 0;
     }
-    table.step = static_cast<float>(-1 / r(kShapes - 1, kShapes - 1));
   }
 }
 
@@ -71,8 +67,6 @@ LimbProfile::Fit LimbProfile::fit(LimbWindow window) const noexcept {
     fit.sigma = std::min(fit.sigma, std::sqrt(2 * static_cast<double>(-variance / bend)) / kSteps);
   }
   fit.place = kFirst + (middle + offset) / kSteps;
-  fit.contrast = static_cast<double>(places_[static_cast<std::size_t>(middle)].step *
-                                     products(middle, centred)[kShapes - 1]);
   return fit;
 }
 

@@ -25,10 +25,9 @@ class LimbProfile {
   static constexpr int kFreedom = kLimbWindow - kShapes - 1;  ///< of what the fit leaves
 
   struct Fit {
-    double place = 0;     ///< of the contour, px outwards from the middle of the window
-    double sigma = 0;     ///< its standard deviation, from what the fit leaves, px
-    double contrast = 0;  ///< grey levels: background minus what is just within
-    double left = 0;      ///< variance of what the fit leaves, grey levels squared
+    double place = 0;  ///< of the contour, px outwards from the middle of the window
+    double sigma = 0;  ///< its standard deviation, from what the fit leaves, px
+    double left = 0;   ///< variance of what the fit leaves, grey levels squared
   };
 
   /// `blur_sigma`: of the image, px.
@@ -42,22 +41,16 @@ class LimbProfile {
   /// One value per shape, and one that is zero: whole vectors are faster.
   using PerShape = Eigen::Array4f;
   static_assert(kShapes < PerShape::SizeAtCompileTime);
-  /// Orthonormal shapes for one place of the contour, and the step per product with the last one.
-  struct Place {
-    std::array<PerShape, kLimbWindow> shapes;
-    float step = 0;
-  };
+  /// Orthonormal shapes for one place of the contour.
+  using Place = std::array<PerShape, kLimbWindow>;
 
-  [[nodiscard]] PerShape products(int place, const CentredWindow& window) const noexcept {
+  [[nodiscard]] float explained(int place, const CentredWindow& window) const noexcept {
     const Place& table = places_[static_cast<std::size_t>(place)];
     PerShape sums = PerShape::Zero();
     for (std::size_t i = 0; i < kLimbWindow; ++i) {
-      sums += table.shapes[i] * window.values[i];
+      sums += table[i] * window.values[i];
     }
-    return sums;
-  }
-  [[nodiscard]] float explained(int place, const CentredWindow& window) const noexcept {
-    return products(place, window).square().sum();
+    return sums.square().sum();
   }
 
   std::vector<Place> places_;
