@@ -183,7 +183,7 @@ class Knowledge {
   }
 
   void hear(const ParticipantEntitiesInfo& message, const MessageInfo& info) {
-    const Gid participant = from_message(message.gid());
+    const Gid participant = from_message(message.gid);
     // One may speak for oneself only, so what is kept is bounded by the participants that there
     // are.
     if (info.from_this_process || !same_participant(participant, info.identity.writer)) {
@@ -191,8 +191,7 @@ class Knowledge {
     }
     {
       const std::lock_guard lock(mutex_);
-      remote_nodes_[participant] = {message.node_entities_info_seq(), steady_now(), prunings_,
-                                    false};
+      remote_nodes_[participant] = {message.node_entities_info_seq, steady_now(), prunings_, false};
     }
     bell_.ring();
   }
@@ -234,7 +233,7 @@ class Knowledge {
           continue;
         }
         for (const auto& node : remote.nodes) {
-          nodes.push_back({node.node_namespace(), node.node_name()});
+          nodes.push_back({node.node_namespace, node.node_name});
         }
       }
     }
@@ -256,8 +255,8 @@ class Knowledge {
     std::map<Gid, NodeName> owners;
     for (const auto& [participant, entry] : remote_nodes_) {
       for (const auto& node : entry.nodes) {
-        const NodeName name{node.node_namespace(), node.node_name()};
-        for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
+        const NodeName name{node.node_namespace, node.node_name};
+        for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
           for (const auto& gid : *gids) {
             owners.emplace(from_message(gid), name);
           }
@@ -323,8 +322,8 @@ class Knowledge {
   }
 
   void describe_local_nodes(ParticipantEntitiesInfo& message) const {  // under mutex_
-    message.gid(to_message(transport_->participant()));
-    auto& nodes = message.node_entities_info_seq();
+    message.gid = to_message(transport_->participant());
+    auto& nodes = message.node_entities_info_seq;
     nodes.reserve(local_nodes_.size());
     const auto copy = [](const std::vector<Gid>& gids, auto& wire) {
       wire.reserve(gids.size());
@@ -334,10 +333,10 @@ class Knowledge {
     };
     for (const auto& [name, node] : local_nodes_) {
       NodeEntitiesInfo& described = nodes.emplace_back();
-      described.node_namespace(name.ns);
-      described.node_name(name.name);
-      copy(node.readers, described.reader_gid_seq());
-      copy(node.writers, described.writer_gid_seq());
+      described.node_namespace = name.ns;
+      described.node_name = name.name;
+      copy(node.readers, described.reader_gid_seq);
+      copy(node.writers, described.writer_gid_seq);
     }
   }
 

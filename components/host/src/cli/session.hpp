@@ -75,7 +75,7 @@ class Session {
       return result->shared();
     }
     throw CommandError("service " + service + ": " +
-                       to_string(result ? result->error() : ServiceError::kTimeout));
+                       to_string(result ? result->error : ServiceError::kTimeout));
   }
 
  private:
