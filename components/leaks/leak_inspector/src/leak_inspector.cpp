@@ -384,7 +384,7 @@ void LeakInspector::tell_counts() {
   const auto raised = [](const Finding& finding) {
     return finding.state == leak_findings::FindingState::kRaised;
   };
-  tell("findings", findings_->findings().size);
+  tell("findings", findings_->findings().size());
   tell("findings.raised",
        static_cast<std::uint64_t>(std::ranges::count_if(findings_->findings(), raised)));
   tell("findings.refused", findings_->counters().findings_refused);

@@ -33,7 +33,7 @@ constexpr std::array kArmStates{"idle",    "tracking", "holding", "searching",
 
 template <class Names>
 const char* name_of(const Names& names, std::uint8_t state) {
-  if (state >= names.size) {
+  if (state >= names.size()) {
     throw std::invalid_argument("the state is none of STATE_*");
   }
   return names.at(state);
