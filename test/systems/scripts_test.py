@@ -82,8 +82,8 @@ class Project:
 
     def run(self, *command, code=0, folder=None, **variables):
         """What the script says; its exit code must be `code`."""
-        environment = dict(os.environ, ROS_DOMAIN_ID=str(1 + os.getpid() % 100),
-                           COLCON_LOG=str(self.folder / "colcon.log"))
+        environment = dict(os.environ, COLCON_LOG=str(self.folder / "colcon.log"))
+        environment.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
         environment["PATH"] = f"{self.folder / 'programs'}:{environment['PATH']}"
         environment.pop("ROS_LOCALHOST_ONLY", None)
         environment.update(variables)

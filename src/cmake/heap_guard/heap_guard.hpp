@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace pipescout::odometry::test {
+namespace pipescout::test {
 
 /// Counts what the current thread takes from the heap while it lives: every malloc, calloc, realloc
 /// and aligned allocation, by C++ `new` too, in this program and in its shared libraries.
@@ -19,4 +19,4 @@ class HeapGuard {
   [[nodiscard]] std::size_t allocations() const;
 };
 
-}  // namespace pipescout::odometry::test
+}  // namespace pipescout::test

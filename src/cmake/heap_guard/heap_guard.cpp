@@ -66,7 +66,7 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
 
 #endif
 
-namespace pipescout::odometry::test {
+namespace pipescout::test {
 
 HeapGuard::HeapGuard() {
   count = 0;
@@ -81,4 +81,4 @@ std::size_t HeapGuard::allocations() const {
   return count;
 }
 
-}  // namespace pipescout::odometry::test
+}  // namespace pipescout::test
