@@ -63,6 +63,7 @@ class Executor::Core {
   void cancel(const Waitable* waitable);
   void hold(Group& group);
   void release(Group& group);
+  bool when_idle(Group& group, std::function<void()> idle);
   void close(Group& group);
 
   void begin_spin(Spin& spin);
@@ -95,7 +96,8 @@ class Executor::Core {
   void promote_due_timers(Released& released);
   bool take(Work& work, Released& released);
   void wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until);
-  void finish(Group& group);
+  /// Returns whom to tell that the group is idle, without the lock.
+  std::vector<std::function<void()>> finish(Group& group);
 
   void execute(const Work& work);
 
@@ -161,6 +163,11 @@ class Executor::Core::Group final : public CallbackGroup,
     }
   }
 
+  bool when_idle(std::function<void()> idle) override {
+    const auto core = core_.lock();
+    return !core || core->when_idle(*this, std::move(idle));
+  }
+
   void close() override {
     if (const auto core = core_.lock()) {
       core->close(*this);
@@ -182,6 +189,7 @@ class Executor::Core::Group final : public CallbackGroup,
   // Guarded by the core's mutex.
   std::vector<std::thread::id> running_;
   std::deque<Work> parked_;  // without `group`: it would own itself
+  std::vector<std::function<void()>> when_idle_;
   bool held_ = false;
   bool closed_ = false;
 
@@ -348,7 +356,7 @@ void Executor::Core::wait_for_work(std::unique_lock<std::mutex>& lock, const Ste
   }
 }
 
-void Executor::Core::finish(Group& group) {
+std::vector<std::function<void()>> Executor::Core::finish(Group& group) {
   group.running_.erase(
       std::find(group.running_.begin(), group.running_.end(), std::this_thread::get_id()));
   if (group.closed_) {
@@ -360,6 +368,11 @@ void Executor::Core::finish(Group& group) {
     next.group = group.shared_from_this();
     insert_by_arrival(ready_, std::move(next));
   }
+  std::vector<std::function<void()>> told;
+  if (group.running_.empty()) {
+    told.swap(group.when_idle_);
+  }
+  return told;
 }
 
 void Executor::Core::hold(Group& group) {
@@ -384,6 +397,15 @@ void Executor::Core::release(Group& group) {
   if (sleeper != nullptr) {
     sleeper->notify_one();
   }
+}
+
+bool Executor::Core::when_idle(Group& group, std::function<void()> idle) {
+  const std::lock_guard lock(mutex_);
+  if (group.running_.empty()) {
+    return true;
+  }
+  group.when_idle_.push_back(std::move(idle));
+  return false;
 }
 
 void Executor::Core::close(Group& group) {
@@ -485,9 +507,13 @@ bool Executor::Core::run_one(const Spin* spin, const SteadyTime* until) {
     error = std::current_exception();
   }
   work.waitable.reset();
+  std::vector<std::function<void()>> idle;
   {
     const std::lock_guard lock(mutex_);
-    finish(*work.group);
+    idle = finish(*work.group);
+  }
+  for (const auto& tell : idle) {
+    tell();
   }
   if (error) {
     std::rethrow_exception(error);

@@ -566,6 +566,47 @@ TEST(CallbackGroup, TwoCallbacksMayCloseTheirGroupTogether) {
   done.wait();
 }
 
+TEST(CallbackGroup, TellsOnceWhenItsLastCallbackHasReturned) {
+  Executor executor(2);
+  const auto group = executor.create_callback_group(CallbackGroupType::kReentrant);
+  EXPECT_TRUE(group->when_idle([] { FAIL(); }));
+  std::latch both_inside(3);
+  std::promise<void> release_first;
+  std::promise<void> release_second;
+  std::atomic<int> left = 0;
+  std::promise<int> left_when_told;
+  const Spinning spinning(executor);
+  for (auto* release : {&release_first, &release_second}) {
+    group->post([&, release] {
+      both_inside.arrive_and_wait();
+      release->get_future().wait();
+      ++left;
+    });
+  }
+  both_inside.arrive_and_wait();
+  EXPECT_FALSE(group->when_idle([&] { left_when_told.set_value(left); }));
+  release_first.set_value();
+  release_second.set_value();
+  EXPECT_EQ(left_when_told.get_future().get(), 2);
+}
+
+TEST(CallbackGroup, TellsOfItselfAfterTheCallbackThatAsks) {
+  Executor executor;
+  const auto group = executor.create_callback_group();
+  bool returned = false;
+  bool told = false;
+  group->post([&] {
+    EXPECT_FALSE(group->when_idle([&] {
+      EXPECT_TRUE(returned);
+      told = true;
+    }));
+    group->close();
+    returned = true;
+  });
+  executor.spin_ready();
+  EXPECT_TRUE(told);
+}
+
 TEST(CallbackGroup, OutlivesItsExecutor) {
   std::shared_ptr<CallbackGroup> group;
   auto held = std::make_shared<int>(0);

@@ -53,6 +53,10 @@ class CallbackGroup {
   /// Lets callbacks begin, in the order in which their work arrived.
   virtual void release() = 0;
 
+  /// True when no callback of the group is running. Otherwise `idle` is called once none is: after
+  /// the last one, on its thread. It must neither block nor throw.
+  virtual bool when_idle(std::function<void()> idle) = 0;
+
   /// Drops all queued work and refuses new work. Returns once no callback of the group is running,
   /// unless it is called from such a callback: then the group closes when that callback returns.
   virtual void close() = 0;
