@@ -13,6 +13,7 @@
 
 #include "pipescout/runtime/context.hpp"
 #include "subscription_queue.hpp"
+#include "watch_thread.hpp"
 
 namespace pipescout {
 
@@ -30,6 +31,7 @@ class Broker : public std::enable_shared_from_this<Broker> {
       SubscriptionOptions options);
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
+  [[nodiscard]] WatchThread& watch_thread() noexcept { return watch_thread_; }
 
   /// Told the identity of every endpoint that is destroyed, on the destroying thread. Set once,
   /// before endpoints are made.
@@ -65,6 +67,7 @@ class Broker : public std::enable_shared_from_this<Broker> {
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
   std::atomic<std::uint32_t> last_entity_{0};
+  WatchThread watch_thread_;
 };
 
 /// The sending half: delivers to matched queues of this process, keeps the last messages for late
@@ -124,6 +127,7 @@ class LocalPublisher final : public UntypedPublisher,
   std::optional<IncompatibleQosEvent> incompatible_qos_;
   std::shared_ptr<LatestEvent<std::size_t>> matched_;
   std::shared_ptr<Watchdog> deadline_;
+  std::shared_ptr<CallbackGroup> watch_;  // of the watch thread; null without a manual lease
   std::shared_ptr<Watchdog> lease_;
 
   mutable std::mutex mutex_;
