@@ -13,17 +13,20 @@ namespace {
 class LocalSubscription final : public UntypedSubscription {
  public:
   LocalSubscription(std::shared_ptr<Broker> broker, std::shared_ptr<SubscriptionQueue> queue,
-                    std::unique_ptr<TransportReader> reader, Gid gid)
+                    std::shared_ptr<SharedReader> reader, Gid gid)
       : broker_(std::move(broker)),
         queue_(std::move(queue)),
         reader_(std::move(reader)),
         gid_(gid) {}
 
   ~LocalSubscription() override {
-    reader_.reset();
+    if (reader_) {
+      reader_->leave(*queue_);
+      reader_.reset();
+    }
     broker_->remove(queue_);
     queue_->close();
-    broker_->tell_destroyed(gid_);
+    broker_->tell_destroyed(*this);
   }
   LocalSubscription(const LocalSubscription&) = delete;
   LocalSubscription& operator=(const LocalSubscription&) = delete;
@@ -41,7 +44,7 @@ class LocalSubscription final : public UntypedSubscription {
  private:
   const std::shared_ptr<Broker> broker_;
   const std::shared_ptr<SubscriptionQueue> queue_;
-  std::unique_ptr<TransportReader> reader_;
+  std::shared_ptr<SharedReader> reader_;  // null without a transport
   const Gid gid_;
 };
 
@@ -114,9 +117,9 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
   auto queue = std::make_shared<SubscriptionQueue>(std::move(options));
   queue->start();
   const WireTopic& wire_topic = queue->options().topic;
-  std::unique_ptr<TransportReader> reader;
+  std::shared_ptr<SharedReader> reader;
   if (transport_) {
-    reader = transport_->create_reader(wire_topic, queue->options().qos, *queue);
+    reader = reader_for(queue);
   }
   const Gid gid = reader ? reader->gid() : next_gid(false);
   // From here on the handle cleans up, also when the type changed meanwhile.
@@ -129,6 +132,38 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
     connect(*publisher, queue);
   }
   return subscription;
+}
+
+std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<SubscriptionQueue>& queue) {
+  const SubscriptionOptions& options = queue->options();
+  if (options.own_reader) {
+    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  }
+  const std::lock_guard lock(readers_mutex_);
+  auto& readers = readers_[options.topic.name];
+  std::erase_if(readers, [](const auto& weak) { return weak.expired(); });
+  for (const auto& weak : readers) {
+    const auto reader = weak.lock();
+    if (reader && reader->serves(options.topic, options.qos) && reader->join(queue)) {
+      return reader;
+    }
+  }
+  auto reader =
+      std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  readers.push_back(reader);
+  return reader;
+}
+
+void Broker::forget_ended_readers(const std::string& topic) {
+  const std::lock_guard lock(readers_mutex_);
+  const auto found = readers_.find(topic);
+  if (found == readers_.end()) {
+    return;
+  }
+  std::erase_if(found->second, [](const auto& weak) { return weak.expired(); });
+  if (found->second.empty()) {
+    readers_.erase(found);
+  }
 }
 
 void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<SubscriptionQueue>& queue) {
@@ -151,8 +186,9 @@ void Broker::remove(LocalPublisher& publisher) {
 }
 
 void Broker::remove(const std::shared_ptr<SubscriptionQueue>& queue) {
-  const std::lock_guard lock(mutex_);
   const std::string& name = queue->options().topic.name;
+  forget_ended_readers(name);
+  const std::lock_guard lock(mutex_);
   const auto found = topics_.find(name);
   if (found == topics_.end()) {
     return;
@@ -184,7 +220,7 @@ LocalPublisher::~LocalPublisher() {
   incompatible_qos_->close();
   matched_->close();
   broker_->remove(*this);
-  broker_->tell_destroyed(gid_);
+  broker_->tell_destroyed(*this);
 }
 
 void LocalPublisher::start() {
@@ -264,7 +300,6 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
     if (deadline_) {
       deadline_->touch();
     }
-    renew_lease();
   }
   return sample;
 }

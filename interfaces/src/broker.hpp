@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "pipescout/interfaces/context.hpp"
+#include "shared_reader.hpp"
 #include "subscription_queue.hpp"
 
 namespace pipescout {
@@ -19,8 +21,9 @@ namespace pipescout {
 class LocalPublisher;
 
 /// Matches the publishers and subscriptions of one process, and owns the way out of it.
-/// Lock order: broker, publisher, subscription queue, executor; the transport's own locks are taken
-/// only by writing, under the publisher's, and none of ours is taken while the transport reports.
+/// Lock order: broker, publisher, shared reader, subscription queue, executor. None of them is held
+/// while the transport writes, and while the transport reports only those from the shared reader on
+/// are taken.
 class Broker : public std::enable_shared_from_this<Broker> {
  public:
   explicit Broker(std::unique_ptr<Transport> transport) : transport_(std::move(transport)) {}
@@ -31,15 +34,14 @@ class Broker : public std::enable_shared_from_this<Broker> {
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
 
-  /// Told the identity of every endpoint that is destroyed, on the destroying thread. Set once,
-  /// before endpoints are made.
-  void on_endpoint_destroyed(std::function<void(const Gid&)> callback) {
+  /// Told of every endpoint that is destroyed, on the destroying thread. Its address tells which:
+  /// subscriptions that share a reader have the same identity. Set once, before endpoints are made.
+  void on_endpoint_destroyed(std::function<void(const void*)> callback) {
     endpoint_destroyed_ = std::move(callback);
   }
-  void tell_destroyed(const Gid& gid) const {
-    if (endpoint_destroyed_) {
-      endpoint_destroyed_(gid);
-    }
+  void tell_destroyed(const UntypedPublisher& publisher) const { tell_destroyed(&publisher); }
+  void tell_destroyed(const UntypedSubscription& subscription) const {
+    tell_destroyed(&subscription);
   }
 
   void remove(LocalPublisher& publisher);
@@ -60,11 +62,23 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void forget_if_unused(const std::string& name);
   Gid next_gid(bool writer);
 
+  void tell_destroyed(const void* endpoint) const {
+    if (endpoint_destroyed_) {
+      endpoint_destroyed_(endpoint);
+    }
+  }
+  /// One that serves others already, or a new one. Throws TransportError.
+  std::shared_ptr<SharedReader> reader_for(const std::shared_ptr<SubscriptionQueue>& queue);
+  void forget_ended_readers(const std::string& topic);
+
   const std::shared_ptr<Transport> transport_;
-  std::function<void(const Gid&)> endpoint_destroyed_;
+  std::function<void(const void*)> endpoint_destroyed_;
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
   std::atomic<std::uint32_t> last_entity_{0};
+
+  std::mutex readers_mutex_;  // by itself: held while the transport makes a reader
+  std::map<std::string, std::vector<std::weak_ptr<SharedReader>>> readers_;  // by topic
 };
 
 /// The sending half: delivers to matched queues of this process, keeps the last messages for late

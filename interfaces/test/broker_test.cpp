@@ -717,6 +717,110 @@ TEST_F(AcrossProcesses, IncompatibleQosIsToldOnBothSides) {
 
 TEST_F(AcrossProcesses, MalformedAndLostSamplesAreCounted) {
   std::uint64_t lost = 0;
+TEST_F(AcrossProcesses, SubscriptionsOfOneTopicAndQosShareAReader) {
+  Number::deserialisations = 0;
+  const auto publisher = here_.publisher(QoS::reliable());
+  std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
+  std::vector<std::shared_ptr<const void>> received;
+  for (int i = 0; i < 10; ++i) {
+    subscriptions.push_back(there_.context->create_subscription(
+        {.topic = kTopic,
+         .qos = QoS::reliable(),
+         .callback = [&](const std::shared_ptr<const void>& message,
+                         const MessageInfo&) { received.push_back(message); },
+         .group = there_.group}));
+    settle();
+    EXPECT_EQ(publisher->remote_subscription_count(), 1);
+    EXPECT_EQ(subscriptions.back()->remote_publisher_count(), 1);
+    EXPECT_EQ(subscriptions.back()->liveliness().alive, 1);
+    EXPECT_EQ(subscriptions.back()->gid(), subscriptions.front()->gid());
+  }
+  publisher->publish(number(7), {});
+  settle();
+  ASSERT_EQ(received.size(), 10U);
+  EXPECT_EQ(Number::deserialisations, 1);
+  EXPECT_THAT(received, ::testing::Each(received.front()));
+  for (const auto& subscription : subscriptions) {
+    EXPECT_EQ(subscription->statistics().received, 1U);
+  }
+
+  // The reader goes with the last of them.
+  received.clear();
+  subscriptions.resize(1);
+  publisher->publish(number(8), {});
+  settle();
+  EXPECT_EQ(received.size(), 1U);
+  subscriptions.clear();
+  settle();
+  EXPECT_EQ(publisher->remote_subscription_count(), 0);
+}
+
+TEST_F(AcrossProcesses, AnotherQosOrAWishForItGetsAReaderOfItsOwn) {
+  const auto publisher = here_.publisher(QoS::reliable());
+  const auto first = there_.subscription(QoS::reliable(1));
+  const auto deeper = there_.subscription(QoS::reliable(2));
+  const auto own = there_.context->create_subscription(
+      {.topic = kTopic,
+       .qos = QoS::reliable(1),
+       .callback = [](const auto&, const auto&) {},
+       .group = there_.group,
+       .own_reader = true});
+  const auto shared = there_.subscription(QoS::reliable(1));
+  settle();
+  EXPECT_EQ(publisher->remote_subscription_count(), 3);
+  EXPECT_NE(own->gid(), first->gid());
+  EXPECT_NE(deeper->gid(), first->gid());
+  EXPECT_EQ(shared->gid(), first->gid());
+}
+
+TEST_F(AcrossProcesses, ALateSubscriptionOfAProcessGetsWhatTheWriterKeeps) {
+  const auto publisher = here_.publisher(QoS::latched(2));
+  for (int i = 1; i <= 3; ++i) {
+    publisher->publish(number(i), {});
+  }
+  const auto first = there_.subscription(QoS::latched(5));
+  const auto together = there_.subscription(QoS::latched(5));
+  settle();
+  EXPECT_EQ(publisher->remote_subscription_count(), 1);
+  EXPECT_THAT(there_.received, ::testing::UnorderedElementsAre(2, 2, 3, 3));
+  there_.received.clear();
+  const auto late = there_.subscription(QoS::latched(5));
+  settle();
+  EXPECT_THAT(there_.received, ElementsAre(2, 3));
+  there_.received.clear();
+  publisher->publish(number(4), {});
+  settle();
+  EXPECT_THAT(there_.received, ElementsAre(4, 4, 4));
+}
+
+TEST_F(AcrossProcesses, ALateSubscriptionIsToldOfIncompatibleWriters) {
+  const auto publisher = here_.publisher(QoS::sensor_data());
+  const auto first = there_.subscription(QoS::reliable());
+  settle();
+  std::vector<QosPolicy> told;
+  const auto late = there_.subscription(
+      QoS::reliable(),
+      {.incompatible_qos = [&](const IncompatibleQos& event) { told.push_back(event.policy); }});
+  settle();
+  EXPECT_THAT(told, ElementsAre(QosPolicy::kReliability));
+  EXPECT_EQ(late->statistics().incompatible_qos, 1U);
+  EXPECT_EQ(first->statistics().incompatible_qos, 1U);
+}
+
+TEST_F(AcrossProcesses, AThrowingCallbackTakesNothingFromTheOthers) {
+  const auto publisher = here_.publisher(QoS::reliable());
+  const auto throwing = there_.context->create_subscription(
+      {.topic = kTopic, .qos = QoS::reliable(), .callback = [](const auto&, const auto&) {
+         throw std::runtime_error("on purpose");
+       }});
+  const auto subscription = there_.subscription(QoS::reliable());
+  settle();
+  publisher->publish(number(1), {});
+  EXPECT_THROW(network_.deliver(), std::runtime_error);
+  settle();
+  EXPECT_THAT(there_.received, ElementsAre(1));
+}
+
   const auto publisher = here_.publisher(QoS::reliable());
   const auto subscription = there_.subscription(
       QoS::reliable(), {.message_lost = [&](EventCount count) { lost = count.total; }});

@@ -34,6 +34,7 @@ struct PublisherEvents {
 struct PublisherStatistics {
   std::uint64_t published = 0;
   std::uint64_t sent_to_other_processes = 0;  ///< each was serialised once
+  /// Could not be sent, or was overtaken by `depth` later ones while a slow send was going on.
   std::uint64_t send_failures = 0;
   std::uint64_t suppressed = 0;  ///< published while the component was not active, and dropped
   std::uint64_t deadlines_missed = 0;
