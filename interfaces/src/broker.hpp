@@ -125,8 +125,15 @@ class LocalPublisher final : public UntypedPublisher,
     std::optional<Time> expiry;
   };
 
-  SampleIdentity send(const void* message, const SampleIdentity& related);  // under mutex_
-  void renew_lease();                                                       // under mutex_
+  struct Outgoing {
+    std::shared_ptr<const void> message;
+    SampleIdentity related;
+  };
+
+  /// Sends the message, and what other threads publish meanwhile; or leaves it to the thread that
+  /// is sending. Returns its sequence number, 0 when it has none (yet). The lock is on mutex_.
+  std::int64_t send(Outgoing own, std::unique_lock<std::mutex>& lock);
+  void renew_lease();  // under mutex_
   void liveliness_lapsed();
   void tell_matched();  // under mutex_
 
@@ -143,13 +150,15 @@ class LocalPublisher final : public UntypedPublisher,
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<SubscriptionQueue>> matches_;
   std::deque<Retained> retained_;
+  std::deque<Outgoing> outgoing_;  // for the thread that is sending; at most `depth`
+  bool is_sending_ = false;
   bool enabled_ = true;
   bool alive_ = true;
   std::int64_t sequence_number_ = 0;
   PublisherStatistics statistics_;
 
-  // The listener calls may come while a thread holds mutex_ and waits for the transport, so what
-  // they touch is outside of it.
+  // The transport holds locks of its own while it calls the listener, so what such a call touches
+  // is outside of mutex_.
   std::atomic<int> remote_readers_{0};
 
   std::unique_ptr<TransportWriter> writer_;  // last: destroyed before what its listener uses

@@ -6,9 +6,11 @@
 #include <rapidcheck.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -715,8 +717,6 @@ TEST_F(AcrossProcesses, IncompatibleQosIsToldOnBothSides) {
   EXPECT_EQ(subscription->statistics().incompatible_qos, 1U);
 }
 
-TEST_F(AcrossProcesses, MalformedAndLostSamplesAreCounted) {
-  std::uint64_t lost = 0;
 TEST_F(AcrossProcesses, SubscriptionsOfOneTopicAndQosShareAReader) {
   Number::deserialisations = 0;
   const auto publisher = here_.publisher(QoS::reliable());
@@ -821,6 +821,8 @@ TEST_F(AcrossProcesses, AThrowingCallbackTakesNothingFromTheOthers) {
   EXPECT_THAT(there_.received, ElementsAre(1));
 }
 
+TEST_F(AcrossProcesses, MalformedAndLostSamplesAreCounted) {
+  std::uint64_t lost = 0;
   const auto publisher = here_.publisher(QoS::reliable());
   const auto subscription = there_.subscription(
       QoS::reliable(), {.message_lost = [&](EventCount count) { lost = count.total; }});
@@ -853,6 +855,137 @@ TEST_F(AcrossProcesses, ARemoteQueueIsBoundedToo) {
   settle();
   EXPECT_THAT(there_.received, ElementsAre(4, 5));
   EXPECT_EQ(subscription->statistics().dropped_queue_full, 3U);
+}
+
+/// A transport whose writers take as long as the test wants.
+class SlowTransport final : public Transport {
+ public:
+  explicit SlowTransport(std::unique_ptr<Transport> inner) : inner_(std::move(inner)) {}
+
+  class Writer final : public TransportWriter {
+   public:
+    Writer(SlowTransport& transport, std::unique_ptr<TransportWriter> inner)
+        : transport_(transport), inner_(std::move(inner)) {}
+    SampleIdentity write(const void* message, const SampleIdentity& related) override {
+      transport_.pass();
+      return inner_->write(message, related);
+    }
+    int matched_remote_readers() const override { return inner_->matched_remote_readers(); }
+    bool is_matched(const Gid& reader) const override { return inner_->is_matched(reader); }
+    void assert_liveliness() override { inner_->assert_liveliness(); }
+    Gid gid() const override { return inner_->gid(); }
+
+   private:
+    SlowTransport& transport_;
+    const std::unique_ptr<TransportWriter> inner_;
+  };
+
+  std::unique_ptr<TransportWriter> create_writer(const WireTopic& topic, const QoS& qos,
+                                                 TransportWriterListener& listener) override {
+    return std::make_unique<Writer>(*this, inner_->create_writer(topic, qos, listener));
+  }
+  std::unique_ptr<TransportReader> create_reader(const WireTopic& topic, const QoS& qos,
+                                                 TransportReaderListener& listener) override {
+    return inner_->create_reader(topic, qos, listener);
+  }
+  Gid participant() const override { return inner_->participant(); }
+  std::vector<DiscoveredParticipant> remote_participants() const override {
+    return inner_->remote_participants();
+  }
+  std::vector<DiscoveredEndpoint> remote_endpoints() const override {
+    return inner_->remote_endpoints();
+  }
+  void on_graph_changed(GraphChanged callback) override {
+    inner_->on_graph_changed(std::move(callback));
+  }
+  std::unique_ptr<DelayedCall> create_delayed_call(std::function<void()> call) override {
+    return inner_->create_delayed_call(std::move(call));
+  }
+  std::vector<std::string> warnings() const override { return inner_->warnings(); }
+
+  /// From now on writers wait for `open`.
+  void shut() {
+    const std::lock_guard lock(mutex_);
+    open_ = false;
+  }
+  void open() {
+    {
+      const std::lock_guard lock(mutex_);
+      open_ = true;
+    }
+    changed_.notify_all();
+  }
+  void await_writers(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return waiting_ == count; });
+  }
+
+ private:
+  void pass() {
+    std::unique_lock lock(mutex_);
+    ++waiting_;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return open_; });
+    --waiting_;
+  }
+
+  const std::unique_ptr<Transport> inner_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool open_ = true;
+  int waiting_ = 0;
+};
+
+class SlowSends : public AcrossProcesses {
+ protected:
+  void SetUp() override {
+    subscription_ = there_.subscription(QoS::reliable());
+    settle();
+    while (network_.deliver() + slow_.executor.spin_ready() > 0) {
+    }
+    ASSERT_EQ(publisher_->remote_subscription_count(), 1);
+    transport_->shut();
+  }
+
+  std::unique_ptr<SlowTransport> made_ =
+      std::make_unique<SlowTransport>(network_.create_transport("slow"));
+  SlowTransport* transport_ = made_.get();
+  Process slow_{std::move(made_)};
+  const std::shared_ptr<UntypedPublisher> publisher_ = slow_.publisher(QoS::reliable(3));
+  std::shared_ptr<UntypedSubscription> subscription_;
+};
+
+TEST_F(SlowSends, KeepNobodyElseWaiting) {
+  std::thread sender([&] { publisher_->publish(number(1), {}); });
+  transport_->await_writers(1);
+  // While the first message is on its way out, everything else of the publisher goes on.
+  const auto local = slow_.subscription(QoS::reliable());
+  EXPECT_EQ(publisher_->subscription_count(), 2U);
+  EXPECT_EQ(publisher_->statistics().published, 1U);
+  publisher_->assert_liveliness();
+  const PublishedSample second = publisher_->publish(number(2), {});
+  EXPECT_EQ(second.local_sequence_number, 2);
+  EXPECT_EQ(second.remote_sequence_number, 0);
+  EXPECT_THAT(slow_.spin(), ElementsAre(2));
+  transport_->open();
+  sender.join();
+  settle();
+  EXPECT_THAT(there_.received, ElementsAre(1, 2));
+  EXPECT_EQ(publisher_->statistics().sent_to_other_processes, 2U);
+  EXPECT_EQ(publisher_->publish(number(3), {}).remote_sequence_number, 3);
+}
+
+TEST_F(SlowSends, AreOvertakenOnlyBeyondTheDepth) {
+  std::thread sender([&] { publisher_->publish(number(1), {}); });
+  transport_->await_writers(1);
+  for (int i = 2; i <= 6; ++i) {
+    publisher_->publish(number(i), {});
+  }
+  transport_->open();
+  sender.join();
+  settle();
+  EXPECT_THAT(there_.received, ElementsAre(1, 4, 5, 6));
+  EXPECT_EQ(publisher_->statistics().send_failures, 2U);
 }
 
 }  // namespace
