@@ -100,7 +100,7 @@ def without_a_tally(launch_scripts, scratch):
     run(composition, scratch / "run/first")
     joints = list(csv.DictReader(learnt.open(newline="")))
     assert len(joints) >= 20, joints
-    tally = launch_scripts.parent / "components/crawler_simulation/data/tally.csv"
+    tally = launch_scripts.parent / "components/simulators/crawler_simulation/data/tally.csv"
     lengths = [row["joint_length_m"] for row in csv.DictReader(tally.open(newline=""))]
     # Joint 0 of the run is joint 11 of the tally.
     for joint in joints[:-1]:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures what "supported by a group of sensors" may mean, and prints the figures that
-// docs/decisions/support-by-a-group.md quotes.
+// docs/decisions/majority-support-rule.md quotes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -14,7 +14,7 @@
 #include "pipescout/manipulation/arm_model.hpp"
 
 /// An arm that keeps a pipe in view of the camera at its end: Ibarguren and others (2013), section
-/// 6 and their further work. Why it does so as it does: docs/decisions/pipe-plane-servo.md.
+/// 6 and their further work. Why it does so as it does: docs/decisions/pipe-plane-visual-servo.md.
 ///
 /// Times are seconds of one clock, that of the stamps. Frames as in arm_model.hpp; `base` is the
 /// vehicle's body too, `map` is at rest with z up.

@@ -56,7 +56,7 @@ enum class Weighting : std::uint8_t {
 /// What "supported by a group of sensors" (section 2 of the paper) means. An odometer is in the
 /// fusion set when more than half of the usable odometers, itself counted, and at least one other
 /// support it. No rule depends on the order of the odometers, and none has ties to break.
-/// Reasons and figures: docs/decisions/support-by-a-group.md.
+/// Reasons and figures: docs/decisions/majority-support-rule.md.
 enum class SupportRule : std::uint8_t {
   kMajority,        ///< i counts for j when i supports j, weakly (r_ij = 1, r_ji = 0) or strongly
   kMutualMajority,  ///< i counts for j only when they support each other. Refuses more: a precise

@@ -77,7 +77,7 @@ struct OdometerStreamParameters {
   std::vector<OdometerParameters> odometers{};  ///< 2 to 16
   ConsensusFusionParameters consensus{};        ///< offsets must be empty: see `end_segment`
   /// [1, 10]. Support is judged with sigmas of this multiple: exact ones refuse sound readings too
-  /// often (docs/decisions/support-by-a-group.md). The variance given out is without it.
+  /// often (docs/decisions/majority-support-rule.md). The variance given out is without it.
   double sigma_margin = 3.0;
   SigmaSource sigma_source = SigmaSource::kGiven;
   std::size_t residual_windows = 32;  ///< [8, 64]

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/thermal_tracker/thermal_tracker.hpp"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "expected_section.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/camera.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/tracked_section.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+#include "track_messages.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using thermal::Detections;
+using thermal::FrameFault;
+using tracking::PipeShape;
+using tracking::TrackFault;
+using tracking::TrackState;
+
+constexpr std::size_t kOdometryHistory = 2000;
+/// s over which odometry is interpolated, and moved on beyond its last message.
+constexpr double kOdometryReach = 0.2;
+/// s between two pictures: over longer times the mean velocity of the camera says little.
+constexpr double kLongestInterval = 0.5;
+
+}  // namespace
+
+ThermalTracker::ThermalTracker(ComponentOptions options)
+    : Component(std::move(options)), declared_(parameters()) {}
+
+ThermalTracker::~ThermalTracker() {
+  close();
+}
+
+CallbackReturn ThermalTracker::on_configure() {
+  settings_ = declared_.read();
+  detector_.emplace(settings_->detection.detector);
+  tracker_.emplace(settings_->shape, settings_->tracker, settings_->seed);
+  odometry_.emplace(kOdometryHistory, kOdometryReach);
+  camera_.reset();
+  calibration_.reset();
+  last_pose_.reset();
+  half_width_ = 0;
+  width_ = 0;
+  pictures_ = 0;
+  locked_ = 0;
+  image_heard_ = true;
+
+  track_publisher_ = create_publisher(
+      topics::kPipeTrack,
+      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
+  odometry_subscription_ = create_subscription(
+      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  if (settings_->mount.moves()) {
+    tf_subscription_ =
+        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
+  }
+  silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
+    if (image_subscription_ && !std::exchange(image_heard_, false)) {
+      report_fault("image.silent",
+                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+    }
+  });
+  counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  subscribe_if_heard(track_publisher_.subscription_count());
+  return CallbackReturn::kSuccess;
+}
+
+void ThermalTracker::subscribe_if_heard(std::size_t subscriptions) {
+  if (!track_publisher_ || image_subscription_ || subscriptions < settings_->wait_for_subscribers) {
+    return;
+  }
+  // Best effort hears every camera driver, reliable ones included.
+  camera_info_subscription_ = create_subscription<CameraInfo>(
+      topics::kThermalCameraInfo.name, QoS::sensor_data(),
+      [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ =
+      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
+                                 [this](const Image& message) { on_image(message); });
+}
+
+CallbackReturn ThermalTracker::on_cleanup() {
+  silence_timer_.reset();
+  counts_timer_.reset();
+  image_subscription_ = {};
+  camera_info_subscription_ = {};
+  odometry_subscription_ = {};
+  tf_subscription_ = {};
+  track_publisher_ = {};
+  particles_publisher_ = {};
+  tracker_.reset();
+  detector_.reset();
+  odometry_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+void ThermalTracker::on_camera_info(const CameraInfo& message) {
+  if (calibration_ && same_calibration(*calibration_, message)) {
+    return;
+  }
+  try {
+    camera_.emplace(from_message(message));
+    calibration_ = message;
+  } catch (const std::invalid_argument& error) {
+    report_fault("camera_info.refused", std::string("calibration refused: ") + error.what());
+  }
+}
+
+void ThermalTracker::on_odometry(const Odometry& message) {
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    if (fault->in_future) {
+      return;
+    }
+  }
+  if (message.header().frame_id() != settings_->map_frame) {
+    report_fault("odometry.header.frame_id", "odometry is in frame '" +
+                                                 message.header().frame_id() + "', not in '" +
+                                                 settings_->map_frame + "'");
+    return;
+  }
+  OdometryHistory::Entry entry;
+  try {
+    entry = odometry_entry(message);
+    entry.covariance = covariance_from_message(message.pose().covariance());
+  } catch (const std::invalid_argument& error) {
+    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
+    return;
+  }
+  if (!odometry_->add(entry)) {
+    report_fault("odometry.header.stamp.not_increasing",
+                 "odometry has a stamp that is not later than that of the one before");
+  }
+}
+
+void ThermalTracker::on_tf(const TFMessage& message) {
+  try {
+    settings_->mount.add(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
+  }
+}
+
+ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Image& message) {
+  Circumstances known;
+  const auto last = std::exchange(last_pose_, std::nullopt);
+  if (!camera_) {
+    report_fault("camera_info.missing",
+                 "pictures come without a calibration on thermal/camera_info: the motion of the "
+                 "camera is of no use");
+    return known;
+  }
+  const geometry::CameraParameters& camera = camera_->parameters();
+  if (static_cast<std::int64_t>(message.width()) != camera.width ||
+      static_cast<std::int64_t>(message.height()) != camera.height) {
+    report_fault("camera_info.other_size", "a picture of " + std::to_string(message.width()) +
+                                               " x " + std::to_string(message.height()) +
+                                               " is not of the camera that is calibrated");
+    return known;
+  }
+  const auto T_map_base = odometry_->at(stamp);
+  const auto covariance = odometry_->covariance_at(stamp);
+  const auto T_base_camera = settings_->mount.T_base_camera(stamp);
+  if (!T_map_base || !covariance) {
+    report_fault("odometry.missing", "the pose of the robot is not known of a picture");
+    return known;
+  }
+  if (!T_base_camera) {
+    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+    return known;
+  }
+  known.T_map_camera = *T_map_base * *T_base_camera;
+  last_pose_ = CameraPose{stamp, *known.T_map_camera};
+  if (const auto expected = expected_section(settings_->lines, settings_->line_deviation, *camera_,
+                                             {.T_map_base = *T_map_base, .covariance = *covariance},
+                                             *T_base_camera)) {
+    known.hint = expected->hint;
+    known.depth = expected->depth;
+  }
+  const double since = last ? to_seconds(stamp - last->time) : 0.0;
+  if (since > 0 && since <= kLongestInterval) {
+    const tracking::PipeTrack& track = tracker_->track();
+    const Eigen::Vector2d at = track.number > 0 ? Eigen::Vector2d(track.estimate.head<2>())
+                                                : Eigen::Vector2d(camera.centre_u, camera.centre_v);
+    known.motion =
+        tracking::image_motion(*camera_, at, depth(known),
+                               (last->T_map_camera.inverse() * *known.T_map_camera).log() / since);
+  }
+  return known;
+}
+
+double ThermalTracker::depth(const Circumstances& known) const {
+  if (known.depth) {
+    return *known.depth;
+  }
+  const double diameter = settings_->detection.detector.pipe_diameter;
+  if (diameter > 0 && width_ > 0 && camera_) {
+    return camera_->parameters().focal_length * diameter / width_;
+  }
+  return settings_->distance;
+}
+
+void ThermalTracker::take_regions(const Detections& detections) {
+  regions_.clear();
+  for (const thermal::PipeSection& pipe : detections.pipes) {
+    regions_.push_back({.start = pipe.start,
+                        .end = pipe.end,
+                        .half_width = pipe.half_width,
+                        .cut_along = pipe.cut_along});
+  }
+}
+
+void ThermalTracker::on_image(const Image& message) {
+  image_heard_ = true;
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    return;
+  }
+  ThermalImageReader::View picture;
+  std::span<const float> celsius;
+  try {
+    picture = reader_.read(message);
+    celsius = settings_->detection.celsius_of(picture);
+  } catch (const UndescribedPicture& error) {
+    report_fault(error.counter(), error.what());
+    return;
+  } catch (const std::invalid_argument& error) {
+    report_fault("image.refused", std::string("picture refused: ") + error.what());
+    return;
+  }
+  ++pictures_;
+  const Detections& detections = detect(*detector_, picture, celsius);
+  if (detections.fault != FrameFault::kNone) {
+    report_fault("image." + std::string(to_string(detections.fault)),
+                 "nothing can be detected in a picture of " + std::to_string(message.width()) +
+                     " x " + std::to_string(message.height()) + ": " +
+                     std::string(to_string(detections.fault)));
+  }
+  take_regions(detections);
+  const Circumstances known = circumstances(stamp, message);
+  const tracking::PipeTrack& track = tracker_->update(
+      {.time = to_seconds(stamp.time_since_epoch()),
+       .image = {static_cast<int>(message.width()), static_cast<int>(message.height())},
+       .regions = regions_,
+       .motion = known.motion,
+       .hint = known.hint});
+  if (track.fault != TrackFault::kNone) {
+    report_fault("track." + std::string(to_string(track.fault)),
+                 "a picture is of less use to the track: " + std::string(to_string(track.fault)));
+  }
+  if (track.region) {
+    const thermal::PipeSection& pipe = detections.pipes.at(*track.region);
+    half_width_ = pipe.half_width;
+    if (!pipe.cut_along) {
+      width_ = pipe.best_width();
+    }
+  }
+  locked_ += track.state == TrackState::kLocked ? 1 : 0;
+  publish(message, track, detections, known);
+}
+
+void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& track,
+                             const Detections& detections, const Circumstances& known) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  auto told = std::make_unique<PipeTrack>(track_message(track));
+  told->header(picture.header());
+  told->width(picture.width());
+  told->height(picture.height());
+  if (detections.fault != FrameFault::kNone) {
+    told->fault(std::string(to_string(detections.fault)));
+  } else if (track.fault == TrackFault::kBadImageSize || track.fault == TrackFault::kTimeWentBack) {
+    told->fault(std::string(to_string(track.fault)));
+  }
+  const bool of_use = track.number > 0 && track.in_view;
+  told->half_width(of_use && half_width_ > 0 ? half_width_ : kNaN);
+  told->whole_width(of_use && whole_width_in_view(track.estimate, half_width_, picture.width(),
+                                                  picture.height()));
+  told->range(kNaN);
+  if (of_use && camera_) {
+    if (const auto ray = camera_->ray(track.estimate.head<2>())) {
+      told->range(depth(known) * ray->norm());
+    }
+  }
+  track_publisher_.publish(std::move(told));
+
+  if (particles_publisher_.subscription_count() > 0) {
+    auto particles = std::make_unique<Particles>(
+        particles_message(tracker_->filter(), regions_, settings_->published_particles));
+    particles->header(picture.header());
+    particles_publisher_.publish(std::move(particles));
+  }
+}
+
+void ThermalTracker::tell_counts() {
+  const tracking::PipeTrack& track = tracker_->track();
+  diagnostics().set_value("pictures", std::to_string(pictures_));
+  diagnostics().set_value("pictures.locked", std::to_string(locked_));
+  diagnostics().set_value("track", std::to_string(track.number));
+  diagnostics().set_value("track.state", std::string(to_string(track.state)));
+  diagnostics().set_value("track.confidence", std::to_string(track.confidence));
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::ThermalTracker)

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <pipescout/estimation/state_estimator.hpp>
+#include <pipescout/geometry/geodesy.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipescout/runtime/bound_parameters.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
+
+namespace pipescout {
+
+/// What the component is configured with.
+struct EstimatorSettings {
+  std::string map_frame;
+  std::string odom_frame;
+  std::string base_frame;
+  std::string rack_frame;
+  bool publish_tf = true;
+  Duration publish_period{};  ///< 0: at each reading of the IMU
+  StampLimits stamp_limits;
+  double silent_after = 0;  ///< s
+
+  std::optional<geometry::GeodeticPosition> datum;  ///< nothing: the first fix
+  double gps_deviation = 0;        ///< m, per axis, of fixes that do not say; 0: not used
+  double least_gps_deviation = 0;  ///< m, per axis, whatever they say
+  bool heading_from_imu = false;   ///< from the orientation in imu/data
+  double heading_deviation = 0;    ///< rad, of orientations that do not say
+  double least_weld_probability = 0;
+  double weld_deviation = 0;    ///< m, across the pipe
+  Eigen::Vector3d weld_sensor;  ///< m, in the base frame
+  Eigen::Vector3d imu;          ///< m, in the base frame
+  geometry::SE3 T_base_camera;
+  std::optional<estimation::GivenPose> start;
+
+  estimation::StateEstimatorParameters estimator;  ///< valid
+};
+
+/// The parameters of the component: docs/components/state_estimator.md.
+class EstimatorParameters {
+ public:
+  /// Declares them, with the defaults of the preset that parameter `preset` names. Throws
+  /// ParameterError for a preset that there is not.
+  explicit EstimatorParameters(Parameters& parameters);
+
+  /// Throws std::invalid_argument naming the parameter, and CsvError for the centre line's file.
+  [[nodiscard]] EstimatorSettings read() const;
+
+ private:
+  using Estimator = estimation::StateEstimatorParameters;
+  void declare_frames(Parameters& parameters);
+  void declare_messages(Parameters& parameters);
+  void declare_sensors(Parameters& parameters);
+  void declare_start(Parameters& parameters);
+  void declare_smoother();
+  void declare_use();
+  void declare_watch(Parameters& parameters, const std::string& source,
+                     estimation::SourceWatchParameters Estimator::*watch,
+                     estimation::FactorKind kind);
+  [[nodiscard]] std::optional<estimation::GivenPose> start() const;
+
+  Estimator defaults_;
+  std::optional<BoundParameters<Estimator>> bound_;
+  struct Kernel {
+    estimation::FactorKind kind;
+    Parameter<std::string> parameter;
+  };
+  std::vector<Kernel> kernels_;
+
+  Parameter<std::string> map_frame_;
+  Parameter<std::string> odom_frame_;
+  Parameter<std::string> base_frame_;
+  Parameter<std::string> rack_frame_;
+  Parameter<bool> publish_tf_;
+  Parameter<double> publish_period_;
+  Parameter<double> maximum_age_;
+  Parameter<double> maximum_lead_;
+  Parameter<double> silent_after_;
+  Parameter<std::vector<double>> datum_;
+  Parameter<double> gps_deviation_;
+  Parameter<double> least_gps_deviation_;
+  Parameter<bool> heading_from_imu_;
+  Parameter<double> heading_deviation_;
+  Parameter<double> least_weld_probability_;
+  Parameter<double> weld_deviation_;
+  Parameter<std::vector<double>> weld_sensor_;
+  Parameter<std::vector<double>> gps_antenna_;
+  Parameter<std::vector<double>> odometer_;
+  Parameter<std::vector<double>> imu_position_;
+  Parameter<std::vector<double>> imu_roll_pitch_yaw_;
+  Parameter<std::vector<double>> camera_position_;
+  Parameter<std::vector<double>> camera_roll_pitch_yaw_;
+  Parameter<std::vector<double>> rack_position_;
+  Parameter<double> rack_heading_;
+  Parameter<std::vector<double>> start_position_;
+  Parameter<double> start_position_deviation_;
+  Parameter<std::vector<double>> start_heading_;
+  Parameter<std::string> tally_;
+  Parameter<std::string> centre_line_;
+  Parameter<double> centre_line_first_chainage_;
+};
+
+}  // namespace pipescout

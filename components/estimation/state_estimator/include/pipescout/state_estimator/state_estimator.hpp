@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
+#include <memory>
+#include <nav_msgs/msg/odometry.hpp>
+#include <optional>
+#include <pipescout_msgs/msg/estimator_state.hpp>
+#include <pipescout_msgs/msg/fused_odometer.hpp>
+#include <pipescout_msgs/msg/rack_state.hpp>
+#include <pipescout_msgs/msg/weld_detection.hpp>
+#include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <string_view>
+#include <tf2_msgs/msg/tf_message.hpp>
+
+#include "pipescout/estimation/state_estimator.hpp"
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/runtime/component.hpp"
+#include "pipescout/state_estimator/estimator_settings.hpp"
+
+namespace pipescout {
+
+/// The one state of a robot: `imu/data`, `gps/fix`, `odometer/fused`, `rack/pose` and `weld` in,
+/// as many of them as there are; `odometry/filtered`, `estimator/state` and `/tf` out. A rack
+/// localizer that has lost the rack gets a `rack/pose_hint`.
+///
+/// Parameters and faults: docs/components/state_estimator.md. Parameters take effect when it is
+/// configured.
+class StateEstimator final : public Component {
+ public:
+  explicit StateEstimator(ComponentOptions options);
+  ~StateEstimator() override;
+
+ protected:
+  CallbackReturn on_configure() override;
+  CallbackReturn on_cleanup() override;
+
+ private:
+  using Imu = sensor_msgs::msg::Imu;
+  using Fix = sensor_msgs::msg::NavSatFix;
+  using Odometer = pipescout_msgs::msg::FusedOdometer;
+  using Pose = geometry_msgs::msg::PoseWithCovarianceStamped;
+  using RackState = pipescout_msgs::msg::RackState;
+  using Weld = pipescout_msgs::msg::WeldDetection;
+  using Odometry = nav_msgs::msg::Odometry;
+  using State = pipescout_msgs::msg::EstimatorState;
+  using Transforms = tf2_msgs::msg::TFMessage;
+
+  void on_imu(const Imu& message);
+  void on_fix(const Fix& message);
+  void on_odometer(const Odometer& message);
+  void on_rack_pose(const Pose& message);
+  void on_rack_state(const RackState& message);
+  void on_weld(const Weld& message);
+  void on_initial_pose(const Pose& message);
+
+  /// s since the origin, which is the first stamp of all. Nothing, and the fault is counted, for a
+  /// stamp that is refused.
+  [[nodiscard]] std::optional<double> time_of(std::string_view input,
+                                              const builtin_interfaces::msg::Time& stamp);
+  [[nodiscard]] Time stamp_of(double time) const;
+  void report_outcome(estimation::Source source, estimation::Outcome outcome);
+  void give_start();
+
+  void publish_news();
+  [[nodiscard]] bool is_due(Time stamp) const;
+  void publish_estimate(const estimation::Estimate& estimate);
+  void publish_state();
+  [[nodiscard]] bool may_hint_place(Time stamp) const;
+  void publish_pose_hint();
+  void tell_status();
+
+  EstimatorParameters declared_;
+
+  EstimatorSettings settings_;  // as configured
+  std::optional<estimation::StateEstimator> estimator_;
+  std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fix, on
+  std::optional<Time> origin_;
+  std::optional<estimation::ImuReading> last_reading_;
+  double imu_interval_ = 0;  // s, between the last two readings
+  std::optional<Time> published_;
+  std::uint64_t told_updates_ = 0;
+  std::optional<Time> hinted_;
+  bool imu_heard_ = true;
+  bool rack_is_lost_ = false;
+  bool start_is_given_ = false;
+  estimation::EstimatorStatus
+      status_;  // at the newest keyframe: making it up is not for each reading
+  estimation::EstimatorStatus told_;
+
+  Publisher<Odometry> odometry_publisher_;
+  Publisher<State> state_publisher_;
+  Publisher<Transforms> tf_publisher_;
+  Publisher<Pose> hint_publisher_;
+  Subscription<Imu> imu_subscription_;
+  Subscription<Fix> fix_subscription_;
+  Subscription<Odometer> odometer_subscription_;
+  Subscription<Pose> rack_pose_subscription_;
+  Subscription<RackState> rack_state_subscription_;
+  Subscription<Weld> weld_subscription_;
+  Subscription<Pose> initial_pose_subscription_;
+  std::shared_ptr<Timer> silence_timer_;
+};
+
+}  // namespace pipescout

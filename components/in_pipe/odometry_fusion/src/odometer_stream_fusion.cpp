@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/odometry_fusion/odometer_stream_fusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/odometry_fusion/conversions.hpp"
+#include "pipescout/odometry_fusion/readings_checks.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using odometry::OdometerHealth;
+using odometry::OdometerKind;
+using odometry::OdometerStreamParameters;
+using odometry::SampleOutcome;
+using odometry::SpacingOutcome;
+using odometry::WeldCalibrationParameters;
+
+constexpr FloatingPointRange kPositive{1e-9, 1e6};
+constexpr FloatingPointRange kNotNegative{0.0, 1e6};
+
+OdometerKind kind(const std::string& name) {
+  if (name == "absolute") {
+    return OdometerKind::kAbsolute;
+  }
+  if (name == "increment") {
+    return OdometerKind::kIncrement;
+  }
+  throw std::invalid_argument("kinds: '" + name + "' must be 'absolute' or 'increment'");
+}
+
+/// Gives each odometer its entry of a list that is either empty or as long as there are odometers.
+template <class Value, class Assign>
+void assign_each(const char* parameter, const std::vector<Value>& values,
+                 std::vector<odometry::OdometerParameters>& odometers, Assign assign) {
+  if (values.empty()) {
+    return;
+  }
+  if (values.size() != odometers.size()) {
+    throw std::invalid_argument("parameter '" + std::string(parameter) + "' has " +
+                                std::to_string(values.size()) + " values for " +
+                                std::to_string(odometers.size()) + " odometers");
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    assign(odometers[i], values[i]);
+  }
+}
+
+}  // namespace
+
+OdometerStreamFusion::OdometerStreamFusion(ComponentOptions options)
+    : Component(std::move(options)) {
+  declare_stream_parameters();
+  declare_calibration_parameters();
+  declare_message_parameters();
+}
+
+OdometerStreamFusion::~OdometerStreamFusion() {
+  close();
+}
+
+void OdometerStreamFusion::declare_stream_parameters() {
+  const OdometerStreamParameters defaults;
+  const odometry::OdometerParameters odometer;
+  odometers_ = parameters().declare<std::vector<std::string>>(
+      "odometers", {},
+      {.description = "names of the odometers as in the readings",
+       .additional_constraints = "2 to 16 different names"});
+  kinds_ = parameters().declare<std::vector<std::string>>(
+      "kinds", {},
+      {.description = "one per odometer: 'absolute', its values count from anywhere, or "
+                      "'increment', since its value before; empty: all absolute"});
+  resolutions_ = parameters().declare<std::vector<double>>(
+      "resolutions", {},
+      {.description =
+           "m per count, one per odometer; empty: " + std::to_string(odometer.resolution),
+       .floating_point_range = kPositive});
+  sigmas_ = parameters().declare<std::vector<double>>(
+      "sigmas_per_sqrt_metre", {},
+      {.description = "m per square root of metre, one per odometer: standard deviation of its "
+                      "error over the path; empty: that of the paper",
+       .floating_point_range = kPositive});
+  wraps_ = parameters().declare<std::vector<double>>(
+      "wraps", {},
+      {.description = "m, one per odometer: range after which its counter starts again, 0: never; "
+                      "empty: never",
+       .floating_point_range = kNotNegative});
+  epsilon_ = parameters().declare<double>(
+      "epsilon", defaults.consensus.epsilon,
+      {.description = "largest confidence distance at which one odometer still supports another",
+       .additional_constraints = "neither 0 nor 1",
+       .floating_point_range = FloatingPointRange{0.0, 1.0}});
+  estimate_sigmas_ = parameters().declare<bool>(
+      "estimate_sigmas", false,
+      {.description = "estimate sigmas_per_sqrt_metre from the residuals of the last windows"});
+  tick_period_ = parameters().declare<double>(
+      "tick_period", defaults.tick_period,
+      {.description = "s, between two fused distances", .floating_point_range = kPositive});
+  window_distance_ =
+      parameters().declare<double>("window_distance", defaults.window_distance,
+                                   {.description = "m, path after which the distance is anchored",
+                                    .floating_point_range = kPositive});
+  lookback_windows_ = parameters().declare<int>(
+      "lookback_windows", static_cast<int>(defaults.lookback_windows),
+      {.description = "windows over which a slip that is too small for one of them is found, and "
+                      "then taken out; 0: none",
+       .integer_range = IntegerRange{0, 16}});
+  maximum_delay_ = parameters().declare<double>(
+      "maximum_delay", defaults.maximum_delay,
+      {.description = "s, a fused distance waits so long for late odometers",
+       .floating_point_range = kNotNegative});
+  maximum_gap_ = parameters().declare<double>(
+      "maximum_gap", defaults.maximum_gap,
+      {.description = "s, longer ones between two readings are not bridged",
+       .floating_point_range = kPositive});
+  silent_after_ = parameters().declare<double>(
+      "silent_after", defaults.silent_after,
+      {.description = "s without readings after which an odometer is silent",
+       .floating_point_range = kPositive});
+  maximum_speed_ = parameters().declare<double>(
+      "maximum_speed", defaults.maximum_speed,
+      {.description = "m/s, faster is a fault of the counter", .floating_point_range = kPositive});
+  common_sigma_ = parameters().declare<double>(
+      "common_sigma_per_sqrt_metre", defaults.common_sigma_per_sqrt_metre,
+      {.description = "m per square root of metre, of errors that all odometers share",
+       .floating_point_range = kNotNegative});
+  common_scale_sigma_ = parameters().declare<double>(
+      "common_scale_sigma", defaults.common_scale_sigma,
+      {.description = "standard deviation of a scale that all odometers share",
+       .floating_point_range = FloatingPointRange{0.0, 1.0}});
+  worn_tolerance_ = parameters().declare<double>(
+      "worn_tolerance", defaults.health.worn_tolerance,
+      {.description = "an odometer is worn when its scale is off by more than this share",
+       .floating_point_range = FloatingPointRange{1e-6, 0.499}});
+}
+
+void OdometerStreamFusion::declare_calibration_parameters() {
+  const WeldCalibrationParameters defaults;
+  calibrate_ = parameters().declare<bool>(
+      "calibrate", true,
+      {.description = "learn the scales of the odometers from the distances between welds"});
+  calibration_scale_sigma_ = parameters().declare<double>(
+      "calibration.scale_standard_deviation", defaults.calibration.initial_scale_standard_deviation,
+      {.description = "how far a scale may be from 1 at the start",
+       .floating_point_range = FloatingPointRange{1e-6, 0.5}});
+  calibration_offset_sigma_ = parameters().declare<double>(
+      "calibration.offset_standard_deviation",
+      defaults.calibration.initial_offset_standard_deviation,
+      {.description = "m per joint, of an offset that every joint adds; 0: there is none",
+       .floating_point_range = kNotNegative});
+  calibration_scale_drift_ =
+      parameters().declare<double>("calibration.scale_drift", defaults.calibration.scale_drift,
+                                   {.description = "variance of a scale per metre, by wear",
+                                    .floating_point_range = FloatingPointRange{0.0, 1e-4}});
+  least_weld_probability_ = parameters().declare<double>(
+      "calibration.least_weld_probability", 0.99,
+      {.description = "welds that are less certain to be the one they are taken for teach nothing",
+       .floating_point_range = FloatingPointRange{0.0, 1.0}});
+}
+
+void OdometerStreamFusion::declare_message_parameters() {
+  maximum_age_ = parameters().declare<double>(
+      "maximum_age", 1.0,
+      {.description = "s, readings with an older stamp are counted as stale; 0: any age is right",
+       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
+  maximum_lead_ = parameters().declare<double>(
+      "maximum_lead", 0.1,
+      {.description = "s, readings with a stamp further ahead of the clock are counted",
+       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
+  wait_for_subscribers_ = parameters().declare<int>(
+      "wait_for_subscribers", 0,
+      {.description = "readings are not subscribed to before so many subscriptions of "
+                      "odometer/fused are matched",
+       .integer_range = IntegerRange{0, 1000}});
+}
+
+OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
+  OdometerStreamParameters result;
+  result.odometers.resize(odometers_.share()->size());
+  assign_each("kinds", *kinds_.share(), result.odometers,
+              [](auto& odometer, const std::string& name) { odometer.kind = kind(name); });
+  assign_each("resolutions", *resolutions_.share(), result.odometers,
+              [](auto& odometer, double value) { odometer.resolution = value; });
+  assign_each("sigmas_per_sqrt_metre", *sigmas_.share(), result.odometers,
+              [](auto& odometer, double value) { odometer.sigma_per_sqrt_metre = value; });
+  assign_each("wraps", *wraps_.share(), result.odometers,
+              [](auto& odometer, double value) { odometer.wrap = value; });
+  result.consensus.epsilon = epsilon_.get();
+  result.sigma_source =
+      estimate_sigmas_.get() ? odometry::SigmaSource::kResiduals : odometry::SigmaSource::kGiven;
+  result.tick_period = tick_period_.get();
+  result.window_distance = window_distance_.get();
+  result.lookback_windows = static_cast<std::size_t>(lookback_windows_.get());
+  result.maximum_delay = maximum_delay_.get();
+  result.maximum_gap = maximum_gap_.get();
+  result.silent_after = silent_after_.get();
+  result.maximum_speed = maximum_speed_.get();
+  result.common_sigma_per_sqrt_metre = common_sigma_.get();
+  result.common_scale_sigma = common_scale_sigma_.get();
+  result.health.worn_tolerance = worn_tolerance_.get();
+  return result;
+}
+
+WeldCalibrationParameters OdometerStreamFusion::calibration_parameters() const {
+  WeldCalibrationParameters result;
+  result.calibration.initial_scale_standard_deviation = calibration_scale_sigma_.get();
+  result.calibration.initial_offset_standard_deviation = calibration_offset_sigma_.get();
+  result.calibration.scale_drift = calibration_scale_drift_.get();
+  result.worn_tolerance = worn_tolerance_.get();
+  return result;
+}
+
+CallbackReturn OdometerStreamFusion::on_configure() {
+  settings_ = {
+      .names = odometers_.get(),
+      .stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()},
+      .maximum_gap = maximum_gap_.get(),
+      .silent_after = silent_after_.get(),
+      .least_weld_probability = least_weld_probability_.get(),
+      .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
+      .calibrate = calibrate_.get()};
+  if (std::set<std::string>(settings_.names.begin(), settings_.names.end()).size() !=
+      settings_.names.size()) {
+    throw std::invalid_argument("parameter 'odometers' has a name twice");
+  }
+  stream_.emplace(stream_parameters());
+  calibration_.emplace(calibration_parameters(), settings_.names.size());
+  origin_.reset();
+  last_stamp_.reset();
+  leap_.reset();
+  published_tick_ = 0;
+  heard_ = true;
+  health_.fill(OdometerHealth::kOk);
+
+  publisher_ = create_publisher(
+      topics::kOdometerFused,
+      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  if (settings_.calibrate) {
+    weld_subscription_ =
+        create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });
+  }
+  silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
+    if (readings_subscription_ && !std::exchange(heard_, false)) {
+      report_fault("readings.silent", "no readings of any odometer for " +
+                                          std::to_string(settings_.silent_after) + " s");
+    }
+  });
+  subscribe_if_heard(publisher_.subscription_count());
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn OdometerStreamFusion::on_cleanup() {
+  silence_timer_.reset();
+  readings_subscription_ = {};
+  weld_subscription_ = {};
+  publisher_ = {};
+  calibration_.reset();
+  stream_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+/// See `OdometryFusion::subscribe_if_heard`.
+void OdometerStreamFusion::subscribe_if_heard(std::size_t subscriptions) {
+  if (publisher_ && !readings_subscription_ && subscriptions >= settings_.wait_for_subscribers) {
+    readings_subscription_ = create_subscription(
+        topics::kOdometerReadings, [this](const Readings& message) { on_readings(message); });
+  }
+}
+
+void OdometerStreamFusion::on_readings(const Readings& message) {
+  heard_ = true;
+  if (const auto fault = find_fault(message, 1)) {
+    report_fault(fault->counter, fault->text);
+    diagnostics().count("readings.refused");
+    return;
+  }
+  const Time stamp = from_message(message.header().stamp());
+  // The stream follows the stamps whatever the clock says; whoever uses the result sees them too.
+  if (const auto fault = settings_.stamp_limits.find_fault("readings", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+  }
+  if (!follows(stamp)) {
+    report_fault("readings.header.stamp.leap",
+                 "readings have a stamp far from those before; the next ones decide");
+    return;
+  }
+  if (!origin_) {
+    origin_ = stamp;
+  }
+  frame_id_ = message.header().frame_id();
+  for (std::size_t k = 0; k < message.name().size(); ++k) {
+    const auto place = std::find(settings_.names.begin(), settings_.names.end(), message.name()[k]);
+    if (place == settings_.names.end()) {
+      report_fault("readings.name.unexpected", "readings of '" + message.name()[k] +
+                                                   "', which parameter 'odometers' does not have");
+      continue;
+    }
+    const auto result =
+        stream_->push({.odometer = static_cast<std::size_t>(place - settings_.names.begin()),
+                       .time = stream_time(stamp),
+                       .value = message.distance()[k],
+                       .valid = message.valid()[k]});
+    report_outcome(result.outcome, message.name()[k]);
+    if (result.ticks > 0) {
+      calibration_->record(stream_->state());
+      publish_state();
+    }
+  }
+}
+
+/// The stream follows a leap of time that two odometers agree on, and all odometers of one message
+/// agree on its stamp. So here a leap takes two messages in a row.
+bool OdometerStreamFusion::follows(Time stamp) {
+  const auto is_near = [&](const std::optional<Time>& other) {
+    return other && std::abs(to_seconds(stamp - *other)) <= settings_.maximum_gap;
+  };
+  if (last_stamp_ && !is_near(last_stamp_) && !is_near(leap_)) {
+    leap_ = stamp;
+    return false;
+  }
+  last_stamp_ = stamp;
+  leap_.reset();
+  return true;
+}
+
+void OdometerStreamFusion::report_outcome(SampleOutcome outcome, const std::string& odometer) {
+  const std::string name = "odometer '" + odometer + "'";
+  switch (outcome) {
+    case SampleOutcome::kAccepted:
+    case SampleOutcome::kUnknownOdometer:  // sorted out before
+      break;
+    case SampleOutcome::kMarkedInvalid:
+      report_fault("readings.valid.false", name + " is marked invalid");
+      break;
+    case SampleOutcome::kNotANumber:
+      report_fault("readings.distance.not_a_number",
+                   "the distance of " + name + " is no finite number");
+      break;
+    case SampleOutcome::kDuplicateStamp:
+    case SampleOutcome::kOutOfOrder:
+      report_fault("readings.header.stamp.not_increasing",
+                   "the stamp of " + name + " is not later than that of its reading before");
+      break;
+    case SampleOutcome::kBadStamp:
+    case SampleOutcome::kStampLeap:
+      report_fault("readings.header.stamp.leap",
+                   "the stamp of " + name + " is far from all others, and not confirmed yet");
+      break;
+    case SampleOutcome::kImplausible:
+      report_fault("readings.distance.implausible",
+                   name + " went faster than parameter 'maximum_speed'");
+      break;
+  }
+}
+
+void OdometerStreamFusion::publish_state() {
+  const odometry::FusedStream& state = stream_->state();
+  if (state.status == odometry::StreamStatus::kWaiting || state.tick == published_tick_) {
+    return;
+  }
+  published_tick_ = state.tick;
+  auto message = std::make_unique<Fused>(to_message(state, settings_.names));
+  for (std::size_t i = 0; i < settings_.names.size(); ++i) {
+    // The stream measures wear against the others, from one calibration to the next.
+    if (state.odometers[i].health == OdometerHealth::kOk && calibration_->is_worn(i)) {
+      message->health()[i] = pipescout_msgs::msg::FusedOdometer_Constants::HEALTH_WORN;
+    }
+  }
+  message->header().stamp(to_message(*origin_ + from_seconds(state.time)));
+  message->header().frame_id(frame_id_);
+  if (state.status == odometry::StreamStatus::kNoConsensus) {
+    report_fault("no_consensus", "no group of odometers agrees; their median goes on");
+  } else if (state.status == odometry::StreamStatus::kNoData) {
+    report_fault("no_data", "no odometer has a value; the last speed goes on");
+  }
+  report_health();
+  publisher_.publish(std::move(message));
+}
+
+void OdometerStreamFusion::report_health() {
+  for (std::size_t i = 0; i < settings_.names.size(); ++i) {
+    const OdometerHealth now = stream_->state().odometers[i].health;
+    if (now == health_[i]) {
+      continue;
+    }
+    health_[i] = now;
+    const std::string text = "odometer '" + settings_.names[i] + "': " + odometry::to_string(now);
+    if (now == OdometerHealth::kOk) {
+      logger().info(text);
+    } else {
+      logger().warn(text);
+    }
+  }
+}
+
+void OdometerStreamFusion::on_weld(const Weld& message) {
+  if (!origin_ || message.weld() < 0 || std::isnan(message.spacing())) {
+    return;  // not known which weld it is, or the first one that is
+  }
+  if (!(message.weld_probability() >= settings_.least_weld_probability)) {
+    return;
+  }
+  const SpacingOutcome outcome =
+      calibration_->observe({.from = stream_time(from_message(message.spacing_since())),
+                             .to = stream_time(from_message(message.header().stamp())),
+                             .length = message.spacing(),
+                             .standard_deviation = message.spacing_standard_deviation(),
+                             .joints = message.spacing_joints()},
+                            *stream_);
+  switch (outcome) {
+    case SpacingOutcome::kUsed:
+    case SpacingOutcome::kSeveralJoints:
+      break;
+    case SpacingOutcome::kBadValue:
+      report_fault("weld.spacing.bad_value",
+                   "the distance between two welds, its standard deviation or their stamps make no "
+                   "sense");
+      break;
+    case SpacingOutcome::kTooOld:
+      report_fault("weld.spacing.unknown_time",
+                   "a weld was passed at a time that the odometers do not know");
+      break;
+  }
+}
+
+double OdometerStreamFusion::stream_time(Time stamp) const {
+  return to_seconds(stamp - *origin_);
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::OdometerStreamFusion)

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_inspector/inspector_settings.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/mounting_parameters.hpp"
+#include "pipescout/thermal/parameter_doubts.hpp"
+#include "pipescout/thermal_parameters/named_values.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using thermal::ObjectParameters;
+
+constexpr FloatingPointRange kSeconds{0.0, 86400.0};
+constexpr FloatingPointRange kPositive{1e-9, 1e6};
+constexpr FloatingPointRange kDeviation{0.0, 1e4};
+
+}  // namespace
+
+InspectorParameters::InspectorParameters(Parameters& parameters)
+    : parameters_(&parameters),
+      detection_(parameters),
+      deviations_(parameters, thermal::ParameterDeviations{}),
+      mount_(parameters),
+      findings_(parameters) {
+  declare_deviations();
+  declare_archive(parameters);
+  declare_messages(parameters);
+}
+
+void InspectorParameters::declare_deviations() {
+  deviations_.real(
+      "deviations.emissivity", [](auto& d) -> double& { return d.emissivity; }, {0, 1},
+      "of object.emissivity, standard");
+  deviations_.real(
+      "deviations.reflected_temperature",
+      [](auto& d) -> double& { return d.reflected_temperature; }, kDeviation,
+      "K, of object.reflected_temperature, standard");
+  deviations_.real(
+      "deviations.distance", [](auto& d) -> double& { return d.distance; }, kDeviation,
+      "m, of object.distance, standard");
+  deviations_.real(
+      "deviations.atmospheric_temperature",
+      [](auto& d) -> double& { return d.atmospheric_temperature; }, kDeviation,
+      "K, of object.atmospheric_temperature, standard");
+  deviations_.real(
+      "deviations.relative_humidity", [](auto& d) -> double& { return d.relative_humidity; },
+      {0, 1}, "of object.relative_humidity, standard");
+  deviations_.real(
+      "deviations.window_temperature", [](auto& d) -> double& { return d.window_temperature; },
+      kDeviation, "K, of object.window_temperature, standard");
+  deviations_.real(
+      "deviations.window_transmission", [](auto& d) -> double& { return d.window_transmission; },
+      {0, 1}, "of object.window_transmission, standard");
+}
+
+void InspectorParameters::declare_archive(Parameters& parameters) {
+  store_ = parameters.declare<std::string>(
+      "store", "",
+      {.description = "SQLite file of the findings of all days; empty: they are forgotten"});
+  report_folder_ = parameters.declare<std::string>(
+      "report_folder", "",
+      {.description = "gets report.html, leaks.geojson, leaks.kml and leaks.csv when the component "
+                      "is deactivated; empty: no report"});
+  pictures_folder_ = parameters.declare<std::string>(
+      "pictures_folder", "",
+      {.description =
+           "gets the pictures as they came, where they were taken and the parameters, for "
+           "`pipescout inspect leaks`; made, or empty; empty name: no pictures are kept"});
+  weather_ = parameters.declare<std::string>(
+      "weather", "", {.description = "as the operator saw it, for the log"});
+  datum_ = parameters.declare<std::vector<double>>(
+      "datum", {},
+      {.description = "latitude and longitude in degrees and altitude in m of the origin of the "
+                      "map, for maps; empty: not known"});
+}
+
+void InspectorParameters::declare_messages(Parameters& parameters) {
+  map_frame_ =
+      parameters.declare<std::string>("map_frame", "map", {.description = "frame of findings"});
+  maximum_age_ = parameters.declare<double>(
+      "maximum_age", 2.0,
+      {.description = "s, pictures with an older stamp are refused; 0: any age is right",
+       .floating_point_range = kSeconds});
+  maximum_lead_ = parameters.declare<double>(
+      "maximum_lead", 0.1,
+      {.description = "s, messages with a stamp further ahead of the clock are refused",
+       .floating_point_range = kSeconds});
+  silent_after_ =
+      parameters.declare<double>("silent_after", 2.0,
+                                 {.description = "s without a picture, after which that is counted",
+                                  .floating_point_range = kPositive});
+}
+
+std::optional<geometry::GeodeticPosition> InspectorParameters::datum() const {
+  const auto values = three(datum_);
+  if (!values) {
+    return std::nullopt;
+  }
+  const geometry::GeodeticPosition result{values->x(), values->y(), values->z()};
+  naming(datum_, [&] { result.validate(); });
+  return result;
+}
+
+ConditionRecord InspectorParameters::conditions() const {
+  const ObjectParameters object = detection_.object();
+  std::ostringstream text;
+  text << "emissivity " << object.emissivity << ", reflected " << object.reflected_temperature
+       << " degC, distance " << object.distance << " m, air " << object.atmospheric_temperature
+       << " degC, relative humidity " << object.relative_humidity << ", window "
+       << object.window_temperature << " degC, its transmission " << object.window_transmission;
+  std::string doubts;
+  if (const auto constants = detection_.camera_constants()) {
+    for (const thermal::Doubt& doubt : thermal::doubts(*constants, object)) {
+      doubts += (doubts.empty() ? "" : "\n") + to_string(doubt);
+    }
+  }
+  return {.source = std::string(topics::kThermalImage.name),
+          .parameters = text.str(),
+          .weather = weather_.get(),
+          .calibration = detection_.calibration_text(),
+          .doubts = doubts};
+}
+
+ThermalSettings InspectorParameters::thermal_settings() const {
+  ThermalSettings result;
+  result.object = ObjectChanges::to(detection_.object());
+  result.deviations = deviations_.read();
+  if (const auto camera = detection_.camera_constants()) {
+    result.planck = camera->planck;
+  }
+  if (const auto linear = detection_.linear(); !linear.empty()) {
+    result.scale = {.gain = linear[0], .offset = linear[1]};
+  }
+  if (const auto grey = detection_.grey_range(); !grey.empty()) {
+    result.grey = {.black = grey[0], .white = grey[1]};
+  }
+  return result;
+}
+
+SurveySettings InspectorParameters::survey_settings(const InspectorSettings& settings) const {
+  SurveySettings result;
+  result.preset = thermal::detector_preset(parameters_->get("preset").get<std::string>()).value();
+  result.parameters = survey_parameters(*parameters_);
+  result.detector = settings.detection.detector;
+  result.findings = settings.findings;
+  result.datum = settings.datum;
+  result.weather = weather_.get();
+  return result;
+}
+
+InspectorSettings InspectorParameters::read() const {
+  InspectorSettings result;
+  result.map_frame = map_frame_.get();
+  result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
+  result.silent_after = silent_after_.get();
+  result.detection = detection_.read();
+  if (const auto camera = detection_.camera_constants()) {
+    result.errors.emplace(thermal::Radiometry(*camera, detection_.object()), deviations_.read());
+  }
+  result.findings = findings_.read(result.detection.detector);
+  result.findings.T_base_camera = mount_.T_base_camera();
+  result.mount = mount_.read();
+  result.store = store_.get();
+  result.report_folder = report_folder_.get();
+  result.pictures_folder = pictures_folder_.get();
+  result.datum = datum();
+  result.thermal_settings = thermal_settings();
+  result.survey_settings = survey_settings(result);
+  result.conditions = conditions();
+  return result;
+}
+
+}  // namespace pipescout

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/leak_inspector/leak_inspector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "leak_messages.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/leak_store/findings_archive.hpp"
+#include "pipescout/leak_store/leak_exports.hpp"
+#include "pipescout/leak_survey/picture_recording.hpp"
+#include "pipescout/message_conversions/camera.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using leak_findings::EventKind;
+using leak_findings::Finding;
+using leak_findings::FramePose;
+using leak_findings::FrameResult;
+using leak_findings::InputFault;
+using thermal::Detections;
+using thermal::FrameFault;
+
+constexpr std::size_t kOdometryHistory = 2000;
+/// s over which odometry is interpolated, and moved on beyond its last message.
+constexpr double kOdometryReach = 0.2;
+/// m, between places of the robot that the report shows.
+constexpr double kTrackStep = 1.0;
+
+/// degC of a picture; `buffer` is used where it is none of degC itself.
+thermal::TemperatureView temperatures(const ThermalImageReader::View& picture,
+                                      std::span<const float> celsius, std::vector<float>& buffer) {
+  return std::visit(
+      [&](const auto& image) -> thermal::TemperatureView {
+        if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
+          return image;
+        } else {
+          buffer.clear();
+          for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+              const std::size_t value = image(x, y);
+              buffer.push_back(value < celsius.size() ? celsius[value]
+                                                      : std::numeric_limits<float>::quiet_NaN());
+            }
+          }
+          return {buffer.data(), image.width, image.height, image.width};
+        }
+      },
+      picture);
+}
+
+}  // namespace
+
+LeakInspector::LeakInspector(ComponentOptions options)
+    : Component(std::move(options)), declared_(parameters()) {}
+
+LeakInspector::~LeakInspector() {
+  close();
+}
+
+CallbackReturn LeakInspector::on_configure() {
+  settings_ = declared_.read();
+  detector_.emplace(settings_->detection.detector);
+  odometry_.emplace(kOdometryHistory, kOdometryReach);
+  camera_.reset();
+  calibration_.reset();
+  findings_.reset();
+  archive_ = std::make_unique<FindingsArchive>(settings_->store, settings_->report_folder);
+  recording_.reset();
+  if (!settings_->pictures_folder.empty()) {
+    recording_ = std::make_unique<PictureRecording>(
+        settings_->pictures_folder, settings_->thermal_settings, settings_->survey_settings);
+  }
+  track_.clear();
+  ConditionRecord conditions = settings_->conditions;
+  conditions.time = to_seconds(now().time_since_epoch());
+  archive_->log(conditions);
+  frame_ = 0;
+  with_pipe_ = 0;
+  failed_ = 0;
+  image_heard_ = true;
+
+  detections_publisher_ = create_publisher(topics::kLeakDetections);
+  event_publisher_ = create_publisher(topics::kLeakEvents);
+  // Best effort hears every camera driver, reliable ones included.
+  image_subscription_ =
+      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
+                                 [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription<CameraInfo>(
+      topics::kThermalCameraInfo.name, QoS::sensor_data(),
+      [this](const CameraInfo& message) { on_camera_info(message); });
+  odometry_subscription_ = create_subscription(
+      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  if (settings_->mount.moves()) {
+    tf_subscription_ =
+        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
+  }
+  silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
+    if (!std::exchange(image_heard_, false)) {
+      report_fault("image.silent",
+                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+    }
+  });
+  counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn LeakInspector::on_deactivate() {
+  if (findings_) {
+    try_to_keep([this] {
+      for (const Finding& finding : findings_->findings()) {
+        archive_->save(finding);
+      }
+      LeakReport report;
+      report.title = "Leaks";
+      report.made =
+          iso_time(to_seconds(now().time_since_epoch())) + ", by " + node_name().fully_qualified();
+      report.pipes = settings_->findings.lines;
+      report.track = track_;
+      report.datum = settings_->datum;
+      report.pictures_read = frame_;
+      report.pictures_failed = failed_;
+      archive_->write_report(findings_->findings(), std::move(report));
+    });
+  }
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn LeakInspector::on_cleanup() {
+  silence_timer_.reset();
+  counts_timer_.reset();
+  image_subscription_ = {};
+  camera_info_subscription_ = {};
+  odometry_subscription_ = {};
+  tf_subscription_ = {};
+  detections_publisher_ = {};
+  event_publisher_ = {};
+  findings_.reset();
+  archive_.reset();
+  recording_.reset();
+  detector_.reset();
+  odometry_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+void LeakInspector::on_camera_info(const CameraInfo& message) {
+  if (calibration_ && same_calibration(*calibration_, message)) {
+    return;
+  }
+  try {
+    camera_.emplace(from_message(message));
+  } catch (const std::invalid_argument& error) {
+    report_fault("camera_info.refused", std::string("calibration refused: ") + error.what());
+    return;
+  }
+  leak_findings::LeakFindings anew(settings_->findings, *camera_);
+  if (findings_) {
+    report_fault("camera_info.changed",
+                 "the calibration has changed: leaks that are not raised yet start again" +
+                     std::string(recording_ ? ", and no more pictures are kept" : ""));
+    recording_.reset();  // is of one camera
+    anew.restore(findings_->findings());
+  } else {
+    try_to_keep([&] {
+      const std::vector<Finding> known = archive_->known();
+      if (const std::size_t taken = anew.restore(known); taken > 0) {
+        logger().info(std::to_string(taken) + " findings are known from before");
+      }
+    });
+  }
+  findings_.emplace(std::move(anew));
+  calibration_ = message;
+}
+
+void LeakInspector::on_odometry(const Odometry& message) {
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    if (fault->in_future) {
+      return;
+    }
+  }
+  if (message.header().frame_id() != settings_->map_frame) {
+    report_fault("odometry.header.frame_id", "odometry is in frame '" +
+                                                 message.header().frame_id() + "', not in '" +
+                                                 settings_->map_frame + "'");
+    return;
+  }
+  OdometryHistory::Entry entry;
+  try {
+    entry = odometry_entry(message);
+    entry.covariance = covariance_from_message(message.pose().covariance());
+  } catch (const std::invalid_argument& error) {
+    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
+    return;
+  }
+  if (!odometry_->add(entry)) {
+    report_fault("odometry.header.stamp.not_increasing",
+                 "odometry has a stamp that is not later than that of the one before");
+    return;
+  }
+  const Eigen::Vector2d place = entry.T_odom_base.translation().head<2>();
+  if (track_.empty() || (place - track_.back()).norm() >= kTrackStep) {
+    track_.push_back(place);
+  }
+}
+
+void LeakInspector::on_tf(const TFMessage& message) {
+  try {
+    settings_->mount.add(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
+  }
+}
+
+std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
+  const auto T_map_base = odometry_->at(stamp);
+  const auto covariance = odometry_->covariance_at(stamp);
+  if (!T_map_base || !covariance) {
+    return std::nullopt;
+  }
+  return FramePose{.T_map_base = *T_map_base, .covariance = *covariance};
+}
+
+void LeakInspector::on_image(const Image& message) {
+  image_heard_ = true;
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    return;
+  }
+  ThermalImageReader::View picture;
+  try {
+    picture = reader_.read(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("image.refused", std::string("picture refused: ") + error.what());
+    return;
+  }
+  std::span<const float> celsius;
+  try {
+    celsius = settings_->detection.celsius_of(picture);
+  } catch (const UndescribedPicture& error) {
+    report_fault(error.counter(), error.what());
+    return;
+  }
+  ++frame_;
+  const std::optional<geometry::SE3> T_base_camera = settings_->mount.T_base_camera(stamp);
+  if (!T_base_camera) {
+    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+  }
+  const leak_findings::Frame frame{.time = to_seconds(stamp.time_since_epoch()),
+                                   .number = frame_,
+                                   .pose = T_base_camera ? pose_at(stamp) : std::nullopt,
+                                   .T_base_camera = T_base_camera};
+  thermal::FrameConditions circumstances =
+      findings_ ? findings_->conditions(frame) : thermal::FrameConditions{};
+  if (std::holds_alternative<thermal::CountView>(picture)) {
+    circumstances.errors = settings_->errors;
+  }
+  const Detections& detections = detect(*detector_, picture, celsius, circumstances);
+  if (detections.fault != FrameFault::kNone) {
+    ++failed_;
+    report_fault("image." + std::string(to_string(detections.fault)),
+                 "nothing can be detected in a picture of " + std::to_string(message.width()) +
+                     " x " + std::to_string(message.height()) + ": " +
+                     std::string(to_string(detections.fault)));
+  }
+  with_pipe_ += detections.pipes.empty() ? 0 : 1;
+
+  std::span<const std::uint64_t> finding_of;
+  if (!findings_) {
+    report_fault("camera_info.missing",
+                 "pictures come without a calibration on thermal/camera_info: leaks have no place");
+  } else {
+    const FrameResult& result = findings_->update(frame, detections);
+    // A picture without detections is told above.
+    if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
+      report_fault("findings." + std::string(to_string(result.fault)),
+                   "a picture is of less use to findings: " + std::string(to_string(result.fault)));
+    }
+    if (result.fault != InputFault::kBadTime) {
+      record(picture, frame);
+    }
+    finding_of = result.finding_of;
+    keep_evidence(result, frame, picture, celsius, detections);
+    for (const leak_findings::Event& event : result.events) {
+      publish(event, message);
+    }
+  }
+  auto told = std::make_unique<pipescout_msgs::msg::LeakDetections>(
+      detections_message(detections, finding_of));
+  told->header(message.header());
+  detections_publisher_.publish(std::move(told));
+}
+
+void LeakInspector::record(const ThermalImageReader::View& picture,
+                           const leak_findings::Frame& frame) {
+  if (!recording_) {
+    return;
+  }
+  try {
+    recording_->add(picture, frame, camera_->parameters());
+  } catch (const std::system_error& error) {
+    report_fault("pictures.failed", std::string("a picture was not kept: ") + error.what());
+  }
+}
+
+void LeakInspector::keep_evidence(const FrameResult& result, const leak_findings::Frame& frame,
+                                  const ThermalImageReader::View& picture,
+                                  std::span<const float> celsius, const Detections& detections) {
+  for (std::size_t leak = 0; leak < result.finding_of.size(); ++leak) {
+    const Finding* const finding = findings_->find(result.finding_of[leak]);
+    if (finding == nullptr || !archive_->wants(*finding, frame.time)) {
+      continue;
+    }
+    const thermal::TemperatureView degrees = temperatures(picture, celsius, temperatures_);
+    archive_->keep(finding->id, make_evidence(degrees, detections, leak,
+                                              settings_->detection.detector.profile, frame.time,
+                                              std::string(topics::kThermalImage.name) + " " +
+                                                  std::to_string(frame.number)));
+  }
+}
+
+void LeakInspector::publish(const leak_findings::Event& event, const Image& picture) {
+  const Finding* const finding = findings_->find(event.finding);
+  if (finding == nullptr) {
+    return;
+  }
+  try_to_keep([&] { archive_->save(*finding); });
+  auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
+  told->header().stamp(picture.header().stamp());
+  told->header().frame_id(settings_->map_frame);
+  told->kind(event_kind(event.kind));
+  told->finding(finding_message(*finding));
+  if (const Evidence* const evidence = archive_->evidence(event.finding)) {
+    told->finding().thumbnail().header(picture.header());
+    told->finding().thumbnail().format("png");
+    told->finding().thumbnail().data(evidence->thumbnail.png);
+  }
+  event_publisher_.publish(std::move(told));
+  if (event.kind == EventKind::kRaised) {
+    logger().warn("leak " + std::to_string(finding->id) +
+                  " raised: " + std::string(to_string(finding->severity)) + ", " +
+                  std::to_string(std::lround(finding->mean_delta)) + " K above the pipe");
+  } else if (event.kind == EventKind::kCleared) {
+    logger().info("leak " + std::to_string(finding->id) + " cleared");
+  }
+}
+
+void LeakInspector::try_to_keep(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const LeakStoreError& error) {
+    report_fault("store.failed", error.what());
+  } catch (const std::system_error& error) {
+    report_fault("report.failed", error.what());
+  }
+}
+
+void LeakInspector::tell_counts() {
+  const auto tell = [this](const char* key, std::uint64_t value) {
+    diagnostics().set_value(key, std::to_string(value));
+  };
+  tell("pictures", frame_);
+  tell("pictures.with_pipe", with_pipe_);
+  if (recording_) {
+    tell("pictures.kept", recording_->pictures());
+  }
+  if (!findings_) {
+    return;
+  }
+  const auto raised = [](const Finding& finding) {
+    return finding.state == leak_findings::FindingState::kRaised;
+  };
+  tell("findings", findings_->findings().size());
+  tell("findings.raised",
+       static_cast<std::uint64_t>(std::ranges::count_if(findings_->findings(), raised)));
+  tell("findings.refused", findings_->counters().findings_refused);
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::LeakInspector)

@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_localizer/rack_localizer.hpp"
+
+#include <array>
+#include <cmath>
+#include <iomanip>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/camera.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/mounting_parameters.hpp"
+#include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/rack_vision/visual_servo.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using geometry::Matrix6d;
+using geometry::SE3;
+using rack_vision::MotionPrediction;
+using rack_vision::RackTrackerResult;
+using rack_vision::TrackStatus;
+namespace state_constants = pipescout_msgs::msg::RackState_Constants;
+
+constexpr FloatingPointRange kPositive{1e-9, 1e6};
+constexpr std::size_t kOdometryHistory = 2000;
+/// s over which odometry is interpolated, and moved on beyond its last message.
+constexpr double kOdometryReach = 0.2;
+
+std::uint8_t to_message(TrackStatus status) {
+  switch (status) {
+    case TrackStatus::kNotStarted:
+      return state_constants::STATUS_NOT_STARTED;
+    case TrackStatus::kTracking:
+      return state_constants::STATUS_TRACKING;
+    case TrackStatus::kLost:
+      return state_constants::STATUS_LOST;
+    case TrackStatus::kCoasting:
+    case TrackStatus::kBadImage:
+    case TrackStatus::kBadStamp:
+      return state_constants::STATUS_BAD_IMAGE;
+  }
+  return state_constants::STATUS_LOST;
+}
+
+Matrix6d diagonal(double position_deviation, double rotation_deviation) {
+  geometry::Vector6d variances;
+  variances << Eigen::Vector3d::Constant(position_deviation * position_deviation),
+      Eigen::Vector3d::Constant(rotation_deviation * rotation_deviation);
+  return variances.asDiagonal();
+}
+
+bool knows_place_better(const Matrix6d& covariance, const Matrix6d& other) {
+  return covariance.diagonal().head<3>().sum() < other.diagonal().head<3>().sum();
+}
+
+}  // namespace
+
+RackLocalizer::RackLocalizer(ComponentOptions options) : Component(std::move(options)) {
+  rack_file_ = parameters().declare<std::string>(
+      "rack", "", {.description = "YAML file with the pipes, see docs/rack_file.md"});
+  frame_id_ = parameters().declare<std::string>(
+      "frame_id", "rack", {.description = "frame of the poses that are published"});
+  declare_start_parameters();
+  declare_tracker_parameters();
+  declare_message_parameters();
+}
+
+RackLocalizer::~RackLocalizer() {
+  close();
+}
+
+void RackLocalizer::declare_start_parameters() {
+  start_position_ = parameters().declare<std::vector<double>>(
+      "start.position", {},
+      {.description = "m, x y z of the camera in the rack frame to start from; empty: from "
+                      "rack/pose_hint or the image"});
+  start_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
+      "start.roll_pitch_yaw", {},
+      {.description = "rad, of the camera's optical frame; empty: looks straight down, the upper "
+                      "border of the image ahead along the flow"});
+  start_position_deviation_ = parameters().declare<double>(
+      "start.position_deviation", 0.05,
+      {.description = "m, of each coordinate of it", .floating_point_range = kPositive});
+  start_rotation_deviation_ = parameters().declare<double>(
+      "start.rotation_deviation", 0.05,
+      {.description = "rad, about each axis", .floating_point_range = kPositive});
+  start_drift_ = parameters().declare<double>(
+      "start.drift", rack_vision::RackLocalizationParameters{}.hover_drift_speed,
+      {.description = "m/s, how fast the camera may drift from where it was said to be, before its "
+                      "first pose is found",
+       .floating_point_range = kPositive});
+  find_first_pose_ = parameters().declare<bool>(
+      "find_first_pose", true,
+      {.description = "look for a pose in the image alone when there is none"});
+  hint_position_ = parameters().declare<std::vector<double>>(
+      "hint.position", {},
+      {.description = "m, x y z near which the image alone is searched for a first pose; empty: "
+                      "unknown. Contours do not show the place along the pipes"});
+  hint_position_deviation_ = parameters().declare<std::vector<double>>(
+      "hint.position_deviation", {},
+      {.description = "m, of each coordinate of it; empty: 1, 1, 1"});
+  hint_heading_ = parameters().declare<std::vector<double>>(
+      "hint.heading", {},
+      {.description = "rad, angle about rack z from rack x to the camera's x axis, and its "
+                      "standard deviation; empty: unknown"});
+  retry_period_ =
+      parameters().declare<double>("retry_period", settings_.retry_period,
+                                   {.description = "s between two attempts to find a pose",
+                                    .floating_point_range = FloatingPointRange{0.0, 3600.0}});
+}
+
+void RackLocalizer::declare_tracker_parameters() {
+  const rack_vision::RackTrackerParameters defaults;
+  samples_per_edge_ = parameters().declare<int>(
+      "samples_per_edge", defaults.samples_per_edge,
+      {.description = "places along each visible edge at which it is searched",
+       .integer_range = IntegerRange{2, 100}});
+  points_per_frame_ =
+      parameters().declare<int>("points_per_frame", defaults.points_per_frame,
+                                {.description = "texture points that are matched in one image",
+                                 .integer_range = IntegerRange{0, 200}});
+  map_capacity_ = parameters().declare<int>(
+      "map_capacity", defaults.map_capacity,
+      {.description = "texture points that are kept", .integer_range = IntegerRange{0, 20000}});
+  estimate_offsets_ =
+      parameters().declare<bool>("estimate_offsets", defaults.estimate_offsets,
+                                 {.description = "estimate where the pipes lie across the rack"});
+  offset_deviation_ = parameters().declare<double>(
+      "offset_deviation", defaults.offset_sigma,
+      {.description = "m, how far a pipe may lie from where the rack file has it",
+       .floating_point_range = kPositive});
+  estimate_intrinsics_ = parameters().declare<bool>(
+      "estimate_intrinsics", defaults.estimate_intrinsics,
+      {.description = "estimate the focal length and the centre of the camera on line"});
+  focal_length_deviation_ = parameters().declare<double>(
+      "focal_length_deviation", defaults.focal_sigma,
+      {.description = "px, how well the calibration knows the focal length",
+       .floating_point_range = kPositive});
+  centre_deviation_ = parameters().declare<double>(
+      "centre_deviation", defaults.centre_sigma,
+      {.description = "px, and each coordinate of the centre", .floating_point_range = kPositive});
+  acceleration_ = parameters().declare<double>(
+      "acceleration", defaults.acceleration_sigma,
+      {.description = "m/s^2, how far the camera may leave constant velocity",
+       .floating_point_range = kPositive});
+  angular_acceleration_ = parameters().declare<double>(
+      "angular_acceleration", defaults.angular_acceleration_sigma,
+      {.description = "rad/s^2, the same for its rotation", .floating_point_range = kPositive});
+}
+
+void RackLocalizer::declare_message_parameters() {
+  camera_position_ = parameters().declare<std::vector<double>>(
+      "camera.position", {},
+      {.description = "m, x y z of the camera in the base frame of odometry; empty: 0 0 0"});
+  camera_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
+      "camera.roll_pitch_yaw", {},
+      {.description = "rad, of the optical frame in the base frame; empty: looks straight down, "
+                      "the upper border of the image forward"});
+  odometry_drift_ = parameters().declare<double>(
+      "odometry.drift", 0.02,
+      {.description = "m per root of a second, error of odometry from image to image",
+       .floating_point_range = kPositive});
+  odometry_rotation_drift_ = parameters().declare<double>(
+      "odometry.rotation_drift", 0.01,
+      {.description = "rad per root of a second, the same for rotation",
+       .floating_point_range = kPositive});
+  maximum_age_ = parameters().declare<double>(
+      "maximum_age", 2.0,
+      {.description = "s, messages with an older stamp are counted as stale, and images refused; "
+                      "0: any age is right",
+       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
+  maximum_lead_ = parameters().declare<double>(
+      "maximum_lead", 0.1,
+      {.description = "s, messages with a stamp further ahead of the clock are refused",
+       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
+  silent_after_ = parameters().declare<double>(
+      "silent_after", 2.0,
+      {.description = "s without an image, after which that is counted",
+       .floating_point_range = kPositive});
+}
+
+rack_vision::RackLocalizationParameters RackLocalizer::localization_parameters() const {
+  rack_vision::RackLocalizationParameters result;
+  result.tracker.samples_per_edge = samples_per_edge_.get();
+  result.tracker.points_per_frame = points_per_frame_.get();
+  result.tracker.map_capacity = map_capacity_.get();
+  result.tracker.estimate_offsets = estimate_offsets_.get();
+  result.tracker.offset_sigma = offset_deviation_.get();
+  result.tracker.estimate_intrinsics = estimate_intrinsics_.get();
+  result.tracker.focal_sigma = focal_length_deviation_.get();
+  result.tracker.centre_sigma = centre_deviation_.get();
+  result.tracker.acceleration_sigma = acceleration_.get();
+  result.tracker.angular_acceleration_sigma = angular_acceleration_.get();
+  result.find_first_pose = find_first_pose_.get();
+  result.retry_period = retry_period_.get();
+  result.hover_drift_speed = start_drift_.get();
+  result.validate();
+  return result;
+}
+
+rack_vision::FirstPoseHint RackLocalizer::hint() const {
+  rack_vision::FirstPoseHint result;
+  if (const auto position = three(hint_position_)) {
+    const Eigen::Vector3d deviation =
+        three(hint_position_deviation_).value_or(Eigen::Vector3d::Ones());
+    result.x = {position->x(), deviation.x()};
+    result.y = {position->y(), deviation.y()};
+    result.z = {position->z(), deviation.z()};
+  }
+  if (const auto& values = hint_heading_.get(); !values.empty()) {
+    if (values.size() != 2) {
+      throw std::invalid_argument(
+          "parameter 'hint.heading' must be empty or two numbers: angle and standard deviation");
+    }
+    result.heading = {values[0], values[1]};
+  }
+  result.validate();
+  return result;
+}
+
+CallbackReturn RackLocalizer::on_configure() {
+  const std::string file = rack_file_.get();
+  if (file.empty()) {
+    throw std::invalid_argument("parameter 'rack' is empty: it must name the rack's YAML file");
+  }
+  model_ = read_rack(file);
+  logger().info(std::to_string(model_.pipes.size()) + " pipes and " +
+                std::to_string(model_.supports.size()) + " supports in " + file);
+  settings_ = localization_parameters();
+  // What does not fit together is told now, not with the first calibration.
+  rack_vision::RackLocalization(model_, geometry::Camera(), settings_).set_hint(hint());
+  T_base_camera_ = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
+  frame_ = frame_id_.get();
+  stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
+  localization_.reset();
+  calibration_.reset();
+  intrinsics_.reset();
+  start_.reset();
+  suggestion_.reset();
+  odometry_.emplace(kOdometryHistory, kOdometryReach);
+  last_image_.reset();
+  last_status_ = TrackStatus::kNotStarted;
+  image_heard_ = true;
+  if (const auto position = three(start_position_)) {
+    const auto angles = three(start_roll_pitch_yaw_);
+    // A base that faces along the flow, which is rack y.
+    const SE3 ahead(geometry::SO3::about_z(M_PI_2), Eigen::Vector3d::Zero());
+    const geometry::SO3 rotation = angles ? geometry::SO3::from_roll_pitch_yaw(*angles)
+                                          : (ahead * rack_vision::downward_camera()).rotation();
+    start_ = Start{SE3(rotation, *position),
+                   diagonal(start_position_deviation_.get(), start_rotation_deviation_.get())};
+  }
+
+  pose_publisher_ = create_publisher(topics::kRackPose);
+  state_publisher_ = create_publisher(topics::kRackState);
+  // Best effort hears every camera driver, reliable ones included.
+  image_subscription_ =
+      create_subscription<Image>(topics::kCameraImage.name, QoS::sensor_data(),
+                                 [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription<CameraInfo>(
+      topics::kCameraInfo.name, QoS::sensor_data(),
+      [this](const CameraInfo& message) { on_camera_info(message); });
+  odometry_subscription_ = create_subscription(
+      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  hint_subscription_ = create_subscription(topics::kRackPoseHint,
+                                           [this](const Pose& message) { on_pose_hint(message); });
+  const double silent_after = silent_after_.get();
+  silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
+    if (!std::exchange(image_heard_, false)) {
+      report_fault("image.silent", "no image for " + std::to_string(silent_after) + " s");
+    }
+  });
+  counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn RackLocalizer::on_cleanup() {
+  silence_timer_.reset();
+  counts_timer_.reset();
+  image_subscription_ = {};
+  camera_info_subscription_ = {};
+  odometry_subscription_ = {};
+  hint_subscription_ = {};
+  pose_publisher_ = {};
+  state_publisher_ = {};
+  localization_.reset();
+  odometry_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+void RackLocalizer::on_camera_info(const CameraInfo& message) {
+  if (calibration_ && same_calibration(*calibration_, message)) {
+    return;
+  }
+  try {
+    const geometry::Camera camera(from_message(message));
+    localization_.emplace(model_, camera, settings_);
+    localization_->set_hint(hint());
+  } catch (const std::invalid_argument& error) {
+    report_fault("camera_info.refused", std::string("calibration refused: ") + error.what());
+    return;
+  }
+  if (calibration_) {
+    report_fault("camera_info.changed", "the calibration has changed: tracking starts again");
+  }
+  calibration_ = message;
+  if (start_) {
+    check_start(localization_->set_pose(start_->T_rack_camera, start_->covariance));
+  }
+  if (suggestion_) {
+    check_start(localization_->suggest_pose(suggestion_->T_rack_camera, suggestion_->covariance));
+  }
+}
+
+void RackLocalizer::check_start(bool usable) {
+  if (!usable) {
+    report_fault("start.refused", "the pose to start from is not usable");
+  }
+}
+
+void RackLocalizer::on_pose_hint(const Pose& message) {
+  if (const auto fault =
+          stamp_limits_.find_fault("pose_hint", from_message(message.header().stamp()), now())) {
+    report_fault(fault->counter, fault->text);
+    return;
+  }
+  if (!message.header().frame_id().empty() && message.header().frame_id() != frame_) {
+    report_fault("pose_hint.header.frame_id", "a pose to start from is in frame '" +
+                                                  message.header().frame_id() + "', not in '" +
+                                                  frame_ + "'");
+    return;
+  }
+  try {
+    const Start suggestion{from_message(message.pose().pose()),
+                           covariance_from_message(message.pose().covariance())};
+    if (localization_) {
+      check_start(localization_->suggest_pose(suggestion.T_rack_camera, suggestion.covariance));
+    } else if (!suggestion_ || knows_place_better(suggestion.covariance, suggestion_->covariance)) {
+      suggestion_ = suggestion;
+    }
+  } catch (const std::invalid_argument& error) {
+    report_fault("pose_hint.refused", std::string("pose to start from refused: ") + error.what());
+  }
+}
+
+void RackLocalizer::on_odometry(const Odometry& message) {
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = stamp_limits_.find_fault("odometry", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    if (fault->in_future) {
+      return;
+    }
+  }
+  OdometryHistory::Entry entry;
+  try {
+    entry = odometry_entry(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
+    return;
+  }
+  if (!odometry_->add(entry)) {
+    report_fault("odometry.header.stamp.not_increasing",
+                 "odometry has a stamp that is not later than that of the one before");
+  }
+}
+
+std::optional<MotionPrediction> RackLocalizer::motion_until(Time stamp) {
+  if (!last_image_ || stamp <= *last_image_) {
+    return std::nullopt;
+  }
+  const auto before = odometry_->at(*last_image_);
+  const auto now_there = odometry_->at(stamp);
+  if (!before || !now_there) {
+    return std::nullopt;
+  }
+  const SE3 motion = T_base_camera_.inverse() * before->inverse() * *now_there * T_base_camera_;
+  const double root = std::sqrt(to_seconds(stamp - *last_image_));
+  return MotionPrediction{
+      motion, diagonal(root * odometry_drift_.get(), root * odometry_rotation_drift_.get())};
+}
+
+void RackLocalizer::on_image(const Image& message) {
+  image_heard_ = true;
+  const Time stamp = from_message(message.header().stamp());
+  if (const auto fault = stamp_limits_.find_fault("image", stamp, now())) {
+    report_fault(fault->counter, fault->text);
+    return;
+  }
+  if (!localization_) {
+    report_fault("camera_info.missing", "images come without a calibration on camera/camera_info");
+    return;
+  }
+  rack_vision::ImageView view;
+  try {
+    view = reader_.read(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("image.refused", std::string("image refused: ") + error.what());
+    return;
+  }
+  const auto& camera = *calibration_;
+  const RackTrackerResult result =
+      localization_->track(view, to_seconds(stamp.time_since_epoch()), motion_until(stamp));
+  if (result.status == TrackStatus::kBadImage) {
+    report_fault("image.unusable", "an image of " + std::to_string(view.width) + " x " +
+                                       std::to_string(view.height) +
+                                       " (calibrated: " + std::to_string(camera.width()) + " x " +
+                                       std::to_string(camera.height()) +
+                                       ") cannot be used: " + std::string(result.reason));
+  } else if (result.status == TrackStatus::kBadStamp) {
+    report_fault("image.header.stamp.not_increasing",
+                 "an image has a stamp that is not later than that of the one before");
+  } else {
+    last_image_ = stamp;
+  }
+  intrinsics_ = result.intrinsics;
+  publish(message, result);
+}
+
+void RackLocalizer::publish(const Image& image, const RackTrackerResult& result) {
+  if (result.status != last_status_) {
+    if (result.status == TrackStatus::kTracking) {
+      logger().info("tracking the rack");
+    } else if (result.status == TrackStatus::kLost) {
+      report_fault("track.lost", "the rack is lost: " + std::string(result.reason));
+    }
+    last_status_ = result.status;
+  }
+  if (result.status == TrackStatus::kTracking) {
+    auto pose = std::make_unique<Pose>();
+    pose->header().stamp(image.header().stamp());
+    pose->header().frame_id(frame_);
+    pose->pose().pose(pipescout::to_message(result.T_rack_camera));
+    pose->pose().covariance(pipescout::to_message(result.covariance));
+    pose_publisher_.publish(std::move(pose));
+  }
+  auto state = std::make_unique<State>();
+  state->header().stamp(image.header().stamp());
+  state->header().frame_id(frame_);
+  state->status(to_message(result.status));
+  state->quality(result.status == TrackStatus::kTracking ? result.quality : 0.0);
+  state->reason(std::string(result.reason));
+  for (std::size_t i = 0; i < model_.pipes.size() && i < result.offsets.size(); ++i) {
+    state->pipe().push_back(model_.pipes[i].name);
+    state->offset().push_back(result.offsets[i]);
+    state->offset_variance().push_back(result.offset_variances[i]);
+    state->offset_observed().push_back(result.offset_observed[i] != 0);
+  }
+  state->inlier_share(result.inlier_share);
+  state->edges(static_cast<std::uint32_t>(result.edges));
+  state->edge_samples(static_cast<std::uint32_t>(result.edge_samples));
+  state->edge_samples_found(static_cast<std::uint32_t>(result.edge_samples_found));
+  state->texture_points(static_cast<std::uint32_t>(result.points));
+  state->texture_points_matched(static_cast<std::uint32_t>(result.points_matched));
+  state->map_points(static_cast<std::uint32_t>(result.map_points));
+  state->along_standard_deviation(std::sqrt(std::max(0.0, result.covariance(1, 1))));
+  state->losses(localization_->tracker().counts().losses);
+  state_publisher_.publish(std::move(state));
+}
+
+void RackLocalizer::tell_counts() {
+  if (!localization_) {
+    return;
+  }
+  const auto tell = [this](const char* key, std::uint64_t value) {
+    diagnostics().set_value(key, std::to_string(value));
+  };
+  const rack_vision::RackTrackerCounts& tracker = localization_->tracker().counts();
+  tell("tracker.images", tracker.images);
+  tell("tracker.losses", tracker.losses);
+  tell("tracker.refused_starts", tracker.refused_starts);
+  tell("tracker.bad_predictions", tracker.bad_predictions);
+  const rack_vision::RackLocalizationCounts& counts = localization_->counts();
+  tell("start.given", counts.given);
+  tell("start.suggested", counts.suggested);
+  tell("start.from_last_pose", counts.from_last_pose);
+  tell("start.from_image", counts.from_image);
+  tell("start.image_ambiguous", counts.image_ambiguous);
+  tell("start.image_unclear", counts.image_unclear);
+  tell("recoveries", counts.recoveries);
+  if (intrinsics_) {
+    static constexpr std::array kNames{"camera.focal_length", "camera.centre_u", "camera.centre_v"};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      std::ostringstream text;
+      text << std::fixed << std::setprecision(2) << intrinsics_->mean(i) << " +- "
+           << std::sqrt(intrinsics_->covariance(i, i)) << " px";
+      diagnostics().set_value(kNames[static_cast<std::size_t>(i)], text.str());
+    }
+  }
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::RackLocalizer)

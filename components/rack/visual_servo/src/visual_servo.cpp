@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/visual_servo/visual_servo.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using rack_vision::CameraPose;
+using rack_vision::PoseVerdict;
+using rack_vision::ServoCommand;
+using rack_vision::ServoState;
+using rack_vision::VisualServoParameters;
+using rack_vision::WayPoint;
+using rack_vision::WayPointMissionParameters;
+using rack_vision::WayPointOutcome;
+using rack_vision::WayPointPath;
+using rack_vision::WayPointPathParameters;
+namespace state_constants = pipescout_msgs::msg::RackState_Constants;
+
+constexpr std::size_t kValuesPerWayPoint = 4;
+/// The clock was set back by more: a simulation that begins again.
+constexpr Duration kNewBeginning = std::chrono::seconds(1);
+
+double seconds(Time time) {
+  return to_seconds(time.time_since_epoch());
+}
+
+/// The values of a parameter that is empty or has three.
+std::optional<Eigen::Vector3d> three(const char* name, const std::vector<double>& values) {
+  if (values.empty()) {
+    return std::nullopt;
+  }
+  if (values.size() != 3) {
+    throw std::invalid_argument("parameter '" + std::string(name) + "' has " +
+                                std::to_string(values.size()) + " values: must be empty or three");
+  }
+  return Eigen::Vector3d(values[0], values[1], values[2]);
+}
+
+CameraPose to_camera_pose(const geometry_msgs::msg::Pose& pose, double time, double quality) {
+  const auto& p = pose.position();
+  const auto& q = pose.orientation();
+  return {.time = time,
+          .position = {p.x(), p.y(), p.z()},
+          .orientation = {q.w(), q.x(), q.y(), q.z()},
+          .quality = quality};
+}
+
+/// What a pose that is not taken counts as.
+const char* counter(PoseVerdict verdict) {
+  switch (verdict) {
+    case PoseVerdict::kNotANumber:
+      return "pose.not_a_number";
+    case PoseVerdict::kNoRotation:
+      return "pose.no_rotation";
+    case PoseVerdict::kFromTheFuture:
+      return "pose.header.stamp.in_future";
+    case PoseVerdict::kStale:
+      return "pose.header.stamp.stale";
+    case PoseVerdict::kOutOfOrder:
+      return "pose.header.stamp.not_increasing";
+    case PoseVerdict::kTaken:
+    case PoseVerdict::kLowQuality:
+      break;
+  }
+  return "pose.low_quality";
+}
+
+}  // namespace
+
+VisualServo::VisualServo(ComponentOptions options) : Component(std::move(options)) {
+  declare_mission_parameters();
+  declare_servo_parameters();
+  declare_safety_parameters();
+}
+
+VisualServo::~VisualServo() {
+  close();
+}
+
+void VisualServo::declare_mission_parameters() {
+  const WayPoint way_point;
+  const WayPointPathParameters path;
+  const WayPointMissionParameters mission;
+  const auto number = [this](const char* name, double value, const char* description) {
+    return parameters().declare<double>(name, value, {.description = description});
+  };
+  way_points_ = parameters().declare<std::vector<double>>(
+      "way_points", {},
+      {.description = "x y z yaw of each, one after the other: m and rad, of base_link in the rack "
+                      "frame"});
+  hold_ = number("hold", way_point.hold, "s, [0, 3600]: stays at each way-point at least so long");
+  path_speed_ = number("path.largest_speed", path.largest_speed,
+                       "m/s, (0, 20]: planned; below largest_speed, so that it can catch up");
+  path_acceleration_ =
+      number("path.largest_acceleration", path.largest_acceleration, "m/s^2, (0, 20]");
+  path_yaw_rate_ = number("path.largest_yaw_rate", path.largest_yaw_rate, "rad/s, (0, 6]");
+  path_yaw_acceleration_ =
+      number("path.largest_yaw_acceleration", path.largest_yaw_acceleration, "rad/s^2, (0, 20]");
+  position_tolerance_ = number("tolerance.position", mission.tolerance.position,
+                               "m, (0, 10]: nearer to a way-point is there");
+  yaw_tolerance_ = number("tolerance.yaw", mission.tolerance.yaw, "rad, (0, pi]: the same");
+  reached_for_ = number("reached_for", mission.reached_for,
+                        "s, [0, 60]: within the tolerance without a break to have reached it");
+  deviations_within_ = number("deviations_within", mission.deviations_within,
+                              "[0, 10]: so many standard deviations of the pose are within the "
+                              "tolerance too; 0: the pose is taken at its word");
+  look_around_ = number("look_around", mission.look_around,
+                        "m, [0, 2]: radius of the rounds that it flies at a way-point while the "
+                        "pose is not known so well; 0: none");
+  patience_ = number("patience", mission.patience,
+                     "s, [0, 3600]: waits so long to reach a way-point before it goes on");
+  largest_lag_ = number("largest_lag", mission.largest_lag,
+                        "m, (0, 100]: the path waits while the robot is farther from it");
+  largest_yaw_lag_ = number("largest_yaw_lag", mission.largest_yaw_lag, "rad, (0, pi]: the same");
+}
+
+void VisualServo::declare_servo_parameters() {
+  const VisualServoParameters servo;
+  const auto number = [this](const char* name, double value, const char* description) {
+    return parameters().declare<double>(name, value, {.description = description});
+  };
+  full_rotation_ = parameters().declare<bool>(
+      "full_rotation", false,
+      {.description = "the robot can turn about every axis while it stays in place; else only its "
+                      "yaw is commanded"});
+  position_gain_ = number("position_gain", servo.position_gain, "1/s, (0, 20]");
+  rotation_gain_ = number("rotation_gain", servo.rotation_gain, "1/s, (0, 20]");
+  response_time_ = number("response_time", servo.response_time,
+                          "s, [0, 5]: in which the robot takes up a commanded velocity");
+  largest_speed_ = number("largest_speed", servo.largest_speed, "m/s, (0, 20]: commanded");
+  largest_rotation_rate_ =
+      number("largest_rotation_rate", servo.largest_rotation_rate, "rad/s, (0, 6]: commanded");
+  largest_acceleration_ =
+      number("largest_acceleration", servo.largest_acceleration, "m/s^2, (0, 50]: of the command");
+  largest_rotation_acceleration_ =
+      number("largest_rotation_acceleration", servo.largest_rotation_acceleration,
+             "rad/s^2, (0, 50]: of the command");
+  camera_position_ = parameters().declare<std::vector<double>>(
+      "camera.position", {},
+      {.description = "m, x y z of the camera in base_link; empty: at its origin"});
+  camera_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
+      "camera.roll_pitch_yaw", {},
+      {.description = "rad, of the optical frame in base_link; empty: straight down, the upper "
+                      "border of the image forward"});
+  frame_id_ = parameters().declare<std::string>(
+      "frame_id", "rack", {.description = "frame of the poses and way-points"});
+  command_frame_id_ = parameters().declare<std::string>(
+      "command_frame_id", "",
+      {.description = "frame of the commands; empty: base_stabilized (base_link without roll and "
+                      "pitch), or base_link with full_rotation"});
+  rate_ = parameters().declare<double>(
+      "rate", 10.0,
+      {.description = "Hz, commands at least; there is one for each pose as well",
+       .floating_point_range = FloatingPointRange{1.0, 1000.0}});
+}
+
+void VisualServo::declare_safety_parameters() {
+  const VisualServoParameters servo;
+  const auto number = [this](const char* name, double value, const char* description) {
+    return parameters().declare<double>(name, value, {.description = description});
+  };
+  maximum_age_ = number("maximum_age", servo.stale_after,
+                        "s, (0, 10]: a pose of this age is used no more: the robot holds");
+  maximum_lead_ = number("maximum_lead", servo.future_tolerance,
+                         "s, [0, 1]: a stamp may be ahead of the clock by so much");
+  smallest_quality_ = number("smallest_quality", servo.smallest_quality,
+                             "[0, 1]: poses are not used while rack/state says less");
+  hold_time_ =
+      number("hold_time", servo.hold_time,
+             "s, [0, 3600]: holds without a pose before it climbs; for ever before the first one");
+  climb_speed_ =
+      number("climb.speed", servo.climb_speed, "m/s, [0, largest_speed]; 0: holds for ever");
+  climb_height_ = number("climb.height", servo.climb_height, "m, [0, 1000]: then holds again");
+}
+
+std::vector<WayPoint> VisualServo::way_points() const {
+  const auto values = way_points_.share();
+  if (values->empty() || values->size() % kValuesPerWayPoint != 0) {
+    throw std::invalid_argument("parameter 'way_points' has " + std::to_string(values->size()) +
+                                " values: must be x y z yaw of one way-point or more");
+  }
+  std::vector<WayPoint> result;
+  for (std::size_t i = 0; i < values->size(); i += kValuesPerWayPoint) {
+    const double* value = values->data() + i;
+    result.push_back(
+        {.position = {value[0], value[1], value[2]}, .yaw = value[3], .hold = hold_.get()});
+  }
+  return result;
+}
+
+rack_vision::WayPointMission VisualServo::new_mission() const {
+  const WayPointPathParameters path{.largest_speed = path_speed_.get(),
+                                    .largest_acceleration = path_acceleration_.get(),
+                                    .largest_yaw_rate = path_yaw_rate_.get(),
+                                    .largest_yaw_acceleration = path_yaw_acceleration_.get()};
+  const WayPointMissionParameters mission{
+      .tolerance = {.position = position_tolerance_.get(), .yaw = yaw_tolerance_.get()},
+      .reached_for = reached_for_.get(),
+      .deviations_within = deviations_within_.get(),
+      .look_around = look_around_.get(),
+      .look_around_speed = path_speed_.get(),
+      .patience = patience_.get(),
+      .largest_lag = largest_lag_.get(),
+      .largest_yaw_lag = largest_yaw_lag_.get()};
+  return {WayPointPath(way_points(), path), mission};
+}
+
+VisualServoParameters VisualServo::servo_parameters() const {
+  VisualServoParameters result;
+  const Eigen::Vector3d position =
+      three("camera.position", camera_position_.get()).value_or(Eigen::Vector3d::Zero());
+  const auto angles = three("camera.roll_pitch_yaw", camera_roll_pitch_yaw_.get());
+  result.T_base_camera = angles
+                             ? geometry::SE3(geometry::SO3::from_roll_pitch_yaw(*angles), position)
+                             : rack_vision::downward_camera(position);
+  result.rotation = full_rotation_.get() ? rack_vision::RotationControl::kFull
+                                         : rack_vision::RotationControl::kYawOnly;
+  result.position_gain = position_gain_.get();
+  result.rotation_gain = rotation_gain_.get();
+  result.response_time = response_time_.get();
+  result.largest_speed = largest_speed_.get();
+  result.largest_rotation_rate = largest_rotation_rate_.get();
+  result.largest_acceleration = largest_acceleration_.get();
+  result.largest_rotation_acceleration = largest_rotation_acceleration_.get();
+  result.stale_after = maximum_age_.get();
+  result.future_tolerance = maximum_lead_.get();
+  result.smallest_quality = smallest_quality_.get();
+  result.hold_time = hold_time_.get();
+  result.climb_speed = climb_speed_.get();
+  result.climb_height = climb_height_.get();
+  return result;
+}
+
+CallbackReturn VisualServo::on_configure() {
+  planned_.emplace(new_mission());
+  mission_ = planned_;
+  servo_.emplace(servo_parameters());
+  frame_ = frame_id_.get();
+  command_frame_ = command_frame_id_.get();
+  if (command_frame_.empty()) {
+    command_frame_ = full_rotation_.get() ? "base_link" : "base_stabilized";
+  }
+  longest_silence_ = from_seconds(1.0 / rate_.get());
+  quality_.reset();
+  commanded_at_.reset();
+  deviation_ = {};
+  told_state_ = ServoState::kIdle;
+  told_outcomes_ = 0;
+  told_complete_ = false;
+  // Its last command, zero, is said after the managed endpoints have been disabled.
+  publisher_ = create_publisher(topics::kVelocityCommand, {}, {.managed = false});
+  pose_subscription_ =
+      create_subscription(topics::kRackPose, [this](const Pose& message) { on_pose(message); });
+  state_subscription_ =
+      create_subscription(topics::kRackState, [this](const State& message) { on_state(message); });
+  timer_ = create_timer(longest_silence_, [this] {
+    // Only what poses and states did not make it say.
+    if (!commanded_at_ || now() < *commanded_at_ || now() - *commanded_at_ >= longest_silence_) {
+      command(now());
+    }
+  });
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn VisualServo::on_deactivate() {
+  servo_->reset();
+  publish(ServoCommand{}, now());
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn VisualServo::on_cleanup() {
+  timer_.reset();
+  pose_subscription_ = {};
+  state_subscription_ = {};
+  publisher_ = {};
+  servo_.reset();
+  mission_.reset();
+  planned_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+void VisualServo::on_pose(const Pose& message) {
+  if (!message.header().frame_id().empty() && message.header().frame_id() != frame_) {
+    report_fault("pose.header.frame_id", "a pose is in frame '" + message.header().frame_id() +
+                                             "', not in '" + frame_ + "'");
+    return;
+  }
+  const Time stamp = from_message(message.header().stamp());
+  // The state of this image may still be on its way: that of the one before does as well, unless it
+  // says that the rack was lost, since a pose says that it was found again.
+  const bool judged =
+      quality_ && (quality_->tracking || quality_->stamp >= stamp) &&
+      std::abs(to_seconds(stamp - quality_->stamp)) <= servo_->parameters().stale_after;
+  const PoseVerdict verdict = servo_->observe(
+      to_camera_pose(message.pose().pose(), seconds(stamp), judged ? quality_->value : 1.0),
+      seconds(now()));
+  if (verdict != PoseVerdict::kTaken) {
+    report_fault(counter(verdict), std::string("a pose is not used: ") + to_string(verdict));
+    if (verdict != PoseVerdict::kLowQuality) {
+      return;
+    }
+  } else {
+    deviation_ = deviation_of(message);
+  }
+  command(stamp);
+}
+
+VisualServo::Deviation VisualServo::deviation_of(const Pose& message) {
+  const auto& entries = message.pose().covariance();
+  if (std::ranges::all_of(entries, [](double entry) { return entry == 0; })) {
+    return {};  // not stated: the pose is taken at its word
+  }
+  try {
+    const geometry::Matrix6d covariance = covariance_from_message(entries);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> position(covariance.topLeftCorner<3, 3>(),
+                                                                  Eigen::EigenvaluesOnly);
+    return {.position = std::sqrt(position.eigenvalues()(2)), .yaw = std::sqrt(covariance(5, 5))};
+  } catch (const std::invalid_argument& error) {
+    report_fault("pose.covariance",
+                 std::string("a pose by which no way-point is reached: ") + error.what());
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    return {.position = kUnknown, .yaw = kUnknown};
+  }
+}
+
+void VisualServo::on_state(const State& message) {
+  const double quality = message.quality();
+  const bool tracking = message.status() == state_constants::STATUS_TRACKING;
+  const bool sound = std::isfinite(quality) && quality >= 0 && quality <= 1;
+  if (!sound) {
+    report_fault("state.quality",
+                 "a quality of " + std::to_string(quality) + " is outside [0, 1]: it counts as 0");
+  }
+  quality_ = {.stamp = from_message(message.header().stamp()),
+              .value = tracking && sound ? quality : 0.0,
+              .tracking = tracking};
+  if (!tracking) {
+    // No pose comes of this image that would be answered by a command.
+    command(quality_->stamp);
+  }
+}
+
+void VisualServo::command(Time measured) {
+  const Time clock = now();
+  if (commanded_at_ && *commanded_at_ - clock > kNewBeginning) {
+    mission_ = planned_;
+    told_outcomes_ = 0;
+    told_complete_ = false;
+  }
+  // The image may be ahead of the clock by as much as is allowed; then its time is the later one.
+  const bool ahead =
+      measured > clock && to_seconds(measured - clock) <= servo_->parameters().future_tolerance;
+  const Time stamp = ahead ? measured : clock;
+  const double at = seconds(stamp);
+  std::optional<rack_vision::LevelPose> pose;
+  if (const auto T_rack_base = servo_->T_rack_base(at)) {
+    pose = {.time = *servo_->pose_time(),
+            .position = T_rack_base->translation(),
+            .yaw = T_rack_base->rotation().roll_pitch_yaw().z(),
+            .position_deviation = deviation_.position,
+            .yaw_deviation = deviation_.yaw};
+  }
+  mission_->advance(at, pose);
+  const ServoCommand result = servo_->step(at, mission_->target(servo_->pose_time().value_or(at)));
+  commanded_at_ = clock;
+  publish(result, stamp);
+  tell(result);
+}
+
+void VisualServo::publish(const ServoCommand& command, Time stamp) {
+  auto message = std::make_unique<Twist>();
+  message->header().stamp(to_message(stamp));
+  message->header().frame_id(command_frame_);
+  message->twist().linear().x(command.linear.x());
+  message->twist().linear().y(command.linear.y());
+  message->twist().linear().z(command.linear.z());
+  message->twist().angular().x(command.angular.x());
+  message->twist().angular().y(command.angular.y());
+  message->twist().angular().z(command.angular.z());
+  publisher_.publish(std::move(message));
+}
+
+void VisualServo::tell(const ServoCommand& command) {
+  if (command.state != told_state_) {
+    told_state_ = command.state;
+    const bool flies = command.state == ServoState::kServoing;
+    diagnostics().set_value("state", to_string(command.state));
+    diagnostics().set_status(flies ? DiagnosticLevel::kOk : DiagnosticLevel::kWarn,
+                             flies ? "" : std::string("no pose: ") + to_string(command.state));
+    logger().info(std::string("now ") + to_string(command.state));
+  }
+  const std::size_t reached = mission_->count(WayPointOutcome::kReached);
+  const std::size_t missed = mission_->count(WayPointOutcome::kMissed);
+  const bool new_outcome = reached + missed != told_outcomes_;
+  // Later than the last way-point is reached while it is to hold there.
+  const bool completes = mission_->complete() && !told_complete_;
+  if (!new_outcome && !completes) {
+    return;
+  }
+  const std::size_t total = mission_->outcomes().size();
+  const std::string text = std::to_string(reached) + " of " + std::to_string(total) +
+                           " way-points reached, " + std::to_string(missed) + " missed";
+  if (new_outcome) {
+    told_outcomes_ = reached + missed;
+    diagnostics().set_value("way_points", text);
+    if (mission_->outcomes()[told_outcomes_ - 1] == WayPointOutcome::kMissed) {
+      report_fault("way_point.missed",
+                   "way-point " + std::to_string(told_outcomes_ - 1) + " was not reached");
+    }
+    report_progress(told_outcomes_, total, text);
+  }
+  if (completes) {
+    told_complete_ = true;
+    report_complete(text);
+  }
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::VisualServo)

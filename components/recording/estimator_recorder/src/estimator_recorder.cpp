@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimator_recorder/estimator_recorder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/estimator_recorder/csv_lines.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+
+namespace pipescout {
+
+namespace {
+
+/// In one message; more than any estimator has.
+constexpr std::size_t kMaximumSources = 32;
+constexpr std::size_t kMaximumFactors = 4096;
+constexpr std::size_t kLongestName = 40;
+
+void require(bool good, const char* what) {
+  if (!good) {
+    throw std::invalid_argument(what);
+  }
+}
+
+/// Names of sources become names of figures.
+bool is_name(const std::string& text) {
+  return !text.empty() && text.size() <= kLongestName &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+void require_lists(const pipescout_msgs::msg::EstimatorState& message) {
+  const std::size_t sources = message.source().size();
+  const std::size_t factors = message.factor().size();
+  require(sources <= kMaximumSources && message.source_state().size() == sources &&
+              message.source_accepted().size() == sources &&
+              message.source_gated().size() == sources && message.source_held().size() == sources &&
+              message.source_refused().size() == sources,
+          "the lists of its sources are not of one length, or of more than 32");
+  require(factors <= kMaximumFactors && message.factor_stamp().size() == factors &&
+              message.factor_outcome().size() == factors &&
+              message.factor_chi_square().size() == factors &&
+              message.factor_degrees().size() == factors &&
+              message.factor_weight().size() == factors,
+          "the lists of its factors are not of one length, or of more than 4096");
+  require(std::all_of(message.source().begin(), message.source().end(), is_name),
+          "the name of a source is none of a-z, 0-9 and _");
+}
+
+void require_finite(const geometry_msgs::msg::Twist& twist) {
+  for (const auto& vector : {twist.linear(), twist.angular()}) {
+    require(std::isfinite(vector.x()) && std::isfinite(vector.y()) && std::isfinite(vector.z()),
+            "a velocity is not finite");
+  }
+}
+
+}  // namespace
+
+EstimatorRecorder::EstimatorRecorder(ComponentOptions options)
+    : StreamRecorder(std::move(options), "estimator") {
+  period_ = parameters().declare<double>(
+      "period", 0.1,
+      {.description = "s between the poses that are kept, estimated and true; 0: all",
+       .floating_point_range = FloatingPointRange{0.0, 3600.0}});
+  datum_ = parameters().declare<std::vector<double>>(
+      "datum", {},
+      {.description = "that of the estimator: latitude and longitude in degrees and altitude in m "
+                      "of the origin of the map; empty: the first fix"});
+}
+
+EstimatorRecorder::~EstimatorRecorder() {
+  close();
+}
+
+CallbackReturn EstimatorRecorder::on_configure() {
+  begin_map();
+  estimate_thinning_ = truth_thinning_ = Thinning(from_seconds(period_.get()));
+  report_.emplace(
+      [this](const EstimatorReport::Estimate& estimate, const EstimatorReport::Error& error) {
+        if (estimate.recorded) {
+          file("errors.csv", error_csv_header).write(error_csv_line(estimate.stamp, error));
+        }
+      });
+  begin_recording();
+  record(topics::kOdometryFiltered, "estimate",
+         [this](const Odometry& message) { on_estimate(message); });
+  record(topics::kTrueOdometry, "truth", [this](const Odometry& message) { on_truth(message); });
+  record(topics::kEstimatorState, "state", [this](const State& message) { on_state(message); });
+  // Best effort, as drivers publish it.
+  record(Topic<Fix>{topics::kGpsFix.name, QoS::sensor_data(20)}, "fix",
+         [this](const Fix& message) { on_fix(message); });
+  return CallbackReturn::kSuccess;
+}
+
+void EstimatorRecorder::begin_map() {
+  map_.reset();
+  const std::vector<double> datum = datum_.get();
+  if (datum.empty()) {
+    return;
+  }
+  if (datum.size() != 3) {
+    throw std::invalid_argument("parameter 'datum' has " + std::to_string(datum.size()) +
+                                " values; it must have 3 or none");
+  }
+  try {
+    map_.emplace(geometry::GeodeticPosition{datum[0], datum[1], datum[2]});
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("parameter 'datum': ") + error.what());
+  }
+}
+
+void EstimatorRecorder::on_estimate(const Odometry& message) {
+  require_finite(message.twist().twist());
+  EstimatorReport::Estimate estimate{
+      .stamp = from_message(message.header().stamp()),
+      .T_map_base = from_message(message.pose().pose()),
+      .covariance = covariance_from_message(message.pose().covariance()),
+  };
+  estimate.recorded = estimate_thinning_.due(estimate.stamp);
+  if (estimate.recorded) {
+    file("estimate.csv", estimate_csv_header)
+        .write(estimate_csv_line(message, estimate.T_map_base, estimate.covariance));
+    estimate_thinning_.keep(estimate.stamp);
+  }
+  report_->add_estimate(estimate);
+}
+
+void EstimatorRecorder::on_truth(const Odometry& message) {
+  const Time stamp = from_message(message.header().stamp());
+  const geometry::SE3 T_map_base = from_message(message.pose().pose());
+  if (truth_thinning_.due(stamp)) {
+    file("truth.csv", pose_csv_header).write(pose_csv_line(stamp, T_map_base).text());
+    truth_thinning_.keep(stamp);
+  }
+  report_->add_truth(stamp, T_map_base);
+}
+
+void EstimatorRecorder::on_state(const State& message) {
+  require_lists(message);
+  file("state.csv", estimator_state_csv_header).write(estimator_state_csv_line(message));
+  for (std::size_t factor = 0; factor < message.factor().size(); ++factor) {
+    file("factors.csv", factor_csv_header).write(factor_csv_line(message, factor));
+  }
+  for (const std::size_t source : report_->add_state(message)) {
+    file("sources.csv", source_csv_header).write(source_csv_line(message, source));
+  }
+}
+
+void EstimatorRecorder::on_fix(const Fix& message) {
+  if (message.status().status() < sensor_msgs::msg::NavSatStatus_Constants::STATUS_FIX) {
+    return;
+  }
+  const geometry::GeodeticPosition place{message.latitude(), message.longitude(),
+                                         std::isnan(message.altitude()) ? 0.0 : message.altitude()};
+  place.validate();
+  if (!map_) {
+    map_.emplace(place);
+  }
+  file("gps.csv", gps_csv_header).write(gps_csv_line(message, map_->position(place)));
+}
+
+bool EstimatorRecorder::has_data() const {
+  return report_->estimates() > 0;
+}
+
+std::string EstimatorRecorder::counts() const {
+  return std::to_string(report_->estimates()) + " estimates and " +
+         std::to_string(report_->keyframes()) + " keyframes heard of";
+}
+
+MissionSection EstimatorRecorder::section(const std::string& figure_prefix) const {
+  MissionSection section = report_->section(figure_prefix);
+  section.notes.push_back("Data: " + data_folder_name() +
+                          "/estimate.csv, state.csv, factors.csv, sources.csv, truth.csv, "
+                          "errors.csv, gps.csv.");
+  return section;
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::EstimatorRecorder)

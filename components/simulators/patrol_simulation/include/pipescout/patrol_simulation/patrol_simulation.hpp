@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nav_msgs/msg/odometry.hpp>
+#include <optional>
+#include <pipescout/geometry/geodesy.hpp>
+#include <pipescout_msgs/msg/leak_event.hpp>
+#include <pipescout_msgs/msg/odometer_readings.hpp>
+#include <pipescout_msgs/msg/pipe_track.hpp>
+#include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/camera_info.hpp>
+#include <sensor_msgs/msg/image.hpp>
+#include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <string>
+#include <trajectory_msgs/msg/joint_trajectory.hpp>
+#include <vector>
+
+#include "pipescout/patrol_simulation/patrol_drive.hpp"
+#include "pipescout/patrol_simulation/patrol_parameters.hpp"
+#include "pipescout/runtime/component.hpp"
+
+namespace pipescout {
+
+/// Stands in for a ground robot that patrols along a row of collectors at night, and for its
+/// drivers: publishes `thermal/image_raw`, `thermal/camera_info`, `imu/data`, `gps/fix`,
+/// `odometer/readings`, the truth on `ground_truth/odometry`, `ground_truth/leaks` and
+/// `ground_truth/pipe_track`, and the time of all that on `/clock`, for nodes with `use_sim_time`.
+/// With an arm that carries the camera `joint_states` too, and it does what `arm/command` says.
+///
+/// Parameters: docs/components/patrol_simulation.md. They take effect when it is configured.
+class PatrolSimulation final : public Component {
+ public:
+  explicit PatrolSimulation(ComponentOptions options);
+  ~PatrolSimulation() override;
+
+ protected:
+  CallbackReturn on_configure() override;
+  CallbackReturn on_activate() override;
+  CallbackReturn on_deactivate() override;
+  CallbackReturn on_cleanup() override;
+
+ private:
+  using Image = sensor_msgs::msg::Image;
+  using CameraInfo = sensor_msgs::msg::CameraInfo;
+  using Imu = sensor_msgs::msg::Imu;
+  using Fix = sensor_msgs::msg::NavSatFix;
+  using Odometry = nav_msgs::msg::Odometry;
+  using Readings = pipescout_msgs::msg::OdometerReadings;
+  using Clock = rosgraph_msgs::msg::Clock;
+  using JointState = sensor_msgs::msg::JointState;
+  using JointTrajectory = trajectory_msgs::msg::JointTrajectory;
+  using PipeTrack = pipescout_msgs::msg::PipeTrack;
+  /// What others say to what was published last. Only who has spoken once is waited for.
+  struct Answer {
+    const char* name = "";
+    std::optional<Time> stamp;  // of the last one
+  };
+
+  void start_if_heard();
+  void schedule();
+  /// Drives on to the next step and publishes what the sensors have said, and an image when it is
+  /// due.
+  void next_step();
+  /// The first of those who have not answered yet; null when there is none.
+  [[nodiscard]] const Answer* missing_answer() const;
+  void hear(Answer& answer, Time stamp);
+  void on_command(const JointTrajectory& message);
+  void publish_imu();
+  void publish_odometers();
+  void publish_fixes();
+  void publish_true_leaks();
+  void publish_true_odometry(Time stamp);
+  void publish_image(Time stamp);
+  void publish_joints(Time stamp);
+  void publish_true_track(Time stamp);
+
+  PatrolParameters patrol_parameters_;
+  Parameter<double> rate_;
+  Parameter<int> wait_for_subscribers_;
+  Parameter<bool> lock_step_;
+  Parameter<double> lock_step_time_out_;
+
+  // As configured.
+  std::int64_t robot_steps_per_step_ = 1;
+  std::uint64_t steps_per_image_ = 1;
+  double step_period_ = 0;  // s, simulated
+  Duration real_period_{};  // of a step
+  bool waits_for_answers_ = false;
+  Duration time_out_{};
+  std::string camera_frame_;
+  std::size_t wanted_subscribers_ = 0;
+  bool grey_ = false;
+  std::uint64_t expected_images_ = 1;
+
+  std::optional<PatrolDrive> drive_;
+  std::optional<simulation::ThermalGreys> greys_;
+  std::optional<geometry::LocalFrame> frame_;
+  std::vector<std::uint16_t> counts_;
+  std::uint64_t steps_ = 0;
+  std::uint64_t images_ = 0;
+  Time last_stamp_{};
+  Time last_image_stamp_{};
+  Answer command_{"arm/command", {}};
+  Answer track_{"track/pipe", {}};
+  Answer odometry_{"odometry/filtered", {}};
+  bool waiting_ = false;
+  bool active_ = false;
+  bool complete_ = false;
+  SteadyTime next_step_not_before_{};  // of real time
+
+  Publisher<Image> image_publisher_;
+  Publisher<CameraInfo> camera_info_publisher_;
+  Publisher<Imu> imu_publisher_;
+  Publisher<Fix> fix_publisher_;
+  Publisher<Readings> readings_publisher_;
+  Publisher<pipescout_msgs::msg::LeakEvent> true_leaks_publisher_;
+  Publisher<Odometry> true_odometry_publisher_;
+  Publisher<Clock> clock_publisher_;
+  Publisher<PipeTrack> true_track_publisher_;
+  Publisher<JointState> joint_publisher_;
+  Subscription<JointTrajectory> command_subscription_;
+  Subscription<PipeTrack> track_subscription_;
+  Subscription<Odometry> odometry_subscription_;
+  std::shared_ptr<Timer> timer_;  // for one event
+};
+
+}  // namespace pipescout

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/thermal/leak_detector.hpp"
+
+namespace pipescout {
+
+/// How the pictures of a folder were taken.
+struct SurveySettings {
+  thermal::DetectorPreset preset = thermal::DetectorPreset::kCollectors;
+  std::optional<double> field_of_view;               ///< rad, across the whole width of a picture
+  std::optional<geometry::CameraParameters> camera;  ///< in place of a field of view
+  double frame_rate = 9;                ///< 1/s, of pictures that do not tell when they were taken
+  double position_deviation = 0.2;      ///< m per axis, of poses that do not tell
+  double orientation_deviation = 0.02;  ///< rad per axis, likewise
+  /// Parameters of component `leak_inspector` that are not as the preset has them.
+  std::vector<NamedParameter> parameters;
+  // What they come to, valid:
+  thermal::LeakDetectorParameters detector = thermal::LeakDetectorParameters::of(preset);
+  leak_findings::LeakFindingsParameters findings;
+  std::optional<geometry::GeodeticPosition> datum;
+  std::string weather;
+  std::string calibration;
+};
+
+/// Of YAML, every entry of which may be left out:
+///
+///     preset: collectors                  # torresol, hot_pipes or cold_pipes
+///     field_of_view: 24.6                 # degrees, across the whole width of a picture
+///     camera: {width: 640, height: 512, focal_length: 1467, centre_u: 319.5, centre_v: 255.5}
+///                                         # in its place; geometry::CameraParameters
+///     camera_position: [0.3, 0, 1.2]      # m, of the optical frame in the base frame
+///     camera_roll_pitch_yaw: [-90, 0, 0]  # degrees
+///     range: {source: distance, distance: 10, distance_deviation: 1}
+///                                         # or none; diameter, pipe_diameter; lines
+///                                         # and width_deviation, line_deviation
+///     lines: [[[0, 8, 2], [150, 8, 2]]]   # m, axes of the pipes in the map
+///     pose_deviation: {position: 0.2, orientation: 1.1}   # m, degrees
+///     frame_rate: 9
+///     datum: {latitude: 36.66, longitude: -5.8, altitude: 60}
+///     weather: clear night, 14 degC, wind 2 m/s
+///     calibration: black body at 100 degC, 2013-09-02
+///     parameters: {threshold: 90.0}       # of leak_inspector, by its names and in its units; but
+///                                         # for those that have an entry here or in thermal.yaml
+///
+/// `preset`: in place of that of the text. Throws std::runtime_error, "name:line: ...", for a name
+/// that is not known or given twice, and for a value of a wrong type or out of its range.
+[[nodiscard]] SurveySettings parse_survey_settings(
+    const std::string& text, const std::string& name,
+    std::optional<thermal::DetectorPreset> preset = std::nullopt);
+
+/// Read back, the same: all but the angles to the last bit.
+[[nodiscard]] std::string to_yaml(const SurveySettings& settings);
+
+/// Of the parameters of a `leak_inspector`, those that `SurveySettings::parameters` needs.
+[[nodiscard]] std::vector<NamedParameter> survey_parameters(const Parameters& inspector);
+
+}  // namespace pipescout
