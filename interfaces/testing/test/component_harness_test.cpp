@@ -28,7 +28,6 @@ class Echo : public Component {
   explicit Echo(ComponentOptions options)
       : Component(std::move(options)),
         prefix_(parameters().declare<std::string>("prefix", "echo ")) {}
-  ~Echo() override { close(); }
 
   int ticks = 0;
 

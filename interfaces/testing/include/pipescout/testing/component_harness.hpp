@@ -187,7 +187,7 @@ class ComponentHarness {
  private:
   static constexpr std::size_t kCollectorDepth = 10000;
 
-  void own(std::unique_ptr<Component> component);
+  void own(ComponentPtr<> component);
   /// What has arrived of a component's diagnostics; runs nothing.
   [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> arrived_diagnostics(
       const Component& component) const;
