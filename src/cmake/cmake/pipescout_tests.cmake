@@ -28,6 +28,9 @@ endif()
 # is an entry and a process of its own: for what a process cannot take back, such as the profiles that
 # Fast DDS loads once.
 #
+# Where tests are slow by intention, under a sanitizer, -DPIPESCOUT_TIMEOUT_FACTOR=<number> gives them
+# more time.
+#
 # `ctest -j` is safe: tests with the label dds or mission have a DDS domain of their own, ROS_DOMAIN_ID,
 # and wait for each other where two share one.
 function(pipescout_add_tests)
@@ -115,6 +118,9 @@ function(_pipescout_test_properties result entry label timeout)
   endif()
   if(NOT timeout)
     set(timeout 300)
+  endif()
+  if(DEFINED PIPESCOUT_TIMEOUT_FACTOR)
+    math(EXPR timeout "${timeout} * ${PIPESCOUT_TIMEOUT_FACTOR}")
   endif()
   set(environment ${ARGN})
   # The longest begin first, so that none of them is left for the end.
