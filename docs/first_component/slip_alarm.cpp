@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace tutorial {
 

@@ -6,7 +6,7 @@
 #include <std_msgs/msg/string.hpp>
 #include <string>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace tutorial {
 

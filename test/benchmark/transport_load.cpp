@@ -16,7 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/component.hpp"
 #include "plain_fastdds/plain_fastdds.hpp"
 #include "samples.hpp"
 #include "transport_benchmark.hpp"

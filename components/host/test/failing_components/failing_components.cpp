@@ -6,8 +6,8 @@
 #include <std_msgs/msg/string.hpp>
 #include <stdexcept>
 
-#include "pipescout/interfaces/component.hpp"
-#include "pipescout/interfaces/register_component.hpp"
+#include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout_test {
 

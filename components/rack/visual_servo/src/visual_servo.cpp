@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 

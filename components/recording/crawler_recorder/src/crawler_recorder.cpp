@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/crawler_recorder/csv_lines.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 

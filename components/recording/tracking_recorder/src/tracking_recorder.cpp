@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "picture_file.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/recording/csv_line.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 #include "tracking_tally.hpp"
 
 namespace pipescout {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <std_msgs/msg/string.hpp>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace {
 
