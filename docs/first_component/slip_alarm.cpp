@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace tutorial {
 
@@ -14,10 +14,6 @@ SlipAlarm::SlipAlarm(pipescout::ComponentOptions options) : Component(std::move(
   tolerated_ = parameters().declare<int>("tolerated", 2,
                                          {.description = "rejections in a row that raise no alarm",
                                           .integer_range = pipescout::IntegerRange{0, 1000}});
-}
-
-SlipAlarm::~SlipAlarm() {
-  close();
 }
 
 CallbackReturn SlipAlarm::on_configure() {

@@ -6,7 +6,7 @@
 #include <std_msgs/msg/string.hpp>
 #include <string>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace tutorial {
 
@@ -14,7 +14,6 @@ namespace tutorial {
 class SlipAlarm final : public pipescout::Component {
  public:
   explicit SlipAlarm(pipescout::ComponentOptions options);
-  ~SlipAlarm() override;
 
  protected:
   pipescout::CallbackReturn on_configure() override;

@@ -12,7 +12,8 @@
 #include <string>
 #include <thread>
 
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/node.hpp"
 #include "plain_fastdds/plain_fastdds.hpp"
 #include "samples.hpp"
 #include "transport_benchmark.hpp"

@@ -12,7 +12,8 @@
 #include <thread>
 #include <utility>
 
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/node.hpp"
 #include "plain_fastdds/plain_fastdds.hpp"
 #include "samples.hpp"
 #include "transport_benchmark.hpp"

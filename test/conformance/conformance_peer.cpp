@@ -6,6 +6,7 @@
 #include <string>
 
 #include "peer_end.hpp"
+#include "pipescout/dds/dds_transport.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2) {

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/runtime/node.hpp"
 
 namespace pipescout::conformance {
 

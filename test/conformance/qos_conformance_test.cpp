@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "peer_end.hpp"
+#include "pipescout/dds/dds_transport.hpp"
 
 namespace pipescout::conformance {
 namespace {

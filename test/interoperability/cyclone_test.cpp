@@ -20,8 +20,9 @@
 #include <string>
 #include <thread>
 
-#include "pipescout/interfaces/graph.hpp"
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/graph.hpp"
+#include "pipescout/runtime/node.hpp"
 
 namespace pipescout {
 namespace {

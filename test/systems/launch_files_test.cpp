@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component_registry.hpp"
+#include "pipescout/runtime/component_registry.hpp"
 
 namespace pipescout {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arm_messages.hpp"
 
-#include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {

@@ -8,8 +8,8 @@
 #include <trajectory_msgs/msg/joint_trajectory.hpp>
 #include <vector>
 
-#include "pipescout/interfaces/time.hpp"
 #include "pipescout/manipulation/arm_controller.hpp"
+#include "pipescout/runtime/time.hpp"
 
 /// Between messages and what the controller takes and gives. All functions are pure.
 namespace pipescout {

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "arm_messages.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -34,9 +34,7 @@ double seconds(Time time) {
 CameraArm::CameraArm(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-CameraArm::~CameraArm() {
-  close();
-}
+CameraArm::~CameraArm() = default;
 
 CallbackReturn CameraArm::on_configure() {
   settings_ = declared_.read();

@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "expected_section.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/tracked_section.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 #include "track_messages.hpp"
 
 namespace pipescout {
@@ -38,9 +38,7 @@ constexpr double kLongestInterval = 0.5;
 ThermalTracker::ThermalTracker(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-ThermalTracker::~ThermalTracker() {
-  close();
-}
+ThermalTracker::~ThermalTracker() = default;
 
 CallbackReturn ThermalTracker::on_configure() {
   settings_ = declared_.read();

@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
 #include "pipescout/simulation/pipe_view.hpp"
 #include "pipescout/simulation/thermal_camera.hpp"
 #include "pipescout/simulation/thermal_patrol.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {

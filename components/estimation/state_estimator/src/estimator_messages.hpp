@@ -11,7 +11,7 @@
 
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
 /// Between messages and measurements. All functions are pure; times are s since an origin that the

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "estimator_messages.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 #include "sensor_mounting.hpp"
 
 namespace pipescout {
@@ -75,9 +75,7 @@ std::string seconds(double value) {
 StateEstimator::StateEstimator(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-StateEstimator::~StateEstimator() {
-  close();
-}
+StateEstimator::~StateEstimator() = default;
 
 CallbackReturn StateEstimator::on_configure() {
   settings_ = declared_.read();

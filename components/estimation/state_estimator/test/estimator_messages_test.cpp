@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "cli/session.hpp"
-#include "pipescout/interfaces/component_registry.hpp"
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/component_registry.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout::host {
 namespace {

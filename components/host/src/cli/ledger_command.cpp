@@ -12,7 +12,7 @@
 #include "cli/command.hpp"
 #include "ledger/ledger_report.hpp"
 #include "ledger/run_file.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::host {
 namespace {

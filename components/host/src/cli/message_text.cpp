@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "pipescout/interfaces/parameter_value.hpp"
+#include "pipescout/runtime/parameter_value.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipescout/interfaces/introspection.hpp"
+#include "pipescout/runtime/introspection.hpp"
 
 /// Messages as text, letter for letter as `ros2 topic echo` writes them.
 namespace pipescout::host {

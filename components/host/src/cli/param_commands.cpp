@@ -7,8 +7,8 @@
 #include <rcl_interfaces/srv/set_parameters.hpp>
 
 #include "cli/session.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/parameter_yaml.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/parameter_yaml.hpp"
 
 namespace pipescout::host {
 namespace {

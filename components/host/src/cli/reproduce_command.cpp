@@ -6,7 +6,7 @@
 
 #include "cli/command.hpp"
 #include "core/composition.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 #include "reproduce/reproduce.hpp"
 
 namespace pipescout::host {

@@ -8,6 +8,7 @@
 #include <map>
 #include <rmw_dds_common/msg/participant_entities_info.hpp>
 #include <set>
+#include "pipescout/dds/dds_transport.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cli/command.hpp"
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/runtime/node.hpp"
 #include "run/stop_signals.hpp"
 
 /// The place of a command on the network: a node of its own, hidden and short-lived.

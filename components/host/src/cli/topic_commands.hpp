@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cli/session.hpp"
-#include "pipescout/interfaces/graph.hpp"
+#include "pipescout/runtime/graph.hpp"
 
 namespace pipescout::host {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/composition.hpp"
-#include "pipescout/interfaces/logger.hpp"
+#include "pipescout/runtime/logger.hpp"
 
 namespace pipescout::host {
 

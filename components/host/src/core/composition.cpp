@@ -9,7 +9,7 @@
 #include <map>
 #include <thread>
 
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/substitution.hpp"
-#include "pipescout/interfaces/names.hpp"
-#include "pipescout/interfaces/parameter_value.hpp"
-#include "pipescout/interfaces/parameter_yaml.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/names.hpp"
+#include "pipescout/runtime/parameter_value.hpp"
+#include "pipescout/runtime/parameter_yaml.hpp"
+#include "pipescout/runtime/time.hpp"
 
 /// A composition: which components run together, with which parameters. Read from YAML, see
 /// docs/compositions.md; everything is checked here that can be checked without loading a library.

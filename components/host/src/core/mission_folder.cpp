@@ -11,7 +11,7 @@
 #include <ctime>
 #include <utility>
 
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::host {
 

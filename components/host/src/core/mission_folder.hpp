@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "core/summary.hpp"
-#include "pipescout/interfaces/logger.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/logger.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout::host {
 

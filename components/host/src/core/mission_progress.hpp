@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/names.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/names.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout::host {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout::host {
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "pipescout/interfaces/component_registry.hpp"
+#include "pipescout/runtime/component_registry.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipescout/interfaces/parameter_value.hpp"
+#include "pipescout/runtime/parameter_value.hpp"
 
 namespace pipescout::host {
 

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "core/text_table.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::host {
 namespace {

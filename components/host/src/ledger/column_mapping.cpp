@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/composition.hpp"
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/yaml_location.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 
 namespace pipescout::host {

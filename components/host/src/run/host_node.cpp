@@ -5,9 +5,9 @@
 #include <set>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/lifecycle.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/lifecycle.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "core/mission_folder.hpp"
 #include "core/mission_progress.hpp"
-#include "pipescout/interfaces/node.hpp"
+#include "pipescout/runtime/node.hpp"
 
 namespace pipescout::host {
 

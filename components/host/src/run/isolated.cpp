@@ -2,7 +2,8 @@
 #include <csignal>
 #include <optional>
 
-#include "pipescout/interfaces/component_container.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/component_container.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
 #include "run/host_node.hpp"

@@ -14,7 +14,8 @@
 #include <system_error>
 #include <utility>
 
-#include "pipescout/interfaces/component_container.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/component_container.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
 #include "run/host_node.hpp"

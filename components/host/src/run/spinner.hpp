@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "pipescout/interfaces/executor.hpp"
+#include "pipescout/runtime/executor.hpp"
 
 namespace pipescout::host {
 

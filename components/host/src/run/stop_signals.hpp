@@ -4,7 +4,7 @@
 #include <functional>
 #include <thread>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout::host {
 

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <fstream>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {

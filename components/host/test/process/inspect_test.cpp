@@ -9,7 +9,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {

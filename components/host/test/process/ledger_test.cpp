@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/odometry/csv_rows.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 #include "program.hpp"

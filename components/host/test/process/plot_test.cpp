@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <fstream>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 

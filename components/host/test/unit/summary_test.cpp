@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "core/mission_folder.hpp"
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout::host {
 namespace {

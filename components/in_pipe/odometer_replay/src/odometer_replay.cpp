@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -54,9 +54,7 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
                                                 {.description = "base frame of the robot"});
 }
 
-OdometerReplay::~OdometerReplay() {
-  close();
-}
+OdometerReplay::~OdometerReplay() = default;
 
 CallbackReturn OdometerReplay::on_configure() {
   const std::string file = file_.get();

@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/odometry_fusion/conversions.hpp"
 #include "pipescout/odometry_fusion/readings_checks.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -63,9 +63,7 @@ OdometerStreamFusion::OdometerStreamFusion(ComponentOptions options)
   declare_message_parameters();
 }
 
-OdometerStreamFusion::~OdometerStreamFusion() {
-  close();
-}
+OdometerStreamFusion::~OdometerStreamFusion() = default;
 
 void OdometerStreamFusion::declare_stream_parameters() {
   const OdometerStreamParameters defaults;

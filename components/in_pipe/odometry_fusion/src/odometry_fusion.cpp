@@ -5,12 +5,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/stamp_limits.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/odometry_fusion/conversions.hpp"
 #include "pipescout/odometry_fusion/readings_checks.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 
 namespace pipescout {
 
@@ -81,9 +81,7 @@ OdometryFusion::OdometryFusion(ComponentOptions options) : Component(std::move(o
   });
 }
 
-OdometryFusion::~OdometryFusion() {
-  close();
-}
+OdometryFusion::~OdometryFusion() = default;
 
 void OdometryFusion::declare_parameters() {
   const ConsensusFusionParameters defaults;

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {

@@ -10,10 +10,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/files/whole_file.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -81,9 +81,7 @@ WeldLocator::WeldLocator(ComponentOptions options) : Component(std::move(options
   declare_message_parameters();
 }
 
-WeldLocator::~WeldLocator() {
-  close();
-}
+WeldLocator::~WeldLocator() = default;
 
 void WeldLocator::declare_positioning_parameters() {
   const WeldPositioningParameters defaults;

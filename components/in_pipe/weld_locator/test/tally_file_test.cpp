@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout {
 namespace {

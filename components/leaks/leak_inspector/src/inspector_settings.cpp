@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
 #include "pipescout/thermal_parameters/named_values.hpp"

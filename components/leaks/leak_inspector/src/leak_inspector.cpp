@@ -13,14 +13,14 @@
 #include <variant>
 
 #include "leak_messages.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -67,9 +67,7 @@ thermal::TemperatureView temperatures(const ThermalImageReader::View& picture,
 LeakInspector::LeakInspector(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-LeakInspector::~LeakInspector() {
-  close();
-}
+LeakInspector::~LeakInspector() = default;
 
 CallbackReturn LeakInspector::on_configure() {
   settings_ = declared_.read();

@@ -4,7 +4,7 @@
 #include <pipescout_msgs/msg/leak_event.hpp>
 #include <string>
 
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 

@@ -12,18 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/leak_store/leak_store.hpp"
 #include "pipescout/leak_survey/leak_survey.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
 #include "pipescout/simulation/thermal_camera.hpp"
 #include "pipescout/simulation/thermal_patrol.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {

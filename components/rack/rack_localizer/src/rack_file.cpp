@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout {
 namespace {

@@ -9,14 +9,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/rack_localizer/rack_file.hpp"
 #include "pipescout/rack_vision/visual_servo.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -73,9 +73,7 @@ RackLocalizer::RackLocalizer(ComponentOptions options) : Component(std::move(opt
   declare_message_parameters();
 }
 
-RackLocalizer::~RackLocalizer() {
-  close();
-}
+RackLocalizer::~RackLocalizer() = default;
 
 void RackLocalizer::declare_start_parameters() {
   start_position_ = parameters().declare<std::vector<double>>(

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "pipescout/interfaces/yaml_location.hpp"
+#include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout {
 namespace {

@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -86,9 +86,7 @@ VisualServo::VisualServo(ComponentOptions options) : Component(std::move(options
   declare_safety_parameters();
 }
 
-VisualServo::~VisualServo() {
-  close();
-}
+VisualServo::~VisualServo() = default;
 
 void VisualServo::declare_mission_parameters() {
   const WayPoint way_point;

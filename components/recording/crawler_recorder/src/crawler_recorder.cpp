@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/crawler_recorder/csv_lines.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -43,9 +43,7 @@ CrawlerRecorder::CrawlerRecorder(ComponentOptions options)
        .integer_range = IntegerRange{1, 100000}});
 }
 
-CrawlerRecorder::~CrawlerRecorder() {
-  close();
-}
+CrawlerRecorder::~CrawlerRecorder() = default;
 
 CallbackReturn CrawlerRecorder::on_configure() {
   settle_ = from_seconds(settle_time_.get());

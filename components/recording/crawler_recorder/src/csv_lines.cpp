@@ -6,10 +6,10 @@
 #include <cmath>
 #include <type_traits>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/odometer_text.hpp"
+#include "pipescout/catalogue/odometer_text.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 

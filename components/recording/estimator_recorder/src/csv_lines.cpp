@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/recording/csv_line.hpp"
 #include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 

@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/estimator_recorder/csv_lines.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -75,9 +75,7 @@ EstimatorRecorder::EstimatorRecorder(ComponentOptions options)
                       "of the origin of the map; empty: the first fix"});
 }
 
-EstimatorRecorder::~EstimatorRecorder() {
-  close();
-}
+EstimatorRecorder::~EstimatorRecorder() = default;
 
 CallbackReturn EstimatorRecorder::on_configure() {
   begin_map();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 

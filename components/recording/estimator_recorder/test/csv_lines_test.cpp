@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {

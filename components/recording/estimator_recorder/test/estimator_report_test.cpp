@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {

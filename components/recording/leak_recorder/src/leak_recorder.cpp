@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "leak_tally.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/recording/csv_line.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -87,9 +87,7 @@ double seconds(const builtin_interfaces::msg::Time& stamp) {
 LeakRecorder::LeakRecorder(ComponentOptions options)
     : StreamRecorder(std::move(options), "leaks"), tally_(std::make_unique<LeakTally>()) {}
 
-LeakRecorder::~LeakRecorder() {
-  close();
-}
+LeakRecorder::~LeakRecorder() = default;
 
 CallbackReturn LeakRecorder::on_configure() {
   tally_ = std::make_unique<LeakTally>();

@@ -7,7 +7,7 @@
 #include <pipescout_msgs/msg/leak_event.hpp>
 #include <string>
 
-#include "pipescout/interfaces/mission_section.hpp"
+#include "pipescout/mission_folder/mission_section.hpp"
 
 namespace pipescout {
 

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/mission_section.hpp"
-#include "pipescout/interfaces/odometer_text.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/odometer_text.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/mission_folder/mission_section.hpp"
 #include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometer_replay/csv_table.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -64,9 +64,7 @@ OdometryRecorder::OdometryRecorder(ComponentOptions options)
       "notes", {}, {.description = "sentences to be printed below the table"});
 }
 
-OdometryRecorder::~OdometryRecorder() {
-  close();
-}
+OdometryRecorder::~OdometryRecorder() = default;
 
 CallbackReturn OdometryRecorder::on_configure() {
   settings_ = {.completion_timeout = from_seconds(completion_timeout_.get()),

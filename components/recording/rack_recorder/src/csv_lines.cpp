@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pipescout/interfaces/conversions.hpp"
 #include "pipescout/recording/csv_line.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 

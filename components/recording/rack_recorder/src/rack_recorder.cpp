@@ -12,15 +12,15 @@
 #include <system_error>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/rack_recorder/camera_files.hpp"
 #include "pipescout/rack_recorder/csv_lines.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -61,9 +61,7 @@ RackRecorder::RackRecorder(ComponentOptions options) : StreamRecorder(std::move(
       "rack", "", {.description = "YAML file with the pipes, kept with the flight; empty: none"});
 }
 
-RackRecorder::~RackRecorder() {
-  close();
-}
+RackRecorder::~RackRecorder() = default;
 
 CallbackReturn RackRecorder::on_configure() {
   const Duration period = from_seconds(image_period_.get());

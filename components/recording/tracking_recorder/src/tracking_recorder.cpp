@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "picture_file.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/recording/csv_line.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 #include "tracking_tally.hpp"
 
 namespace pipescout {
@@ -96,9 +96,7 @@ TrackingRecorder::TrackingRecorder(ComponentOptions options)
       {.description = "that are kept of one mission", .integer_range = IntegerRange{0, 1000000}});
 }
 
-TrackingRecorder::~TrackingRecorder() {
-  close();
-}
+TrackingRecorder::~TrackingRecorder() = default;
 
 CallbackReturn TrackingRecorder::on_configure() {
   tally_ = std::make_unique<TrackingTally>();

@@ -9,8 +9,8 @@
 #include <pipescout_msgs/msg/pipe_track.hpp>
 #include <string>
 
-#include "pipescout/interfaces/mission_section.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/mission_folder/mission_section.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

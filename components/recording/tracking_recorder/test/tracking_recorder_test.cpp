@@ -12,10 +12,10 @@
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <string>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {

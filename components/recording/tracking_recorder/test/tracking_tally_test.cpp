@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipescout/interfaces/conversions.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {

@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/crawler_simulation/route_file.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -83,9 +83,7 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
   declare_signal_parameters();
 }
 
-CrawlerSimulation::~CrawlerSimulation() {
-  close();
-}
+CrawlerSimulation::~CrawlerSimulation() = default;
 
 void CrawlerSimulation::declare_wheel_parameters() {
   const WheelParameters wheel;

@@ -11,12 +11,12 @@
 #include <utility>
 
 #include "patrol_messages.hpp"
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 namespace {
@@ -61,9 +61,7 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
                                     .floating_point_range = FloatingPointRange{1e-3, 1e3}});
 }
 
-PatrolSimulation::~PatrolSimulation() {
-  close();
-}
+PatrolSimulation::~PatrolSimulation() = default;
 
 CallbackReturn PatrolSimulation::on_configure() {
   const PatrolDriveParameters parameters = patrol_parameters_.drive();

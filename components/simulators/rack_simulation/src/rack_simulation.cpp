@@ -7,13 +7,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/register_component.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
 
@@ -55,9 +55,7 @@ RackSimulation::RackSimulation(ComponentOptions options) : Component(std::move(o
   declare_camera_parameters();
 }
 
-RackSimulation::~RackSimulation() {
-  close();
-}
+RackSimulation::~RackSimulation() = default;
 
 void RackSimulation::declare_run_parameters() {
   rack_file_ = parameters().declare<std::string>(

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/interfaces/conversions.hpp"
-#include "pipescout/interfaces/testing/component_harness.hpp"
-#include "pipescout/interfaces/topics.hpp"
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {

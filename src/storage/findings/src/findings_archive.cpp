@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 
 namespace pipescout {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "pipescout/interfaces/parameter_yaml.hpp"
+#include "pipescout/runtime/parameter_yaml.hpp"
 #include "pipescout/thermal_files/yaml_entries.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
 #include "pipescout/thermal_parameters/findings_parameters.hpp"

@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-#include "pipescout/interfaces/testing/temporary_folder.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
 
 namespace pipescout {

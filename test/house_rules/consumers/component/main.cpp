@@ -4,14 +4,13 @@
 #include <memory>
 #include <std_msgs/msg/string.hpp>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace {
 
 class Talker final : public pipescout::Component {
  public:
   using Component::Component;
-  ~Talker() override { close(); }
 
  protected:
   pipescout::CallbackReturn on_configure() override {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/bound_parameters.hpp"
-#include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/manipulation/arm_controller.hpp"
 #include "pipescout/manipulation/arm_model.hpp"
+#include "pipescout/runtime/bound_parameters.hpp"
+#include "pipescout/runtime/parameters.hpp"
 
 namespace pipescout {
 

@@ -15,8 +15,8 @@
 #include <trajectory_msgs/msg/joint_trajectory.hpp>
 
 #include "pipescout/camera_arm/arm_settings.hpp"
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/manipulation/arm_controller.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

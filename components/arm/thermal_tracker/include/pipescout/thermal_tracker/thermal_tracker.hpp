@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
+#include "pipescout/runtime/component.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 #include "pipescout/thermal_tracker/tracker_settings.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/bound_parameters.hpp"
-#include "pipescout/interfaces/parameters.hpp"
-#include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/message_conversions/camera_mount.hpp"
+#include "pipescout/runtime/bound_parameters.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
 #include "pipescout/tracking/shapes.hpp"

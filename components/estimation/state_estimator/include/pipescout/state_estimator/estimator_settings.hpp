@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/interfaces/bound_parameters.hpp"
-#include "pipescout/interfaces/parameters.hpp"
-#include "pipescout/interfaces/stamp_limits.hpp"
+#include "pipescout/runtime/bound_parameters.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 
 namespace pipescout {
 

@@ -18,7 +18,7 @@
 
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
 namespace pipescout {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
-#include "pipescout/interfaces/stamp_limits.hpp"
+#include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/weld_locator/distance_history.hpp"
 #include "pipescout/weld_locator/tally_file.hpp"
 

@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_inspector/inspector_settings.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
+#include "pipescout/runtime/component.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
 namespace pipescout {

@@ -14,11 +14,11 @@
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/component.hpp"
-#include "pipescout/interfaces/stamp_limits.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
+#include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 
 namespace pipescout {
 

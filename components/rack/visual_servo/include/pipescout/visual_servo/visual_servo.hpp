@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

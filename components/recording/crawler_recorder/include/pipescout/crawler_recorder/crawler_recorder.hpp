@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/catalogue/mission_recorder.hpp"
 #include "pipescout/crawler_recorder/crawler_report.hpp"
-#include "pipescout/interfaces/mission_recorder.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/files/whole_file.hpp"
 
 namespace pipescout {
 

@@ -10,7 +10,7 @@
 
 #include "pipescout/estimator_recorder/estimator_report.hpp"
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 /// The lines of the recorder's files, docs/components/estimator_recorder.md. Pure.
 namespace pipescout {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/estimator_recorder/estimator_report.hpp"
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/recording/stream_recorder.hpp"
 #include "pipescout/recording/thinning.hpp"
 
 namespace pipescout {

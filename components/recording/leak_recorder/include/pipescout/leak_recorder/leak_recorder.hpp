@@ -6,7 +6,7 @@
 #include <pipescout_msgs/msg/leak_event.hpp>
 #include <string>
 
-#include "pipescout/recording/stream_recorder.hpp"
+#include "pipescout/catalogue/stream_recorder.hpp"
 
 namespace pipescout {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/mission_recorder.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
+#include "pipescout/catalogue/mission_recorder.hpp"
+#include "pipescout/files/whole_file.hpp"
 #include "pipescout/odometry_recorder/odometry_report.hpp"
 
 namespace pipescout {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/mission_section.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/mission_folder/mission_section.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

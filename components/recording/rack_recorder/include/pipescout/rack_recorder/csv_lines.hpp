@@ -7,7 +7,7 @@
 #include <pipescout_msgs/msg/rack_state.hpp>
 #include <string>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 /// The lines of the recorder's files beside poses, docs/components/rack_recorder.md. Pure.
 namespace pipescout {

@@ -12,9 +12,9 @@
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
 
+#include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
 #include "pipescout/rack_recorder/rack_report.hpp"
-#include "pipescout/recording/stream_recorder.hpp"
 #include "pipescout/recording/thinning.hpp"
 
 namespace pipescout {

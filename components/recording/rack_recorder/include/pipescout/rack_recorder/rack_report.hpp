@@ -8,10 +8,10 @@
 #include <string>
 
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/mission_section.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/mission_folder/mission_section.hpp"
 #include "pipescout/recording/error_histogram.hpp"
 #include "pipescout/recording/true_track.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

@@ -10,8 +10,8 @@
 #include <sensor_msgs/msg/joint_state.hpp>
 #include <string>
 
+#include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
-#include "pipescout/recording/stream_recorder.hpp"
 #include "pipescout/recording/thinning.hpp"
 
 namespace pipescout {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "pipescout/crawler_simulation/simulated_run.hpp"
-#include "pipescout/interfaces/component.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

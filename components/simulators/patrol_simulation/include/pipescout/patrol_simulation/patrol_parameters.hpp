@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/patrol_simulation/patrol_drive.hpp"
+#include "pipescout/runtime/parameters.hpp"
 
 namespace pipescout {
 

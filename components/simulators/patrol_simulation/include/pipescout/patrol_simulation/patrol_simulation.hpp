@@ -19,9 +19,9 @@
 #include <trajectory_msgs/msg/joint_trajectory.hpp>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/patrol_simulation/patrol_drive.hpp"
 #include "pipescout/patrol_simulation/patrol_parameters.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/interfaces/component.hpp"
 #include "pipescout/rack_simulation/rack_flight.hpp"
+#include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
 

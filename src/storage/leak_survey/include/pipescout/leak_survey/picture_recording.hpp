@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "pipescout/files/whole_file.hpp"
 #include "pipescout/geometry/camera.hpp"
-#include "pipescout/interfaces/whole_file.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_survey/survey_settings.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"

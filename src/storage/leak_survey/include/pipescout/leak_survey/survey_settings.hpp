@@ -7,8 +7,8 @@
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/interfaces/parameters.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/runtime/parameters.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
 namespace pipescout {

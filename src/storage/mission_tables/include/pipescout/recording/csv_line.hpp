@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

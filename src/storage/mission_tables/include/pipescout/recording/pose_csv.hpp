@@ -5,8 +5,8 @@
 #include <string>
 
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/time.hpp"
 #include "pipescout/recording/csv_line.hpp"
+#include "pipescout/runtime/time.hpp"
 
 /// Poses in data files: the same columns in the file of every recorder. Pure.
 namespace pipescout {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

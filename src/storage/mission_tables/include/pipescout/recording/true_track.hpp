@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/interfaces/time.hpp"
+#include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipescout/leak_findings/leak_findings.hpp"
+#include "pipescout/runtime/bound_parameters.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/thermal/leak_detector.hpp"
+
+namespace pipescout {
+
+/// Parameters of what makes findings of detections: docs/components/leak_inspector.md.
+class FindingsParameters {
+ public:
+  /// Declares them.
+  explicit FindingsParameters(Parameters& parameters);
+
+  /// Valid, of a camera that is not mounted yet. Severities and the diameter of pipes are those of
+  /// the detector. Throws std::invalid_argument naming the parameter.
+  [[nodiscard]] leak_findings::LeakFindingsParameters read(
+      const thermal::LeakDetectorParameters& detector) const;
+
+ private:
+  BoundParameters<leak_findings::LeakFindingsParameters> fields_;
+  Parameter<std::string> range_source_;
+  Parameter<std::vector<double>> lines_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <any>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/catalogue/mission_recorder.hpp"
+#include "pipescout/files/whole_file.hpp"
+#include "pipescout/runtime/topic.hpp"
+
+namespace pipescout {
+
+/// Records streams that others publish, line by line as they arrive. Complete a while after its
+/// source; failed when nothing arrives any more before the source is complete.
+///
+/// Parameters beside those of MissionRecorder, taken over by `begin_recording`: `settle_time`, s
+/// after the end of the source in which messages that are under way arrive, and `silent_after`, s
+/// without any message after which a recording whose source is not complete fails (0: waits for
+/// ever). Both are real time.
+class StreamRecorder : public MissionRecorder {
+ protected:
+  /// `data_name`: as of MissionRecorder.
+  StreamRecorder(ComponentOptions options, std::string data_name);
+
+  /// For on_configure, before `record`. Throws as MissionRecorder::open_recording.
+  void begin_recording();
+
+  /// Calls `write` for each message. A file that cannot be written (std::system_error) fails the
+  /// mission; a message that says nonsense (std::invalid_argument) is counted as
+  /// `<counter>.malformed`.
+  template <class T, class Write>
+  void record(const Topic<T>& topic, const std::string& counter, Write write) {
+    subscriptions_.emplace_back(create_subscription(
+        topic,
+        [this, counter, write](const T& message) { hear([&] { write(message); }, counter); }));
+  }
+
+  /// The data file of this name. A new one begins with the header. Throws std::system_error naming
+  /// it.
+  [[nodiscard]] LineFile& file(std::string_view name, std::string (*header)());
+
+  // A derived class overrides `on_configure`, `section`, `counts`, and these:
+
+  /// Whether what there is makes a recording; one without is failed at the end of its source.
+  [[nodiscard]] virtual bool has_data() const = 0;
+  /// What the source says of itself while it runs and when it is complete. May throw
+  /// std::system_error.
+  virtual void on_progress(const pipescout_msgs::msg::MissionStatus& status);
+
+  CallbackReturn on_deactivate() override;
+
+ private:
+  void on_source(const pipescout_msgs::msg::MissionStatus& status) final;
+  void stop_timers() final;
+  void sync_files() final;
+  void close_files() final;
+
+  void hear(const std::function<void()>& write, const std::string& counter);
+  /// Ends a recording whose source is dead. Before the first message it has not begun.
+  void look_for_silence();
+
+  Parameter<double> settle_time_;
+  Parameter<double> silent_after_;
+
+  // As configured.
+  Duration settle_{};
+  Duration silence_{};  // zero: may last for ever
+
+  std::optional<SteadyTime> heard_at_;
+  std::map<std::string, LineFile, std::less<>> files_;
+  std::vector<std::any> subscriptions_;
+  std::shared_ptr<Timer> settle_timer_;
+  std::shared_ptr<Timer> silence_timer_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "event_thread.hpp"
+#include "pipescout/runtime/transport.hpp"
+#include "rtps_conversions.hpp"
+
+namespace pipescout::dds {
+
+/// One of our own endpoints, for finding remote ones that its QoS keeps apart from it.
+struct LocalEndpoint {
+  const void* owner = nullptr;  ///< of the events, see EventThread
+  bool is_writer = false;
+  std::string topic;
+  std::string type;
+  QoS qos;
+  std::function<void(QosPolicy)> on_incompatible;
+};
+
+/// What the network has told of other processes. Fast DDS's own "incompatible QoS" events do not
+/// say which endpoint is meant and count those of this process too; so the pairs are judged here.
+class Discovery : public fastdds::DomainParticipantListener {
+ public:
+  explicit Discovery(EventThread& events) : events_(events) {}
+
+  [[nodiscard]] std::vector<DiscoveredParticipant> participants() const;
+  [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints() const;
+
+  /// See Transport::on_graph_changed.
+  void on_graph_changed(GraphChanged callback);
+
+  /// Reports incompatible remote endpoints, those known already and those that come.
+  void add(LocalEndpoint endpoint);
+  void remove(const void* owner);
+
+  void on_participant_discovery(fastdds::DomainParticipant* participant,
+                                rtps::ParticipantDiscoveryInfo&& info) override;
+  void on_subscriber_discovery(fastdds::DomainParticipant* participant,
+                               rtps::ReaderDiscoveryInfo&& info) override;
+  void on_publisher_discovery(fastdds::DomainParticipant* participant,
+                              rtps::WriterDiscoveryInfo&& info) override;
+
+ private:
+  void endpoint_discovered(DiscoveredEndpoint endpoint);
+  void endpoint_removed(const Gid& gid);
+  void compare(const LocalEndpoint& local, const DiscoveredEndpoint& remote);
+  void graph_changed();
+
+  EventThread& events_;
+  mutable std::mutex mutex_;
+  std::map<Gid, DiscoveredParticipant> participants_;
+  std::map<Gid, DiscoveredEndpoint> endpoints_;
+  std::vector<LocalEndpoint> local_;
+  GraphChanged callback_;
+  bool event_pending_ = false;
+};
+
+}  // namespace pipescout::dds

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shortcut_transport.hpp"
+
+#include <fastdds/rtps/network/SenderResource.h>
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/transport/TransportInterface.h>
+#include <fastdds/rtps/transport/TransportReceiverInterface.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+#include <fastdds/rtps/common/LocatorList.hpp>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dds_test_support.hpp"
+#include "participant.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+
+namespace pipescout {
+namespace {
+
+namespace rtps = eprosima::fastdds::rtps;
+using dds::ReaderProbe;
+using dds::shared_memory_port;
+using dds::ShortcutTransportDescriptor;
+using dds_test::Monitor;
+using eprosima::fastrtps::rtps::IPLocator;
+using ::testing::ElementsAre;
+
+// Above the ports of DDS domains; each test program has some of its own.
+std::uint16_t test_port(int index) {
+  return static_cast<std::uint16_t>(61000 + getpid() % 400 * 10 + index);
+}
+
+rtps::Locator udp_locator(std::uint16_t port, const std::string& address = "127.0.0.1") {
+  rtps::Locator locator;
+  IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
+  return locator;
+}
+
+std::unique_ptr<rtps::TransportInterface> initialised(
+    const rtps::TransportDescriptorInterface& descriptor) {
+  std::unique_ptr<rtps::TransportInterface> transport(descriptor.create_transport());
+  if (!transport->init()) {
+    throw std::runtime_error("no transport");
+  }
+  return transport;
+}
+
+ShortcutTransportDescriptor shortcut() {
+  ShortcutTransportDescriptor descriptor;
+  descriptor.interfaceWhiteList.emplace_back("127.0.0.1");
+  descriptor.shared_memory.segment_size(std::uint32_t{1} << 20);
+  return descriptor;
+}
+
+/// Listens on a port and keeps what comes, with the kind of the channel on which it came.
+class Receiver final : public rtps::TransportReceiverInterface {
+ public:
+  struct Datagram {
+    std::string text;
+    std::int32_t kind;
+    bool operator==(const Datagram&) const = default;
+  };
+
+  Receiver(const rtps::TransportDescriptorInterface& descriptor, const rtps::Locator& locator)
+      : transport_(initialised(descriptor)), locator_(locator) {
+    if (!transport_->OpenInputChannel(locator_, this, 65500)) {
+      throw std::runtime_error("port is taken");
+    }
+  }
+  Receiver(const Receiver&) = delete;
+  Receiver& operator=(const Receiver&) = delete;
+  ~Receiver() override { transport_->CloseInputChannel(locator_); }
+
+  void OnDataReceived(const std::uint8_t* data, std::uint32_t size, const rtps::Locator& local,
+                      const rtps::Locator&) override {
+    monitor_.change([&] { datagrams_.push_back({{data, data + size}, local.kind}); });
+  }
+  /// All up to the one with this text.
+  std::vector<Datagram> until(const std::string& text) {
+    EXPECT_TRUE(
+        monitor_.await([&] { return !datagrams_.empty() && datagrams_.back().text == text; }));
+    return monitor_.copy(datagrams_);
+  }
+
+ private:
+  Monitor monitor_;
+  std::vector<Datagram> datagrams_;
+  std::unique_ptr<rtps::TransportInterface> transport_;
+  rtps::Locator locator_;
+};
+
+/// The messages that wait in shared memory go with it.
+class Sender {
+ public:
+  explicit Sender(const rtps::TransportDescriptorInterface& descriptor)
+      : transport_(initialised(descriptor)) {}
+
+  void send(const std::string& text, const std::vector<rtps::Locator>& destinations) {
+    rtps::LocatorList locators;
+    for (const auto& destination : destinations) {
+      transport_->OpenOutputChannel(senders_, destination);
+      locators.push_back(destination);
+    }
+    for (const auto& sender : senders_) {
+      rtps::Locators begin(locators.begin());
+      rtps::Locators end(locators.end());
+      sender->send(reinterpret_cast<const std::uint8_t*>(text.data()),
+                   static_cast<std::uint32_t>(text.size()), &begin, &end,
+                   std::chrono::steady_clock::now() + std::chrono::seconds(1));
+    }
+  }
+
+ private:
+  std::unique_ptr<rtps::TransportInterface> transport_;
+  rtps::SendResourceList senders_;
+};
+
+TEST(ShortcutTransportTest, TakesTheShortcutToItsOwnKind) {
+  Receiver receiver(shortcut(), udp_locator(test_port(0)));
+  Sender sender(shortcut());
+  sender.send("hello", {udp_locator(test_port(0))});
+  EXPECT_THAT(receiver.until("hello"), ElementsAre(Receiver::Datagram{"hello", LOCATOR_KIND_SHM}));
+}
+
+TEST(ShortcutTransportTest, SpeaksUdpToOthers) {
+  rtps::UDPv4TransportDescriptor plain;
+  plain.interfaceWhiteList.emplace_back("127.0.0.1");
+  Receiver theirs(plain, udp_locator(test_port(1)));
+  Sender sender(shortcut());
+  sender.send("to them", {udp_locator(test_port(1))});
+  EXPECT_THAT(theirs.until("to them"),
+              ElementsAre(Receiver::Datagram{"to them", LOCATOR_KIND_UDPv4}));
+  Receiver ours(shortcut(), udp_locator(test_port(2)));
+  Sender stranger(plain);
+  stranger.send("to us", {udp_locator(test_port(2))});
+  EXPECT_THAT(ours.until("to us"), ElementsAre(Receiver::Datagram{"to us", LOCATOR_KIND_UDPv4}));
+}
+
+TEST(ShortcutTransportTest, ServesBothKindsWithOneSend) {
+  rtps::UDPv4TransportDescriptor plain;
+  plain.interfaceWhiteList.emplace_back("127.0.0.1");
+  Receiver theirs(plain, udp_locator(test_port(3)));
+  Receiver ours(shortcut(), udp_locator(test_port(4)));
+  Sender sender(shortcut());
+  sender.send("both", {udp_locator(test_port(3)), udp_locator(test_port(4))});
+  EXPECT_THAT(theirs.until("both"), ElementsAre(Receiver::Datagram{"both", LOCATOR_KIND_UDPv4}));
+  EXPECT_THAT(ours.until("both"), ElementsAre(Receiver::Datagram{"both", LOCATOR_KIND_SHM}));
+}
+
+TEST(ShortcutTransportTest, FollowsAPortFromOneProcessToTheNext) {
+  rtps::UDPv4TransportDescriptor plain;
+  plain.interfaceWhiteList.emplace_back("127.0.0.1");
+  Sender sender(shortcut());
+  {
+    Receiver first(shortcut(), udp_locator(test_port(5)));
+    sender.send("first", {udp_locator(test_port(5))});
+    EXPECT_EQ(first.until("first").back().kind, LOCATOR_KIND_SHM);
+  }
+  {
+    Receiver second(plain, udp_locator(test_port(5)));
+    sender.send("second", {udp_locator(test_port(5))});
+    EXPECT_EQ(second.until("second").back().kind, LOCATOR_KIND_UDPv4);
+  }
+  Receiver third(shortcut(), udp_locator(test_port(5)));
+  sender.send("third", {udp_locator(test_port(5))});
+  EXPECT_EQ(third.until("third").back().kind, LOCATOR_KIND_SHM);
+}
+
+TEST(ShortcutTransportTest, SendsOnceToAProcessWithSeveralAddresses) {
+  ShortcutTransportDescriptor everywhere = shortcut();
+  everywhere.interfaceWhiteList.clear();
+  Receiver receiver(everywhere, udp_locator(test_port(6)));
+  std::vector<rtps::Locator> addresses = {udp_locator(test_port(6))};
+  const auto transport = initialised(everywhere);
+  for (const auto& address : transport->NormalizeLocator(udp_locator(test_port(6), "0.0.0.0"))) {
+    addresses.push_back(address);
+  }
+  Sender sender(everywhere);
+  sender.send("one", addresses);
+  sender.send("two", {addresses.front()});
+  EXPECT_EQ(receiver.until("two").size(), 2U);
+}
+
+TEST(ReaderProbeTest, AsksForTheLockOfThePort) {
+  const testing::TemporaryFolder folder;
+  ReaderProbe probe(folder.path());
+  EXPECT_FALSE(probe.has_reader(70000));
+  const auto file = folder.path() / "fastrtps_port70000_el";
+  const int reader = open(file.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
+  ASSERT_GE(reader, 0);
+  EXPECT_FALSE(probe.has_reader(70000)) << "left behind by a killed process";
+  ASSERT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0) << "the probe must not keep the lock";
+  EXPECT_TRUE(probe.has_reader(70000));
+  EXPECT_TRUE(probe.has_reader(70000));
+  EXPECT_FALSE(probe.has_reader(70001));
+  close(reader);
+  EXPECT_FALSE(probe.has_reader(70000));
+}
+
+TEST(SharedMemoryPortTest, IsNoneThatFastDdsUses) {
+  EXPECT_GT(shared_memory_port(0), 0xFFFFU);
+  EXPECT_EQ(shared_memory_port(7411) & 0xFFFF, 7411U);
+  EXPECT_EQ(shared_memory_port(7411), shared_memory_port(7411));
+}
+
+/// Keeps the locators that a remote participant announces.
+class LocatorListener final : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  void on_participant_discovery(
+      eprosima::fastdds::dds::DomainParticipant*,
+      eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& found) override {
+    monitor.change([&] {
+      for (const auto* locators :
+           {&found.info.default_locators, &found.info.metatraffic_locators}) {
+        for (const auto& locator : locators->unicast) {
+          kinds.push_back(locator.kind);
+        }
+      }
+    });
+  }
+  Monitor monitor;
+  std::vector<std::int32_t> kinds;
+};
+
+TEST(ShortcutTransportTest, NobodyIsToldOfTheSharedMemory) {
+  DdsOptions options;
+  options.domain_id = static_cast<std::uint32_t>(1 + getpid() % 200);
+  options.localhost_only = true;
+  LocatorListener listener;
+  auto* factory = eprosima::fastdds::dds::DomainParticipantFactory::get_instance();
+  eprosima::fastdds::dds::DomainParticipantQos qos;
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  auto* stranger = factory->create_participant(options.domain_id, qos, &listener,
+                                               eprosima::fastdds::dds::StatusMask::none());
+  ASSERT_NE(stranger, nullptr);
+  {
+    const dds::Participant ours(options);
+    EXPECT_TRUE(listener.monitor.await([&] { return !listener.kinds.empty(); }));
+  }
+  EXPECT_THAT(listener.monitor.copy(listener.kinds), ::testing::Each(LOCATOR_KIND_UDPv4));
+  factory->delete_participant(stranger);
+}
+
+}  // namespace
+}  // namespace pipescout

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "pipescout/runtime/executor.hpp"
+#include "pipescout/runtime/time.hpp"
+
+namespace pipescout {
+
+/// Where a component reads ROS time. Thread-safe.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  [[nodiscard]] virtual Time now() const = 0;
+  /// True when `/clock`, and not this machine, drives the time.
+  [[nodiscard]] virtual bool is_simulated() const noexcept = 0;
+};
+
+/// The clock of the operating system.
+class SystemClock final : public Clock {
+ public:
+  [[nodiscard]] Time now() const override;
+  [[nodiscard]] bool is_simulated() const noexcept override { return false; }
+};
+
+/// A clock that stands at zero until somebody sets it: `/clock`, or a test.
+class SimulatedClock final : public Clock {
+ public:
+  [[nodiscard]] Time now() const override;
+  [[nodiscard]] bool is_simulated() const noexcept override { return true; }
+
+  /// Moves the time, forwards or backwards. Work that became due is scheduled in the order of its
+  /// times; a jump backwards schedules all waiting work, so that timers can start again from the
+  /// new time.
+  void set(Time now);
+  /// The same from one of several sources that say the same, as the subscriptions of one topic do:
+  /// while the source exists that was the first, the others count for nothing. Together they would
+  /// make the time jump back and forth.
+  void set_from(const std::shared_ptr<const void>& source, Time now);
+
+  /// Schedules `waitable` in `group` once, when this clock reaches `when`. Replaces an earlier call
+  /// for the same waitable.
+  void schedule_at(Time when, const std::shared_ptr<CallbackGroup>& group,
+                   const std::shared_ptr<Waitable>& waitable);
+  void cancel(const Waitable* waitable);
+
+ private:
+  struct Waiting {
+    Time when;
+    std::uint64_t order = 0;  // of scheduling: decides between equal times
+    std::weak_ptr<CallbackGroup> group;
+    std::weak_ptr<Waitable> waitable;
+  };
+  mutable std::mutex mutex_;
+  Time now_{};
+  std::weak_ptr<const void> source_;
+  std::uint64_t last_order_ = 0;
+  std::map<const Waitable*, Waiting> waiting_;
+};
+
+}  // namespace pipescout

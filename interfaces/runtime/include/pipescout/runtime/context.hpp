@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "pipescout/runtime/clock.hpp"
+#include "pipescout/runtime/executor.hpp"
+#include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/subscription.hpp"
+#include "pipescout/runtime/transport.hpp"
+
+namespace pipescout {
+
+class Graph;
+
+/// An endpoint was asked for on a topic that carries another type in this process.
+class TopicTypeMismatch : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct PublisherOptions {
+  WireTopic topic;
+  QoS qos = {};
+  PublisherEvents events = {};
+  /// Where events run. Null: only for endpoints without events.
+  std::shared_ptr<CallbackGroup> group = nullptr;
+};
+
+struct SubscriptionOptions {
+  WireTopic topic;
+  QoS qos = {};
+  UntypedSubscription::Callback callback = nullptr;
+  SubscriptionEvents events = {};
+  /// Where the callback and the events run. Null: the callback runs at once, on whatever thread
+  /// brings the message (of a publisher or of the transport); it must return soon and must not
+  /// publish or make endpoints, and there must be no events.
+  std::shared_ptr<CallbackGroup> group = nullptr;
+  /// Start disabled, see UntypedSubscription::set_enabled.
+  bool enabled = true;
+  /// Subscriptions of one topic with the same QoS share one reader towards other processes, and its
+  /// identity. With this, the subscription has its own: clients of a service are told apart by it.
+  bool own_reader = false;
+};
+
+/// One process's place on the network: at most one participant, the in-process delivery, the graph
+/// and the clocks. Everything that communicates belongs to a context and keeps it alive.
+/// Thread-safe.
+class Context : public std::enable_shared_from_this<Context> {
+ public:
+  /// With a transport, messages reach other processes. Without one nothing opens a socket, and all
+  /// else works the same: the backend of unit tests.
+  [[nodiscard]] static std::shared_ptr<Context> create(std::unique_ptr<Transport> transport);
+  [[nodiscard]] static std::shared_ptr<Context> create_in_process() { return create(nullptr); }
+
+  virtual ~Context() = default;
+
+  /// Throws TopicTypeMismatch, TransportError, std::invalid_argument (QoS).
+  [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> create_publisher(
+      PublisherOptions options) = 0;
+  [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> create_subscription(
+      SubscriptionOptions options) = 0;
+
+  /// Nodes, topics and services, here and on the network.
+  [[nodiscard]] virtual Graph& graph() = 0;
+
+  [[nodiscard]] virtual std::shared_ptr<SystemClock> system_clock() const = 0;
+  /// The clock of this process for a topic, in the fully qualified name; it exists as long as the
+  /// context. The nodes that follow the topic drive it.
+  [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock(
+      const std::string& topic = "/clock") = 0;
+
+  /// Null for the in-process backend.
+  [[nodiscard]] virtual Transport* transport() = 0;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "pipescout/runtime/names.hpp"
+#include "pipescout/runtime/transport.hpp"
+
+namespace pipescout {
+
+class UntypedPublisher;
+class UntypedSubscription;
+
+/// A publisher or subscription anywhere on the network.
+struct GraphEndpoint {
+  Gid gid;
+  bool is_publisher = false;
+  std::string wire_topic;        ///< "rt/odometer/fused"
+  std::string wire_type;         ///< "pipescout_msgs::msg::dds_::FusedOdometer_"
+  QoS qos;                       ///< depth 0: unknown
+  std::optional<NodeName> node;  ///< none: the owner has not said (a plain DDS program)
+  bool in_this_process = false;
+};
+
+/// Names and the types seen under them: more than one type is somebody's mistake.
+using NamesAndTypes = std::map<std::string, std::set<std::string>>;
+
+/// The node graph of ROS 2: who is there, who publishes and subscribes what. Announces the nodes of
+/// this process on `ros_discovery_info` and reads everybody's. Thread-safe.
+class Graph {
+ public:
+  virtual ~Graph() = default;
+
+  /// Announces a node. Throws std::invalid_argument when this process has one of that name already.
+  virtual void add_node(const NodeName& node) = 0;
+  virtual void remove_node(const NodeName& node) = 0;
+  /// Says that an endpoint of this process belongs to a node. Endpoints that are destroyed leave
+  /// the graph by themselves; those of a node that is removed first stay without an owner. Throws
+  /// std::invalid_argument when the node is not in this process or the endpoint has an owner.
+  virtual void add_endpoint(const NodeName& node,
+                            const std::shared_ptr<UntypedPublisher>& publisher) = 0;
+  virtual void add_endpoint(const NodeName& node,
+                            const std::shared_ptr<UntypedSubscription>& subscription) = 0;
+
+  /// All nodes, sorted; a name that two nodes bear appears twice.
+  [[nodiscard]] virtual std::vector<NodeName> nodes() const = 0;
+  [[nodiscard]] virtual std::vector<GraphEndpoint> endpoints() const = 0;
+  /// ROS topic names with ROS type names ("sensor_msgs/msg/Image"), without services.
+  [[nodiscard]] virtual NamesAndTypes topics() const = 0;
+  /// ROS service names with service types ("std_srvs/srv/Trigger").
+  [[nodiscard]] virtual NamesAndTypes services() const = 0;
+
+  /// Calls `changed` after each change of the graph, on the thread that brought it (maybe one of
+  /// the transport); it must return soon, must not throw, and may ask the graph. Once the returned
+  /// handle is gone, no call is in progress or follows (but for the call that drops it itself), so
+  /// the handle must not be dropped under a lock that `changed` takes.
+  [[nodiscard]] virtual std::shared_ptr<void> on_changed(std::function<void()> changed) = 0;
+  /// Blocks until `done` holds, asking again after each change; false when the time is over.
+  virtual bool wait_until(const std::function<bool()>& done, Duration timeout) = 0;
+};
+
+}  // namespace pipescout

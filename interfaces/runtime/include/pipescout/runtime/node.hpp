@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "pipescout/runtime/context.hpp"
+#include "pipescout/runtime/graph.hpp"
+#include "pipescout/runtime/logger.hpp"
+#include "pipescout/runtime/names.hpp"
+#include "pipescout/runtime/parameters.hpp"
+#include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/service.hpp"
+#include "pipescout/runtime/subscription.hpp"
+#include "pipescout/runtime/timer.hpp"
+#include "pipescout/runtime/topic.hpp"
+
+namespace pipescout {
+
+struct NodeOptions {
+  std::shared_ptr<Context> context;
+  Executor* executor = nullptr;  ///< must outlive the node
+  NodeName name;
+  RemapRules remap_rules;
+  std::vector<ParameterOverride> parameter_overrides;
+  /// Serve `~/get_parameters` and its five sisters, `/parameter_events` and `/rosout`. Off for the
+  /// short-lived nodes of command line tools.
+  bool standard_interfaces = true;
+};
+
+/// How an endpoint is made beside topic and QoS.
+struct EndpointOptions {
+  /// One that the node made; null: its default group.
+  std::shared_ptr<CallbackGroup> group;
+  /// Unmanaged endpoints work in every lifecycle state; managed ones only while active. A plain
+  /// node is always active.
+  bool managed = true;
+};
+
+/// A member of the ROS graph: a name, parameters, and the means to communicate. `Component` adds
+/// the managed lifecycle. Names of topics and services are expanded and remapped as in ROS 2.
+/// Making endpoints is thread-safe.
+class Node {
+ public:
+  /// Throws InvalidName, std::invalid_argument when this process has a node of that name already,
+  /// TransportError.
+  explicit Node(NodeOptions options);
+  virtual ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] const NodeName& node_name() const;
+  /// As asked for in the options.
+  [[nodiscard]] bool has_standard_interfaces() const;
+  [[nodiscard]] Context& context() const;
+  [[nodiscard]] Executor& executor() const;
+  [[nodiscard]] const Logger& logger() const;
+  [[nodiscard]] Parameters& parameters() const;
+  /// ROS time: of the system, or of `/clock` while the parameter `use_sim_time` is true. The nodes
+  /// of a process that follow the same topic share one time, which is zero until the first message.
+  [[nodiscard]] Time now() const;
+  /// Mutually exclusive; where callbacks run unless another group is given.
+  [[nodiscard]] const std::shared_ptr<CallbackGroup>& default_group() const;
+  [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(CallbackGroupType type);
+
+  // All that follow throw InvalidName for a name that cannot be expanded or remapped,
+  // TopicTypeMismatch when this process uses the name with another type, TransportError, and
+  // std::invalid_argument for an invalid QoS. Nothing is left behind then.
+
+  template <class T>
+  [[nodiscard]] Publisher<T> create_publisher(std::string_view topic, const QoS& qos,
+                                              PublisherEvents events = {},
+                                              const EndpointOptions& options = {}) {
+    return Publisher<T>(
+        create_untyped_publisher(topic, message_type<T>(), qos, std::move(events), options));
+  }
+  template <class T>
+  [[nodiscard]] Publisher<T> create_publisher(const Topic<T>& topic, PublisherEvents events = {},
+                                              const EndpointOptions& options = {}) {
+    return create_publisher<T>(topic.name, topic.qos, std::move(events), options);
+  }
+
+  /// `callback` takes `const T&`, or `const std::shared_ptr<const T>&`, each optionally followed by
+  /// `const MessageInfo&`.
+  template <class T, class Callback>
+  [[nodiscard]] Subscription<T> create_subscription(std::string_view topic, const QoS& qos,
+                                                    Callback callback,
+                                                    SubscriptionEvents events = {},
+                                                    const EndpointOptions& options = {}) {
+    return Subscription<T>(create_untyped_subscription(topic, message_type<T>(), qos,
+                                                       untyped_callback<T>(std::move(callback)),
+                                                       std::move(events), options));
+  }
+  template <class T, class Callback>
+  [[nodiscard]] Subscription<T> create_subscription(const Topic<T>& topic, Callback callback,
+                                                    SubscriptionEvents events = {},
+                                                    const EndpointOptions& options = {}) {
+    return create_subscription<T>(topic.name, topic.qos, std::move(callback), std::move(events),
+                                  options);
+  }
+
+  /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const
+  /// S::Request>&, Responder<S>)` to answer later.
+  template <class S, class Handler>
+  [[nodiscard]] Service<S> create_service(std::string_view name, Handler handler,
+                                          const QoS& qos = QoS::services(),
+                                          const EndpointOptions& options = {}) {
+    using Request = typename S::Request;
+    using Response = typename S::Response;
+    // The handler needs the service that it answers through, which exists only after it; so no
+    // request is taken before it knows it.
+    auto self = std::make_shared<std::weak_ptr<UntypedService>>();
+    auto untyped = create_untyped_service_on(
+        name, message_type<Request>(), message_type<Response>(), qos,
+        [handler = std::move(handler), self](const std::shared_ptr<const void>& request,
+                                             const SampleIdentity& caller) {
+          auto typed = std::static_pointer_cast<const Request>(request);
+          Responder<S> responder(*self, caller);
+          if constexpr (std::is_invocable_v<const Handler&, const Request&, Response&>) {
+            Response response;
+            handler(*typed, response);
+            responder.respond(std::move(response));
+          } else {
+            handler(typed, std::move(responder));
+          }
+        },
+        options);
+    *self = untyped;
+    enable_service(untyped, options);
+    return Service<S>(std::move(untyped));
+  }
+
+  template <class S>
+  [[nodiscard]] Client<S> create_client(std::string_view name, const QoS& qos = QoS::services(),
+                                        const EndpointOptions& options = {}) {
+    return Client<S>(create_untyped_client_on(name, message_type<typename S::Request>(),
+                                              message_type<typename S::Response>(), qos, options));
+  }
+
+  /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
+  /// begins when that changes. Throws std::invalid_argument unless the period is positive.
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
+                                                    const EndpointOptions& options = {});
+
+  [[nodiscard]] std::shared_ptr<UntypedPublisher> create_untyped_publisher(
+      std::string_view topic, const MessageType& type, const QoS& qos, PublisherEvents events,
+      const EndpointOptions& options);
+  [[nodiscard]] std::shared_ptr<UntypedSubscription> create_untyped_subscription(
+      std::string_view topic, const MessageType& type, const QoS& qos,
+      UntypedSubscription::Callback callback, SubscriptionEvents events,
+      const EndpointOptions& options);
+
+  /// Every endpoint, service and client that this node made and that still exists. The endpoints of
+  /// services and clients are found through these.
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedPublisher>> publishers() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedService>> services() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedClient>> clients() const;
+
+ protected:
+  enum class CallbackStart {
+    kAtOnce,
+    kWhenAllowed  ///< not before `allow_callbacks`: for classes that others derive from
+  };
+  Node(NodeOptions options, CallbackStart start);
+  /// Lets the callbacks of all groups begin, present and future ones. Thread-safe.
+  void allow_callbacks();
+  /// Keeps callbacks of all groups but the default one from beginning, in groups made later too,
+  /// until `release_other_groups`. True when none of them is running. Otherwise `idle` is called in
+  /// the default group once none is; nothing waits for that, so a callback that never returns holds
+  /// up this node only. Calls do not nest. To be called in the default group.
+  bool hold_other_groups(std::function<void()> idle);
+  void release_other_groups();
+  /// For good: no callback of any group begins any more. `stopped` is called once none is running,
+  /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
+  /// need not wait: `close`, the destructor. Thread-safe.
+  void stop_callbacks(const std::function<void()>& stopped);
+  /// Enables or disables all managed endpoints and timers, present and future ones.
+  void set_managed_active(bool active);
+  /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
+  /// it. The default lets it leave the executor's spin.
+  virtual void on_callback_exception(std::exception_ptr error);
+  /// Ends all callbacks: closes the groups, and waits for callbacks that are running, but not for
+  /// one that calls it. For classes that others derive from, whose objects the owner closes before
+  /// it destroys them: a callback must not meet a half-destroyed object.
+  void close();
+
+ private:
+  template <class T, class Callback>
+  static UntypedSubscription::Callback untyped_callback(Callback callback) {
+    using Shared = std::shared_ptr<const T>;
+    return [callback = std::move(callback)](const std::shared_ptr<const void>& message,
+                                            const MessageInfo& info) mutable {
+      if constexpr (std::is_invocable_v<Callback&, const T&, const MessageInfo&>) {
+        callback(*static_cast<const T*>(message.get()), info);
+      } else if constexpr (std::is_invocable_v<Callback&, const T&>) {
+        callback(*static_cast<const T*>(message.get()));
+      } else if constexpr (std::is_invocable_v<Callback&, const Shared&, const MessageInfo&>) {
+        callback(std::static_pointer_cast<const T>(message), info);
+      } else {
+        static_assert(std::is_invocable_v<Callback&, const Shared&>,
+                      "a subscription callback takes const T& or const std::shared_ptr<const T>&");
+        callback(std::static_pointer_cast<const T>(message));
+      }
+    };
+  }
+
+  std::shared_ptr<UntypedService> create_untyped_service_on(
+      std::string_view name, const MessageType& request, const MessageType& response,
+      const QoS& qos, UntypedService::Handler handler, const EndpointOptions& options);
+  void enable_service(const std::shared_ptr<UntypedService>& service,
+                      const EndpointOptions& options);
+  std::shared_ptr<UntypedClient> create_untyped_client_on(std::string_view name,
+                                                          const MessageType& request,
+                                                          const MessageType& response,
+                                                          const QoS& qos,
+                                                          const EndpointOptions& options);
+
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "pipescout/runtime/topic.hpp"
+
+namespace diagnostic_msgs::msg {
+class DiagnosticArray;
+}
+namespace pipescout_msgs::msg {
+class MissionStatus;
+}
+namespace rcl_interfaces::msg {
+class Log;
+class ParameterEvent;
+}  // namespace rcl_interfaces::msg
+namespace rosgraph_msgs::msg {
+class Clock;
+}
+namespace tf2_msgs::msg {
+class TFMessage;
+}
+
+/// Topics of every node, whatever the domain: those of ROS 2, and the one on which components tell
+/// their progress. The types are only declared here; include the message's own header to use them.
+namespace pipescout::topics {
+
+/// Progress and completion of components, for the host and the operator. Kept for late joiners: the
+/// last word of a component must not be lost because it was said before they were discovered.
+inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
+                                                                      QoS::latched(10)};
+
+/// Simulated time, for nodes with `use_sim_time`.
+inline const Topic<rosgraph_msgs::msg::Clock> kClock{"/clock", QoS::reliable(10)};
+/// Transforms between frames, from whoever knows them; those that never change kept for late
+/// joiners.
+inline const Topic<tf2_msgs::msg::TFMessage> kTf{"/tf", QoS::reliable(100)};
+inline const Topic<tf2_msgs::msg::TFMessage> kTfStatic{"/tf_static", QoS::latched(1)};
+inline const Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
+                                                                       QoS::reliable(10)};
+/// As rcl: kept for late joiners, forgotten after ten seconds.
+inline const Topic<rcl_interfaces::msg::Log> kRosout{"/rosout",
+                                                     QoS{.depth = 1000,
+                                                         .durability = Durability::kTransientLocal,
+                                                         .lifespan = std::chrono::seconds(10)}};
+inline const Topic<rcl_interfaces::msg::ParameterEvent> kParameterEvents{"/parameter_events",
+                                                                         QoS::parameters()};
+
+}  // namespace pipescout::topics

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/transport.hpp"
+
+namespace pipescout {
+
+/// What a subscription can be told. Callbacks run in the subscription's callback group.
+struct SubscriptionEvents {
+  std::function<void(EventCount)> deadline_missed = {};
+  /// Publishers that are alive and not alive now, here and in other processes.
+  std::function<void(LivelinessChange)> liveliness_changed = {};
+  std::function<void(const IncompatibleQos&)> incompatible_qos = {};
+  /// Messages lost: dropped by the full queue, or by the network.
+  std::function<void(EventCount)> message_lost = {};
+  /// Number of matched publishers, here and in other processes.
+  std::function<void(std::size_t)> matched = {};
+};
+
+struct SubscriptionStatistics {
+  std::uint64_t received = 0;
+  std::uint64_t delivered = 0;           ///< callbacks begun
+  std::uint64_t dropped_queue_full = 0;  ///< the oldest message made room for a new one
+  std::uint64_t dropped_inactive = 0;    ///< the same, while the component was not active
+  std::uint64_t expired = 0;             ///< older than the publisher's lifespan
+  std::uint64_t lost_by_network = 0;
+  std::uint64_t malformed = 0;  ///< bytes that are no message of the type
+  std::uint64_t deadlines_missed = 0;
+  std::uint64_t incompatible_qos = 0;
+};
+
+/// A subscription to a type known at run time. `Subscription<T>` is the typed front.
+class UntypedSubscription {
+ public:
+  using Callback = std::function<void(const std::shared_ptr<const void>&, const MessageInfo&)>;
+
+  virtual ~UntypedSubscription() = default;
+
+  /// A subscription of an inactive component is disabled: the last `depth` messages wait in its
+  /// queue and are delivered when it is enabled. Without a callback group messages are dropped.
+  virtual void set_enabled(bool enabled) = 0;
+
+  [[nodiscard]] virtual std::size_t publisher_count() const = 0;
+  [[nodiscard]] virtual int local_publisher_count() const = 0;
+  [[nodiscard]] virtual int remote_publisher_count() const = 0;
+  [[nodiscard]] virtual LivelinessChange liveliness() const = 0;
+  [[nodiscard]] virtual SubscriptionStatistics statistics() const = 0;
+  /// Identity of the reader, which subscriptions of the same topic and QoS may share.
+  [[nodiscard]] virtual const Gid& gid() const = 0;
+  [[nodiscard]] virtual const WireTopic& topic() const = 0;
+  [[nodiscard]] virtual const QoS& qos() const = 0;
+};
+
+/// A handle: copies share the subscription, which ends with the last. The callback gets the very
+/// object that was published when the publisher lives in the same process.
+template <class T>
+class Subscription {
+ public:
+  Subscription() = default;
+  explicit Subscription(std::shared_ptr<UntypedSubscription> untyped)
+      : untyped_(std::move(untyped)) {}
+
+  [[nodiscard]] std::size_t publisher_count() const { return untyped_->publisher_count(); }
+  [[nodiscard]] SubscriptionStatistics statistics() const { return untyped_->statistics(); }
+  [[nodiscard]] const std::shared_ptr<UntypedSubscription>& untyped() const { return untyped_; }
+  [[nodiscard]] explicit operator bool() const noexcept { return untyped_ != nullptr; }
+
+ private:
+  std::shared_ptr<UntypedSubscription> untyped_;
+};
+
+}  // namespace pipescout

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/runtime/context.hpp"
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "broker.hpp"
+#include "graph.hpp"
+#include "pipescout/runtime/graph.hpp"
+
+namespace pipescout {
+
+namespace {
+
+class ProcessContext final : public Context {
+ public:
+  explicit ProcessContext(std::unique_ptr<Transport> transport)
+      : broker_(std::make_shared<Broker>(std::move(transport))),
+        graph_(create_graph(broker_)),
+        system_clock_(std::make_shared<SystemClock>()) {}
+
+  std::shared_ptr<UntypedPublisher> create_publisher(PublisherOptions options) override {
+    return broker_->create_publisher(std::move(options));
+  }
+  std::shared_ptr<UntypedSubscription> create_subscription(SubscriptionOptions options) override {
+    return broker_->create_subscription(std::move(options));
+  }
+  Graph& graph() override { return *graph_; }
+  std::shared_ptr<SystemClock> system_clock() const override { return system_clock_; }
+
+  std::shared_ptr<SimulatedClock> simulated_clock(const std::string& topic) override {
+    const std::lock_guard lock(mutex_);
+    auto& clock = simulated_clocks_[topic];
+    if (!clock) {
+      clock = std::make_shared<SimulatedClock>();
+    }
+    return clock;
+  }
+
+  Transport* transport() override { return broker_->transport(); }
+
+ private:
+  const std::shared_ptr<Broker> broker_;
+  const std::unique_ptr<Graph> graph_;
+  const std::shared_ptr<SystemClock> system_clock_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
+};
+
+}  // namespace
+
+std::shared_ptr<Context> Context::create(std::unique_ptr<Transport> transport) {
+  return std::make_shared<ProcessContext>(std::move(transport));
+}
+
+}  // namespace pipescout

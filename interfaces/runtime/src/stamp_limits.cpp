@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/runtime/stamp_limits.hpp"
+
+namespace pipescout {
+
+std::optional<StampFault> StampLimits::find_fault(std::string_view input, Time stamp,
+                                                  Time now) const {
+  const double age = to_seconds(now - stamp);
+  const std::string name(input);
+  if (maximum_age > 0.0 && age > maximum_age) {
+    return StampFault{.in_future = false,
+                      .counter = name + ".header.stamp.stale",
+                      .text = name + ": a message is " + std::to_string(age) + " s old"};
+  }
+  if (-age > maximum_lead) {
+    return StampFault{
+        .in_future = true,
+        .counter = name + ".header.stamp.in_future",
+        .text = name + ": a message has a stamp " + std::to_string(-age) + " s ahead of the clock"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace pipescout

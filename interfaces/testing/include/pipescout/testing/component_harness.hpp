@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <diagnostic_msgs/msg/diagnostic_status.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/node.hpp"
+
+/// Helpers for unit tests of components. Nothing here opens a socket, and nothing waits for a fixed
+/// time.
+namespace pipescout::testing {
+
+/// The messages that arrived on a topic, in order. A handle: copies show the same messages, and the
+/// last one ends the subscription.
+template <class T>
+class Collector {
+ public:
+  [[nodiscard]] std::size_t size() const noexcept { return state_->messages.size(); }
+  [[nodiscard]] bool empty() const noexcept { return state_->messages.empty(); }
+  /// Throws std::out_of_range.
+  [[nodiscard]] const T& at(std::size_t index) const { return *state_->messages.at(index); }
+  /// The latest. Throws std::out_of_range when there is none.
+  [[nodiscard]] const T& back() const { return *state_->messages.at(size() - 1); }
+  /// The very objects that were published, when the publisher is in this process.
+  [[nodiscard]] const std::vector<std::shared_ptr<const T>>& messages() const noexcept {
+    return state_->messages;
+  }
+  [[nodiscard]] std::size_t publisher_count() const {
+    return state_->subscription.publisher_count();
+  }
+  void clear() noexcept { state_->messages.clear(); }
+
+ private:
+  friend class ComponentHarness;
+  struct State {
+    std::vector<std::shared_ptr<const T>> messages;
+    Subscription<T> subscription;
+  };
+  std::shared_ptr<State> state_ = std::make_shared<State>();
+};
+
+struct LogEntry {
+  LogSeverity severity = LogSeverity::kInfo;
+  std::string logger;  ///< "robot_1.odometry_fusion"
+  std::string text;
+};
+
+/// How the harness makes a component.
+struct ComponentSpec {
+  std::string name = "component_under_test";
+  std::vector<NamedParameter> parameters{};  ///< overrides, as a parameter file gives them
+  std::vector<std::string> remappings{};     ///< "from:=to"
+};
+
+struct HarnessOptions {
+  /// Of the components, and of the topic names below.
+  std::string ns = "/";
+  /// Components read their time from the harness, see `set_time`; it begins at zero.
+  bool simulated_time = false;
+};
+
+/// A small world for components: a context without transport, an executor that runs callbacks only
+/// inside calls of the harness and on the calling thread, and a peer node that publishes, listens
+/// and calls for the test. To be used by one thread.
+///
+///     ComponentHarness harness;
+///     auto& fusion = harness.make<OdometryFusion>({.name = "fusion", .parameters = {{"m", 3}}});
+///     const auto fused = harness.collect(topics::kOdometerFused);
+///     ASSERT_TRUE(harness.bring_up(fusion).success);
+///     harness.publish(topics::kOdometerReadings, readings);
+///     harness.spin();
+///     ASSERT_EQ(fused.size(), 1U);
+class ComponentHarness {
+ public:
+  explicit ComponentHarness(HarnessOptions options = {});
+  ~ComponentHarness();
+  ComponentHarness(const ComponentHarness&) = delete;
+  ComponentHarness& operator=(const ComponentHarness&) = delete;
+
+  /// Makes a component, which the harness owns. Throws what its constructor throws.
+  template <class C>
+  C& make(const ComponentSpec& spec = {}) {
+    auto component = make_component<C>(component_options(spec));
+    C& reference = *component;
+    own(std::move(component));
+    return reference;
+  }
+  /// What `make` passes on, for a component that the test makes itself.
+  [[nodiscard]] ComponentOptions component_options(const ComponentSpec& spec);
+  /// Destroys a component that `make` made.
+  void destroy(Component& component);
+
+  /// Asks for a transition and runs callbacks until it ended.
+  TransitionResult request(Component& component, LifecycleTransition transition);
+  TransitionResult configure(Component& component);
+  TransitionResult activate(Component& component);
+  TransitionResult deactivate(Component& component);
+  TransitionResult cleanup(Component& component);
+  /// The shutdown of whatever state the component is in.
+  TransitionResult shutdown(Component& component);
+  /// Configures and activates; the result is that of the last transition that was tried.
+  TransitionResult bring_up(Component& component);
+
+  /// Runs what is ready, and what becomes ready by that. Returns the number of callbacks.
+  std::size_t spin();
+  /// Runs callbacks, waiting for more, until `done` holds. False when the time is over.
+  bool spin_until(const std::function<bool()>& done, Duration timeout = std::chrono::seconds(10));
+
+  /// Publishes; the message arrives at the next spin. Names are relative to the namespace.
+  template <class T>
+  void publish(const Topic<T>& topic, T message) {
+    publish<T>(topic.name, std::move(message), topic.qos);
+  }
+  template <class T>
+  void publish(std::string_view topic, T message, const QoS& qos = QoS::reliable(100)) {
+    publisher(topic, message_type<T>(), qos)
+        .publish(std::make_shared<const T>(std::move(message)), {});
+  }
+
+  /// Collects from now on; what transient local publishers kept comes first.
+  template <class T>
+  [[nodiscard]] Collector<T> collect(const Topic<T>& topic) {
+    return collect<T>(topic.name, topic.qos);
+  }
+  template <class T>
+  [[nodiscard]] Collector<T> collect(std::string_view topic, QoS qos = QoS::reliable()) {
+    qos.depth = std::max(qos.depth, kCollectorDepth);
+    Collector<T> collector;
+    collector.state_->subscription = peer().create_subscription<T>(
+        topic, qos,
+        [state = std::weak_ptr(collector.state_)](const std::shared_ptr<const T>& message) {
+          if (const auto alive = state.lock()) {
+            alive->messages.push_back(message);
+          }
+        });
+    return collector;
+  }
+
+  /// Calls a service and runs callbacks until it answered.
+  template <class S>
+  typename Client<S>::Result call(std::string_view service, typename S::Request request,
+                                  Duration timeout = std::chrono::seconds(10)) {
+    Client<S> client = peer().create_client<S>(service);
+    std::optional<typename Client<S>::Result> result;
+    client.call(
+        std::move(request), [&result](typename Client<S>::Result answer) { result = answer; },
+        timeout);
+    spin_until([&result] { return result.has_value(); }, timeout + timeout);
+    return result.value_or(typename Client<S>::Result(ServiceError::kTimeout));
+  }
+
+  /// Sets a parameter as another node would, and runs what follows from it.
+  SetResult set_parameter(Component& component, const std::string& name, ParameterValue value);
+
+  /// Moves the simulated time, and runs what became due. Timers fire at most once for each call.
+  /// Throws std::logic_error unless the options say `simulated_time`.
+  void set_time(Time now);
+  void advance(Duration duration);
+
+  /// The statuses that a component has published on `/diagnostics`, in order.
+  [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> diagnostics(
+      const Component& component);
+  /// Waits for the next status of a component: with simulated time by moving it on by a second,
+  /// else for up to two seconds. Throws std::runtime_error when none comes.
+  diagnostic_msgs::msg::DiagnosticStatus next_diagnostics(const Component& component);
+  /// The value under a key of a status; nothing when there is none.
+  [[nodiscard]] static std::optional<std::string> value(
+      const diagnostic_msgs::msg::DiagnosticStatus& status, std::string_view key);
+
+  /// What the components have logged, in order.
+  [[nodiscard]] std::vector<LogEntry> logs();
+
+  [[nodiscard]] Context& context();
+  [[nodiscard]] Executor& executor();
+  /// The node that publishes and listens for the test, always active.
+  [[nodiscard]] Node& peer();
+
+ private:
+  static constexpr std::size_t kCollectorDepth = 10000;
+
+  void own(ComponentPtr<> component);
+  /// What has arrived of a component's diagnostics; runs nothing.
+  [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> arrived_diagnostics(
+      const Component& component) const;
+  UntypedPublisher& publisher(std::string_view topic, const MessageType& type, const QoS& qos);
+
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pipescout::testing
