@@ -16,10 +16,6 @@ SlipAlarm::SlipAlarm(pipescout::ComponentOptions options) : Component(std::move(
                                           .integer_range = pipescout::IntegerRange{0, 1000}});
 }
 
-SlipAlarm::~SlipAlarm() {
-  close();
-}
-
 CallbackReturn SlipAlarm::on_configure() {
   alarm_ = create_publisher<std_msgs::msg::String>("slip_alarm", pipescout::QoS::latched());
   fused_ = create_subscription(

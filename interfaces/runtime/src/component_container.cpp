@@ -95,8 +95,13 @@ std::optional<LifecycleTransition> step_down(LifecycleState state,
     case LifecycleState::kUnconfigured:
       steps = {LifecycleTransition::kUnconfiguredShutdown};
       break;
-    default:
+    case LifecycleState::kFinalized:
+    case LifecycleState::kUnknown:
       break;
+    default:
+      // A transition is in progress. This one takes its turn behind it, whether it is possible or
+      // not; the state is settled then.
+      return LifecycleTransition::kUnconfiguredShutdown;
   }
   for (const LifecycleTransition step : steps) {
     if (std::find(tried.begin(), tried.end(), step) == tried.end()) {
@@ -172,7 +177,7 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
     std::vector<std::function<void()>> when_gone;
   };
 
-  std::unique_ptr<Component> create(const LoadRequest& request) const;
+  ComponentPtr<> create(const LoadRequest& request) const;
   /// Calls `done` in the container's group.
   void tell(Done done, TransitionResult result) {
     if (done) {
@@ -198,7 +203,7 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
   Service<srv::ListNodes> list_nodes_;
 };
 
-std::unique_ptr<Component> ComponentContainer::Impl::create(const LoadRequest& request) const {
+ComponentPtr<> ComponentContainer::Impl::create(const LoadRequest& request) const {
   ComponentOptions options;
   options.context = options_.context;
   options.executor = options_.executor;
@@ -306,8 +311,9 @@ void ComponentContainer::Impl::unload(std::uint64_t id, Done done) {
 }
 
 void ComponentContainer::Impl::take_down(std::uint64_t id, Component& component) {
-  const auto taking_down = std::make_shared<TakingDown>(component, [weak = weak_from_this(), id] {
-    // On to the container's group: a component must not be destroyed by its own callback.
+  // On to the container's group: a component must not be destroyed by its own callback. Not before
+  // the last of these has returned, as destroying it would wait for that, and all others with it.
+  const auto destroy_later = [weak = weak_from_this(), id] {
     if (const auto self = weak.lock()) {
       self->node_.default_group()->post([weak, id] {
         if (const auto alive = weak.lock()) {
@@ -315,7 +321,9 @@ void ComponentContainer::Impl::take_down(std::uint64_t id, Component& component)
         }
       });
     }
-  });
+  };
+  const auto taking_down = std::make_shared<TakingDown>(
+      component, [&component, destroy_later] { component.stop_callbacks(destroy_later); });
   component.default_group()->post([taking_down] { taking_down->proceed(); });
 }
 

@@ -8,8 +8,11 @@
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <composition_interfaces/srv/load_node.hpp>
 #include <composition_interfaces/srv/unload_node.hpp>
+#include <future>
+#include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "loadable_components/prefix.hpp"
@@ -290,6 +293,41 @@ TEST_F(ComponentContainerTest, GoesWithComponentsStillActive) {
   container_.reset();
   harness_.spin();
   EXPECT_THAT(harness_.context().graph().nodes(), ElementsAre(harness_.peer().node_name()));
+}
+
+TEST_F(ComponentContainerTest, AComponentThatHangsDoesNotKeepTheOthersFromBeingUnloaded) {
+  Executor executor(3);
+  ComponentContainer container({.context = harness_.context().shared_from_this(),
+                                .executor = &executor,
+                                .name = {.ns = "/", .name = "threaded"}},
+                               ComponentRegistry({prefix_.path()}));
+  std::thread spinning([&executor] { executor.spin(); });
+  const auto load_as = [&container](const char* name) {
+    return container.load({.class_name = "loadable::Counter", .name = {.ns = "/", .name = name}});
+  };
+  const auto unload = [&container](std::uint64_t id) {
+    const auto done = std::make_shared<std::promise<bool>>();
+    container.unload(id,
+                     [done](const TransitionResult& result) { done->set_value(result.success); });
+    return done->get_future();
+  };
+  auto hanging = load_as("hanging");
+  const auto sound = load_as("sound").id;
+  std::promise<void> entered;
+  std::promise<void> released;
+  auto group = hanging.component->create_callback_group(CallbackGroupType::kReentrant);
+  group->post([&] {
+    entered.set_value();
+    released.get_future().wait();
+  });
+  entered.get_future().wait();
+  hanging.component.reset();
+  auto hanging_unloaded = unload(hanging.id);
+  EXPECT_TRUE(unload(sound).get());
+  released.set_value();
+  EXPECT_TRUE(hanging_unloaded.get());
+  executor.stop();
+  spinning.join();
 }
 
 TEST_F(ComponentContainerTest, ServesManyThreads) {

@@ -10,8 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 

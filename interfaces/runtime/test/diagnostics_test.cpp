@@ -106,7 +106,6 @@ TEST(Diagnostics, CountsFromManyThreads) {
 class Listener : public Component {
  public:
   explicit Listener(ComponentOptions options) : Component(std::move(options)) {}
-  ~Listener() override { close(); }
 
  private:
   CallbackReturn on_configure() override {
@@ -186,7 +185,6 @@ TEST(DiagnosticsPublisher, ShowsWhatAnInactiveComponentDropsWithoutAWarning) {
 class Serving : public Component {
  public:
   explicit Serving(ComponentOptions options) : Component(std::move(options)) {}
-  ~Serving() override { close(); }
 
   void ask() {
     client_.call(

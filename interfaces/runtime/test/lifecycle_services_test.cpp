@@ -22,7 +22,6 @@ using testing::ComponentHarness;
 class Scripted : public Component {
  public:
   explicit Scripted(ComponentOptions options) : Component(std::move(options)) {}
-  ~Scripted() override { close(); }
 
   CallbackReturn configure_result = CallbackReturn::kSuccess;
   CallbackReturn error_result = CallbackReturn::kSuccess;
@@ -45,28 +44,25 @@ class Scripted : public Component {
   CallbackReturn on_error() override { return error_result; }
 };
 
-/// While it is being activated, a callback of another group throws, as on another thread.
+/// A callback of another group throws just before it is activated.
 class Overtaken : public Component {
  public:
   explicit Overtaken(ComponentOptions options) : Component(std::move(options)) {}
-  ~Overtaken() override { close(); }
 
   void publish() { publisher_.publish(TransitionEvent{}); }
+  void break_soon() {
+    group_->post([] { throw std::runtime_error("the encoder is gone"); });
+  }
 
  private:
   CallbackReturn on_configure() override {
     publisher_ = create_publisher<TransitionEvent>("~/out", QoS::reliable());
     return CallbackReturn::kSuccess;
   }
-  CallbackReturn on_activate() override {
-    create_callback_group(CallbackGroupType::kReentrant)->post([] {
-      throw std::runtime_error("the encoder is gone");
-    });
-    executor().spin_ready();
-    return CallbackReturn::kSuccess;
-  }
   CallbackReturn on_cleanup() override { return CallbackReturn::kSuccess; }
 
+  const std::shared_ptr<CallbackGroup> group_ =
+      create_callback_group(CallbackGroupType::kReentrant);
   Publisher<TransitionEvent> publisher_;
 };
 
@@ -187,7 +183,6 @@ class Slow : public Component {
     executor().spin_ready();
     complete_ = true;
   }
-  ~Slow() override { close(); }
 
   int called = 0;
   int called_incomplete = 0;
@@ -225,6 +220,7 @@ TEST_F(LifecycleServicesTest, AnExceptionBesideATransitionToActiveLeavesTheEndpo
   auto& active = harness_.make<Overtaken>({.name = "overtaken"});
   const auto out = harness_.collect<TransitionEvent>("/overtaken/out");
   ASSERT_TRUE(harness_.configure(active).success);
+  active.break_soon();
   ASSERT_TRUE(harness_.activate(active).success);
   EXPECT_EQ(active.state(), LifecycleState::kUnconfigured);
   active.publish();

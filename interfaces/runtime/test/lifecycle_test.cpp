@@ -13,8 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 

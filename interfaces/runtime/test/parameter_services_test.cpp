@@ -41,7 +41,6 @@ class Tuned : public Component {
       return SetResult::accept();
     });
   }
-  ~Tuned() override { close(); }
 
  private:
   ParameterCallbackHandle refusal_;

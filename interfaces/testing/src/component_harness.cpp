@@ -47,7 +47,7 @@ class ComponentHarness::Impl {
   std::map<std::string, std::shared_ptr<UntypedPublisher>, std::less<>> publishers;
   const Subscription<diagnostic_msgs::msg::DiagnosticArray> diagnostics;
   const Subscription<rcl_interfaces::msg::Log> rosout;
-  std::vector<std::unique_ptr<Component>> components;
+  std::vector<ComponentPtr<>> components;
 };
 
 ComponentHarness::ComponentHarness(HarnessOptions options)
@@ -78,14 +78,13 @@ ComponentOptions ComponentHarness::component_options(const ComponentSpec& spec) 
   return options;
 }
 
-void ComponentHarness::own(std::unique_ptr<Component> component) {
+void ComponentHarness::own(ComponentPtr<> component) {
   impl_->components.push_back(std::move(component));
 }
 
 void ComponentHarness::destroy(Component& component) {
-  std::erase_if(impl_->components, [&component](const std::unique_ptr<Component>& owned) {
-    return owned.get() == &component;
-  });
+  std::erase_if(impl_->components,
+                [&component](const ComponentPtr<>& owned) { return owned.get() == &component; });
 }
 
 TransitionResult ComponentHarness::request(Component& component, LifecycleTransition transition) {

@@ -34,9 +34,7 @@ double seconds(Time time) {
 CameraArm::CameraArm(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-CameraArm::~CameraArm() {
-  close();
-}
+CameraArm::~CameraArm() = default;
 
 CallbackReturn CameraArm::on_configure() {
   settings_ = declared_.read();

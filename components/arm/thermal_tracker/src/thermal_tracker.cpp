@@ -38,9 +38,7 @@ constexpr double kLongestInterval = 0.5;
 ThermalTracker::ThermalTracker(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-ThermalTracker::~ThermalTracker() {
-  close();
-}
+ThermalTracker::~ThermalTracker() = default;
 
 CallbackReturn ThermalTracker::on_configure() {
   settings_ = declared_.read();

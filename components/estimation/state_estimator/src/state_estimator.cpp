@@ -75,9 +75,7 @@ std::string seconds(double value) {
 StateEstimator::StateEstimator(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-StateEstimator::~StateEstimator() {
-  close();
-}
+StateEstimator::~StateEstimator() = default;
 
 CallbackReturn StateEstimator::on_configure() {
   settings_ = declared_.read();

@@ -63,9 +63,7 @@ OdometerStreamFusion::OdometerStreamFusion(ComponentOptions options)
   declare_message_parameters();
 }
 
-OdometerStreamFusion::~OdometerStreamFusion() {
-  close();
-}
+OdometerStreamFusion::~OdometerStreamFusion() = default;
 
 void OdometerStreamFusion::declare_stream_parameters() {
   const OdometerStreamParameters defaults;

@@ -81,9 +81,7 @@ OdometryFusion::OdometryFusion(ComponentOptions options) : Component(std::move(o
   });
 }
 
-OdometryFusion::~OdometryFusion() {
-  close();
-}
+OdometryFusion::~OdometryFusion() = default;
 
 void OdometryFusion::declare_parameters() {
   const ConsensusFusionParameters defaults;

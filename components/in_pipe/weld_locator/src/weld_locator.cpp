@@ -81,9 +81,7 @@ WeldLocator::WeldLocator(ComponentOptions options) : Component(std::move(options
   declare_message_parameters();
 }
 
-WeldLocator::~WeldLocator() {
-  close();
-}
+WeldLocator::~WeldLocator() = default;
 
 void WeldLocator::declare_positioning_parameters() {
   const WeldPositioningParameters defaults;

@@ -67,9 +67,7 @@ thermal::TemperatureView temperatures(const ThermalImageReader::View& picture,
 LeakInspector::LeakInspector(ComponentOptions options)
     : Component(std::move(options)), declared_(parameters()) {}
 
-LeakInspector::~LeakInspector() {
-  close();
-}
+LeakInspector::~LeakInspector() = default;
 
 CallbackReturn LeakInspector::on_configure() {
   settings_ = declared_.read();

@@ -73,9 +73,7 @@ RackLocalizer::RackLocalizer(ComponentOptions options) : Component(std::move(opt
   declare_message_parameters();
 }
 
-RackLocalizer::~RackLocalizer() {
-  close();
-}
+RackLocalizer::~RackLocalizer() = default;
 
 void RackLocalizer::declare_start_parameters() {
   start_position_ = parameters().declare<std::vector<double>>(

@@ -86,9 +86,7 @@ VisualServo::VisualServo(ComponentOptions options) : Component(std::move(options
   declare_safety_parameters();
 }
 
-VisualServo::~VisualServo() {
-  close();
-}
+VisualServo::~VisualServo() = default;
 
 void VisualServo::declare_mission_parameters() {
   const WayPoint way_point;

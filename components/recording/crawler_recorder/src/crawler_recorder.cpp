@@ -43,9 +43,7 @@ CrawlerRecorder::CrawlerRecorder(ComponentOptions options)
        .integer_range = IntegerRange{1, 100000}});
 }
 
-CrawlerRecorder::~CrawlerRecorder() {
-  close();
-}
+CrawlerRecorder::~CrawlerRecorder() = default;
 
 CallbackReturn CrawlerRecorder::on_configure() {
   settle_ = from_seconds(settle_time_.get());

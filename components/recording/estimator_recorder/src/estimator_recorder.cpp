@@ -73,9 +73,7 @@ EstimatorRecorder::EstimatorRecorder(ComponentOptions options)
                       "of the origin of the map; empty: the first fix"});
 }
 
-EstimatorRecorder::~EstimatorRecorder() {
-  close();
-}
+EstimatorRecorder::~EstimatorRecorder() = default;
 
 CallbackReturn EstimatorRecorder::on_configure() {
   begin_map();

@@ -87,9 +87,7 @@ double seconds(const builtin_interfaces::msg::Time& stamp) {
 LeakRecorder::LeakRecorder(ComponentOptions options)
     : StreamRecorder(std::move(options), "leaks"), tally_(std::make_unique<LeakTally>()) {}
 
-LeakRecorder::~LeakRecorder() {
-  close();
-}
+LeakRecorder::~LeakRecorder() = default;
 
 CallbackReturn LeakRecorder::on_configure() {
   tally_ = std::make_unique<LeakTally>();

@@ -64,9 +64,7 @@ OdometryRecorder::OdometryRecorder(ComponentOptions options)
       "notes", {}, {.description = "sentences to be printed below the table"});
 }
 
-OdometryRecorder::~OdometryRecorder() {
-  close();
-}
+OdometryRecorder::~OdometryRecorder() = default;
 
 CallbackReturn OdometryRecorder::on_configure() {
   settings_ = {.completion_timeout = from_seconds(completion_timeout_.get()),

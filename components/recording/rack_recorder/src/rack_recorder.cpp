@@ -61,9 +61,7 @@ RackRecorder::RackRecorder(ComponentOptions options) : StreamRecorder(std::move(
       "rack", "", {.description = "YAML file with the pipes, kept with the flight; empty: none"});
 }
 
-RackRecorder::~RackRecorder() {
-  close();
-}
+RackRecorder::~RackRecorder() = default;
 
 CallbackReturn RackRecorder::on_configure() {
   const Duration period = from_seconds(image_period_.get());

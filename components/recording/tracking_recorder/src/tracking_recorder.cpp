@@ -96,9 +96,7 @@ TrackingRecorder::TrackingRecorder(ComponentOptions options)
       {.description = "that are kept of one mission", .integer_range = IntegerRange{0, 1000000}});
 }
 
-TrackingRecorder::~TrackingRecorder() {
-  close();
-}
+TrackingRecorder::~TrackingRecorder() = default;
 
 CallbackReturn TrackingRecorder::on_configure() {
   tally_ = std::make_unique<TrackingTally>();

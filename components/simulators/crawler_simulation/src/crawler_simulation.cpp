@@ -83,9 +83,7 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
   declare_signal_parameters();
 }
 
-CrawlerSimulation::~CrawlerSimulation() {
-  close();
-}
+CrawlerSimulation::~CrawlerSimulation() = default;
 
 void CrawlerSimulation::declare_wheel_parameters() {
   const WheelParameters wheel;

@@ -61,9 +61,7 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
                                     .floating_point_range = FloatingPointRange{1e-3, 1e3}});
 }
 
-PatrolSimulation::~PatrolSimulation() {
-  close();
-}
+PatrolSimulation::~PatrolSimulation() = default;
 
 CallbackReturn PatrolSimulation::on_configure() {
   const PatrolDriveParameters parameters = patrol_parameters_.drive();

@@ -55,9 +55,7 @@ RackSimulation::RackSimulation(ComponentOptions options) : Component(std::move(o
   declare_camera_parameters();
 }
 
-RackSimulation::~RackSimulation() {
-  close();
-}
+RackSimulation::~RackSimulation() = default;
 
 void RackSimulation::declare_run_parameters() {
   rack_file_ = parameters().declare<std::string>(

@@ -11,7 +11,6 @@ namespace {
 class Talker final : public pipescout::Component {
  public:
   using Component::Component;
-  ~Talker() override { close(); }
 
  protected:
   pipescout::CallbackReturn on_configure() override {
