@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+# Makes tests cheaper to build: those of a package share what nearly all include, compiled once, and
+# are optimised less, for what they do themselves is not measured. Libraries and programs are built as
+# their users build them. Given to each package as CMAKE_PROJECT_INCLUDE.
+function(list_targets folder result)
+  get_property(targets DIRECTORY "${folder}" PROPERTY BUILDSYSTEM_TARGETS)
+  get_property(folders DIRECTORY "${folder}" PROPERTY SUBDIRECTORIES)
+  foreach(each IN LISTS folders)
+    list_targets("${each}" more)
+    list(APPEND targets ${more})
+  endforeach()
+  set(${result} ${targets} PARENT_SCOPE)
+endfunction()
+
+function(lighten_tests)
+  if(pipescout_cmake_FOUND)
+    return()  # pipescout_add_tests() does it itself.
+  endif()
+  list_targets("${CMAKE_SOURCE_DIR}" targets)
+  set(tests)
+  foreach(target IN LISTS targets)
+    get_target_property(type ${target} TYPE)
+    if(type STREQUAL "EXECUTABLE")
+      get_target_property(libraries ${target} LINK_LIBRARIES)
+      if(libraries MATCHES "GTest::")
+        list(APPEND tests ${target})
+      endif()
+    endif()
+  endforeach()
+  list(LENGTH tests count)
+  if(count EQUAL 0)
+    return()
+  endif()
+  # With so little optimisation GCC 12 takes the buffer of a short string for a long one's.
+  foreach(test IN LISTS tests)
+    target_compile_options(${test} PRIVATE $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
+  endforeach()
+  # Compiling the headers by themselves pays from the third test on.
+  if(count LESS 3)
+    return()
+  endif()
+
+  find_package(GTest REQUIRED)
+  set(headers <gmock/gmock.h> <gtest/gtest.h> <algorithm> <cmath> <filesystem> <fstream> <limits>
+      <memory> <optional> <random> <stdexcept> <string> <vector>)
+  set(libraries GTest::gmock GTest::gtest)
+  if(Eigen3_FOUND)
+    list(APPEND headers <Eigen/Dense>)
+    list(APPEND libraries Eigen3::Eigen)
+  endif()
+  set(source "${CMAKE_BINARY_DIR}/test_headers.cpp")
+  file(CONFIGURE OUTPUT "${source}" CONTENT "// Headers that tests share are compiled with this.\n")
+  add_library(test_headers OBJECT "${source}")
+  target_compile_options(test_headers PRIVATE -Wpedantic $<$<CONFIG:Release>:-O1>)
+  target_compile_features(test_headers PRIVATE cxx_std_20)
+  target_link_libraries(test_headers PRIVATE ${libraries})
+  target_precompile_headers(test_headers PRIVATE ${headers})
+  foreach(test IN LISTS tests)
+    target_precompile_headers(${test} REUSE_FROM test_headers)
+  endforeach()
+endfunction()
+
+cmake_language(DEFER DIRECTORY "${CMAKE_SOURCE_DIR}" CALL lighten_tests)
