@@ -5,7 +5,6 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "pipescout/thermal/radiometry.hpp"
 
@@ -50,6 +49,12 @@ RC_GTEST_PROP(RadiometryProperties, WarmerGivesMoreCounts, ()) {
   RC_ASSERT(radiometry.counts(temperature + 0.1) > radiometry.counts(temperature));
   RC_ASSERT(radiometry.slope(temperature) > 0);
   const double counts = std::ceil(radiometry.floor_counts()) + draw(1, 60000);
+  const PlanckConstants& planck = radiometry.camera().planck;
+  if (planck.f < 1) {
+    const double emitted = radiometry.transmission() * radiometry.object().emissivity;
+    RC_PRE((counts + 1 - radiometry.floor_counts()) / emitted <
+           planck.r1 / planck.r2 / (1 - planck.f));
+  }
   RC_ASSERT(radiometry.temperature(counts + 1) > radiometry.temperature(counts));
 }
 

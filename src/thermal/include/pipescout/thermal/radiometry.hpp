@@ -116,7 +116,8 @@ class Radiometry {
   Radiometry(const CameraConstants& camera, const ObjectParameters& object);
 
   /// degC; NaN where the counts are below what reflection, air and window alone would give, or a
-  /// black body at absolute zero: no temperature explains them.
+  /// black body at absolute zero: no temperature explains them. NaN too where `f` of the Planck
+  /// constants is less than 1 and the counts are those of no black body, however hot.
   [[nodiscard]] double temperature(double counts) const noexcept;
   /// The inverse; NaN where the black body's is. Not rounded, not limited to what a sensor counts.
   [[nodiscard]] double counts(double temperature) const noexcept;
