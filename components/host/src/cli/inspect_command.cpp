@@ -12,6 +12,7 @@
 #include "ledger/report_text.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/leak_survey/leak_survey.hpp"
+#include "pipescout/thermal_parameters/survey_parameters.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -37,6 +38,7 @@ int inspect_leaks(const Arguments& arguments) {
   std::vector<std::string> problems;
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   LeakSurveyOptions options;
+  options.read_parameters = read_survey_parameters;
   options.pictures = arguments.pictures;
   options.out = arguments.out;
   if (!arguments.poses.empty()) {

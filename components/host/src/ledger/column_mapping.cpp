@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "core/composition.hpp"
+#include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
 
 namespace pipescout::host {
 namespace {

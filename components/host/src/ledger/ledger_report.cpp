@@ -8,7 +8,7 @@
 
 #include "core/text_table.hpp"
 #include "ledger/report_text.hpp"
-#include "pipescout/odometry/csv_rows.hpp"
+#include "pipescout/csv/csv_rows.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -233,11 +233,11 @@ std::string AlignmentReport::matches_csv() const {
   for (std::size_t k = 0; k < alignment.matches.size(); ++k) {
     const auto& match = alignment.matches[k];
     const auto& weld = ledger_.welds[match.b];
-    csv += odometry::shortest(run_.welds[match.a].chainage) + ',' +
-           odometry::shortest(weld.chainage) + ',' + odometry::csv_cell(weld.id) + ',' +
-           odometry::shortest(difference(match)) + ',' +
-           odometry::shortest(alignment.a_to_b.knots()[k].standard_deviation) + ',' +
-           odometry::shortest(match.probability) + '\n';
+    csv += format_optional_csv_number(run_.welds[match.a].chainage) + ',' +
+           format_optional_csv_number(weld.chainage) + ',' + csv_cell(weld.id) + ',' +
+           format_optional_csv_number(difference(match)) + ',' +
+           format_optional_csv_number(alignment.a_to_b.knots()[k].standard_deviation) + ',' +
+           format_optional_csv_number(match.probability) + '\n';
   }
   return csv;
 }
@@ -255,21 +255,21 @@ std::string AlignmentReport::features_csv() const {
   }
   csv += '\n';
   for (const auto& [feature, place, between] : places_) {
-    csv += std::to_string(feature->line) + ',' + odometry::csv_cell(feature->kind) + ',' +
-           odometry::csv_cell(feature->clock) + ',' + odometry::shortest(feature->chainage) + ',' +
-           odometry::csv_cell(place.weld);
+    csv += std::to_string(feature->line) + ',' + csv_cell(feature->kind) + ',' +
+           csv_cell(feature->clock) + ',' + format_optional_csv_number(feature->chainage) + ',' +
+           csv_cell(place.weld);
     for (const double value :
          {place.from_weld, place.from_weld_standard_deviation, feature->given_from_weld,
           place.chainage, place.standard_deviation}) {
-      csv += ',' + odometry::shortest(value);
+      csv += ',' + format_optional_csv_number(value);
     }
     csv += between ? ",1" : ",0";
     if (mapped) {
       const auto position = place.position.value_or(odometry::MapPosition{});
       for (const double value : position.coordinates) {
-        csv += ',' + odometry::shortest(value);
+        csv += ',' + format_optional_csv_number(value);
       }
-      csv += ',' + odometry::shortest(position.standard_deviation);
+      csv += ',' + format_optional_csv_number(position.standard_deviation);
     }
     csv += '\n';
   }

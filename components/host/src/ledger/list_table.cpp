@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -42,7 +42,7 @@ std::string read_list_text(const std::string& path) {
 }
 
 ListTable::ListTable(const std::string& path, char delimiter)
-    : path_(path), rows_(odometry::read_csv_rows(read_list_text(path), delimiter)) {
+    : path_(path), rows_(read_csv_rows(read_list_text(path), delimiter)) {
   if (!rows_.closed) {
     throw CsvError(path_, rows_.rows.back().line, "a quotation mark of this row is not closed");
   }

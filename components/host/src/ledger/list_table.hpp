@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipescout/odometry/csv_rows.hpp"
+#include "pipescout/csv/csv_rows.hpp"
 
 namespace pipescout::host {
 
@@ -40,7 +40,7 @@ class ListTable {
 
  private:
   std::string path_;
-  odometry::CsvRows rows_;
+  CsvRows rows_;
 };
 
 /// "'a', 'b', 'c'".

@@ -10,7 +10,7 @@
 
 #include "core/composition.hpp"
 #include "ledger/list_table.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -229,8 +229,8 @@ RunFile read_run(const std::string& path) {
 
 WeldLedger read_ledger(const std::string& path) {
   try {
-    return odometry::from_csv(read_list_text(path));
-  } catch (const odometry::LedgerTextError& error) {
+    return ledger_from_csv(read_list_text(path));
+  } catch (const LedgerTextError& error) {
     const bool foreign = error.line() == 1 && !error.field().empty();
     throw CsvError(path, error.line(),
                    (error.field().empty() ? "" : "column '" + error.field() + "': ") +

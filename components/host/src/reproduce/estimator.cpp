@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/estimation_study/car_recording.hpp"
 #include "pipescout/estimation_study/fusion_stream.hpp"
 #include "pipescout/estimation_study/lawnmower_recording.hpp"
 #include "pipescout/estimation_study/run_score.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
 #include "reproduce/each_seed.hpp"
 #include "reproduce/figure_rows.hpp"
 #include "reproduce/reproduce.hpp"

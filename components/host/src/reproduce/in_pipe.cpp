@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipescout/odometer_replay/csv_file.hpp"
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/odometry_study/crawler_score.hpp"
 #include "pipescout/odometry_study/detector_score.hpp"
 #include "pipescout/odometry_study/inspection_score.hpp"

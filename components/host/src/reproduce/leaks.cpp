@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/substitution.hpp"
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/leak_study/campaign.hpp"
 #include "pipescout/leak_study/roc.hpp"
 #include "pipescout/leak_study/sequence_run.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/thermal/ibarguren2013_figure7.hpp"
 #include "pipescout/thermal_files/flir_reference.hpp"

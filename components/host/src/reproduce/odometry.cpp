@@ -7,8 +7,8 @@
 
 #include "core/substitution.hpp"
 #include "core/text_table.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
 #include "pipescout/odometry/consensus_fusion.hpp"
 #include "reproduce/reproduce.hpp"
 

@@ -10,9 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
-#include "pipescout/odometry/csv_rows.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
+#include "pipescout/weld_ledger/weld_ledger_text.hpp"
 #include "program.hpp"
 
 namespace pipescout::host {
@@ -30,7 +31,7 @@ constexpr std::size_t kWelds = 41;
 
 /// A CSV file as rows by column.
 std::vector<std::map<std::string, std::string>> table(const fs::path& path) {
-  const auto csv = odometry::read_csv_rows(content(path));
+  const auto csv = read_csv_rows(content(path));
   std::vector<std::map<std::string, std::string>> rows;
   for (std::size_t row = 1; row < csv.rows.size(); ++row) {
     auto& cells = rows.emplace_back();
@@ -327,7 +328,7 @@ TEST_F(LedgerCommand, RealRunsShareALedger) {
   EXPECT_EQ(table(path("features.csv")).size(), 2071U);
   EXPECT_EQ(table(path("report.csv")).size(), figures["matched"]);
   const auto text = content(path("both.csv"));
-  EXPECT_EQ(odometry::to_csv(odometry::from_csv(text)), text);
+  EXPECT_EQ(to_csv(ledger_from_csv(text)), text);
   EXPECT_THAT(out({"show", "both.csv"}), HasSubstr("confirmed  " + figures["matched"].dump()));
 }
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <fstream>
 
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
 
 namespace pipescout::host {
 namespace {
