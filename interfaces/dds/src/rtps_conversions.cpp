@@ -126,7 +126,6 @@ Time to_time(const rtps::Time_t& time) noexcept {
 fastdds::DataWriterQos writer_qos(const QoS& qos, fastdds::DataWriterQos base) {
   fill_common(qos, base);
   base.history().depth = history_depth(qos.depth);
-  base.publish_mode().kind = fastdds::SYNCHRONOUS_PUBLISH_MODE;
   return base;
 }
 

@@ -23,7 +23,7 @@ endfunction()
 # pipescout_add_component(<target>
 #   CLASSES <class>...                component classes that the library registers, fully qualified
 #   [SOURCES <file>...]               default: src/*.cpp
-#   [DEPENDENCIES <target>...]        beside pipescout::interfaces
+#   [DEPENDENCIES <target>...]        beside pipescout::runtime
 #   [PRIVATE_DEPENDENCIES <target>...])
 #
 # A library as pipescout_add_library() makes it, whose components are entered into the index by which
@@ -35,14 +35,14 @@ function(pipescout_add_component target)
   if(NOT arg_CLASSES)
     message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES")
   endif()
-  if(NOT TARGET pipescout::interfaces)
+  if(NOT TARGET pipescout::runtime)
     message(FATAL_ERROR
-      "pipescout_add_component(${target}): find_package(pipescout_interfaces REQUIRED) goes before")
+      "pipescout_add_component(${target}): find_package(pipescout_runtime REQUIRED) goes before")
   endif()
   pipescout_find_class_loader()
   pipescout_add_library(${target}
     SOURCES ${arg_SOURCES}
-    DEPENDENCIES pipescout::interfaces ${arg_DEPENDENCIES}
+    DEPENDENCIES pipescout::runtime ${arg_DEPENDENCIES}
     PRIVATE_DEPENDENCIES pipescout_class_loader ${arg_PRIVATE_DEPENDENCIES})
   # Loaded by the name that stands in the index, never linked by its soname.
   set_property(TARGET ${target} PROPERTY VERSION)

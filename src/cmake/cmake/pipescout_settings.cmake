@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # Settings of the package that includes this. What a user asks for on the command line stays.
 include(CTest)
+
+get_property(_pipescout_languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+if(NOT "CXX" IN_LIST _pipescout_languages)
+  return()
+endif()
 include(GNUInstallDirs)
 
 set(CMAKE_CXX_STANDARD 20)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main function of all Google tests. rapidcheck seeds itself at random unless told otherwise: here
-// property tests draw the same cases on every machine. RC_PARAMS given from outside explores further.
+// The main function of all Google tests. rapidcheck seeds itself at random unless told otherwise:
+// here property tests draw the same cases on every machine. RC_PARAMS given from outside explores
+// further.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
