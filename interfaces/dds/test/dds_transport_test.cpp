@@ -73,14 +73,15 @@ TEST_F(DdsTransportTest, CarriesBestEffortMessages) {
 }
 
 TEST_F(DdsTransportTest, CarriesAMessageLargerThanTheSharedMemory) {
+  // Kept for late readers, so it does not go by reference.
   DdsOptions small = local_options();
   small.shared_memory_segment_bytes = std::size_t{512} * 1024;
   const auto sender = create_dds_transport(small);
   const WireTopic topic{text_topic("large").name, &message_type<sensor_msgs::msg::Image>()};
   ReaderRecord heard;
   WriterRecord told;
-  const auto reader = there_->create_reader(topic, QoS::reliable(1), heard);
-  const auto writer = sender->create_writer(topic, QoS::reliable(1), told);
+  const auto reader = there_->create_reader(topic, QoS::latched(1), heard);
+  const auto writer = sender->create_writer(topic, QoS::latched(1), told);
   ASSERT_TRUE(told.await_matched(1));
   ASSERT_TRUE(heard.await_matched(1));
   sensor_msgs::msg::Image image;

@@ -198,7 +198,7 @@ class Parameter {
     return {std::move(value), content};
   }
 
-  [[nodiscard]] const std::string& name() const { return cell().name; }
+  [[nodiscard]] const std::string& name() const { return cell().name(); }
   [[nodiscard]] explicit operator bool() const noexcept { return cell_ != nullptr; }
 
  private:

@@ -24,7 +24,7 @@ namespace pipescout::testing {
 template <class T>
 class Collector {
  public:
-  [[nodiscard]] std::size_t size() const noexcept { return state_->messages.size; }
+  [[nodiscard]] std::size_t size() const noexcept { return state_->messages.size(); }
   [[nodiscard]] bool empty() const noexcept { return state_->messages.empty(); }
   /// Throws std::out_of_range.
   [[nodiscard]] const T& at(std::size_t index) const { return *state_->messages.at(index); }
