@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "number_table.hpp"
+#include "pipescout/csv/number_table.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <stdexcept>
 
-namespace pipescout::estimation_study::internal {
+namespace pipescout {
 
 std::vector<std::vector<double>> number_table(std::string_view text, const std::string& name,
                                               bool header, std::size_t columns) {
@@ -47,4 +47,4 @@ std::vector<std::vector<double>> number_table(std::string_view text, const std::
   return rows;
 }
 
-}  // namespace pipescout::estimation_study::internal
+}  // namespace pipescout

@@ -6,13 +6,13 @@
 #include <string_view>
 #include <vector>
 
-namespace pipescout::estimation_study::internal {
+namespace pipescout {
 
-/// Rows of numbers, apart by commas or blanks. `header`: the first line is none of them. Throws
-/// std::runtime_error naming `name` and the line for a cell that is no number, and for a row that
-/// has not `columns` of them.
+/// The rows of a data set that holds only numbers, separated by commas or blanks. `header`: skips
+/// the first line. Throws std::runtime_error, "name:line: ...", for a cell that is not a number,
+/// and for a row that does not have `columns` of them. Pure; thread-safe.
 [[nodiscard]] std::vector<std::vector<double>> number_table(std::string_view text,
                                                             const std::string& name, bool header,
                                                             std::size_t columns);
 
-}  // namespace pipescout::estimation_study::internal
+}  // namespace pipescout
