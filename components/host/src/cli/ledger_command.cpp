@@ -13,6 +13,7 @@
 #include "ledger/ledger_report.hpp"
 #include "ledger/run_file.hpp"
 #include "pipescout/files/whole_file.hpp"
+#include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout::host {
 namespace {

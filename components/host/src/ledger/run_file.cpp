@@ -11,6 +11,7 @@
 #include "core/composition.hpp"
 #include "ledger/list_table.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout::host {
 namespace {
