@@ -168,17 +168,17 @@ class CycloneTest : public testing::Test {
 
 Image test_image() {
   Image image;
-  image.header().stamp().sec(-5);
-  image.header().stamp().nanosec(999'999'999);
-  image.header().frame_id("thermal_optical");
-  image.width(640);
-  image.height(512);
-  image.encoding("mono16");
-  image.is_bigendian(1);
-  image.step(1280);
-  image.data().resize(std::size_t{1280} * 512);
-  for (std::size_t i = 0; i < image.data().size(); ++i) {
-    image.data()[i] = static_cast<std::uint8_t>(i * 7 + i / 1280);
+  image.header.stamp.sec = -5;
+  image.header.stamp.nanosec = 999'999'999;
+  image.header.frame_id = "thermal_optical";
+  image.width = 640;
+  image.height = 512;
+  image.encoding = "mono16";
+  image.is_bigendian = 1;
+  image.step = 1280;
+  image.data.resize(std::size_t{1280} * 512);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<std::uint8_t>(i * 7 + i / 1280);
   }
   return image;
 }
@@ -187,43 +187,43 @@ TEST_F(CycloneTest, ImageGoesThereAndComesBack) {
   Image image = test_image();
   const auto echoed = exchange("image", image);
   ASSERT_TRUE(echoed);
-  image.header().frame_id(kEchoMark);
+  image.header.frame_id = kEchoMark;
   EXPECT_TRUE(*echoed == image);
 }
 
 TEST_F(CycloneTest, OdometryGoesThereAndComesBack) {
   Odometry odometry;
-  odometry.header().frame_id("odom");
-  odometry.child_frame_id("base_link");
-  odometry.pose().pose().position().x(1.5);
-  odometry.pose().pose().position().z(-std::numbers::pi);
-  odometry.pose().pose().orientation().w(0.25);
+  odometry.header.frame_id = "odom";
+  odometry.child_frame_id = "base_link";
+  odometry.pose.pose.position.x = 1.5;
+  odometry.pose.pose.position.z = -std::numbers::pi;
+  odometry.pose.pose.orientation.w = 0.25;
   for (std::size_t i = 0; i < 36; ++i) {
-    odometry.pose().covariance()[i] = static_cast<double>(i);
-    odometry.twist().covariance()[i] = -static_cast<double>(i) / 3.0;
+    odometry.pose.covariance[i] = static_cast<double>(i);
+    odometry.twist.covariance[i] = -static_cast<double>(i) / 3.0;
   }
-  odometry.twist().twist().angular().y(1e-300);
+  odometry.twist.twist.angular.y = 1e-300;
   const auto echoed = exchange("odometry", odometry);
   ASSERT_TRUE(echoed);
-  odometry.header().frame_id(kEchoMark);
+  odometry.header.frame_id = kEchoMark;
   EXPECT_TRUE(*echoed == odometry);
 }
 
 TEST_F(CycloneTest, FusedOdometerGoesThereAndComesBack) {
   FusedOdometer fused;
-  fused.header().stamp().sec(12);
-  fused.header().frame_id("base_link");
-  fused.distance(5.51);
-  fused.variance(0.0011);
-  fused.name({"front", "", "rear wheel"});
-  fused.in_fusion_set({true, false, true});
-  fused.support({1, 0, 1, 0, 1, 0, 1, 0, 1});
-  fused.confidence_distance({0.0, 0.99, 0.26, 0.98, 0.0, 0.95, 0.28, 0.96, 0.0});
-  fused.rejection_reason({0, 1, 0});
-  fused.status(1);
+  fused.header.stamp.sec = 12;
+  fused.header.frame_id = "base_link";
+  fused.distance = 5.51;
+  fused.variance = 0.0011;
+  fused.name = {"front", "", "rear wheel"};
+  fused.in_fusion_set = {true, false, true};
+  fused.support = {1, 0, 1, 0, 1, 0, 1, 0, 1};
+  fused.confidence_distance = {0.0, 0.99, 0.26, 0.98, 0.0, 0.95, 0.28, 0.96, 0.0};
+  fused.rejection_reason = {0, 1, 0};
+  fused.status = 1;
   const auto echoed = exchange("fused", fused);
   ASSERT_TRUE(echoed);
-  fused.header().frame_id(kEchoMark);
+  fused.header.frame_id = kEchoMark;
   EXPECT_TRUE(*echoed == fused);
 }
 
@@ -232,9 +232,9 @@ TEST_F(CycloneTest, LateJoinerGetsItsLatchedImage) {
   const auto subscription = node_.create_subscription<Image>(
       "latched", QoS::latched(), [&](const Image& image) { received = image; });
   ASSERT_TRUE(executor_.spin_until([&] { return received.has_value(); }, kPatience));
-  EXPECT_EQ(received->header().stamp().sec(), 7);
-  EXPECT_EQ(received->header().frame_id(), "latched");
-  EXPECT_THAT(received->data(), testing::ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(received->header.stamp.sec, 7);
+  EXPECT_EQ(received->header.frame_id, "latched");
+  EXPECT_THAT(received->data, testing::ElementsAre(1, 2, 3, 4));
 }
 
 TEST_F(CycloneTest, IncompatibleQosIsReportedHere) {

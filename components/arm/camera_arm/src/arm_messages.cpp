@@ -14,8 +14,8 @@ using manipulation::ArmState;
 using manipulation::InputVerdict;
 using manipulation::JointCut;
 using manipulation::TrackState;
-using pipescout_msgs::msg::ArmState;
 using pipescout_msgs::msg::PipeTrack;
+using ArmStateMessage = pipescout_msgs::msg::ArmState;
 
 TrackState track_state(const pipescout_msgs::msg::PipeTrack& message) {
   switch (message.state) {
@@ -34,21 +34,21 @@ TrackState track_state(const pipescout_msgs::msg::PipeTrack& message) {
 std::uint8_t to_message(ArmState state) {
   switch (state) {
     case ArmState::kIdle:
-      return ArmState::STATE_IDLE;
+      return ArmStateMessage::STATE_IDLE;
     case ArmState::kTracking:
-      return ArmState::STATE_TRACKING;
+      return ArmStateMessage::STATE_TRACKING;
     case ArmState::kHolding:
-      return ArmState::STATE_HOLDING;
+      return ArmStateMessage::STATE_HOLDING;
     case ArmState::kSearching:
-      return ArmState::STATE_SEARCHING;
+      return ArmStateMessage::STATE_SEARCHING;
     case ArmState::kStowing:
-      return ArmState::STATE_STOWING;
+      return ArmStateMessage::STATE_STOWING;
     case ArmState::kStowed:
-      return ArmState::STATE_STOWED;
+      return ArmStateMessage::STATE_STOWED;
     case ArmState::kFault:
-      return ArmState::STATE_FAULT;
+      return ArmStateMessage::STATE_FAULT;
   }
-  return ArmState::STATE_FAULT;
+  return ArmStateMessage::STATE_FAULT;
 }
 
 const char* name(JointCut cut) {

@@ -138,8 +138,8 @@ void CameraArm::publish_transform(const JointState& message) {
   manipulation::JointVector q(arm.size());
   for (Eigen::Index i = 0; i < arm.size(); ++i) {
     const auto found =
-        std::ranges::find(message.name(), arm.joints()[static_cast<std::size_t>(i)].name);
-    q[i] = message.position()[static_cast<std::size_t>(found - message.name().begin())];
+        std::ranges::find(message.name, arm.joints()[static_cast<std::size_t>(i)].name);
+    q[i] = message.position[static_cast<std::size_t>(found - message.name.begin())];
   }
   geometry_msgs::msg::TransformStamped transform;
   transform.header.stamp = message.header.stamp;
@@ -147,7 +147,7 @@ void CameraArm::publish_transform(const JointState& message) {
   transform.child_frame_id = settings_->camera_frame;
   transform.transform = transform_message(arm.T_base_camera(q));
   auto told = std::make_unique<TFMessage>();
-  told->transforms().push_back(std::move(transform));
+  told->transforms.push_back(std::move(transform));
   tf_publisher_.publish(std::move(told));
 }
 
@@ -176,8 +176,8 @@ void CameraArm::cycle() {
                            from_seconds(settings_->controller.period))));
   }
   auto state = std::make_unique<ArmState>(state_message(command, controller_->model().joints()));
-  state->header().stamp(to_message(stamp));
-  state->header().frame_id(settings_->base_frame);
+  state->header.stamp = to_message(stamp);
+  state->header.frame_id = settings_->base_frame;
   state_publisher_.publish(std::move(state));
   tell(command);
 }

@@ -273,22 +273,22 @@ void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& tr
                              const Detections& detections, const Circumstances& known) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   auto told = std::make_unique<PipeTrack>(track_message(track));
-  told->header(picture.header());
-  told->width(picture.width());
-  told->height(picture.height());
+  told->header = picture.header;
+  told->width = picture.width;
+  told->height = picture.height;
   if (detections.fault != FrameFault::kNone) {
-    told->fault(std::string(to_string(detections.fault)));
+    told->fault = std::string(to_string(detections.fault));
   } else if (track.fault == TrackFault::kBadImageSize || track.fault == TrackFault::kTimeWentBack) {
-    told->fault(std::string(to_string(track.fault)));
+    told->fault = std::string(to_string(track.fault));
   }
   const bool of_use = track.number > 0 && track.in_view;
-  told->half_width(of_use && half_width_ > 0 ? half_width_ : kNaN);
-  told->whole_width(of_use && whole_width_in_view(track.estimate, half_width_, picture.width(),
-                                                  picture.height()));
-  told->range(kNaN);
+  told->half_width = of_use && half_width_ > 0 ? half_width_ : kNaN;
+  told->whole_width =
+      of_use && whole_width_in_view(track.estimate, half_width_, picture.width, picture.height);
+  told->range = kNaN;
   if (of_use && camera_) {
     if (const auto ray = camera_->ray(track.estimate.head<2>())) {
-      told->range(depth(known) * ray->norm());
+      told->range = depth(known) * ray->norm();
     }
   }
   track_publisher_.publish(std::move(told));
@@ -296,7 +296,7 @@ void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& tr
   if (particles_publisher_.subscription_count() > 0) {
     auto particles = std::make_unique<Particles>(
         particles_message(tracker_->filter(), regions_, settings_->published_particles));
-    particles->header(picture.header());
+    particles->header = picture.header;
     particles_publisher_.publish(std::move(particles));
   }
 }

@@ -374,17 +374,16 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
     auto message = std::make_unique<Transforms>();
     const SE3 T_body_base = mounted.T_body_base();
     if (estimate.in_map) {
-      message->transforms().push_back(
+      message->transforms.push_back(
           transform(estimate.T_map_odom, stamp, settings_.map_frame, settings_.odom_frame));
       if (status_.of(Source::kVisualPose).accepted > 0) {
         const estimation::GlobalStates& globals = estimator_->smoother().globals();
-        message->transforms().push_back(transform({globals.R_map_rack, globals.rack_position},
-                                                  stamp, settings_.map_frame,
-                                                  settings_.rack_frame));
+        message->transforms.push_back(transform({globals.R_map_rack, globals.rack_position}, stamp,
+                                                settings_.map_frame, settings_.rack_frame));
       }
     }
-    message->transforms().push_back(transform(estimate.T_odom_body * T_body_base, stamp,
-                                              settings_.odom_frame, settings_.base_frame));
+    message->transforms.push_back(transform(estimate.T_odom_body * T_body_base, stamp,
+                                            settings_.odom_frame, settings_.base_frame));
     tf_publisher_.publish(std::move(message));
   }
   if (!estimate.in_map) {
@@ -394,13 +393,13 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
   const double rate_variance = imu_interval_ > 0 ? gyro * gyro / imu_interval_ : 0.0;
   const auto motion = mounted.base_motion(estimate, estimator_->covariance(), rate_variance);
   auto message = std::make_unique<Odometry>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(settings_.map_frame);
-  message->child_frame_id(settings_.base_frame);
-  message->pose().pose(to_message(motion.T_map_base));
-  message->pose().covariance(to_message(motion.pose_covariance));
-  message->twist().twist(twist_message(motion.twist.head<3>(), motion.twist.tail<3>()));
-  message->twist().covariance(to_message(motion.twist_covariance));
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = settings_.map_frame;
+  message->child_frame_id = settings_.base_frame;
+  message->pose.pose = to_message(motion.T_map_base);
+  message->pose.covariance = to_message(motion.pose_covariance);
+  message->twist.twist = twist_message(motion.twist.head<3>(), motion.twist.tail<3>());
+  message->twist.covariance = to_message(motion.twist_covariance);
   odometry_publisher_.publish(std::move(message));
 }
 
@@ -408,11 +407,11 @@ void StateEstimator::publish_state() {
   const estimation::FixedLagSmoother& smoother = estimator_->smoother();
   auto message = std::make_unique<State>(state_message(*estimator_, status_, *origin_));
   if (smoother.initialised()) {
-    message->header().stamp(to_message(stamp_of(smoother.time(smoother.keyframes() - 1))));
+    message->header.stamp = to_message(stamp_of(smoother.time(smoother.keyframes() - 1)));
   } else if (last_reading_) {
-    message->header().stamp(to_message(stamp_of(last_reading_->time)));
+    message->header.stamp = to_message(stamp_of(last_reading_->time));
   }
-  message->header().frame_id(settings_.map_frame);
+  message->header.frame_id = settings_.map_frame;
   state_publisher_.publish(std::move(message));
 }
 
@@ -444,10 +443,10 @@ void StateEstimator::publish_pose_hint() {
   }
   hinted_ = stamp;
   auto message = std::make_unique<Pose>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(settings_.rack_frame);
-  message->pose().pose(to_message(pose.T_rack_camera));
-  message->pose().covariance(to_message(pose.covariance));
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = settings_.rack_frame;
+  message->pose.pose = to_message(pose.T_rack_camera);
+  message->pose.covariance = to_message(pose.covariance);
   hint_publisher_.publish(std::move(message));
 }
 

@@ -144,14 +144,14 @@ void OdometerReplay::publish_next() {
   follow_clock(time);
   ReadingsRow row = recording_.row(next_);
   auto message = std::make_unique<pipescout_msgs::msg::OdometerReadings>();
-  message->header().stamp(to_message(settings_.use_recorded_stamps ? Time(row.stamp) : due_));
-  message->header().frame_id(settings_.frame_id);
-  message->name(recording_.odometers);
-  message->distance(std::move(row.distance));
-  message->standard_deviation(settings_.standard_deviations.empty()
-                                  ? std::move(row.standard_deviation)
-                                  : settings_.standard_deviations);
-  message->valid(std::move(row.valid));
+  message->header.stamp = to_message(settings_.use_recorded_stamps ? Time(row.stamp) : due_);
+  message->header.frame_id = settings_.frame_id;
+  message->name = recording_.odometers;
+  message->distance = std::move(row.distance);
+  message->standard_deviation = settings_.standard_deviations.empty()
+                                    ? std::move(row.standard_deviation)
+                                    : settings_.standard_deviations;
+  message->valid = std::move(row.valid);
   publisher_.publish(std::move(message));
   ++next_;
 

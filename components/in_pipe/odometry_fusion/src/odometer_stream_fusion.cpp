@@ -182,7 +182,7 @@ void OdometerStreamFusion::declare_message_parameters() {
 
 OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
   OdometerStreamParameters result;
-  result.odometers.resize(odometers_.share()->size);
+  result.odometers.resize(odometers_.share()->size());
   assign_each("kinds", *kinds_.share(), result.odometers,
               [](auto& odometer, const std::string& name) { odometer.kind = kind(name); });
   assign_each("resolutions", *resolutions_.share(), result.odometers,
@@ -304,9 +304,9 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
     const auto result =
         stream_->push({.odometer = static_cast<std::size_t>(place - settings_.names.begin()),
                        .time = stream_time(stamp),
-                       .value = message.distance()[k],
-                       .valid = message.valid()[k]});
-    report_outcome(result.outcome, message.name()[k]);
+                       .value = message.distance[k],
+                       .valid = message.valid[k]});
+    report_outcome(result.outcome, message.name[k]);
     if (result.ticks > 0) {
       calibration_->record(stream_->state());
       publish_state();
@@ -369,11 +369,11 @@ void OdometerStreamFusion::publish_state() {
   for (std::size_t i = 0; i < settings_.names.size(); ++i) {
     // The stream measures wear against the others, from one calibration to the next.
     if (state.odometers[i].health == OdometerHealth::kOk && calibration_->is_worn(i)) {
-      message->health()[i] = pipescout_msgs::msg::FusedOdometer::HEALTH_WORN;
+      message->health[i] = pipescout_msgs::msg::FusedOdometer::HEALTH_WORN;
     }
   }
-  message->header().stamp(to_message(*origin_ + from_seconds(state.time)));
-  message->header().frame_id(frame_id_);
+  message->header.stamp = to_message(*origin_ + from_seconds(state.time));
+  message->header.frame_id = frame_id_;
   if (state.status == odometry::StreamStatus::kNoConsensus) {
     report_fault("no_consensus", "no group of odometers agrees; their median goes on");
   } else if (state.status == odometry::StreamStatus::kNoData) {

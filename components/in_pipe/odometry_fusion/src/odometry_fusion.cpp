@@ -178,13 +178,13 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
   if (const auto fault = find_fault(message, kMinOdometers)) {
     return refuse(*fault);
   }
-  if (const auto expected = odometers_.share(); !expected->empty() && *expected != message.name()) {
+  if (const auto expected = odometers_.share(); !expected->empty() && *expected != message.name) {
     report_fault("readings.name.unexpected",
                  "readings of other odometers than parameter 'odometers' has");
     return false;
   }
   // A driver that does not know its precision leaves this list empty.
-  const bool stand_in = message.standard_deviation().empty() && !standard_deviations.empty();
+  const bool stand_in = message.standard_deviation.empty() && !standard_deviations.empty();
   const auto size_fault =
       find_size_fault("standard_deviation", message.standard_deviation.size(), odometers);
   if (!stand_in && size_fault) {

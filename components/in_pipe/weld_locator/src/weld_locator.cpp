@@ -368,7 +368,7 @@ void WeldLocator::on_samples(const std::shared_ptr<const Samples>& message) {
     diagnostics().count("eddy_current.refused");
     return;
   }
-  check_stamp("eddy_current", from_message(message->header().stamp()));
+  check_stamp("eddy_current", from_message(message->header.stamp));
   if (waiting_.size() >= kMaximumWaiting) {
     waiting_.pop_front();
     report_fault("eddy_current.without_odometer",
@@ -445,7 +445,7 @@ void WeldLocator::process(const Samples& message) {
       continue;
     }
     for (std::size_t c = 0; c < channels; ++c) {
-      values[c] = {message.x()[k * channels + c], message.y()[k * channels + c]};
+      values[c] = {message.x[k * channels + c], message.y[k * channels + c]};
     }
     for (const auto& event : detector_->update(place->distance, {values.data(), channels})) {
       on_weld(event);
@@ -467,19 +467,19 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
     return;
   }
   auto message = std::make_unique<Weld>();
-  message->header().stamp(to_message(passage->time));
-  message->header().frame_id(frame_id_);
-  message->distance(event.distance);
-  message->standard_deviation(event.standard_deviation);
-  message->confidence(event.confidence);
-  message->amplitude(event.amplitude);
-  message->width(event.width);
-  message->weld(WeldDetection::UNKNOWN_WELD);
+  message->header.stamp = to_message(passage->time);
+  message->header.frame_id = frame_id_;
+  message->distance = event.distance;
+  message->standard_deviation = event.standard_deviation;
+  message->confidence = event.confidence;
+  message->amplitude = event.amplitude;
+  message->width = event.width;
+  message->weld = WeldDetection::UNKNOWN_WELD;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  message->chainage(nan);
-  message->chainage_variance(nan);
-  message->spacing(nan);
-  message->spacing_standard_deviation(nan);
+  message->chainage = nan;
+  message->chainage_variance = nan;
+  message->spacing = nan;
+  message->spacing_standard_deviation = nan;
   const WeldPositionEstimate& estimate = positioning_->add_weld(
       {.odometer_distance = std::min(passage->uncalibrated, positioning_->odometer_distance()),
        .standard_deviation = event.standard_deviation,
@@ -525,11 +525,11 @@ void WeldLocator::identify(const odometry::WeldEvent& event, const DistanceHisto
   if (std::abs(*nearest - there) > std::min(kNearShare * joint, 0.1 + 4.0 * deviation)) {
     return;  // taken as spurious
   }
-  message.weld(static_cast<std::int32_t>(weld));
-  message.weld_id(tally_->ids[weld]);
+  message.weld = static_cast<std::int32_t>(weld);
+  message.weld_id = tally_->ids[weld];
   message.weld_probability = estimate.probability;
-  message.chainage(*nearest);
-  message.chainage_variance(tally_->variances[weld]);
+  message.chainage = *nearest;
+  message.chainage_variance = tally_->variances[weld];
   if (last_weld_ && last_weld_->weld != weld && last_weld_->time < passage.time &&
       !estimate.tally_error_detected) {
     const auto [low, high] = std::minmax(last_weld_->weld, weld);
@@ -537,9 +537,9 @@ void WeldLocator::identify(const odometry::WeldEvent& event, const DistanceHisto
                             event.standard_deviation * event.standard_deviation +
                             last_weld_->standard_deviation * last_weld_->standard_deviation;
     message.spacing_since = to_message(last_weld_->time);
-    message.spacing(chainages[high] - chainages[low]);
+    message.spacing = chainages[high] - chainages[low];
     message.spacing_standard_deviation = std::sqrt(variance);
-    message.spacing_joints(static_cast<std::uint32_t>(high - low));
+    message.spacing_joints = static_cast<std::uint32_t>(high - low);
   }
   last_weld_ = {.weld = weld, .time = passage.time, .standard_deviation = event.standard_deviation};
 }
@@ -547,23 +547,23 @@ void WeldLocator::identify(const odometry::WeldEvent& event, const DistanceHisto
 void WeldLocator::publish_position(Time stamp) {
   const WeldPositionEstimate& estimate = positioning_->estimate();
   auto message = std::make_unique<Position>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(frame_id_);
-  message->known(estimate.known);
-  message->locked(estimate.locked);
-  message->joint(static_cast<std::uint32_t>(estimate.joint));
-  message->joint_probability(estimate.probability);
-  message->orientation(kNumber(estimate.orientation));
-  message->distance_into_joint(estimate.distance_into_joint);
-  message->chainage(estimate.chainage);
-  message->scale(estimate.scale);
-  message->covariance({estimate.covariance(0, 0), estimate.covariance(0, 1),
-                       estimate.covariance(1, 0), estimate.covariance(1, 1)});
-  message->hypotheses(static_cast<std::uint32_t>(estimate.hypotheses));
-  message->odometer_distance(history_->latest().distance);
-  message->double_slip_detected(estimate.double_slip_detected);
-  message->tally_error_detected(estimate.tally_error_detected);
-  message->spacing_error(estimate.spacing_error);
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = frame_id_;
+  message->known = estimate.known;
+  message->locked = estimate.locked;
+  message->joint = static_cast<std::uint32_t>(estimate.joint);
+  message->joint_probability = estimate.probability;
+  message->orientation = kNumber(estimate.orientation);
+  message->distance_into_joint = estimate.distance_into_joint;
+  message->chainage = estimate.chainage;
+  message->scale = estimate.scale;
+  message->covariance = {estimate.covariance(0, 0), estimate.covariance(0, 1),
+                         estimate.covariance(1, 0), estimate.covariance(1, 1)};
+  message->hypotheses = static_cast<std::uint32_t>(estimate.hypotheses);
+  message->odometer_distance = history_->latest().distance;
+  message->double_slip_detected = estimate.double_slip_detected;
+  message->tally_error_detected = estimate.tally_error_detected;
+  message->spacing_error = estimate.spacing_error;
   position_publisher_.publish(std::move(message));
   if (estimate.locked != was_locked_) {
     was_locked_ = estimate.locked;

@@ -299,7 +299,7 @@ void LeakInspector::on_image(const Image& message) {
   }
   auto told = std::make_unique<pipescout_msgs::msg::LeakDetections>(
       detections_message(detections, finding_of));
-  told->header(message.header());
+  told->header = message.header;
   detections_publisher_.publish(std::move(told));
 }
 
@@ -338,14 +338,14 @@ void LeakInspector::publish(const leak_findings::Event& event, const Image& pict
   }
   try_to_keep([&] { archive_->save(*finding); });
   auto told = std::make_unique<pipescout_msgs::msg::LeakEvent>();
-  told->header().stamp(picture.header().stamp());
-  told->header().frame_id(settings_->map_frame);
-  told->kind(event_kind(event.kind));
-  told->finding(finding_message(*finding));
+  told->header.stamp = picture.header.stamp;
+  told->header.frame_id = settings_->map_frame;
+  told->kind = event_kind(event.kind);
+  told->finding = finding_message(*finding);
   if (const Evidence* const evidence = archive_->evidence(event.finding)) {
-    told->finding().thumbnail().header(picture.header());
-    told->finding().thumbnail().format("png");
-    told->finding().thumbnail().data(evidence->thumbnail.png);
+    told->finding.thumbnail.header = picture.header;
+    told->finding.thumbnail.format = "png";
+    told->finding.thumbnail.data = evidence->thumbnail.png;
   }
   event_publisher_.publish(std::move(told));
   if (event.kind == EventKind::kRaised) {
@@ -382,7 +382,7 @@ void LeakInspector::tell_counts() {
   const auto raised = [](const Finding& finding) {
     return finding.state == leak_findings::FindingState::kRaised;
   };
-  tell("findings", findings_->findings().size);
+  tell("findings", findings_->findings().size());
   tell("findings.raised",
        static_cast<std::uint64_t>(std::ranges::count_if(findings_->findings(), raised)));
   tell("findings.refused", findings_->counters().findings_refused);

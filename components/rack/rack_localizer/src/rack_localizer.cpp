@@ -326,7 +326,7 @@ void RackLocalizer::check_start(bool usable) {
 
 void RackLocalizer::on_pose_hint(const Pose& message) {
   if (const auto fault =
-          stamp_limits_.find_fault("pose_hint", from_message(message.header().stamp()), now())) {
+          stamp_limits_.find_fault("pose_hint", from_message(message.header.stamp), now())) {
     report_fault(fault->counter, fault->text);
     return;
   }
@@ -433,33 +433,33 @@ void RackLocalizer::publish(const Image& image, const RackTrackerResult& result)
   }
   if (result.status == TrackStatus::kTracking) {
     auto pose = std::make_unique<Pose>();
-    pose->header().stamp(image.header().stamp());
-    pose->header().frame_id(frame_);
-    pose->pose().pose(pipescout::to_message(result.T_rack_camera));
-    pose->pose().covariance(pipescout::to_message(result.covariance));
+    pose->header.stamp = image.header.stamp;
+    pose->header.frame_id = frame_;
+    pose->pose.pose = pipescout::to_message(result.T_rack_camera);
+    pose->pose.covariance = pipescout::to_message(result.covariance);
     pose_publisher_.publish(std::move(pose));
   }
   auto state = std::make_unique<State>();
-  state->header().stamp(image.header().stamp());
-  state->header().frame_id(frame_);
-  state->status(to_message(result.status));
-  state->quality(result.status == TrackStatus::kTracking ? result.quality : 0.0);
-  state->reason(std::string(result.reason));
+  state->header.stamp = image.header.stamp;
+  state->header.frame_id = frame_;
+  state->status = to_message(result.status);
+  state->quality = result.status == TrackStatus::kTracking ? result.quality : 0.0;
+  state->reason = std::string(result.reason);
   for (std::size_t i = 0; i < model_.pipes.size() && i < result.offsets.size(); ++i) {
-    state->pipe().push_back(model_.pipes[i].name);
-    state->offset().push_back(result.offsets[i]);
-    state->offset_variance().push_back(result.offset_variances[i]);
-    state->offset_observed().push_back(result.offset_observed[i] != 0);
+    state->pipe.push_back(model_.pipes[i].name);
+    state->offset.push_back(result.offsets[i]);
+    state->offset_variance.push_back(result.offset_variances[i]);
+    state->offset_observed.push_back(result.offset_observed[i] != 0);
   }
-  state->inlier_share(result.inlier_share);
-  state->edges(static_cast<std::uint32_t>(result.edges));
-  state->edge_samples(static_cast<std::uint32_t>(result.edge_samples));
-  state->edge_samples_found(static_cast<std::uint32_t>(result.edge_samples_found));
-  state->texture_points(static_cast<std::uint32_t>(result.points));
-  state->texture_points_matched(static_cast<std::uint32_t>(result.points_matched));
-  state->map_points(static_cast<std::uint32_t>(result.map_points));
-  state->along_standard_deviation(std::sqrt(std::max(0.0, result.covariance(1, 1))));
-  state->losses(localization_->tracker().counts().losses);
+  state->inlier_share = result.inlier_share;
+  state->edges = static_cast<std::uint32_t>(result.edges);
+  state->edge_samples = static_cast<std::uint32_t>(result.edge_samples);
+  state->edge_samples_found = static_cast<std::uint32_t>(result.edge_samples_found);
+  state->texture_points = static_cast<std::uint32_t>(result.points);
+  state->texture_points_matched = static_cast<std::uint32_t>(result.points_matched);
+  state->map_points = static_cast<std::uint32_t>(result.map_points);
+  state->along_standard_deviation = std::sqrt(std::max(0.0, result.covariance(1, 1)));
+  state->losses = localization_->tracker().counts().losses;
   state_publisher_.publish(std::move(state));
 }
 

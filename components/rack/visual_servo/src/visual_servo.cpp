@@ -380,14 +380,14 @@ void VisualServo::command(Time measured) {
 
 void VisualServo::publish(const ServoCommand& command, Time stamp) {
   auto message = std::make_unique<Twist>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(command_frame_);
-  message->twist().linear().x(command.linear.x());
-  message->twist().linear().y(command.linear.y());
-  message->twist().linear().z(command.linear.z());
-  message->twist().angular().x(command.angular.x());
-  message->twist().angular().y(command.angular.y());
-  message->twist().angular().z(command.angular.z());
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = command_frame_;
+  message->twist.linear.x = command.linear.x();
+  message->twist.linear.y = command.linear.y();
+  message->twist.linear.z = command.linear.z();
+  message->twist.angular.x = command.angular.x();
+  message->twist.angular.y = command.angular.y();
+  message->twist.angular.z = command.angular.z();
   publisher_.publish(std::move(message));
 }
 

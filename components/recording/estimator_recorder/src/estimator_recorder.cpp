@@ -53,8 +53,8 @@ void require_lists(const pipescout_msgs::msg::EstimatorState& message) {
 }
 
 void require_finite(const geometry_msgs::msg::Twist& twist) {
-  for (const auto& vector : {twist.linear(), twist.angular()}) {
-    require(std::isfinite(vector.x()) && std::isfinite(vector.y()) && std::isfinite(vector.z()),
+  for (const auto& vector : {twist.linear, twist.angular}) {
+    require(std::isfinite(vector.x) && std::isfinite(vector.y) && std::isfinite(vector.z),
             "a velocity is not finite");
   }
 }

@@ -115,8 +115,8 @@ void LeakRecorder::on_detections(const Detections& message) {
     add(line, pipe.reference_temperature);
   }
   double largest = std::nan("");
-  for (const auto& leak : message.leaks()) {
-    largest = std::fmax(largest, leak.delta());
+  for (const auto& leak : message.leaks) {
+    largest = std::fmax(largest, leak.delta);
   }
   add(line, largest);
   file("detections.csv", detections_header).write(line.text());
@@ -135,7 +135,7 @@ void LeakRecorder::on_event(const Event& message) {
   if (finding.position_known) {
     line.add(finding.position.x).add(finding.position.y).add(finding.position.z);
     for (const std::size_t variance : {0U, 4U, 8U}) {
-      add(line, std::sqrt(finding.position_covariance()[variance]));
+      add(line, std::sqrt(finding.position_covariance[variance]));
     }
   } else {
     line.add_empty(6);

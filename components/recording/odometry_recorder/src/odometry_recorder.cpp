@@ -157,7 +157,7 @@ void OdometryRecorder::on_fused(const Fused& message) {
     recording_->fused = std::make_unique<LineFile>(data_folder() / "fused.csv");
     recording_->fused->write(fused_header(recording_->columns));
   }
-  recording_->fused->write(fused_line(reading, fused, message.rejection_reason()));
+  recording_->fused->write(fused_line(reading, fused, message.rejection_reason));
   progress();
   judge(false);
 }

@@ -108,7 +108,7 @@ void RackRecorder::copy_rack_file() {
 
 void RackRecorder::on_pose(const Pose& message) {
   const geometry::SE3 T_rack_camera = from_message(message.pose.pose);
-  const geometry::Matrix6d covariance = covariance_from_message(message.pose().covariance());
+  const geometry::Matrix6d covariance = covariance_from_message(message.pose.covariance);
   const Time stamp = from_message(message.header.stamp);
   file("pose.csv", uncertain_pose_csv_header)
       .write(uncertain_pose_csv_line(stamp, T_rack_camera, covariance).text());
@@ -140,10 +140,10 @@ void RackRecorder::on_state(const State& message) {
 }
 
 void RackRecorder::on_command(const Command& message) {
-  for (const auto& vector : {message.twist().linear(), message.twist().angular()}) {
-    require_finite("x", vector.x());
-    require_finite("y", vector.y());
-    require_finite("z", vector.z());
+  for (const auto& vector : {message.twist.linear, message.twist.angular}) {
+    require_finite("x", vector.x);
+    require_finite("y", vector.y);
+    require_finite("z", vector.z);
   }
   file("command.csv", command_csv_header).write(command_csv_line(message));
 }

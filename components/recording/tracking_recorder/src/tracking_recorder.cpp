@@ -33,7 +33,7 @@ constexpr std::array kArmStates{"idle",    "tracking", "holding", "searching",
 
 template <class Names>
 const char* name_of(const Names& names, std::uint8_t state) {
-  if (state >= names.size) {
+  if (state >= names.size()) {
     throw std::invalid_argument("the state is none of STATE_*");
   }
   return names.at(state);
@@ -119,10 +119,10 @@ CallbackReturn TrackingRecorder::on_configure() {
 
 void TrackingRecorder::on_track(const Track& message) {
   CsvLine line(from_message(message.header.stamp));
-  line.add(message.fault())
-      .add(name_of(kTrackStates, message.state()))
-      .add(message.track())
-      .add(message.confidence());
+  line.add(message.fault)
+      .add(name_of(kTrackStates, message.state))
+      .add(message.track)
+      .add(message.confidence);
   add(line, message.since_seen);
   if (message.state == PipeTrack::STATE_DETECTING) {
     line.add_empty(8);
@@ -176,8 +176,8 @@ void TrackingRecorder::on_particles(const Particles& message) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     CsvLine line(stamp);
-    for (const float value : {message.u()[i], message.v()[i], message.length()[i],
-                              message.angle()[i], message.weight()[i]}) {
+    for (const float value :
+         {message.u[i], message.v[i], message.length[i], message.angle[i], message.weight[i]}) {
       line.add_short(static_cast<double>(value));
     }
     file("particles.csv", particles_header).write(line.text());
@@ -186,14 +186,14 @@ void TrackingRecorder::on_particles(const Particles& message) {
 
 void TrackingRecorder::on_arm(const ArmState& message) {
   CsvLine line(from_message(message.header.stamp));
-  line.add(name_of(kArmStates, message.state())).add(message.reason());
+  line.add(name_of(kArmStates, message.state)).add(message.reason);
   for (const double value : {message.error_u, message.error_v, message.error_angle}) {
     add(line, value);
   }
   line.add(message.feed_forward);
   add(line, message.manipulability);
   std::string limited;
-  for (const std::string& limit : message.limited()) {
+  for (const std::string& limit : message.limited) {
     limited += (limited.empty() ? "" : "; ") + limit;
   }
   line.add(limited);

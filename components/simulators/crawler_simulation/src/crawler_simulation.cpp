@@ -210,7 +210,7 @@ void CrawlerSimulation::declare_signal_parameters() {
 SimulatedRunParameters CrawlerSimulation::run_parameters() const {
   SimulatedRunParameters result;
   auto& wheels = result.crawler.wheels;
-  wheels.resize(wheels_.share()->size);
+  wheels.resize(wheels_.share()->size());
   for (WheelParameters& wheel : wheels) {
     wheel.resolution = resolution_.get();
     wheel.noise_per_sqrt_metre = noise_.get();
@@ -341,13 +341,13 @@ void CrawlerSimulation::step() {
 void CrawlerSimulation::publish_readings(double until) {
   for (SimulatedRun::Readings& readings : run_->readings_until(until)) {
     auto message = std::make_unique<Readings>();
-    message->header().stamp(to_message(at(readings.time)));
-    message->header().frame_id(kBaseFrame);
+    message->header.stamp = to_message(at(readings.time));
+    message->header.frame_id = kBaseFrame;
     for (const std::size_t wheel : readings.wheels) {
-      message->name().push_back(names_[wheel]);
-      message->valid().push_back(true);
+      message->name.push_back(names_[wheel]);
+      message->valid.push_back(true);
     }
-    message->distance(std::move(readings.values));
+    message->distance = std::move(readings.values);
     readings_publisher_.publish(std::move(message));
   }
 }
@@ -359,13 +359,13 @@ void CrawlerSimulation::publish_samples(double until) {
     return;
   }
   auto message = std::make_unique<Samples>();
-  message->header().stamp(to_message(at(first)));
-  message->header().frame_id("eddy_current_probe");
-  message->sample_interval(run_->sample_interval());
-  message->channels(1);
+  message->header.stamp = to_message(at(first));
+  message->header.frame_id = "eddy_current_probe";
+  message->sample_interval = run_->sample_interval();
+  message->channels = 1;
   for (const auto& sample : samples) {
-    message->x().push_back(sample.real());
-    message->y().push_back(sample.imag());
+    message->x.push_back(sample.real());
+    message->y.push_back(sample.imag());
   }
   samples_publisher_.publish(std::move(message));
 }
@@ -373,26 +373,26 @@ void CrawlerSimulation::publish_samples(double until) {
 void CrawlerSimulation::publish_truth(double time) {
   const SimulatedRun::Position position = run_->position(time);
   auto message = std::make_unique<Position>();
-  message->header().stamp(to_message(at(time)));
-  message->header().frame_id("eddy_current_probe");
-  message->known(true);
-  message->locked(true);
-  message->joint(static_cast<std::uint32_t>(position.joint));
-  message->joint_probability(1.0);
-  message->distance_into_joint(position.into_joint);
-  message->chainage(position.chainage);
-  message->scale(1.0);
-  message->odometer_distance(position.distance);
+  message->header.stamp = to_message(at(time));
+  message->header.frame_id = "eddy_current_probe";
+  message->known = true;
+  message->locked = true;
+  message->joint = static_cast<std::uint32_t>(position.joint);
+  message->joint_probability = 1.0;
+  message->distance_into_joint = position.into_joint;
+  message->chainage = position.chainage;
+  message->scale = 1.0;
+  message->odometer_distance = position.distance;
   truth_publisher_.publish(std::move(message));
 
   const simulation::BodyMotion motion = run_->body_motion(time);
   auto odometry = std::make_unique<Odometry>();
-  odometry->header().stamp(to_message(at(time)));
-  odometry->header().frame_id("map");
-  odometry->child_frame_id(kBaseFrame);
-  odometry->pose().pose(to_message(motion.T_map_body));
-  odometry->twist().twist(
-      twist_message(motion.T_map_body.rotation().inverse() * motion.velocity, motion.angular_rate));
+  odometry->header.stamp = to_message(at(time));
+  odometry->header.frame_id = "map";
+  odometry->child_frame_id = kBaseFrame;
+  odometry->pose.pose = to_message(motion.T_map_body);
+  odometry->twist.twist =
+      twist_message(motion.T_map_body.rotation().inverse() * motion.velocity, motion.angular_rate);
   true_odometry_publisher_.publish(std::move(odometry));
 }
 
@@ -400,8 +400,8 @@ void CrawlerSimulation::publish_imu(double until) {
   for (const SimulatedRun::ImuSample& sample : run_->imu_samples_until(until)) {
     auto message = std::make_unique<Imu>(
         imu_message(sample.reading.angular_rate, sample.reading.specific_force));
-    message->header().stamp(to_message(at(sample.time)));
-    message->header().frame_id(kBaseFrame);
+    message->header.stamp = to_message(at(sample.time));
+    message->header.frame_id = kBaseFrame;
     imu_publisher_.publish(std::move(message));
   }
 }

@@ -117,12 +117,11 @@ CallbackReturn PatrolSimulation::on_configure() {
   }
   if (waits_for_answers_) {
     track_subscription_ = create_subscription(topics::kPipeTrack, [this](const PipeTrack& message) {
-      hear(track_, from_message(message.header().stamp()));
+      hear(track_, from_message(message.header.stamp));
     });
-    odometry_subscription_ =
-        create_subscription(topics::kOdometryFiltered, [this](const Odometry& message) {
-          hear(odometry_, from_message(message.header().stamp()));
-        });
+    odometry_subscription_ = create_subscription(
+        topics::kOdometryFiltered,
+        [this](const Odometry& message) { hear(odometry_, from_message(message.header.stamp)); });
   }
   return CallbackReturn::kSuccess;
 }
@@ -228,19 +227,19 @@ void PatrolSimulation::on_command(const JointTrajectory& message) {
   std::vector<double> positions;
   std::vector<double> rates;
   for (const manipulation::ArmJoint& joint : arm.joints()) {
-    const auto found = std::ranges::find(message.joint_names(), joint.name);
-    const auto i = static_cast<std::size_t>(found - message.joint_names().begin());
-    if (found == message.joint_names().end() || i >= point.positions().size() ||
-        i >= point.velocities().size()) {
+    const auto found = std::ranges::find(message.joint_names, joint.name);
+    const auto i = static_cast<std::size_t>(found - message.joint_names.begin());
+    if (found == message.joint_names.end() || i >= point.positions.size() ||
+        i >= point.velocities.size()) {
       report_fault("command.missing_joint",
                    "a command has no position and velocity of '" + joint.name + "'");
       return;
     }
-    positions.push_back(point.positions()[i]);
-    rates.push_back(point.velocities()[i]);
+    positions.push_back(point.positions[i]);
+    rates.push_back(point.velocities[i]);
   }
   try {
-    drive_->command_arm(positions, rates, to_seconds(from_message(point.time_from_start())));
+    drive_->command_arm(positions, rates, to_seconds(from_message(point.time_from_start)));
   } catch (const std::invalid_argument& error) {
     report_fault("command.refused", std::string("a command is refused: ") + error.what());
     return;
@@ -292,13 +291,13 @@ void PatrolSimulation::next_step() {
 void PatrolSimulation::publish_joints(Time stamp) {
   const simulation::ArmDynamics& arm = *drive_->arm_dynamics();
   auto message = std::make_unique<JointState>();
-  message->header().stamp(to_message(stamp));
+  message->header.stamp = to_message(stamp);
   for (const manipulation::ArmJoint& joint : drive_->arm()->joints()) {
-    message->name().push_back(joint.name);
+    message->name.push_back(joint.name);
   }
-  message->position().resize(message->name().size());
-  arm.encoders(message->position());
-  message->velocity(arm.rates());
+  message->position.resize(message->name.size());
+  arm.encoders(message->position);
+  message->velocity = arm.rates();
   joint_publisher_.publish(std::move(message));
 }
 
@@ -308,8 +307,8 @@ void PatrolSimulation::publish_true_track(Time stamp) {
   auto message = std::make_unique<PipeTrack>(
       true_track_message(drive_->tube_in_view(), patrol.renderer().camera().parameters(),
                          scene.tube_radius, patrol.place() >= 0 && patrol.place() <= scene.length));
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(camera_frame_);
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = camera_frame_;
   true_track_publisher_.publish(std::move(message));
 }
 
@@ -317,8 +316,8 @@ void PatrolSimulation::publish_imu() {
   for (const PatrolDrive::ImuSample& sample : drive_->take_imu_samples()) {
     auto message = std::make_unique<Imu>(
         imu_message(sample.reading.angular_rate, sample.reading.specific_force));
-    message->header().stamp(to_message(at(sample.time)));
-    message->header().frame_id(kBaseFrame);
+    message->header.stamp = to_message(at(sample.time));
+    message->header.frame_id = kBaseFrame;
     imu_publisher_.publish(std::move(message));
   }
 }
@@ -326,12 +325,12 @@ void PatrolSimulation::publish_imu() {
 void PatrolSimulation::publish_odometers() {
   for (const PatrolDrive::OdometerSample& sample : drive_->take_odometer_samples()) {
     auto message = std::make_unique<Readings>();
-    message->header().stamp(to_message(at(sample.time)));
-    message->header().frame_id(kBaseFrame);
-    message->name().assign(kWheelNames.begin(), kWheelNames.end());
-    message->distance().assign(sample.distances.begin(), sample.distances.end());
-    message->standard_deviation().assign(kWheelNames.size(), kOdometerDeviation);
-    message->valid().assign(kWheelNames.size(), true);
+    message->header.stamp = to_message(at(sample.time));
+    message->header.frame_id = kBaseFrame;
+    message->name.assign(kWheelNames.begin(), kWheelNames.end());
+    message->distance.assign(sample.distances.begin(), sample.distances.end());
+    message->standard_deviation.assign(kWheelNames.size(), kOdometerDeviation);
+    message->valid.assign(kWheelNames.size(), true);
     readings_publisher_.publish(std::move(message));
   }
 }
@@ -339,16 +338,16 @@ void PatrolSimulation::publish_odometers() {
 void PatrolSimulation::publish_fixes() {
   for (const simulation::GpsFix& fix : drive_->take_fixes()) {
     auto message = std::make_unique<Fix>(fix_message(fix, *frame_));
-    message->header().stamp(to_message(at(fix.time)));
-    message->header().frame_id(kBaseFrame);
+    message->header.stamp = to_message(at(fix.time));
+    message->header.frame_id = kBaseFrame;
     fix_publisher_.publish(std::move(message));
   }
 }
 
 void PatrolSimulation::publish_true_leaks() {
   for (auto& leak : true_leak_messages(drive_->patrol().scene())) {
-    leak.header().stamp(to_message(kStart));
-    leak.header().frame_id(kMapFrame);
+    leak.header.stamp = to_message(kStart);
+    leak.header.frame_id = kMapFrame;
     true_leaks_publisher_.publish(
         std::make_unique<pipescout_msgs::msg::LeakEvent>(std::move(leak)));
   }
@@ -358,36 +357,36 @@ void PatrolSimulation::publish_true_odometry(Time stamp) {
   const simulation::BodyMotion& motion = drive_->motion();
   const Eigen::Vector3d velocity = motion.T_map_body.rotation().inverse() * motion.velocity;
   auto message = std::make_unique<Odometry>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(kMapFrame);
-  message->child_frame_id(kBaseFrame);
-  message->pose().pose(to_message(motion.T_map_body));
-  message->twist().twist(twist_message(velocity, motion.angular_rate));
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = kMapFrame;
+  message->child_frame_id = kBaseFrame;
+  message->pose.pose = to_message(motion.T_map_body);
+  message->twist.twist = twist_message(velocity, motion.angular_rate);
   true_odometry_publisher_.publish(std::move(message));
 }
 
 void PatrolSimulation::publish_image(Time stamp) {
   const geometry::CameraParameters& camera = drive_->patrol().renderer().camera().parameters();
   auto info = std::make_unique<CameraInfo>(to_message(camera));
-  info->header().stamp(to_message(stamp));
-  info->header().frame_id(camera_frame_);
+  info->header.stamp = to_message(stamp);
+  info->header.frame_id = camera_frame_;
   camera_info_publisher_.publish(std::move(info));
 
   drive_->patrol().render(images_, counts_);
   auto image = std::make_unique<Image>();
-  image->header().stamp(to_message(stamp));
-  image->header().frame_id(camera_frame_);
-  image->width(static_cast<std::uint32_t>(camera.width));
-  image->height(static_cast<std::uint32_t>(camera.height));
-  image->encoding(grey_ ? "mono8" : "mono16");
-  image->is_bigendian(std::endian::native == std::endian::big ? 1 : 0);
+  image->header.stamp = to_message(stamp);
+  image->header.frame_id = camera_frame_;
+  image->width = static_cast<std::uint32_t>(camera.width);
+  image->height = static_cast<std::uint32_t>(camera.height);
+  image->encoding = grey_ ? "mono8" : "mono16";
+  image->is_bigendian = std::endian::native == std::endian::big ? 1 : 0;
   const std::size_t pixel = grey_ ? 1 : sizeof(std::uint16_t);
-  image->step(static_cast<std::uint32_t>(pixel * static_cast<std::size_t>(camera.width)));
-  image->data().resize(pixel * counts_.size());
+  image->step = static_cast<std::uint32_t>(pixel * static_cast<std::size_t>(camera.width));
+  image->data.resize(pixel * counts_.size());
   if (grey_) {
-    greys_->convert(counts_, image->data());
+    greys_->convert(counts_, image->data);
   } else {
-    std::memcpy(image->data().data(), counts_.data(), image->data().size());
+    std::memcpy(image->data.data(), counts_.data(), image->data.size());
   }
   image_publisher_.publish(std::move(image));
 }

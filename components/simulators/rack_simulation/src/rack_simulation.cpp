@@ -364,26 +364,26 @@ void RackSimulation::publish_image(Time stamp) {
   publish_true_odometry(stamp);
 
   auto truth = std::make_unique<Pose>();
-  truth->header().stamp(to_message(stamp));
-  truth->header().frame_id(frame_);
-  truth->pose(to_message(flight_->T_rack_camera()));
+  truth->header.stamp = to_message(stamp);
+  truth->header.frame_id = frame_;
+  truth->pose = to_message(flight_->T_rack_camera());
   truth_publisher_.publish(std::move(truth));
 
   auto info = std::make_unique<CameraInfo>(to_message(camera_));
-  info->header().stamp(to_message(stamp));
-  info->header().frame_id(kCameraFrame);
+  info->header.stamp = to_message(stamp);
+  info->header.frame_id = kCameraFrame;
   camera_info_publisher_.publish(std::move(info));
 
   auto image = std::make_unique<Image>();
-  image->header().stamp(to_message(stamp));
-  image->header().frame_id(kCameraFrame);
-  image->width(static_cast<std::uint32_t>(camera_.width));
-  image->height(static_cast<std::uint32_t>(camera_.height));
-  image->encoding("mono8");
-  image->step(static_cast<std::uint32_t>(camera_.width));
-  image->data().resize(static_cast<std::size_t>(camera_.width) *
-                       static_cast<std::size_t>(camera_.height));
-  flight_->render(images_, image->data());
+  image->header.stamp = to_message(stamp);
+  image->header.frame_id = kCameraFrame;
+  image->width = static_cast<std::uint32_t>(camera_.width);
+  image->height = static_cast<std::uint32_t>(camera_.height);
+  image->encoding = "mono8";
+  image->step = static_cast<std::uint32_t>(camera_.width);
+  image->data.resize(static_cast<std::size_t>(camera_.width) *
+                     static_cast<std::size_t>(camera_.height));
+  flight_->render(images_, image->data);
   image_publisher_.publish(std::move(image));
 }
 
@@ -391,8 +391,8 @@ void RackSimulation::publish_imu() {
   for (const RackFlight::ImuSample& sample : flight_->take_imu_samples()) {
     auto message = std::make_unique<Imu>(
         imu_message(sample.reading.angular_rate, sample.reading.specific_force));
-    message->header().stamp(to_message(at(sample.time)));
-    message->header().frame_id(kBaseFrame);
+    message->header.stamp = to_message(at(sample.time));
+    message->header.frame_id = kBaseFrame;
     imu_publisher_.publish(std::move(message));
   }
 }
@@ -401,11 +401,11 @@ void RackSimulation::publish_true_odometry(Time stamp) {
   const simulation::UavState& state = flight_->uav();
   const Eigen::Vector3d velocity = state.T_rack_body.rotation().inverse() * state.velocity;
   auto message = std::make_unique<Odometry>();
-  message->header().stamp(to_message(stamp));
-  message->header().frame_id(frame_);
-  message->child_frame_id(kBaseFrame);
-  message->pose().pose(to_message(state.T_rack_body));
-  message->twist().twist(twist_message(velocity, state.angular_rate));
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = frame_;
+  message->child_frame_id = kBaseFrame;
+  message->pose.pose = to_message(state.T_rack_body);
+  message->twist.twist = twist_message(velocity, state.angular_rate);
   true_odometry_publisher_.publish(std::move(message));
 }
 

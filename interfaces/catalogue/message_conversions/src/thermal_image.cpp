@@ -28,13 +28,13 @@ thermal::ImageView<Pixel> ThermalImageReader::view(const sensor_msgs::msg::Image
   }
   copy.resize(width * height);
   for (std::size_t row = 0; row < height; ++row) {
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(copy.data + row * width);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(copy.data() + row * width);
     std::memcpy(bytes, data + row * step, width * sizeof(Pixel));
     for (std::size_t i = 0; swapped && i < width; ++i) {
       std::reverse(bytes + i * sizeof(Pixel), bytes + (i + 1) * sizeof(Pixel));
     }
   }
-  return {copy.data, static_cast<int>(width), static_cast<int>(height),
+  return {copy.data(), static_cast<int>(width), static_cast<int>(height),
           static_cast<std::ptrdiff_t>(width)};
 }
 
