@@ -38,6 +38,8 @@ while [ $# -gt 0 ]; do
 done
 
 cd "$here/../.."
+# shellcheck source=launch_scripts/build_environment.sh
+source launch_scripts/build_environment.sh
 colcon build --event-handlers console_start_end- console_direct- --packages-up-to pipescout_benchmark \
   --cmake-args -DCMAKE_BUILD_TYPE=Release >&2
 set +u

@@ -25,6 +25,15 @@ function(pipescout_precompile target)
   target_precompile_headers(${target} PRIVATE ${ARGN})
 endfunction()
 
+# pipescout_compile_together(<target>)
+#
+# Compiles sources of the target as one, up to four at a time: for many small sources that include the
+# same large headers, where parsing costs more than all the rest. Names in anonymous namespaces must
+# then differ between them.
+function(pipescout_compile_together target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
+endfunction()
+
 # pipescout_add_library(<target>
 #   [SOURCES <file>...]               default: src/*.cpp
 #   [DEPENDENCIES <target>...]        part of the public headers

@@ -78,10 +78,17 @@ function(pipescout_add_tests)
 
   if(arg_ISOLATED)
     include(GoogleTest)
+    gtest_discover_tests(${arg_NAME} DISCOVERY_TIMEOUT 60 TEST_PREFIX ${arg_NAME}.)
+    # gtest_discover_tests takes no property that is a list, as ENVIRONMENT is: ctest sets them itself.
     _pipescout_test_properties(properties ${arg_NAME}
       "${arg_LABEL}" "${arg_TIMEOUT}" ${arg_ENVIRONMENT})
-    gtest_discover_tests(${arg_NAME} DISCOVERY_TIMEOUT 60 TEST_PREFIX ${arg_NAME}.
-      PROPERTIES ${properties})
+    set(quoted "")
+    foreach(each IN LISTS properties)
+      string(APPEND quoted " [==[${each}]==]")
+    endforeach()
+    set(script ${CMAKE_CURRENT_BINARY_DIR}/${arg_NAME}_properties.cmake)
+    file(WRITE ${script} "set_tests_properties(\${${arg_NAME}_TESTS} PROPERTIES${quoted})\n")
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${script})
     return()
   endif()
   set(results ${PROJECT_BINARY_DIR}/test_results)

@@ -14,7 +14,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 /// Quantile of the chi-square distribution of 3 degrees of freedom.
 constexpr double kChiSquare95Of3 = 7.814727903251179;
-constexpr std::size_t kMaximumSources = 32;
+constexpr std::size_t kSourcesFollowed = 32;
 
 double rounded(double value, double parts) {
   return std::round(value * parts) / parts;
@@ -66,7 +66,7 @@ std::vector<std::size_t> EstimatorReport::add_state(const State& state) {
   for (std::size_t k = 0; k < state.source.size(); ++k) {
     auto found = sources_.find(state.source[k]);
     if (found == sources_.end()) {
-      if (sources_.size() == kMaximumSources) {
+      if (sources_.size() == kSourcesFollowed) {
         continue;
       }
       found = sources_.try_emplace(state.source[k]).first;
