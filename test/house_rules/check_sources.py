@@ -171,6 +171,18 @@ def packages_declare_what_they_use():
                 yield f"{name}: {room} must not depend on {package} in {theirs}"
 
 
+def the_host_knows_no_algorithm():
+    """What `pipescout` itself is built of comes from no package of src/: subcommands are packages of their own."""
+    of_all = ("src/cmake/", "src/storage/files/")  # no algorithms: the runtime is built on them too
+    algorithms = {ElementTree.fromstring(read(name)).findtext("name")
+                  for name in tracked() if name.startswith("src/") and name.endswith("/package.xml")
+                  and not name.startswith(of_all)}
+    for name in ("components/host/package.xml", "components/tools/command_line/package.xml"):
+        for element in ElementTree.fromstring(read(name)):
+            if element.tag.endswith("depend") and element.text in algorithms:
+                yield f"{name}: {element.text}"
+
+
 def formatting():
     """clang-format has nothing to change."""
     names = [name for name in sources() if pathlib.Path(name).suffix != ".in"]
@@ -197,7 +209,7 @@ def no_private_places():
 RULES = [
     algorithms_reach_no_middleware, fast_dds_in_one_place, files_stay_small, randomness_is_seeded,
     tests_do_not_sleep, nothing_is_left_open, sources_carry_the_licence,
-    packages_declare_what_they_use, formatting, no_private_places,
+    packages_declare_what_they_use, the_host_knows_no_algorithm, formatting, no_private_places,
 ]
 
 

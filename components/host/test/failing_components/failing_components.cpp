@@ -52,7 +52,7 @@ class Talker : public Component {
       return;
     }
     std_msgs::msg::String message;
-    message.data(text_.get() + " " + std::to_string(said_));
+    message.data = text_.get() + " " + std::to_string(said_);
     publisher_.publish(std::move(message));
     ++said_;
     report_progress(said_, count);
