@@ -24,7 +24,7 @@ SUBJECTS = "recording|in_pipe|rack|leaks|arm|estimation|navigation|simulators|to
 PLACES = (
     r"idl(/\w+)?", r"interfaces/(runtime|dds|testing)", r"interfaces/catalogue/\w+",
     r"src/(?!storage$|studies$)\w+", r"src/(storage|studies)/\w+",
-    r"components/(host|plots)", rf"components/({SUBJECTS})/\w+", r"test/\w+", r"docs/\w+",
+    r"components/host", rf"components/({SUBJECTS})/\w+", r"test/\w+", r"docs/\w+",
 )
 # The kinds of packages, by folder, and the kinds whose packages each may use.
 INTERFACES = {"interfaces/runtime", "interfaces/dds", "interfaces/catalogue", "interfaces/testing"}
@@ -39,7 +39,7 @@ MAY_USE = {
     "src/studies": {"src", "src/storage", "src/studies"},
     # No component links another: its classes would be registered under the wrong library.
     "components": {"idl", "interfaces/runtime", "interfaces/catalogue", "src", "src/storage"},
-    "components/host": {"idl", *INTERFACES, "src", "src/storage", "src/studies", "components/tools"},
+    "components/host": {"idl", *INTERFACES, "src/storage", "components/tools"},
     "components/tools": {"idl", *INTERFACES, "src", "src/storage", "src/studies", "components/tools"},
 }
 MAY_USE |= {anything: {"docs", "test", *MAY_USE} for anything in ("docs", "test")}
@@ -57,7 +57,8 @@ MAY_USE_IN_TESTS = {
 }
 # What a robot carries in any domain: nothing that these link is an algorithm.
 WITHOUT_ALGORITHMS = ("interfaces/runtime", "interfaces/dds", "interfaces/testing",
-                      "interfaces/catalogue/topics")
+                      "interfaces/catalogue/topics", "components/host",
+                      "components/tools/command_line")
 
 
 def tracked():
