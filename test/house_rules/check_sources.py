@@ -19,6 +19,47 @@ FAST_DDS_PLACES = ("interfaces/dds/src/", "interfaces/dds/test/", "test/benchmar
 FAST_DDS = re.compile(r'#\s*include\s*[<"](fastdds|fastrtps|fastcdr)/')
 FAST_CDR_PLACES = ("idl/",)
 
+# Where a package may stand.
+SUBJECTS = "recording|in_pipe|rack|leaks|arm|estimation|navigation|simulators|tools"
+PLACES = (
+    r"idl(/\w+)?", r"interfaces/(runtime|dds|testing)", r"interfaces/catalogue/\w+",
+    r"src/(?!storage$|studies$)\w+", r"src/(storage|studies)/\w+",
+    r"components/host", rf"components/({SUBJECTS})/\w+", r"test/\w+", r"docs/\w+",
+)
+# The kinds of packages, by folder, and the kinds whose packages each may use.
+INTERFACES = {"interfaces/runtime", "interfaces/dds", "interfaces/catalogue", "interfaces/testing"}
+MAY_USE = {
+    "idl": {"idl"},
+    "interfaces/runtime": {"idl", "src/storage"},
+    "interfaces/dds": {"idl", "interfaces/runtime"},
+    "interfaces/testing": {"idl", "interfaces/runtime"},
+    "interfaces/catalogue": {"idl", "interfaces/runtime", "interfaces/catalogue", "src", "src/storage"},
+    "src": {"src"},
+    "src/storage": {"src", "src/storage"},
+    "src/studies": {"src", "src/storage", "src/studies"},
+    # No component links another: its classes would be registered under the wrong library.
+    "components": {"idl", "interfaces/runtime", "interfaces/catalogue", "src", "src/storage"},
+    "components/host": {"idl", *INTERFACES, "src/storage", "components/tools"},
+    "components/tools": {"idl", *INTERFACES, "src", "src/storage", "src/studies", "components/tools"},
+}
+MAY_USE |= {anything: {"docs", "test", *MAY_USE} for anything in ("docs", "test")}
+KINDS = set(MAY_USE)
+# The settings that all packages share are made of CMake alone.
+for kind in KINDS:
+    MAY_USE[kind] = MAY_USE[kind] | {"src/cmake"}
+MAY_USE["src/cmake"] = set()
+KINDS.add("src/cmake")
+MAY_USE_IN_TESTS = {
+    kind: {"src", "src/storage", "src/studies"} if kind.startswith("src") else
+          {"idl", *INTERFACES, "src/storage"} if kind.startswith("interfaces") else
+          {*INTERFACES, "src", "src/storage", "src/studies"}
+    for kind in KINDS
+}
+# What a robot carries in any domain: nothing that these link is an algorithm.
+WITHOUT_ALGORITHMS = ("interfaces/runtime", "interfaces/dds", "interfaces/testing",
+                      "interfaces/catalogue/topics", "components/host",
+                      "components/tools/command_line")
+
 
 def tracked():
     """Files that git knows or would add, relative to the root; all files outside a checkout."""
@@ -43,26 +84,62 @@ def read(name):
     return (ROOT / name).read_text(encoding="utf-8", errors="replace")
 
 
-def algorithms_reach_no_middleware():
-    """What src/ includes is no middleware, and of ours only what lies in src/ itself."""
+def kind_of(name):
+    """The kind of package that a file belongs to: the longest folder of KINDS that it lies in."""
+    return max((kind for kind in KINDS if name.startswith(kind + "/")), key=len, default=None)
+
+
+def packages():
+    """Of each package.xml: its folder and what it says."""
+    for name in tracked():
+        if pathlib.Path(name).name == "package.xml":
+            yield name, str(pathlib.Path(name).parent), ElementTree.fromstring(read(name))
+
+
+def packages_stand_where_their_kind_is():
+    """Each folder says what kind of thing it holds, and a package stands in one of them."""
+    known = {"idl", "interfaces", "src", "components", "launch_scripts", "test", "docs"}
+    for top in sorted({name.split("/")[0] for name in tracked() if "/" in name}):
+        if top not in known and not top.startswith("."):
+            yield f"{top}: the top level holds {', '.join(sorted(known))}"
+    folders = {folder for _, folder, _ in packages()}
+    for folder in sorted(folders):
+        if not any(re.fullmatch(place, folder) for place in PLACES):
+            yield f"{folder}: no place for a package; see docs/packages.md"
+        for other in folders:
+            if folder.startswith(other + "/") and not folder.startswith("idl/"):
+                yield f"{folder}: lies in the package {other}, where colcon does not look"
+
+
+def includes_run_one_way():
+    """Sources include headers of their own kind of package and of those that it may depend on."""
     forbidden = re.compile(
         r"(^|/)(fastdds|fastrtps|fastcdr|class_loader|spdlog)/|_msgs/|"
         r"(^|/)(builtin_interfaces|rcl_interfaces)/")
-    # Through headers of the same folder nothing else is reached; other libraries do not know it.
-    own = {path.name for path in (ROOT / "src").glob("**/include/pipescout/*")}
-    for name in sources("src/"):
-        if name.startswith("src/storage/"):
-            continue  # Some still take settings and times from the runtime.
+    provider = {}  # part of an include path below pipescout/ -> folder of the package, its kind
+    for _, folder, _ in packages():
+        for path in (ROOT / folder / "include" / "pipescout").glob("*"):
+            provider[path.name] = (folder, kind_of(folder + "/"))
+    for name in sources():
+        kind = kind_of(name)
+        if kind is None:
+            continue
+        may = MAY_USE[kind] | (MAY_USE_IN_TESTS[kind] if "/test/" in name else set())
         for number, line in enumerate(read(name).splitlines(), 1):
             found = re.match(r'\s*#\s*include\s*(?:[<"]([^>"]+)[>"])?', line)
             if not found:
                 continue
             header = found.group(1)
             if header is None:
-                yield f"{name}:{number}: includes what a macro says"
-            elif forbidden.search(header) or (
-                    header.startswith("pipescout/") and header.split("/")[1] not in own):
+                if kind.startswith("src"):
+                    yield f"{name}:{number}: includes what a macro says"
+                continue
+            if kind.startswith("src") and forbidden.search(header):
                 yield f"{name}:{number}: includes {header}"
+            if header.startswith("pipescout/"):
+                folder, theirs = provider.get(header.split("/")[1], ("", None))
+                if not name.startswith(folder + "/") and theirs not in may:
+                    yield f"{name}:{number}: {kind} must not include {header}"
 
 
 def fast_dds_in_one_place():
@@ -128,22 +205,9 @@ def sources_carry_the_licence():
 
 
 def packages_declare_what_they_use():
-    """Each find_package(pipescout_*) is declared in package.xml; dependencies run one way."""
-    rank = {"idl": 0, "interfaces": 2, "src": 1, "storage": 1, "components": 3, "docs": 4, "test": 4}
-
-    def room_of(name):
-        return "storage" if name.startswith("src/storage/") else pathlib.Path(name).parts[0]
-
-    where = {}
-    manifests = [name for name in tracked() if pathlib.Path(name).name == "package.xml"]
-    trees = {}
-    for name in manifests:
-        tree = ElementTree.fromstring(read(name))
-        trees[name] = tree
-        where[tree.findtext("name")] = room_of(name)
-    for name, tree in trees.items():
-        folder = str(pathlib.Path(name).parent)
-        room = room_of(name)
+    """Each find_package(pipescout_*) is declared in package.xml, with build type and licence."""
+    ours = {tree.findtext("name") for _, _, tree in packages()}
+    for name, folder, tree in packages():
         if tree.findtext("export/build_type") != "cmake":
             yield f"{name}: build_type is not cmake"
         if tree.findtext("license") != "Apache-2.0":
@@ -159,16 +223,46 @@ def packages_declare_what_they_use():
             # Tests name targets; the packages of those that are not known yet are found by their names.
             for call in re.findall(r"pipescout_add_tests\(([^()]*)", read(cmake)):
                 used |= {f"pipescout_{target}" for target in re.findall(r"pipescout::(\w+)", call)
-                         if f"pipescout_{target}" in where}
+                         if f"pipescout_{target}" in ours}
         used.discard(tree.findtext("name"))
         for package in sorted(used - declared):
             yield f"{name}: {package} is used but not declared"
-        for package in sorted(d for d in declared if d in where and room != "storage"):
-            theirs = where[package]
-            if package == "pipescout_cmake":
-                continue  # all build with it
-            if rank[theirs] > rank[room] or (room in {"src", "idl"} and theirs in {"interfaces", "idl"}):
-                yield f"{name}: {room} must not depend on {package} in {theirs}"
+
+
+def dependencies_run_one_way():
+    """idl <- interfaces <- components -> src; components link no other; the runtime knows no algorithm."""
+    kinds = {tree.findtext("name"): kind_of(folder + "/") for _, folder, tree in packages()}
+    linked = {}
+    for name, folder, tree in packages():
+        own = tree.findtext("name")
+        kind = kinds[own]
+        linked[own] = {e.text for e in tree if e.tag in ("depend", "build_depend")} & set(kinds)
+        for element in tree:
+            theirs = kinds.get(element.text)
+            if theirs is None or element.tag in ("exec_depend", "name"):
+                continue
+            may = set(MAY_USE[kind])
+            if element.tag == "test_depend":
+                may |= MAY_USE_IN_TESTS[kind]
+            if theirs not in may:
+                yield f"{name}: {kind} must not depend on {element.text} in {theirs}"
+    for name, folder, tree in packages():
+        if folder not in WITHOUT_ALGORITHMS:
+            continue
+        reached, ahead = set(), {tree.findtext("name")}
+        while ahead:
+            reached |= ahead
+            ahead = set().union(*(linked[package] for package in ahead)) - reached
+        for package in sorted(p for p in reached if kinds[p] in ("src", "src/studies")):
+            yield f"{name}: needs the algorithms of {package}"
+
+
+def packages_are_described():
+    """docs/packages.md names the folder of each package, and no other."""
+    described = set(re.findall(r"^\| `([^`]+)`", read("docs/packages.md"), re.MULTILINE))
+    folders = {folder for _, folder, _ in packages()}
+    for folder in sorted(folders ^ described):
+        yield f"docs/packages.md: {folder} is {'missing' if folder in folders else 'no package'}"
 
 
 def formatting():
@@ -195,9 +289,10 @@ def no_private_places():
 
 
 RULES = [
-    algorithms_reach_no_middleware, fast_dds_in_one_place, files_stay_small, randomness_is_seeded,
+    packages_stand_where_their_kind_is, includes_run_one_way, dependencies_run_one_way,
+    fast_dds_in_one_place, files_stay_small, randomness_is_seeded,
     tests_do_not_sleep, nothing_is_left_open, sources_carry_the_licence,
-    packages_declare_what_they_use, formatting, no_private_places,
+    packages_declare_what_they_use, packages_are_described, formatting, no_private_places,
 ]
 
 

@@ -54,13 +54,17 @@ void add_prefixes_of_executable(std::vector<fs::path>& prefixes) {
   }
   prefixes.push_back(prefix);
   // A prefix of one package bears its name, and the package's manifest stands in it.
-  if (!fs::exists(prefix / "share" / prefix.filename() / "package.xml", error)) {
+  const auto is_of_one_package = [&error](const fs::path& folder_of_package) {
+    return fs::exists(folder_of_package / "share" / folder_of_package.filename() / "package.xml",
+                      error);
+  };
+  if (!is_of_one_package(prefix)) {
     return;
   }
   std::vector<fs::path> siblings;
   for (fs::directory_iterator entry(prefix.parent_path(), error), end; !error && entry != end;
        entry.increment(error)) {
-    if (entry->path() != prefix && fs::is_directory(entry->path() / kIndex, error)) {
+    if (entry->path() != prefix && is_of_one_package(entry->path())) {
       siblings.push_back(entry->path());
     }
   }

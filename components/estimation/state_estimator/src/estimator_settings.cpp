@@ -9,7 +9,7 @@
 
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/state_estimator/centre_line_file.hpp"
-#include "pipescout/weld_locator/tally_file.hpp"
+#include "pipescout/weld_ledger/tally_file.hpp"
 
 namespace pipescout {
 

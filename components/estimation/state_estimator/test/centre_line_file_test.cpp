@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout {
 namespace {

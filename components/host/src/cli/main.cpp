@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <exception>
+#include <algorithm>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "cli/command.hpp"
-#include "core/composition.hpp"
+#include "cli/external_commands.hpp"
+#include "pipescout/command_line/suggestion.hpp"
 
 namespace pipescout::host {
 namespace {
+
+constexpr const char* kHelp = "help";
 
 /// A value such as -1 or -.inf, which is no option.
 bool is_negative_number(const std::string& text) {
@@ -17,40 +19,45 @@ bool is_negative_number(const std::string& text) {
          ((text[1] >= '0' && text[1] <= '9') || text[1] == '.');
 }
 
-/// The words after the program's name, as CLI11 wants them: last first.
-std::vector<std::string> arguments_of(int argc, char** argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
+/// The words after the program's name in the form that the commands know.
+std::vector<std::string> plain_words(std::vector<std::string> words) {
   if (words.size() > 2 && words[0] == "param" && words[1] == "set" &&
       is_negative_number(words.back())) {
     words.insert(words.end() - 1, "--");
   }
-  return {words.rbegin(), words.rend()};
-}
-
-/// What to say when the words name a command that does not exist; empty when they do.
-std::string unknown_command(const CLI::App& app, int argc, char** argv) {
-  const CLI::App* group = &app;
-  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
-    const auto commands = group->get_subcommands([](const CLI::App*) { return true; });
-    if (commands.empty()) {
-      break;
-    }
-    std::vector<std::string> names;
-    const CLI::App* chosen = nullptr;
-    for (const auto* command : commands) {
-      names.push_back(command->get_name());
-      chosen = command->get_name() == argv[i] ? command : chosen;
-    }
-    if (chosen == nullptr) {
-      return "unknown command '" + std::string(argv[i]) + "'" + suggestion(argv[i], names) +
-             " Run with --help for what there is.";
-    }
-    group = chosen;
+  // "help topic echo" is "topic echo --help".
+  if (!words.empty() && words[0] == kHelp) {
+    words.erase(words.begin());
+    words.emplace_back("--help");
   }
-  return "";
+  return words;
 }
 
-int run(int argc, char** argv) {
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+bool has_command(const CLI::App& app, const std::string& name) {
+  const auto names = command_names(app);
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// For the list of commands and for what is near to a misspelt one.
+void add_external_commands(CLI::App& app, const ExternalCommandPlaces& places) {
+  for (const auto& command : list_external_commands(places)) {
+    if (!has_command(app, command.name)) {
+      app.add_subcommand(command.name,
+                         command.summary.empty() ? command.executable.string() : command.summary)
+          ->group("Subcommands from other packages (executables pipescout-NAME)");
+    }
+  }
+}
+
+int run(const std::vector<std::string>& words) {
   CLI::App app("Pipescout: runs compositions of robot components, and looks into running ones",
                "pipescout");
   app.set_version_flag("--version", PIPESCOUT_VERSION);
@@ -64,45 +71,37 @@ int run(int argc, char** argv) {
   add_lifecycle_commands(app, action);
   add_service_commands(app, action);
   add_summary_command(app, action);
-  add_reproduce_command(app, action);
-  add_ledger_commands(app, action);
-  add_plot_commands(app, action);
-  add_inspect_commands(app, action);
-  if (const auto problem = unknown_command(app, argc, argv); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitUsage;
+  app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
+  if (words.empty() || words.front().starts_with('-')) {
+    add_external_commands(app, external_command_places());
+  } else if (!has_command(app, words.front())) {
+    const auto places = external_command_places();
+    if (const auto command = find_external_command(words.front(), places)) {
+      become(*command, {words.begin() + 1, words.end()});
+    }
+    add_external_commands(app, places);
+    if (command_line::suggestion(words.front(), command_names(app)).empty()) {
+      std::cerr << "unknown command '" << words.front() << "': no executable pipescout-"
+                << words.front()
+                << " is in bin/ or lib/PACKAGE/ of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH, or in "
+                   "PATH. Run with --help for what there is.\n";
+      return kExitUsage;
+    }
   }
-  try {
-    app.parse(arguments_of(argc, argv));
-  } catch (const CLI::ParseError& error) {
-    // Help and version come this way too, with exit code 0.
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
-  try {
-    const int code = action();
-    std::cout.flush();
-    return code;
-  } catch (const CommandInterrupted& stop) {
-    std::cout.flush();
-    return 128 + stop.signal();
-  } catch (const CommandError& error) {
-    std::cout.flush();
-    std::cerr << error.what() << '\n';
-  } catch (const std::exception& error) {
-    std::cout.flush();
-    std::cerr << "error: " << error.what() << '\n';
-  }
-  return kExitError;
+  return command_line::run_command(app, action, words);
 }
 
 }  // namespace
 }  // namespace pipescout::host
 
 int main(int argc, char** argv) {
+  using namespace pipescout;  // NOLINT(google-build-using-namespace): of this function alone
   try {
-    return pipescout::host::run(argc, argv);
+    return host::run(host::plain_words(command_line::words_of(argc, argv)));
+  } catch (const command_line::CommandError& error) {
+    std::cerr << error.what() << '\n';
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
-    return pipescout::host::kExitError;
+    std::cerr << "error: " << error.what() << '\n';
   }
+  return command_line::kExitError;
 }

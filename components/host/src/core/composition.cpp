@@ -9,10 +9,13 @@
 #include <map>
 #include <thread>
 
+#include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::host {
 namespace {
+
+using command_line::suggestion;
 
 constexpr std::size_t kMostThreads = 256;
 constexpr int kMostRestarts = 1000000;
@@ -516,11 +519,6 @@ std::string quoted(const std::string& text) {
 
 std::size_t default_threads(unsigned hardware_threads) {
   return std::clamp<std::size_t>(hardware_threads, 2, kMostThreads);
-}
-
-std::string suggestion(const std::string& misspelt, const std::vector<std::string>& known) {
-  const auto nearest = nearest_name(misspelt, known);
-  return nearest ? "; did you mean '" + *nearest + "'?" : "";
 }
 
 std::string located(const ComponentEntry& entry, const std::string& message) {

@@ -86,8 +86,4 @@ class CompositionError : public std::invalid_argument {
 /// Splits "name:=value". Throws CompositionError.
 [[nodiscard]] std::pair<std::string, std::string> parse_argument(const std::string& text);
 
-/// "; did you mean 'x'?", or nothing when no known name is near.
-[[nodiscard]] std::string suggestion(const std::string& misspelt,
-                                     const std::vector<std::string>& known);
-
 }  // namespace pipescout::host

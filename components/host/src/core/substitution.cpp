@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <utility>
 
-#include "pipescout/runtime/component_registry.hpp"
+#include "pipescout/command_line/installed_share_folder.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -120,27 +119,13 @@ ParameterValue typed_text(const std::string& text) {
   return is_whole ? value : ParameterValue(text);
 }
 
-std::optional<std::string> installed_share_folder(const std::string& package) {
-  if (package.find('/') != std::string::npos || package == "." || package == "..") {
-    return std::nullopt;
-  }
-  for (const auto& prefix : ComponentRegistry::default_prefixes()) {
-    std::error_code error;
-    auto folder = prefix / "share" / package;
-    if (std::filesystem::is_directory(folder, error)) {
-      return folder.string();
-    }
-  }
-  return std::nullopt;
-}
-
 SubstitutionSources process_sources() {
   SubstitutionSources sources;
   sources.environment = [](const std::string& name) -> std::optional<std::string> {
     const char* value = std::getenv(name.c_str());
     return value != nullptr ? std::optional<std::string>(value) : std::nullopt;
   };
-  sources.share = installed_share_folder;
+  sources.share = command_line::installed_share_folder;
   return sources;
 }
 

@@ -45,11 +45,6 @@ struct SubstitutionSources {
 /// Throws std::invalid_argument as that.
 [[nodiscard]] ParameterValue typed_text(const std::string& text);
 
-/// share/PACKAGE of the first prefix that has it: those of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH,
-/// then the one that this executable is installed in and, for colcon's isolated layout, its
-/// neighbours.
-[[nodiscard]] std::optional<std::string> installed_share_folder(const std::string& package);
-
 /// The sources of this process; arguments and mission folder are left empty.
 [[nodiscard]] SubstitutionSources process_sources();
 

@@ -13,11 +13,13 @@
 #include <system_error>
 #include <utility>
 
-#include "core/text_table.hpp"
+#include "pipescout/command_line/text_table.hpp"
 #include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::host {
 namespace {
+
+using command_line::TextTable;
 
 using nlohmann::json;
 namespace fs = std::filesystem;

@@ -14,6 +14,8 @@
 #include <system_error>
 #include <utility>
 
+#include "pipescout/command_line/progress_printer.hpp"
+#include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
 #include "run/child_process.hpp"
@@ -409,7 +411,8 @@ class Run {
         if (parameter.from_wildcard && parameter.source.starts_with("--param ") &&
             !known.contains(parameter.name)) {
           throw StartError(parameter.source + ": no component has a parameter '" + parameter.name +
-                           "'" + suggestion(parameter.name, {known.begin(), known.end()}));
+                           "'" +
+                           command_line::suggestion(parameter.name, {known.begin(), known.end()}));
         }
       }
     }
@@ -621,7 +624,7 @@ class Run {
   std::optional<ReservedMissionFolder> reserved_;
   std::optional<MissionFolder> folder_;
   std::optional<MissionProgress> progress_;
-  ProgressPrinter progress_printer_;
+  command_line::ProgressPrinter progress_printer_;
   std::string broken_;
   SteadyTime diagnostics_at_{};
   std::string diagnostics_states_;

@@ -297,7 +297,6 @@ TEST_F(CommandLine, HelpIsEverywhere) {
                                                   {"topic", "echo"},
                                                   {"component", "load"},
                                                   {"param", "set"},
-                                                  {"reproduce"},
                                                   {"summary"}}) {
     auto arguments = command;
     arguments.emplace_back("--help");

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "pipescout/catalogue/topics.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

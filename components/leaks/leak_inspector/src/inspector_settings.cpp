@@ -11,6 +11,7 @@
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
 #include "pipescout/thermal_parameters/named_values.hpp"
+#include "pipescout/thermal_parameters/survey_parameters.hpp"
 
 namespace pipescout {
 

@@ -24,6 +24,7 @@
 #include "pipescout/simulation/thermal_camera.hpp"
 #include "pipescout/simulation/thermal_patrol.hpp"
 #include "pipescout/testing/component_harness.hpp"
+#include "pipescout/thermal_parameters/survey_parameters.hpp"
 
 namespace pipescout {
 namespace {
@@ -246,6 +247,7 @@ TEST_F(LeakInspectorTest, KeepsPicturesOfWhichASurveyFindsTheSame) {
   const std::size_t kept = detections_.size() - before;
 
   LeakSurveyOptions options;
+  options.read_parameters = read_survey_parameters;
   options.pictures = folder.path();  // as a mission's
   options.out = folder.path() / "out";
   options.complain = [](const std::string& problem) { ADD_FAILURE() << problem; };

@@ -13,7 +13,7 @@
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
-#include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/rack_file/rack_file.hpp"
 #include "pipescout/rack_vision/visual_servo.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"

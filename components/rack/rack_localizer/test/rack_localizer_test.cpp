@@ -14,7 +14,7 @@
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
-#include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/rack_file/rack_file.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/simulation/rack_image.hpp"
 #include "pipescout/testing/component_harness.hpp"

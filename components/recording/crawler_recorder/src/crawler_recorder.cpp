@@ -6,7 +6,7 @@
 
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/crawler_recorder/csv_lines.hpp"
-#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "pipescout/catalogue/odometer_text.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
-#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdint>
 
+#include "pipescout/csv/csv_line.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
-#include "pipescout/recording/csv_line.hpp"
-#include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/mission_tables/pose_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {

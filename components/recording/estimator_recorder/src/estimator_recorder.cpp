@@ -9,7 +9,7 @@
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/estimator_recorder/csv_lines.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
-#include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/mission_tables/pose_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

@@ -7,10 +7,10 @@
 
 #include "pipescout/catalogue/odometer_text.hpp"
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
 #include "pipescout/mission_folder/mission_section.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
-#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

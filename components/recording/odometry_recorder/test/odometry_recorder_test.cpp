@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/testing/component_harness.hpp"
 

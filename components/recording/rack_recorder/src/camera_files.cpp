@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <span>
 
+#include "pipescout/csv/csv_table.hpp"
 #include "pipescout/message_conversions/camera.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
 
 namespace pipescout {
 

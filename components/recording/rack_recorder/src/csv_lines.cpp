@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pipescout/recording/csv_line.hpp"
+#include "pipescout/csv/csv_line.hpp"
 #include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {

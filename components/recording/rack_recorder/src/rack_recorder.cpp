@@ -15,10 +15,10 @@
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/mission_tables/pose_csv.hpp"
 #include "pipescout/rack_recorder/camera_files.hpp"
 #include "pipescout/rack_recorder/csv_lines.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
-#include "pipescout/recording/pose_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "picture_file.hpp"
 #include "pipescout/catalogue/topics.hpp"
-#include "pipescout/recording/csv_line.hpp"
+#include "pipescout/csv/csv_line.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 #include "tracking_tally.hpp"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "pipescout/odometer_replay/csv_file.hpp"
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout {
 namespace {

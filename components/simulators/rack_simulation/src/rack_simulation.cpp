@@ -11,7 +11,7 @@
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
-#include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/rack_file/rack_file.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 

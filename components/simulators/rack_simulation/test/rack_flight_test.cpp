@@ -12,7 +12,7 @@
 #include <pipescout/rack_vision/way_point_mission.hpp>
 #include <vector>
 
-#include "pipescout/rack_localizer/rack_file.hpp"
+#include "pipescout/rack_file/rack_file.hpp"
 
 namespace pipescout {
 namespace {

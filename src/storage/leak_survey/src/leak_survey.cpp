@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_report.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
-#include "pipescout/odometer_replay/csv_file.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"
 #include "pipescout/thermal_files/yaml_entries.hpp"
 #include "survey_texts.hpp"
@@ -63,7 +63,8 @@ double written(const fs::path& file) {
 SurveySettings settings_of(const LeakSurveyOptions& options) {
   const fs::path file = options.pictures / kSurveyFile;
   SurveySettings settings =
-      parse_survey_settings(fs::exists(file) ? text_of(file) : "", file.string(), options.preset);
+      parse_survey_settings(fs::exists(file) ? text_of(file) : "", file.string(),
+                            options.read_parameters, options.preset);
   if (options.poses && !settings.field_of_view && !settings.camera) {
     throw std::runtime_error(
         file.string() + ": poses need the camera's field_of_view, or camera; neither is there");

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "pipescout/odometer_replay/csv_table.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout {
 namespace {

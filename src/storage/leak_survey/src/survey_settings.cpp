@@ -1,49 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/leak_survey/survey_settings.hpp"
 
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
-#include <string_view>
-#include <utility>
 
-#include "pipescout/runtime/parameter_yaml.hpp"
 #include "pipescout/thermal_files/yaml_entries.hpp"
-#include "pipescout/thermal_parameters/detection_parameters.hpp"
-#include "pipescout/thermal_parameters/findings_parameters.hpp"
 
 namespace pipescout {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-/// Whether something else in the folder says what this parameter of the inspector does.
-bool told_elsewhere(std::string_view parameter) {
-  constexpr std::array kElsewhere{"preset", "camera.", "object.", "range."};
-  return std::any_of(kElsewhere.begin(), kElsewhere.end(),
-                     [&](const char* begin) { return parameter.starts_with(begin); });
-}
-
-/// Parameters of the inspector that tell what a leak is.
-struct Declared {
-  Declared(thermal::DetectorPreset preset, std::vector<ParameterOverride> overrides)
-      : parameters(with(preset, std::move(overrides))),
-        detection(parameters),
-        findings(parameters) {}
-
-  Parameters parameters;
-  DetectionParameters detection;
-  FindingsParameters findings;
-
- private:
-  static std::vector<ParameterOverride> with(thermal::DetectorPreset preset,
-                                             std::vector<ParameterOverride> overrides) {
-    overrides.push_back({.name = "preset", .value = to_string(preset)});
-    return overrides;
-  }
-};
 
 // The names of the form, in one place for reader and writer.
 
@@ -74,7 +40,8 @@ void each_range_field(leak_findings::LeakFindingsParameters& findings, const Vis
 
 class Reader : public YamlEntries {
  public:
-  explicit Reader(const std::string& name) : YamlEntries(name), name_(name) {}
+  Reader(const std::string& name, const SurveyParametersReader& read_parameters)
+      : YamlEntries(name), name_(name), read_parameters_(read_parameters) {}
 
   void read(const YAML::Node& root, std::optional<thermal::DetectorPreset> preset,
             SurveySettings& settings) const {
@@ -154,25 +121,15 @@ class Reader : public YamlEntries {
 
   void parameters(const YAML::Node& root, const std::optional<YAML::Node>& changes,
                   SurveySettings& settings) const {
-    std::vector<ParameterOverride> overrides;
-    if (changes) {
-      overrides = read_parameter_map(*changes, name_);
-    }
-    for (const ParameterOverride& told : overrides) {
-      if (told_elsewhere(told.name)) {
-        throw std::runtime_error(told.source + ": parameter '" + told.name +
-                                 "' has an entry of its own, here or in thermal.yaml");
-      }
-      settings.parameters.push_back({told.name, told.value});
-    }
-    const Declared declared(settings.preset, std::move(overrides));
-    for (const UnusedOverride& unused : declared.parameters.unused_overrides()) {
-      throw std::runtime_error(to_string(unused));
-    }
+    const YAML::Node map = changes.value_or(YAML::Node(YAML::NodeType::Map));
     checked(changes.value_or(root), [&] {
-      settings.detector = declared.detection.read().detector;
-      settings.findings = declared.findings.read(settings.detector);
+      read_parameters_(map, name_, settings.preset, settings.detector, settings.findings);
     });
+    if (changes) {
+      YAML::Emitter text;
+      text << YAML::Flow << *changes;
+      settings.parameters = text.c_str();
+    }
   }
 
   void pose_deviation(const YAML::Node& node, SurveySettings& settings) const {
@@ -218,6 +175,7 @@ class Reader : public YamlEntries {
   }
 
   std::string name_;
+  const SurveyParametersReader& read_parameters_;
 };
 
 class Writer {
@@ -250,11 +208,8 @@ class Writer {
     }
     entry("weather", settings.weather);
     entry("calibration", settings.calibration);
-    map("parameters", [&] {
-      for (const NamedParameter& parameter : settings.parameters) {
-        out_ << YAML::Key << parameter.name << YAML::Value << YAML::Load(to_yaml(parameter.value));
-      }
-    });
+    out_ << YAML::Key << "parameters" << YAML::Value << YAML::Flow
+         << YAML::Load(settings.parameters.empty() ? "{}" : settings.parameters);
     out_ << YAML::EndMap;
     return std::string(out_.c_str()) + "\n";
   }
@@ -309,8 +264,9 @@ class Writer {
 }  // namespace
 
 SurveySettings parse_survey_settings(const std::string& text, const std::string& name,
+                                     const SurveyParametersReader& read_parameters,
                                      std::optional<thermal::DetectorPreset> preset) {
-  const Reader reader(name);
+  const Reader reader(name, read_parameters);
   SurveySettings settings;
   const YAML::Node root = reader.root(text);
   reader.read(root.IsNull() ? YAML::Node(YAML::NodeType::Map) : root, preset, settings);
@@ -319,19 +275,6 @@ SurveySettings parse_survey_settings(const std::string& text, const std::string&
 
 std::string to_yaml(const SurveySettings& settings) {
   return Writer().text(settings);
-}
-
-std::vector<NamedParameter> survey_parameters(const Parameters& inspector) {
-  const std::string preset = inspector.get("preset").get<std::string>();
-  const Declared standard(thermal::detector_preset(preset).value(), {});
-  std::vector<NamedParameter> changed;
-  for (const NamedParameter& known : standard.parameters.all()) {
-    ParameterValue value = inspector.get(known.name);
-    if (!told_elsewhere(known.name) && value != known.value) {
-      changed.push_back({known.name, std::move(value)});
-    }
-  }
-  return changed;
 }
 
 }  // namespace pipescout

@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "pipescout/leak_store/leak_store.hpp"
+#include "threshold_reader.hpp"
 
 namespace pipescout {
 namespace {
@@ -93,6 +94,7 @@ class Survey : public ::testing::Test {
 
   LeakSurveyOptions options(const std::string& folder = "night") {
     LeakSurveyOptions o;
+    o.read_parameters = test::read_threshold;
     o.pictures = folder_ / folder;
     o.out = folder_ / "out";
     o.made = "Made by a test";

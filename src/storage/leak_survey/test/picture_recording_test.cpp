@@ -14,6 +14,7 @@
 
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
+#include "threshold_reader.hpp"
 
 namespace pipescout {
 namespace {
@@ -100,7 +101,7 @@ TEST(PictureRecording, TellsAllThatASurveyNeeds) {
   thermal.planck = {.r1 = 21106.77, .r2 = 0.012545258, .b = 1501, .f = 1, .o = -7340};
   thermal.deviations.emissivity = 0.1 / 3;
   SurveySettings survey;
-  survey.parameters = {{"threshold", 95.5}};
+  survey.parameters = "{threshold: 95.5}";
   survey.findings.T_base_camera = geometry::SE3(geometry::SO3(), {0, 0, 9});
   // On an arm: 2 m above the base, which a roll of the robot swings to the side.
   leak_findings::Frame frame{.time = 1.0 / 3, .number = 1, .pose = leak_findings::FramePose{}};
@@ -121,8 +122,8 @@ TEST(PictureRecording, TellsAllThatASurveyNeeds) {
   EXPECT_EQ(t.object.apply({}).distance, 9.3);
   EXPECT_EQ(t.planck->r2, 0.012545258);
   EXPECT_EQ(t.deviations.emissivity, 0.1 / 3);
-  const SurveySettings s =
-      parse_survey_settings(testing::content(pictures / kSurveyFile), "survey.yaml");
+  const SurveySettings s = parse_survey_settings(testing::content(pictures / kSurveyFile),
+                                                 "survey.yaml", test::read_threshold);
   EXPECT_EQ(s.detector.threshold, 95.5);
   EXPECT_EQ(s.camera->k1, 0.01);
   EXPECT_LT(s.findings.T_base_camera.log().norm(), 1e-15);

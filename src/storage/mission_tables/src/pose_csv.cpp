@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/mission_tables/pose_csv.hpp"
 
 #include <cstddef>
 
@@ -9,7 +9,7 @@ std::string pose_csv_header() {
   return "stamp,x,y,z,qx,qy,qz,qw,roll,pitch,yaw";
 }
 
-CsvLine pose_csv_line(Time stamp, const geometry::SE3& pose) {
+CsvLine pose_csv_line(Stamp stamp, const geometry::SE3& pose) {
   CsvLine line(stamp);
   line.add_each(pose.translation())
       .add_each(pose.rotation().quaternion().coeffs())
@@ -30,7 +30,7 @@ std::string uncertain_pose_csv_header() {
   return header;
 }
 
-CsvLine uncertain_pose_csv_line(Time stamp, const geometry::SE3& pose,
+CsvLine uncertain_pose_csv_line(Stamp stamp, const geometry::SE3& pose,
                                 const geometry::Matrix6d& covariance) {
   CsvLine line = pose_csv_line(stamp, pose);
   const geometry::Vector6d deviation = covariance.diagonal().cwiseSqrt();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/recording/true_track.hpp"
+#include "pipescout/mission_tables/true_track.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -11,11 +11,11 @@ namespace {
 
 /// Estimates come some while after their stamp.
 constexpr std::size_t kMaximumPlaces = 4096;
-constexpr Duration kLongestBetween = std::chrono::milliseconds(200);
+constexpr std::chrono::nanoseconds kLongestBetween = std::chrono::milliseconds(200);
 
 }  // namespace
 
-bool TrueTrack::add(Time stamp, const geometry::SE3& pose) {
+bool TrueTrack::add(Stamp stamp, const geometry::SE3& pose) {
   const bool goes_on = places_.empty() || stamp > places_.back().stamp;
   if (!goes_on) {
     places_.clear();
@@ -27,10 +27,10 @@ bool TrueTrack::add(Time stamp, const geometry::SE3& pose) {
   return goes_on;
 }
 
-std::optional<geometry::SE3> TrueTrack::at(Time stamp) const {
+std::optional<geometry::SE3> TrueTrack::at(Stamp stamp) const {
   const auto after =
       std::lower_bound(places_.begin(), places_.end(), stamp,
-                       [](const Place& place, Time time) { return place.stamp < time; });
+                       [](const Place& place, Stamp time) { return place.stamp < time; });
   if (after == places_.end()) {
     return std::nullopt;
   }
@@ -44,7 +44,8 @@ std::optional<geometry::SE3> TrueTrack::at(Time stamp) const {
   if (after->stamp - before.stamp > kLongestBetween) {
     return std::nullopt;
   }
-  const double share = to_seconds(stamp - before.stamp) / to_seconds(after->stamp - before.stamp);
+  const double share =
+      std::chrono::duration<double>(stamp - before.stamp) / (after->stamp - before.stamp);
   const geometry::SO3& from = before.pose.rotation();
   const geometry::SO3& to = after->pose.rotation();
   const Eigen::Vector3d turn = share * (from.inverse() * to).log();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/recording/error_histogram.hpp"
+#include "pipescout/mission_tables/error_histogram.hpp"
 
 #include <gtest/gtest.h>
 

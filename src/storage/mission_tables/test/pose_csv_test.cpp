@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/recording/pose_csv.hpp"
+#include "pipescout/mission_tables/pose_csv.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(PoseCsv, UncertainPose) {
   geometry::Matrix6d covariance = geometry::Matrix6d::Identity() * 0.25;
   covariance(0, 1) = covariance(1, 0) = 0.125;
   const std::string line =
-      uncertain_pose_csv_line(Time{} + std::chrono::milliseconds(12500), pose, covariance).text();
+      uncertain_pose_csv_line(Stamp{} + std::chrono::milliseconds(12500), pose, covariance).text();
   EXPECT_EQ(columns(line), columns(uncertain_pose_csv_header()));
   EXPECT_THAT(uncertain_pose_csv_header(),
               HasSubstr(",rotation_z_standard_deviation,x_y_correlation,"));

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/recording/thinning.hpp"
+#include "pipescout/mission_tables/thinning.hpp"
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
 namespace pipescout {
 namespace {
 
-Time at(double seconds) {
-  return Time{} + from_seconds(seconds);
+std::chrono::nanoseconds seconds_long(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+Stamp at(double seconds) {
+  return Stamp{} + seconds_long(seconds);
 }
 
 int kept(double period, double interval, int messages) {
-  Thinning thinning(from_seconds(period));
+  Thinning thinning(seconds_long(period));
   int result = 0;
   for (int k = 0; k < messages; ++k) {
     if (thinning.due(at(k * interval))) {
@@ -30,7 +36,7 @@ TEST(Thinning, OneInEachPeriod) {
 }
 
 TEST(Thinning, OneThatIsNotKeptDoesNotCount) {
-  Thinning thinning(from_seconds(1.0));
+  Thinning thinning(seconds_long(1.0));
   EXPECT_TRUE(thinning.due(at(1.0)));
   EXPECT_TRUE(thinning.due(at(1.1)));
   thinning.keep(at(1.1));

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "number_table.hpp"
+#include "pipescout/csv/number_table.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 
 namespace pipescout::estimation_study {
@@ -96,12 +96,11 @@ void require_rows(const std::vector<std::vector<double>>& rows, const char* name
 }  // namespace
 
 CarRecording read_car(const CarFiles& files) {
-  const auto forces = internal::number_table(files.accelerometer, "accelerometer.csv", true, 4);
-  const auto rates = internal::number_table(files.gyro, "gyro.csv", true, 4);
-  const auto wheels = internal::number_table(files.wheel_speed, "wheel_speed.csv", true, 5);
-  const auto fixes = internal::number_table(files.gnss, "gnss_ublox_live.csv", true, 7);
-  const auto reference =
-      internal::number_table(files.reference, "reference_pose_20hz.csv", true, 13);
+  const auto forces = number_table(files.accelerometer, "accelerometer.csv", true, 4);
+  const auto rates = number_table(files.gyro, "gyro.csv", true, 4);
+  const auto wheels = number_table(files.wheel_speed, "wheel_speed.csv", true, 5);
+  const auto fixes = number_table(files.gnss, "gnss_ublox_live.csv", true, 7);
+  const auto reference = number_table(files.reference, "reference_pose_20hz.csv", true, 13);
   require_rows(forces, "accelerometer.csv");
   require_rows(rates, "gyro.csv");
   require_rows(fixes, "gnss_ublox_live.csv");

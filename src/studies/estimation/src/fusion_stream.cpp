@@ -9,7 +9,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "number_table.hpp"
+#include "pipescout/csv/number_table.hpp"
 
 namespace pipescout::estimation_study {
 namespace {
@@ -34,8 +34,7 @@ constexpr std::array kColumns{Columns{"gt", 17}, Columns{"imu", 8}, Columns{"gps
                               Columns{"vis", 10}, Columns{"odom", 11}};
 
 std::vector<double> numbers(std::string_view cells, std::size_t line, std::size_t count) {
-  const auto rows =
-      internal::number_table(cells, "stream.csv, line " + std::to_string(line), false, count);
+  const auto rows = number_table(cells, "stream.csv, line " + std::to_string(line), false, count);
   if (rows.empty()) {
     throw std::runtime_error("stream.csv, line " + std::to_string(line) + ": no numbers");
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "number_table.hpp"
+#include "pipescout/csv/number_table.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
 
 namespace pipescout::estimation_study {
@@ -43,8 +43,8 @@ void add(const Vector2d& error, DeadReckoningScore& score) {
 }  // namespace
 
 LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view reference_text) {
-  const auto steps = internal::number_table(steps_text, "Plaza2_DR.txt", false, 3);
-  const auto reference = internal::number_table(reference_text, "Plaza2_GT.csv", true, 4);
+  const auto steps = number_table(steps_text, "Plaza2_DR.txt", false, 3);
+  const auto reference = number_table(reference_text, "Plaza2_GT.csv", true, 4);
   if (steps.empty() || reference.empty()) {
     throw std::runtime_error("lawnmower: no rows");
   }

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "pipescout/odometry/csv_rows.hpp"
+#include "pipescout/csv/csv_rows.hpp"
 
 namespace pipescout::odometry_study {
 namespace {
@@ -53,7 +53,7 @@ std::map<Place, std::vector<double>> fixed_features(const InspectionList& list) 
 
 InspectionList read_inspection_list(std::string_view text, const ListColumns& columns,
                                     std::string_view name) {
-  const auto table = odometry::read_csv_rows(text);
+  const auto table = read_csv_rows(text);
   if (table.rows.empty()) {
     refuse(name, 1, "is empty");
   }

@@ -16,6 +16,7 @@
 
 #include "pipescout/odometry/weld_ledger.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
+#include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout::odometry_study {
 namespace {
@@ -122,8 +123,8 @@ TEST_F(InspectionRuns, LedgerReadBackHoldsWeldsAndFeaturesOfBoth) {
   auto update = odometry::build_ledger({.name = "2007"}, weld_positions(then_));
   update = odometry::merge_run(update.ledger, {.name = "2015"}, weld_positions(later_));
   ASSERT_TRUE(update.accepted);
-  const auto ledger = odometry::from_csv(odometry::to_csv(update.ledger));
-  EXPECT_EQ(odometry::to_csv(ledger), odometry::to_csv(update.ledger));
+  const auto ledger = ledger_from_csv(to_csv(update.ledger));
+  EXPECT_EQ(to_csv(ledger), to_csv(update.ledger));
   const auto keys_then = keys(then_);
   const auto keys_later = keys(later_);
   int right = 0;

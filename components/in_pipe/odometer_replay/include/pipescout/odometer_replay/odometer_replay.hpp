@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/odometer_replay/readings_csv.hpp"
+#include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/component.hpp"
 
 namespace pipescout {

@@ -17,8 +17,8 @@
 
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
+#include "pipescout/weld_ledger/tally_file.hpp"
 #include "pipescout/weld_locator/distance_history.hpp"
-#include "pipescout/weld_locator/tally_file.hpp"
 
 namespace pipescout {
 

@@ -12,7 +12,7 @@
 #include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/estimator_recorder/estimator_report.hpp"
 #include "pipescout/geometry/geodesy.hpp"
-#include "pipescout/recording/thinning.hpp"
+#include "pipescout/mission_tables/thinning.hpp"
 
 namespace pipescout {
 

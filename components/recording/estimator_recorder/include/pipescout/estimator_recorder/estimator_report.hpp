@@ -13,8 +13,8 @@
 
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/mission_folder/mission_section.hpp"
-#include "pipescout/recording/error_histogram.hpp"
-#include "pipescout/recording/true_track.hpp"
+#include "pipescout/mission_tables/error_histogram.hpp"
+#include "pipescout/mission_tables/true_track.hpp"
 #include "pipescout/runtime/time.hpp"
 
 namespace pipescout {

@@ -14,8 +14,8 @@
 
 #include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
+#include "pipescout/mission_tables/thinning.hpp"
 #include "pipescout/rack_recorder/rack_report.hpp"
-#include "pipescout/recording/thinning.hpp"
 
 namespace pipescout {
 

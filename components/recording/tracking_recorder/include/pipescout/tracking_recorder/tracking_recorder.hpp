@@ -12,7 +12,7 @@
 
 #include "pipescout/catalogue/stream_recorder.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
-#include "pipescout/recording/thinning.hpp"
+#include "pipescout/mission_tables/thinning.hpp"
 
 namespace pipescout {
 

@@ -9,7 +9,7 @@
 #include <pipescout/simulation/eddy_current_signal.hpp>
 #include <pipescout/simulation/imu_sensor.hpp>
 #include <pipescout/simulation/pipe_route.hpp>
-#include <pipescout/weld_locator/tally_file.hpp>
+#include <pipescout/weld_ledger/tally_file.hpp>
 #include <vector>
 
 namespace pipescout {

@@ -12,6 +12,8 @@
 namespace pipescout {
 
 struct LeakSurveyOptions {
+  /// Of the entry `parameters` of `survey.yaml`, and of what it leaves to the preset. Must be set.
+  SurveyParametersReader read_parameters;
   /// With the pictures, which are taken in the order of their names; what has another extension is
   /// passed over, and so are folders in it. `thermal.yaml` (read_thermal_settings) and
   /// `survey.yaml` (parse_survey_settings) in it count, where they are there. Or the folder of a

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/leak_findings/leak_findings.hpp"
-#include "pipescout/runtime/parameters.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
+
+namespace YAML {
+class Node;
+}
 
 namespace pipescout {
 
@@ -21,8 +24,9 @@ struct SurveySettings {
   double frame_rate = 9;                ///< 1/s, of pictures that do not tell when they were taken
   double position_deviation = 0.2;      ///< m per axis, of poses that do not tell
   double orientation_deviation = 0.02;  ///< rad per axis, likewise
-  /// Parameters of component `leak_inspector` that are not as the preset has them.
-  std::vector<NamedParameter> parameters;
+  /// YAML map of the parameters of component `leak_inspector` that are not as the preset has them;
+  /// empty: none.
+  std::string parameters;
   // What they come to, valid:
   thermal::LeakDetectorParameters detector = thermal::LeakDetectorParameters::of(preset);
   leak_findings::LeakFindingsParameters findings;
@@ -30,6 +34,15 @@ struct SurveySettings {
   std::string weather;
   std::string calibration;
 };
+
+/// Sets detector and findings to what a preset comes to with the entry `parameters` of the
+/// settings, a YAML map in the file of this name. Throws std::runtime_error, "name:line: ...", for
+/// a parameter that is not known or of a wrong type, and std::invalid_argument for values that do
+/// not fit together. `pipescout/thermal_parameters/survey_parameters.hpp` has the one of
+/// `leak_inspector`.
+using SurveyParametersReader = std::function<void(
+    const YAML::Node& parameters, const std::string& file, thermal::DetectorPreset preset,
+    thermal::LeakDetectorParameters& detector, leak_findings::LeakFindingsParameters& findings)>;
 
 /// Of YAML, every entry of which may be left out:
 ///
@@ -54,13 +67,10 @@ struct SurveySettings {
 /// `preset`: in place of that of the text. Throws std::runtime_error, "name:line: ...", for a name
 /// that is not known or given twice, and for a value of a wrong type or out of its range.
 [[nodiscard]] SurveySettings parse_survey_settings(
-    const std::string& text, const std::string& name,
+    const std::string& text, const std::string& name, const SurveyParametersReader& read_parameters,
     std::optional<thermal::DetectorPreset> preset = std::nullopt);
 
 /// Read back, the same: all but the angles to the last bit.
 [[nodiscard]] std::string to_yaml(const SurveySettings& settings);
-
-/// Of the parameters of a `leak_inspector`, those that `SurveySettings::parameters` needs.
-[[nodiscard]] std::vector<NamedParameter> survey_parameters(const Parameters& inspector);
 
 }  // namespace pipescout

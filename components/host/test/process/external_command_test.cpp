@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands of other packages, which are executables of their own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "program.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+namespace fs = std::filesystem;
+
+class ExternalCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    add("count_words", "echo $# words; for word; do echo \"<$word>\"; done; exit 7");
+    add("listen", "echo listening; exec tail -f /dev/null");
+    fs::create_directories(fs::path(TEST_PREFIX) / "share/pipescout/commands");
+    std::ofstream(fs::path(TEST_PREFIX) / "share/pipescout/commands/count_words")
+        << "Count the words behind it\n";
+  }
+  void TearDown() override {
+    for (const char* name : {"bin/pipescout-count_words", "bin/pipescout-listen",
+                             "bin/pipescout-topic", "share/pipescout/commands/count_words"}) {
+      fs::remove(fs::path(TEST_PREFIX) / name);
+    }
+  }
+
+  static void add(const std::string& name, const std::string& script) {
+    const auto file = fs::path(TEST_PREFIX) / "bin" / ("pipescout-" + name);
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << "#!/bin/sh\n" << script << '\n';
+    fs::permissions(file, fs::perms::owner_all);
+  }
+  [[nodiscard]] Finished run(const std::vector<std::string>& arguments) const {
+    return run_program(arguments, folder_.path());
+  }
+
+  ::pipescout::testing::TemporaryFolder folder_;
+};
+
+TEST_F(ExternalCommand, GetsItsWordsAndGivesItsExitCode) {
+  const auto finished = run({"count_words", "--help", "two words", "", "--", "-5"});
+  EXPECT_EQ(finished.code(), 7);
+  EXPECT_EQ(finished.out, "5 words\n<--help>\n<two words>\n<>\n<-->\n<-5>\n");
+  EXPECT_EQ(finished.err, "");
+}
+
+TEST_F(ExternalCommand, IsEndedByWhatEndsPipescout) {
+  Program program({"listen"}, folder_.path());
+  ASSERT_TRUE(program.wait_for_out("listening\n"));
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.finish().signal(), SIGTERM);
+}
+
+TEST_F(ExternalCommand, IsListedByHelp) {
+  for (const char* help : {"--help", "help", "-h"}) {
+    const auto finished = run({help});
+    EXPECT_EQ(finished.code(), 0);
+    EXPECT_THAT(finished.out,
+                AllOf(HasSubstr("Count the words behind it"), HasSubstr("bin/pipescout-listen"),
+                      HasSubstr("Run a composition until")));
+  }
+}
+
+TEST_F(ExternalCommand, HelpOfACommand) {
+  auto finished = run({"help", "count_words"});
+  EXPECT_EQ(finished.out, "1 words\n<--help>\n");
+  finished = run({"help", "topic", "echo"});
+  EXPECT_EQ(finished.code(), 0);
+  EXPECT_EQ(finished.out, run({"topic", "echo", "--help"}).out);
+  finished = run({"help", "topc"});
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_THAT(finished.err, HasSubstr("did you mean 'topic'?"));
+}
+
+TEST_F(ExternalCommand, OwnCommandsGoFirst) {
+  add("topic", "echo wrong");
+  const auto finished = run({"topic", "--help"});
+  EXPECT_EQ(finished.code(), 0);
+  EXPECT_THAT(finished.out, Not(HasSubstr("wrong")));
+  EXPECT_THAT(run({"--help"}).out, Not(HasSubstr("bin/pipescout-topic")));
+}
+
+TEST_F(ExternalCommand, OneThatIsNotThere) {
+  auto finished = run({"count_word"});
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_THAT(finished.err,
+              StartsWith("unknown command 'count_word'; did you mean 'count_words'?"));
+  finished = run({"absent"});
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_THAT(finished.err, AllOf(HasSubstr("unknown command 'absent'"),
+                                  HasSubstr("executable pipescout-absent")));
+}
+
+TEST_F(ExternalCommand, OneThatCannotBeStarted) {
+  const auto file = fs::path(TEST_PREFIX) / "bin/pipescout-listen";
+  std::ofstream(file) << "#!/no/such/interpreter\n";
+  const auto finished = run({"listen"});
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.err, HasSubstr("cannot run " + file.string() + ": No such file"));
+}
+
+}  // namespace
+}  // namespace pipescout::host

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "list_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
+
+namespace pipescout::ledger {
+namespace {
+
+constexpr double kLargest = 1e9;
+
+std::string plain(const std::string& cell) {
+  std::string text = cell;
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return static_cast<unsigned char>(c) < 0x20U || c == '\x7F'; }, ' ');
+  const auto first = text.find_first_not_of(' ');
+  return first == std::string::npos ? ""
+                                    : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+}  // namespace
+
+std::string read_list_text(const std::string& path) {
+  std::string text = read_csv_text(path);
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw CsvError(path, 0, "is UTF-16; save it as UTF-8");
+  }
+  if (const auto zero = text.find('\0'); zero != std::string::npos) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(zero);
+    throw CsvError(path, 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n')),
+                   "is no text: it holds a zero byte");
+  }
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    throw CsvError(path, 0, "is empty; a header line is needed");
+  }
+  return text;
+}
+
+ListTable::ListTable(const std::string& path, char delimiter)
+    : path_(path), rows_(read_csv_rows(read_list_text(path), delimiter)) {
+  if (!rows_.closed) {
+    throw CsvError(path_, rows_.rows.back().line, "a quotation mark of this row is not closed");
+  }
+  if (rows_.rows.empty()) {
+    throw CsvError(path_, 0, "is empty; a header line is needed");
+  }
+  auto& header = rows_.rows.front().cells;
+  std::transform(header.begin(), header.end(), header.begin(), plain);
+  if (header.size() > kMaxCsvColumns) {
+    throw CsvError(
+        path_, rows_.rows.front().line,
+        std::to_string(header.size()) + " columns; there may be " + std::to_string(kMaxCsvColumns));
+  }
+  if (rows_.rows.size() == 1) {
+    throw CsvError(path_, 0, "has a header but no rows");
+  }
+  for (const auto& row : rows_.rows) {
+    if (row.cells.size() != header.size()) {
+      throw CsvError(path_, row.line,
+                     std::to_string(row.cells.size()) + " cells in a table of " +
+                         std::to_string(header.size()) + " columns");
+    }
+  }
+}
+
+std::optional<std::size_t> ListTable::find_column(const std::string& name) const {
+  const auto found = std::find(columns().begin(), columns().end(), name);
+  if (found == columns().end()) {
+    return std::nullopt;
+  }
+  if (std::find(found + 1, columns().end(), name) != columns().end()) {
+    throw CsvError(path_, rows_.rows.front().line, "two columns are named '" + name + "'");
+  }
+  return static_cast<std::size_t>(found - columns().begin());
+}
+
+std::string ListTable::cell(std::size_t row, std::size_t column) const {
+  return plain(rows_.rows[row + 1].cells[column]);
+}
+
+std::optional<double> ListTable::number(std::size_t row, std::size_t column) const {
+  const auto text = cell(row, column);
+  if (text.empty()) {
+    return std::nullopt;
+  }
+  const auto value = parse_csv_number(text);
+  if (!value || !std::isfinite(*value)) {
+    refuse(row, column,
+           "'" + text + "' is not a finite number" +
+               (text.find(',') != std::string::npos
+                    ? "; write it without thousands separators and with a decimal point"
+                    : ""));
+  }
+  if (!(std::abs(*value) < kLargest)) {
+    refuse(row, column, "'" + text + "' is out of range");
+  }
+  return value;
+}
+
+double ListTable::required(std::size_t row, std::size_t column) const {
+  const auto value = number(row, column);
+  if (!value) {
+    refuse(row, column, "is missing");
+  }
+  return *value;
+}
+
+void ListTable::refuse(std::size_t row, std::size_t column, const std::string& what) const {
+  throw CsvError(path_, line(row), "column '" + columns()[column] + "': " + what);
+}
+
+std::string quoted_list(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) {
+    text += (text.empty() ? "'" : ", '") + name + "'";
+  }
+  return text;
+}
+
+}  // namespace pipescout::ledger

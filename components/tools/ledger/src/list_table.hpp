@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/csv/csv_rows.hpp"
+
+namespace pipescout::ledger {
+
+/// The text of a CSV file. Throws CsvError for what `read_csv_text` refuses, UTF-16, and bytes that
+/// no text has.
+[[nodiscard]] std::string read_list_text(const std::string& path);
+
+/// A table with quotes, of which only the columns that are asked for matter. Throws CsvError.
+class ListTable {
+ public:
+  ListTable(const std::string& path, char delimiter);
+
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] std::size_t rows() const noexcept { return rows_.rows.size() - 1; }
+  [[nodiscard]] std::size_t line(std::size_t row) const { return rows_.rows[row + 1].line; }
+  [[nodiscard]] const std::vector<std::string>& columns() const { return rows_.rows[0].cells; }
+
+  /// Refuses a name that two columns have.
+  [[nodiscard]] std::optional<std::size_t> find_column(const std::string& name) const;
+
+  /// Without blanks at the ends, and with a blank for each control character.
+  [[nodiscard]] std::string cell(std::size_t row, std::size_t column) const;
+
+  /// A finite number below 1e9; nothing when the cell is empty.
+  [[nodiscard]] std::optional<double> number(std::size_t row, std::size_t column) const;
+  /// The same, and an empty cell is refused.
+  [[nodiscard]] double required(std::size_t row, std::size_t column) const;
+
+  [[noreturn]] void refuse(std::size_t row, std::size_t column, const std::string& what) const;
+
+ private:
+  std::string path_;
+  CsvRows rows_;
+};
+
+/// "'a', 'b', 'c'".
+[[nodiscard]] std::string quoted_list(const std::vector<std::string>& names);
+
+}  // namespace pipescout::ledger

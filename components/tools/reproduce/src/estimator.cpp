@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "each_seed.hpp"
+#include "figure_rows.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/estimation_study/car_recording.hpp"
+#include "pipescout/estimation_study/fusion_stream.hpp"
+#include "pipescout/estimation_study/lawnmower_recording.hpp"
+#include "pipescout/estimation_study/run_score.hpp"
+#include "reproduce.hpp"
+#include "seed_values.hpp"
+#include "stage_progress.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using estimation_study::CarOutage;
+using estimation_study::CarRecording;
+using estimation_study::RunOptions;
+using estimation_study::RunScore;
+using estimation_study::Sensor;
+using estimation_study::Vehicle;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+constexpr Target kSmallIsGood{};
+constexpr Target kLargeIsGood{.least = 0.0};
+/// Of the times, that the mean over the seeds must be within its 95 % bounds.
+constexpr double kLeastShareInBounds = 0.9;
+
+struct Robot {
+  Vehicle vehicle;
+  const char* name;     ///< of figures
+  const char* article;  ///< of studies
+  std::vector<Sensor> sensors;
+};
+
+const std::vector<Robot>& robots() {
+  static const std::vector<Robot> all{{Vehicle::kGroundRobot,
+                                       "ground_robot",
+                                       "A ground robot over fields",
+                                       {Sensor::kImu, Sensor::kOdometer, Sensor::kGps}},
+                                      {Vehicle::kUav,
+                                       "uav",
+                                       "A UAV that flies to a rack and stays over it",
+                                       {Sensor::kImu, Sensor::kGps, Sensor::kVisualPose}},
+                                      {Vehicle::kCrawler,
+                                       "crawler",
+                                       "A crawler in a pipe",
+                                       {Sensor::kImu, Sensor::kOdometer, Sensor::kWeld}}};
+  return all;
+}
+
+const char* name_of(Sensor sensor) {
+  switch (sensor) {
+    case Sensor::kImu:
+      return "IMU";
+    case Sensor::kOdometer:
+      return "odometer";
+    case Sensor::kGps:
+      return "GPS";
+    case Sensor::kVisualPose:
+      return "visual pose";
+    case Sensor::kWeld:
+      return "welds";
+  }
+  return "";
+}
+
+double pooled(const std::vector<double>& root_mean_squares) {
+  double sum = 0;
+  for (const double value : root_mean_squares) {
+    sum += value * value;
+  }
+  return std::sqrt(sum / static_cast<double>(root_mean_squares.size()));
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) {
+    sum += value;
+  }
+  return sum / static_cast<double>(values.size());
+}
+
+std::vector<double> position_errors(const std::vector<RunScore>& runs) {
+  return each(runs, [](const RunScore& run) { return run.position_rmse(); });
+}
+
+class Estimator {
+ public:
+  Estimator(const ReproduceOptions& options, const EstimatorExtent& extent, std::ostream& out)
+      : options_(options),
+        extent_(extent),
+        out_(out),
+        seeds_(unseen_seeds(options.seeds)),
+        rows_(result_, out),
+        progress_(options) {}
+
+  Reproduction run() {
+    out_ << "The state estimator. Seeds " << seeds_.front() << " to " << seeds_.back()
+         << ", which no tuning saw.\n\n";
+    result_.seeds = seeds_;
+    bool consistent = true;
+    double worst_ratio = 0;
+    double captured = 0;
+    for (const Robot& robot : robots()) {
+      const std::vector<RunScore> clean = drive(robot, "all sensors", {});
+      consistent = add_clean(robot, clean) && consistent;
+      if (robot.vehicle != Vehicle::kCrawler) {
+        add_outage(robot);
+        captured += add_trap(robot);
+      }
+      worst_ratio = std::max(worst_ratio, add_outliers(robot, pooled(position_errors(clean))));
+    }
+    rows_.add_study(
+        "All robots together",
+        {{"NEES and NIS within their 95 % bounds in " +
+              std::to_string(std::lround(100 * kLeastShareInBounds)) + " % of the time, 1: yes",
+          consistent ? 1.0 : 0.0,
+          {},
+          {.least = 1, .most = 1},
+          "nees_in_bounds"},
+         {"outliers: largest error against the clean run, ratio",
+          worst_ratio,
+          {},
+          {.most = 1.2},
+          "outlier_rmse_ratio"},
+         {"traps that captured it", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
+    add_stream();
+    add_car();
+    add_lawnmower();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] RunOptions options() const {
+    RunOptions options;
+    options.duration = extent_.duration;
+    return options;
+  }
+  /// The last third of a run: the UAV is over its rack by then.
+  [[nodiscard]] double outage_begin() const { return extent_.duration - extent_.outage; }
+
+  std::vector<RunScore> drive(const Robot& robot, const std::string& what,
+                              const std::function<void(RunOptions&)>& change) {
+    RunOptions used = options();
+    if (change) {
+      change(used);
+    }
+    return for_each_seed(
+        progress_, std::string(robot.article) + ": " + what, seeds_, [&](std::uint64_t seed) {
+          const auto run = estimation_study::vehicle_run(robot.vehicle, used, seed);
+          return estimation_study::score_run(run, used,
+                                             estimation_study::estimator_parameters(run, used));
+        });
+  }
+
+  /// Whether NEES and NIS are in their bounds.
+  bool add_clean(const Robot& robot, const std::vector<RunScore>& runs) {
+    const auto position = position_errors(runs);
+    const auto rotation =
+        each(runs, [](const RunScore& run) { return kDegrees * run.rotation_rmse(); });
+    const auto velocity = each(runs, [](const RunScore& run) { return run.velocity_rmse(); });
+    const auto started = each(runs, [](const RunScore& run) { return run.started; });
+    const std::string prefix(robot.name);
+    std::vector<Measure> measures{
+        {"position, root mean square, m", pooled(position), position, kSmallIsGood,
+         prefix + "_position_rmse_m"},
+        {"orientation, root mean square, deg", pooled(rotation), rotation, kSmallIsGood,
+         prefix + "_orientation_rmse_deg"},
+        {"velocity, root mean square, m/s", pooled(velocity), velocity, kSmallIsGood,
+         prefix + "_velocity_rmse_mps"},
+        {"first state in the map after, s", mean(started), started, kSmallIsGood}};
+    const auto consistency = estimation_study::consistency(runs);
+    for (Measure& measure : std::vector<Measure>{
+             {"NEES, mean (9 is right)", consistency.nees, {}, {}, prefix + "_nees"},
+             {"NIS, mean (3 is right)", consistency.nis, {}, {}, prefix + "_nis"},
+             {"share of the time with the mean NEES in its 95 % bounds",
+              consistency.nees_share,
+              {},
+              {.least = kLeastShareInBounds}},
+             {"share with it below them: too careful", consistency.nees_below, {}, kSmallIsGood},
+             {"share of the time with the mean NIS in its 95 % bounds",
+              consistency.nis_share,
+              {},
+              {.least = kLeastShareInBounds}}}) {
+      measures.push_back(std::move(measure));
+    }
+    rows_.add_study(robot.article, measures);
+    return consistency.nees_share >= kLeastShareInBounds &&
+           consistency.nis_share >= kLeastShareInBounds;
+  }
+
+  void add_outage(const Robot& robot) {
+    const std::string what = "no GPS for " + std::to_string(std::lround(extent_.outage)) + " s";
+    const auto runs = drive(robot, what, [&](RunOptions& options) {
+      options.silences = {
+          {.sensor = Sensor::kGps, .begin = outage_begin(), .duration = extent_.outage}};
+    });
+    const auto drift = each(runs, [](const RunScore& run) { return run.silences[0].drift; });
+    const auto percent = each(runs, [](const RunScore& run) {
+      return 100 * run.silences[0].drift / run.silences[0].way;
+    });
+    const std::string study = std::string(robot.article) + ": " + what;
+    if (robot.vehicle == Vehicle::kGroundRobot) {
+      rows_.add_study(study, {{"drift, % of the way, mean",
+                               mean(percent),
+                               percent,
+                               {.most = 0.3},
+                               "outage_drift_percent"},
+                              {"drift, m", mean(drift), drift, kSmallIsGood}});
+    } else {
+      rows_.add_study(
+          study, {{"drift, m, mean", mean(drift), drift, {.most = 0.05}, "outage_rack_drift_m"}});
+    }
+  }
+
+  /// How many of the traps have captured it.
+  double add_trap(const Robot& robot) {
+    double captured = 0;
+    for (const bool moves_along : {false, true}) {
+      const std::string what = std::string("after an outage, fixes 700 m away that ") +
+                               (moves_along ? "move along" : "stand still");
+      const auto runs = drive(robot, what, [&](RunOptions& options) {
+        const double begin = options.duration / 3;
+        options.silences = {{.sensor = Sensor::kGps, .begin = begin, .duration = 20}};
+        options.traps = {{.begin = begin + 20,
+                          .duration = options.duration - begin - 20,
+                          .offset = {700, 0, 0},
+                          .moves_along = moves_along}};
+      });
+      const auto traps = each(runs, [](const RunScore& run) { return run.false_reacquisitions; });
+      const auto worst =
+          each(runs, [](const RunScore& run) { return run.largest_position_error(); });
+      double sum = 0;
+      for (const double trapped : traps) {
+        sum += trapped;
+      }
+      rows_.add_study(std::string(robot.article) + ": " + what,
+                      {{"captured", sum, traps, {.least = 0, .most = 0}},
+                       {"largest error, m", mean(worst), worst, kSmallIsGood}});
+      captured += sum;
+    }
+    return captured;
+  }
+
+  /// The largest ratio of all sensors.
+  double add_outliers(const Robot& robot, double clean) {
+    double largest = 0;
+    std::vector<Measure> measures;
+    for (const Sensor sensor : robot.sensors) {
+      const auto runs = drive(robot, std::string("20 % outliers, ") + name_of(sensor),
+                              [&](RunOptions& options) { options.outliers = sensor; });
+      std::vector<double> position = position_errors(runs);
+      for (double& value : position) {
+        // A run without any state is no good one.
+        value = std::isfinite(value) ? value : std::numeric_limits<double>::infinity();
+      }
+      const double ratio = pooled(position) / clean;
+      measures.push_back({std::string("outliers in ") + name_of(sensor) +
+                              ": position error against the clean run, ratio",
+                          ratio,
+                          {},
+                          {.most = 1.2}});
+      measures.push_back(
+          {std::string("outliers in ") + name_of(sensor) + ": position, root mean square, m",
+           pooled(position), position, kSmallIsGood});
+      largest = std::max(largest, ratio);
+    }
+    rows_.add_study(std::string(robot.article) + ": 20 % gross outliers in one sensor", measures);
+    return largest;
+  }
+
+  /// The contents of files of a data set; nothing, said aloud, where it is not.
+  std::optional<std::vector<std::string>> texts(const std::string& study, const char* data_set,
+                                                const std::vector<const char*>& files) {
+    const std::filesystem::path folder =
+        std::filesystem::path(options_.data.empty() ? default_data_folder() : options_.data) /
+        data_set;
+    if (options_.data.empty() && !exists(folder / files.front())) {
+      out_ << study << "\n\n  NOT MEASURED, its figures are left out: there is no " << data_set
+           << "/" << files.front()
+           << "\n  in the folder of --data, $PIPESCOUT_SHARED_DATA or ../shared/data.\n\n";
+      return std::nullopt;
+    }
+    std::vector<std::string> result;
+    for (const char* file : files) {
+      result.push_back(read_csv_text((folder / file).string()));
+    }
+    return result;
+  }
+
+  void add_stream() {
+    const std::string study = "The stream on which GTSAM was measured (fusion_stream), lag 2 s";
+    const auto files = texts(study, "fusion_stream", {"stream.csv"});
+    if (!files) {
+      return;
+    }
+    const auto stream = estimation_study::parse_fusion_stream(files->front());
+    const auto score = [&](const estimation_study::StreamSensors& use) {
+      estimation::FixedLagSmoother smoother(estimation_study::fusion_stream_parameters());
+      return estimation_study::run_fusion_stream(stream, use, smoother);
+    };
+    const auto all = score({});
+    rows_.add_study(study, {{"all sensors: position, root mean square, m",
+                             all.position,
+                             {},
+                             {.most = 0.0142},
+                             "stream_position_rmse_m"},
+                            {"all sensors: orientation, root mean square, deg",
+                             kDegrees * all.rotation,
+                             {},
+                             {.most = 0.096},
+                             "stream_orientation_rmse_deg"},
+                            {"all sensors: NEES, mean (15 is right)", all.nees, {}, kSmallIsGood},
+                            {"no vision: position, root mean square, m",
+                             score({.vision = false}).position,
+                             {},
+                             {.most = 0.0328},
+                             "stream_no_vision_position_rmse_m"},
+                            {"IMU and vision: position, root mean square, m",
+                             score({.gps = false, .odometry = false}).position,
+                             {},
+                             {.most = 0.0335},
+                             "stream_imu_vision_position_rmse_m"}});
+  }
+
+  void add_car() {
+    constexpr double kFirst = 15;  // s after its beginning
+    constexpr double kEvery = 5;   // s
+    constexpr double kEnd = 59;    // s
+    const std::string study = "A real car (comma2k19): wheel speeds, IMU, GPS";
+    const auto files = texts(study, "car_comma2k19",
+                             {"accelerometer.csv", "gyro.csv", "wheel_speed.csv",
+                              "gnss_ublox_live.csv", "reference_pose_20hz.csv"});
+    if (!files) {
+      return;
+    }
+    const CarRecording car = estimation_study::read_car({.accelerometer = (*files)[0],
+                                                         .gyro = (*files)[1],
+                                                         .wheel_speed = (*files)[2],
+                                                         .gnss = (*files)[3],
+                                                         .reference = (*files)[4]});
+    const auto score = estimation_study::score_car(car);
+    std::vector<Measure> measures{
+        {"first state in the map after, s", score.started, {}, kSmallIsGood},
+        {"level position against the reference, root mean square, m",
+         score.position,
+         {},
+         kSmallIsGood,
+         "car_position_rmse_m"},
+        {"speed, root mean square, m/s", score.speed, {}, kSmallIsGood, "car_speed_rmse_mps"},
+        {"course, root mean square, deg",
+         kDegrees * score.course,
+         {},
+         kSmallIsGood,
+         "car_course_rmse_deg"}};
+    for (const double duration : {10.0, 20.0, 40.0}) {
+      std::vector<double> ours;
+      std::vector<double> dead_reckoned;
+      for (double begin = kFirst; begin + duration <= kEnd; begin += kEvery) {
+        const CarOutage outage =
+            estimation_study::score_car_outage(car, car.events.front().arrival + begin, duration);
+        ours.push_back(outage.error);
+        dead_reckoned.push_back(outage.dead_reckoned);
+      }
+      const std::string seconds = std::to_string(std::lround(duration));
+      const std::string without =
+          "without GPS for " + seconds + " s, " + std::to_string(ours.size()) + " times: ";
+      measures.push_back({without + "error at the end, mean, m",
+                          mean(ours),
+                          {},
+                          kSmallIsGood,
+                          "car_outage_" + seconds + "s_m"});
+      measures.push_back({without + "wheels and gyro alone, m",
+                          mean(dead_reckoned),
+                          {},
+                          kSmallIsGood,
+                          "car_dead_reckoning_" + seconds + "s_m"});
+      measures.push_back({without + "ratio",
+                          mean(ours) / mean(dead_reckoned),
+                          {},
+                          duration == 20.0 ? Target{.most = 0.5} : kSmallIsGood,
+                          "car_outage_" + seconds + "s_ratio"});
+    }
+    rows_.add_study(study, measures);
+  }
+
+  void add_lawnmower() {
+    const std::string study = "A real lawnmower (Plaza2) by dead reckoning";
+    const auto files = texts(study, "lawnmower_plaza2", {"Plaza2_DR.txt", "Plaza2_GT.csv"});
+    if (!files) {
+      return;
+    }
+    const auto score = estimation_study::score_lawnmower((*files)[0], (*files)[1]);
+    rows_.add_study(study,
+                    {{"way, m", score.way, {}, kLargeIsGood},
+                     {"position, root mean square, m",
+                      score.estimator.rms,
+                      {},
+                      kSmallIsGood,
+                      "lawnmower_position_rmse_m"},
+                     {"position, largest, m", score.estimator.largest, {}, kSmallIsGood},
+                     {"position at the end, % of the way",
+                      100 * score.estimator.end / score.way,
+                      {},
+                      kSmallIsGood,
+                      "lawnmower_end_percent"},
+                     {"reference within the 95 % ellipse, share of the time",
+                      score.covered_share,
+                      {},
+                      kLargeIsGood},
+                     {"steps summed up: root mean square, m", score.summed.rms, {}, kSmallIsGood},
+                     {"steps summed up: largest, m", score.summed.largest, {}, kSmallIsGood}});
+  }
+
+  const ReproduceOptions& options_;
+  const EstimatorExtent& extent_;
+  std::ostream& out_;
+  std::vector<std::uint64_t> seeds_;
+  Reproduction result_;
+  FigureRows rows_;
+  StageProgress progress_;
+};
+
+}  // namespace
+
+Reproduction reproduce_estimator(const ReproduceOptions& options, std::ostream& out) {
+  return reproduce_estimator(options, EstimatorExtent{}, out);
+}
+
+Reproduction reproduce_estimator(const ReproduceOptions& options, const EstimatorExtent& extent,
+                                 std::ostream& out) {
+  return Estimator(options, extent, out).run();
+}
+
+}  // namespace pipescout::reproduce

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "figure_rows.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/odometry_study/crawler_score.hpp"
+#include "pipescout/odometry_study/detector_score.hpp"
+#include "pipescout/odometry_study/inspection_score.hpp"
+#include "pipescout/odometry_study/paper_bench.hpp"
+#include "pipescout/odometry_study/quantile.hpp"
+#include "reproduce.hpp"
+#include "seed_values.hpp"
+#include "stage_progress.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using odometry_study::BenchSlips;
+using odometry_study::CrawlerRunSettings;
+using odometry_study::CrawlerScore;
+using odometry_study::DetectorScore;
+using odometry_study::quantile;
+
+constexpr Target at_most(double most) {
+  return {.most = most};
+}
+
+constexpr Target at_least(double least) {
+  return {.least = least};
+}
+
+constexpr Target within(double least, double most) {
+  return {.least = least, .most = most};
+}
+
+constexpr Target kSmallIsGood{};
+constexpr Target kLargeIsGood{.least = 0.0};
+
+class InPipe {
+ public:
+  InPipe(const ReproduceOptions& options, const InPipeExtent& extent, std::ostream& out)
+      : options_(options),
+        extent_(extent),
+        out_(out),
+        seeds_(unseen_seeds(options.seeds)),
+        rows_(result_, out),
+        progress_(options) {}
+
+  Reproduction run() {
+    const auto runs = read_runs();  // before the long work, so that what is
+                                    // wrong is said at once
+    out_ << "Seeds " << seeds_.front() << " to " << seeds_.back()
+         << ", which no tuning saw. Mean, 95 % and worst are over the seeds.\n\n";
+    result_.seeds = seeds_;
+    bench(BenchSlips::kOneAtATime, "The paper's set-up: one reading in ten wrong, 99 m",
+          {"paper_p95_error_percent", "paper_worst_error_percent"});
+    bench(BenchSlips::kIndependent, "The same, each reading wrong by itself with probability 0.1",
+          {});
+    position();
+    detect();
+    align(runs);
+    return std::move(result_);
+  }
+
+ private:
+  struct BenchFigures {
+    std::string p95;
+    std::string worst;
+  };
+
+  void bench(BenchSlips slips, const std::string& study, const BenchFigures& figures) {
+    std::vector<double> at_end;
+    std::vector<double> at_ten;
+    progress_.begin(study, seeds_.size());
+    for (const auto seed : seeds_) {
+      const auto error = odometry_study::run_paper_bench(slips, seed);
+      at_end.push_back(error.percent);
+      at_ten.push_back(error.percent_at_ten_joints);
+      progress_.step();
+    }
+    progress_.end();
+    rows_.add_study(
+        study,
+        {{"worst error, % of the distance", quantile(at_end, 1.0), at_end, at_most(1.0),
+          figures.worst},
+         {"95 % of the errors, %", quantile(at_end, 0.95), at_end, at_most(0.4), figures.p95},
+         {"worst error after ten joints, %", quantile(at_ten, 1.0), at_ten, kSmallIsGood}});
+  }
+
+  struct Positioned {
+    std::vector<CrawlerScore> runs;
+
+    template <class Function>
+    [[nodiscard]] std::vector<double> each(Function value) const {
+      std::vector<double> values;
+      for (const CrawlerScore& score : runs) {
+        values.push_back(value(score));
+      }
+      return values;
+    }
+    [[nodiscard]] std::vector<double> each(std::size_t CrawlerScore::*field) const {
+      return each([field](const CrawlerScore& score) { return static_cast<double>(score.*field); });
+    }
+    [[nodiscard]] std::vector<double> each_percent(std::size_t CrawlerScore::*part,
+                                                   std::size_t CrawlerScore::*whole) const {
+      return each(
+          [part, whole](const CrawlerScore& score) { return percent(score.*part, score.*whole); });
+    }
+    [[nodiscard]] double all_percent(std::size_t CrawlerScore::*part,
+                                     std::size_t CrawlerScore::*whole) const {
+      return 100.0 * sum(each(part)) / sum(each(whole));
+    }
+    [[nodiscard]] std::vector<double> errors() const {
+      std::vector<double> all;
+      for (const CrawlerScore& score : runs) {
+        all.insert(all.end(), score.errors.begin(), score.errors.end());
+      }
+      return all;
+    }
+  };
+
+  Positioned drive(const std::string& study, CrawlerRunSettings settings) {
+    settings.joints = extent_.joints;
+    settings.run_length = extent_.run_length;
+    Positioned result;
+    progress_.begin(study, seeds_.size());
+    for (const auto seed : seeds_) {
+      settings.backward = seed % 2 == 1;
+      const auto run = odometry_study::simulate_crawler_run(settings, seed);
+      odometry::WeldPositioning positioning({}, run.tally,
+                                            {.orientation = odometry::Orientation::kUnknown});
+      result.runs.push_back(odometry_study::score_run(run, positioning, settings));
+      progress_.step();
+    }
+    progress_.end();
+    return result;
+  }
+
+  /// With the names of figures when `main`.
+  static std::vector<Measure> place_measures(const Positioned& scored, bool main) {
+    const auto name = [main](const char* figure) { return main ? figure : ""; };
+    const auto locks = scored.each(&CrawlerScore::lock_joints);
+    const auto wrong = scored.each(&CrawlerScore::wrong_joint);
+    const auto errors = scored.errors();
+    const auto p95 =
+        scored.each([](const CrawlerScore& score) { return quantile(score.errors, 0.95); });
+    const auto worst =
+        scored.each([](const CrawlerScore& score) { return quantile(score.errors, 1.0); });
+    return {{"joints until it knows its joint, median", quantile(locks, 0.5), locks, at_most(10.0),
+             name("lock_joints_median")},
+            {"joints until it knows its joint, most", quantile(locks, 1.0), locks, at_most(20.0),
+             name("lock_joints_max")},
+            {"times at the wrong joint after that", sum(wrong), wrong, within(0.0, 0.0),
+             name("wrong_joint_after_lock")},
+            {"error in the joint, 95 %, m", quantile(errors, 0.95), p95, at_most(0.05),
+             name("in_joint_p95_m")},
+            {"error in the joint, worst, m", quantile(errors, 1.0), worst, at_most(0.15),
+             name("in_joint_worst_m")},
+            {"truth inside the 95 % band, %",
+             scored.all_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
+             scored.each_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
+             within(92.0, 98.0), name("coverage95_percent")}};
+  }
+
+  void position() {
+    const std::string kilometres = std::to_string(std::lround(extent_.run_length / 1000.0));
+    const std::string conditions =
+        kilometres + " km of 12 m joints, simulated wheels through the stream, unknown start";
+    rows_.add_study(conditions, place_measures(drive(conditions, {}), true));
+
+    CrawlerRunSettings settings;
+    settings.double_slips = extent_.double_slips;
+    const std::string slips = "The same with two of three wheels slipping together at times";
+    const Positioned slipped = drive(slips, settings);
+    const auto hidden = slipped.each(&CrawlerScore::slips_hidden);
+    auto measures = place_measures(slipped, false);
+    measures.insert(
+        measures.begin(),
+        {{"seen by the spacing of the welds, %",
+          slipped.all_percent(&CrawlerScore::slips_detected, &CrawlerScore::slips),
+          slipped.each_percent(&CrawlerScore::slips_detected, &CrawlerScore::slips), at_least(99.0),
+          "double_slip_detected_percent"},
+         {"seen by that or doubted by the fusion, %",
+          slipped.all_percent(&CrawlerScore::slips_said, &CrawlerScore::slips),
+          slipped.each_percent(&CrawlerScore::slips_said, &CrawlerScore::slips), kLargeIsGood},
+         {"hidden in a small covariance after two welds", sum(hidden), hidden, kSmallIsGood},
+         {"announced where there was none", sum(slipped.each(&CrawlerScore::false_slips)),
+          slipped.each(&CrawlerScore::false_slips), kSmallIsGood}});
+    rows_.add_study(slips, measures);
+
+    settings = {};
+    settings.reverse_share = 0.2;
+    const std::string reversing = "The same reversing after every fifth stop";
+    rows_.add_study(reversing, place_measures(drive(reversing, settings), false));
+
+    settings = {};
+    settings.wheel_noise = 0.024;
+    const std::string coarse = "The same with the wheels of the paper, 0.024 m per root of a metre";
+    rows_.add_study(coarse, place_measures(drive(coarse, settings), false));
+  }
+
+  void detect() {
+    constexpr double kMainSnr = 12.0;  // dB
+    for (const double snr : {6.0, 9.0, kMainSnr, 15.0, 18.0, 21.0, 24.0}) {
+      const bool main = snr == kMainSnr;
+      const double length = main ? extent_.detector_length : extent_.curve_length;
+      const auto kilometres = length * static_cast<double>(seeds_.size()) / 1000.0;
+      const std::string study = "Weld detector at " + std::to_string(std::lround(snr)) +
+                                " dB, all disturbances, " +
+                                std::to_string(std::lround(kilometres)) + " km";
+      std::vector<double> found;
+      std::vector<double> wrong;
+      std::vector<double> p95;
+      DetectorScore all;
+      progress_.begin(study, seeds_.size());
+      for (const auto seed : seeds_) {
+        const auto score = odometry_study::score_detector(snr, length, seed);
+        found.push_back(score.found_percent());
+        wrong.push_back(score.false_per_km());
+        p95.push_back(quantile(score.errors, 0.95));
+        all += score;
+        progress_.step();
+      }
+      progress_.end();
+      rows_.add_study(
+          study, {{"welds found, %", all.found_percent(), found, at_least(99.5),
+                   main ? "weld_found_percent" : ""},
+                  {"false ones per km", all.false_per_km(), wrong, at_most(0.1),
+                   main ? "weld_false_per_km" : ""},
+                  {"error of the position, 95 %, m", quantile(all.errors, 0.95), p95, kSmallIsGood},
+                  {"within 1.96 stated standard deviations, %",
+                   100.0 * all.share_within(1.96),
+                   {},
+                   kLargeIsGood}});
+    }
+  }
+
+  using Runs = std::pair<odometry_study::InspectionList, odometry_study::InspectionList>;
+
+  /// Nothing when nobody has said where they are, and they are not in the usual
+  /// place.
+  [[nodiscard]] std::optional<Runs> read_runs() const {
+    const std::string folder = options_.data.empty() ? default_data_folder() : options_.data;
+    const auto then = std::filesystem::path(folder) / "ili_pipeline" / "2007.csv";
+    const auto later = std::filesystem::path(folder) / "ili_pipeline" / "2015.csv";
+    if (options_.data.empty() && (!exists(then) || !exists(later))) {
+      return std::nullopt;
+    }
+    const auto list = [](const std::filesystem::path& file,
+                         const odometry_study::ListColumns& columns) {
+      return odometry_study::read_inspection_list(read_csv_text(file), columns, file.string());
+    };
+    return Runs{list(then, odometry_study::kColumns2007),
+                list(later, odometry_study::kColumns2015)};
+  }
+
+  void align(const std::optional<Runs>& runs) {
+    const std::string study = "Two real runs of one pipeline, 2007 and 2015";
+    if (!runs) {
+      out_ << study
+           << "\n\n  NOT MEASURED, their figures are left out: there is no "
+              "ili_pipeline/2007.csv and 2015.csv\n  in the folder of --data, "
+              "$PIPESCOUT_SHARED_DATA or ../shared/data.\n\n";
+      return;
+    }
+    progress_.begin(study, 1);
+    const auto score = odometry_study::score_inspection(runs->first, runs->second);
+    progress_.step();
+    progress_.end();
+    rows_.add_study(
+        study,
+        {{"welds matched, %",
+          percent(score.right, score.common),
+          {},
+          at_least(99.5),
+          "ili_welds_matched_percent"},
+         {"welds matched with another",
+          static_cast<double>(score.wrong),
+          {},
+          within(0.0, 0.0),
+          "ili_welds_wrong"},
+         {"distance of features, 95 %, m",
+          quantile(score.feature_errors, 0.95),
+          {},
+          at_most(0.5),
+          "ili_feature_p95_m"},
+         {"distance of features, worst, m", quantile(score.feature_errors, 1.0), {}, kSmallIsGood},
+         {"the same before alignment, 95 %, m", quantile(score.unaligned, 0.95), {}, kSmallIsGood},
+         {"welds in common", static_cast<double>(score.common), {}, kLargeIsGood},
+         {"features in common",
+          static_cast<double>(score.feature_errors.size()),
+          {},
+          kLargeIsGood}});
+  }
+
+  const ReproduceOptions& options_;
+  const InPipeExtent& extent_;
+  std::ostream& out_;
+  std::vector<std::uint64_t> seeds_;
+  Reproduction result_;
+  FigureRows rows_;
+  StageProgress progress_;
+};
+
+}  // namespace
+
+std::string default_data_folder() {
+  const char* shared = std::getenv("PIPESCOUT_SHARED_DATA");
+  const std::filesystem::path folder = shared != nullptr ? shared : "../shared/data";
+  return is_directory(folder) ? folder.string() : "";
+}
+
+std::vector<std::uint64_t> unseen_seeds(std::size_t count) {
+  constexpr std::uint64_t kFirst = 1001;
+  std::vector<std::uint64_t> seeds(count);
+  std::iota(seeds.begin(), seeds.end(), kFirst);
+  return seeds;
+}
+
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out) {
+  return reproduce_in_pipe(options, {}, out);
+}
+
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, const InPipeExtent& extent,
+                               std::ostream& out) {
+  return InPipe(options, extent, out).run();
+}
+
+}  // namespace pipescout::reproduce

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "each_seed.hpp"
+#include "figure_rows.hpp"
+#include "pipescout/command_line/installed_share_folder.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/leak_study/roc.hpp"
+#include "pipescout/leak_study/sequence_run.hpp"
+#include "pipescout/odometry_study/quantile.hpp"
+#include "pipescout/thermal/ibarguren2013_figure7.hpp"
+#include "pipescout/thermal_files/flir_reference.hpp"
+#include "reproduce.hpp"
+#include "seed_values.hpp"
+#include "stage_progress.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using command_line::installed_share_folder;
+
+using leak_study::CampaignScore;
+using leak_study::RocScores;
+using odometry_study::quantile;
+
+constexpr Target kSmallIsGood{};
+constexpr Target kLargeIsGood{.least = 0.0};
+constexpr Target kNone{.least = 0.0, .most = 0.0};
+
+std::string number(double value) {
+  return std::to_string(std::lround(value));
+}
+
+class Leaks {
+ public:
+  Leaks(const ReproduceOptions& options, const LeaksExtent& extent, std::ostream& out)
+      : options_(options),
+        extent_(extent),
+        out_(out),
+        seeds_(unseen_seeds(std::min(options.seeds, extent.largest_seeds))),
+        rows_(result_, out),
+        progress_(options) {}
+
+  Reproduction run() {
+    out_ << "Ibarguren and others: leaks along collectors. Seeds " << seeds_.front() << " to "
+         << seeds_.back() << ", which no tuning saw.\n\n";
+    result_.seeds = seeds_;
+    add_figure_seven();
+    add_real_pictures();
+    add_campaigns();
+    add_roc();
+    return std::move(result_);
+  }
+
+ private:
+  void add_figure_seven() {
+    const auto folder = installed_share_folder("pipescout_thermal");
+    if (!folder) {
+      throw std::runtime_error("the data of package pipescout_thermal is not installed");
+    }
+    const std::string path = *folder + "/ibarguren2013_figure7.csv";
+    const auto parts = thermal::read_figure7(read_csv_text(path));
+    const auto labels = thermal::label_figure7(parts, thermal::ProfileParameters::torresol());
+    constexpr double kSequences = 13;
+    rows_.add_study(
+        "Figure 7 of the paper: parts of pipes in 13 sequences that leak",
+        {{"sequences with a part that is flagged",
+          static_cast<double>(labels.flagged),
+          {},
+          {.least = kSequences, .most = kSequences},
+          "fig7_flagged"},
+         {"parts flagged, of " + std::to_string(parts.size()),
+          static_cast<double>(std::ranges::count(labels.kinds, thermal::PartKind::kLeak)),
+          {},
+          kLargeIsGood},
+         {"warmest part that is not, degC", labels.warmest_sound, {}, kSmallIsGood},
+         {"coldest part that is, degC", labels.coldest_leak, {}, kLargeIsGood},
+         {"cut-off, degC", labels.cut_off, {}, kLargeIsGood, "fig7_cut_off_degc"}});
+  }
+
+  void add_real_pictures() {
+    const std::string study = "Real pictures: temperatures against those of other software";
+    const std::filesystem::path folder =
+        std::filesystem::path(options_.data.empty() ? default_data_folder() : options_.data) /
+        "thermal_flir";
+    if (options_.data.empty() && !exists(folder / kFlirReferenceFile)) {
+      out_ << study << "\n\n  NOT MEASURED, its figures are left out: there is no thermal_flir/"
+           << kFlirReferenceFile
+           << "\n  in the folder of --data, $PIPESCOUT_SHARED_DATA or ../shared/data.\n\n";
+      return;
+    }
+    const FlirReferenceErrors errors = score_flir_reference(folder);
+    rows_.add_study(
+        study, {{"iguana, ThermaCAM (prints tenths): mean, K",
+                 errors.thermacam.mean_abs,
+                 {},
+                 kSmallIsGood},
+                {"the same, largest, K", errors.thermacam.max_abs, {}, kSmallIsGood},
+                {"iguana, FLIR R&D Software: mean, K", errors.research.mean_abs, {}, kSmallIsGood},
+                {"the same, largest, K", errors.research.max_abs, {}, kSmallIsGood},
+                {"iguana, the worse of both: mean, K",
+                 std::max(errors.thermacam.mean_abs, errors.research.mean_abs),
+                 {},
+                 {.most = 0.05},
+                 "iguana_mean_abs_error_k"},
+                {"the same, largest, K",
+                 std::max(errors.thermacam.max_abs, errors.research.max_abs),
+                 {},
+                 {.most = 0.15},
+                 "iguana_max_abs_error_k"},
+                {"five pictures, their degC_x100 files: largest, K",
+                 errors.decoded.max_abs,
+                 {},
+                 {.most = 0.02},
+                 "degc_x100_max_error_k"}});
+  }
+
+  /// One score for each seed.
+  std::vector<CampaignScore> run_campaigns(const std::string& study) {
+    const std::size_t sequences = extent_.campaign.sequences;
+    std::vector<std::vector<leak_study::SequencePlan>> plans;
+    for (const std::uint64_t seed : seeds_) {
+      plans.push_back(leak_study::plan_campaign(extent_.campaign, seed));
+    }
+    std::vector<std::uint64_t> all(sequences * seeds_.size());
+    std::iota(all.begin(), all.end(), 0);
+    const auto scores = for_each_seed(progress_, study, all, [&](std::uint64_t i) {
+      const std::uint64_t seed = seeds_[i / sequences] * sequences + i % sequences;
+      return leak_study::run_sequence(plans[i / sequences][i % sequences], {}, seed);
+    });
+    std::vector<CampaignScore> result(seeds_.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      result[i / sequences].add(plans[i / sequences][i % sequences], scores[i]);
+    }
+    return result;
+  }
+
+  void add_campaigns() {
+    const leak_study::CampaignSettings& campaign = extent_.campaign;
+    const std::size_t leaks = campaign.faint_leaks + campaign.other_leaks;
+    const std::string study = std::to_string(campaign.sequences) + " sequences of " +
+                              number(campaign.length) + " m with " + std::to_string(leaks) +
+                              " leaks, " + std::to_string(campaign.faint_leaks) +
+                              " of them faint, and " + std::to_string(campaign.decoys) + " decoys";
+    const auto scores = run_campaigns(study);
+    CampaignScore all;
+    for (const CampaignScore& score : scores) {
+      all += score;
+    }
+    const auto p95 = [](const CampaignScore& score) {
+      return quantile(score.position_errors, 0.95);
+    };
+    const auto slowest = [](const CampaignScore& score) {
+      return score.frames_to_raise.empty() ? 0 : std::ranges::max(score.frames_to_raise);
+    };
+    rows_.add_study(
+        study, {{"leaks found, %",
+                 all.found_percent(),
+                 each(scores, &CampaignScore::found_percent),
+                 {.least = 100},
+                 "leaks_found_percent"},
+                {"faint ones found, of " + std::to_string(all.faint_leaks),
+                 static_cast<double>(all.faint_found),
+                 each(scores, [](const CampaignScore& score) { return score.faint_found; }),
+                 {.least = static_cast<double>(all.faint_leaks)}},
+                {"findings where there is no leak, and second ones of a leak",
+                 static_cast<double>(all.false_findings),
+                 each(scores, [](const CampaignScore& score) { return score.false_findings; }),
+                 kNone, "false_findings"},
+                {"position of a leak, off by, 95 %, m", p95(all), each(scores, p95), kSmallIsGood,
+                 "finding_position_p95_m"},
+                {"truth inside the 95 % ellipse in the plane, %",
+                 all.level_coverage_percent(),
+                 each(scores, &CampaignScore::level_coverage_percent),
+                 {.least = 90, .most = 99},
+                 "finding_coverage95_percent"},
+                {"truth inside the 95 % ellipsoid, %", all.coverage_percent(),
+                 each(scores, &CampaignScore::coverage_percent), kLargeIsGood},
+                {"detections until one is raised, most",
+                 static_cast<double>(slowest(all)),
+                 each(scores, slowest),
+                 {.most = 3}}});
+  }
+
+  void add_roc() {
+    const std::string stage = "Leaks of 0.3 m over Delta-T and noise";
+    const auto of_seeds = for_each_seed(progress_, stage, seeds_, [&](std::uint64_t seed) {
+      return leak_study::run_roc(extent_.roc, {}, seed);
+    });
+    for (std::size_t noise = 0; noise < extent_.roc.netds.size(); ++noise) {
+      std::vector<double> others;
+      double metres = 0;
+      for (const std::vector<RocScores>& scores : of_seeds) {
+        others.insert(others.end(), scores[noise].of_others.begin(), scores[noise].of_others.end());
+        metres += scores[noise].metres;
+      }
+      std::vector<Measure> measures;
+      for (const auto& point : leak_study::roc_curve({}, others, metres, thresholds())) {
+        measures.push_back({"false findings a km from " + number(point.threshold) + " K",
+                            point.false_per_km,
+                            {},
+                            kSmallIsGood});
+      }
+      for (std::size_t rise = 0; rise < extent_.roc.rises.size(); ++rise) {
+        add_curve(measures, of_seeds, noise, rise, others);
+      }
+      rows_.add_study(
+          "ROC, NETD " + number(1000 * extent_.roc.netds[noise]) + " mK, leaks of 0.3 m", measures);
+    }
+  }
+
+  void add_curve(std::vector<Measure>& measures,
+                 const std::vector<std::vector<RocScores>>& of_seeds, std::size_t noise,
+                 std::size_t rise, const std::vector<double>& others) const {
+    std::vector<double> leaks;
+    for (const std::vector<RocScores>& scores : of_seeds) {
+      const std::vector<double>& more = scores[noise].of_leaks[rise];
+      leaks.insert(leaks.end(), more.begin(), more.end());
+    }
+    const std::string name = "Delta-T " + number(extent_.roc.rises[rise]) + " K: ";
+    measures.push_back(
+        {name + "area under the curve", leak_study::roc_area(leaks, others), {}, kLargeIsGood});
+    for (const auto& point : leak_study::roc_curve(leaks, {}, 0, thresholds())) {
+      measures.push_back({name + "found from " + number(point.threshold) + " K, %",
+                          point.found_percent,
+                          {},
+                          kLargeIsGood});
+    }
+  }
+
+  /// K, of a finding's Delta-T.
+  static std::vector<double> thresholds() { return {20, 35, 50, 70}; }
+
+  const ReproduceOptions& options_;
+  const LeaksExtent& extent_;
+  std::ostream& out_;
+  std::vector<std::uint64_t> seeds_;
+  Reproduction result_;
+  FigureRows rows_;
+  StageProgress progress_;
+};
+
+}  // namespace
+
+Reproduction reproduce_leaks(const ReproduceOptions& options, std::ostream& out) {
+  return reproduce_leaks(options, LeaksExtent{}, out);
+}
+
+Reproduction reproduce_leaks(const ReproduceOptions& options, const LeaksExtent& extent,
+                             std::ostream& out) {
+  return Leaks(options, extent, out).run();
+}
+
+}  // namespace pipescout::reproduce

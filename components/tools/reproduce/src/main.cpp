@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+
+#include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/files/whole_file.hpp"
+#include "reproduce.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using command_line::Action;
+using command_line::CommandError;
+using command_line::kExitOk;
+using command_line::suggestion;
+
+std::string known_tables() {
+  std::string text;
+  for (const auto& table : reproducible_tables()) {
+    text += "\n  " + std::string(table.name) + "  " + std::string(table.description);
+  }
+  return text;
+}
+
+struct Arguments {
+  std::string table;
+  std::string json;
+  std::size_t seeds = ReproduceOptions::kAllSeeds;
+  std::string data;
+  bool simulation_asked_for = false;  ///< --seeds or --data is given
+};
+
+int reproduce(const Arguments& arguments) {
+  const std::string& name = arguments.table;
+  std::vector<std::string> names;
+  for (const auto& table : reproducible_tables()) {
+    names.emplace_back(table.name);
+    if (table.name != name) {
+      continue;
+    }
+    if (arguments.simulation_asked_for && !table.simulates) {
+      throw CommandError("table '" + name + "' has no --seeds and no --data");
+    }
+    const auto result = table.reproduce({.seeds = arguments.seeds,
+                                         .data = arguments.data,
+                                         .progress = &std::cerr,
+                                         .progress_on_terminal = isatty(STDERR_FILENO) == 1},
+                                        std::cout);
+    if (!arguments.json.empty()) {
+      const nlohmann::json json{
+          {"figures", result.figures}, {"rows", result.rows}, {"seeds", result.seeds}};
+      replace_file(arguments.json, json.dump(2) + "\n");
+    }
+    return kExitOk;
+  }
+  throw CommandError((name.empty() ? "which table?" : "unknown table '" + name + "'") +
+                     suggestion(name, names) + " Known tables:" + known_tables());
+}
+
+void add_command(CLI::App& app, Action& action) {
+  constexpr std::size_t kMostSeeds = 1000;
+  auto arguments = std::make_shared<Arguments>();
+  app.add_option("table", arguments->table, "Name of the table");
+  app.add_option("--json", arguments->json, "Write figures, rows and seeds to this file too");
+  const auto* seeds = app.add_option("--seeds", arguments->seeds,
+                                     "How many seeds to simulate, from 1001 on; " +
+                                         std::to_string(arguments->seeds) + " unless given")
+                          ->check(CLI::Range(std::size_t{1}, kMostSeeds));
+  const auto* data =
+      app.add_option("--data", arguments->data,
+                     "Folder of real data; $PIPESCOUT_SHARED_DATA or ../shared/data unless given");
+  app.footer("Tables:" + known_tables());
+  app.callback([=, &action] {
+    arguments->simulation_asked_for = seeds->count() > 0 || data->count() > 0;
+    action = [=] { return reproduce(*arguments); };
+  });
+}
+
+}  // namespace
+}  // namespace pipescout::reproduce
+
+int main(int argc, char** argv) {
+  return pipescout::command_line::command_main(PIPESCOUT_SUMMARY, "pipescout reproduce",
+                                               pipescout::reproduce::add_command, argc, argv);
+}

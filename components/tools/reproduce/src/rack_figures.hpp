@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+
+#include "figure_rows.hpp"
+#include "reproduce.hpp"
+#include "stage_progress.hpp"
+
+/// The groups of figures of `pipescout reproduce rack`, one source file each.
+namespace pipescout::reproduce {
+
+/// What the groups share.
+struct RackReproduction {
+  const ReproduceOptions& options;
+  const RackExtent& extent;
+  std::ostream& out;
+  Reproduction& result;
+  FigureRows& rows;
+  StageProgress& progress;
+  std::vector<std::uint64_t> seeds;
+};
+
+/// Where edges and points are seen is given, with the errors of a detector: the paper's simulation.
+void reproduce_rack_features(RackReproduction& run);
+
+/// On rendered images: `image_...` and `silent_wrong_pose`. As many seeds at once as there are
+/// processors.
+void reproduce_rack_images(RackReproduction& run);
+
+}  // namespace pipescout::reproduce

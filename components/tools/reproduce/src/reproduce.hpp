@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/arm_study/arm_drive.hpp"
+#include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/leak_study/roc.hpp"
+#include "pipescout/tracking_study/recording.hpp"
+
+/// Tables of the papers and figures of our own, computed anew. tables.cpp lists
+/// them.
+namespace pipescout::reproduce {
+
+struct Reproduction {
+  nlohmann::json figures = nlohmann::json::object();  ///< name to number
+  nlohmann::json rows = nlohmann::json::array();
+  nlohmann::json seeds = nlohmann::json::array();  ///< of the random numbers used, if any
+};
+
+struct ReproduceOptions {
+  static constexpr std::size_t kAllSeeds = 20;
+  std::size_t seeds = kAllSeeds;  ///< how many are simulated, at least 1
+  /// Folder of the real data, which must be there. Empty: see
+  /// `default_data_folder`.
+  std::string data{};
+  /// Where long work says how far it is; null: nowhere.
+  std::ostream* progress = nullptr;
+  bool progress_on_terminal = false;  ///< that line can be rewritten
+};
+
+struct ReproducibleTable {
+  std::string_view name;
+  std::string_view description;  ///< one line
+  bool simulates;                ///< seeds and data mean something to it
+  /// Computes the table and prints it beside the paper's. Throws std::exception
+  /// when its data is missing.
+  Reproduction (*reproduce)(const ReproduceOptions& options, std::ostream& out);
+};
+
+[[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
+
+/// The folder that $PIPESCOUT_SHARED_DATA names, else ../shared/data; empty
+/// when it is not there.
+[[nodiscard]] std::string default_data_folder();
+
+/// The seeds that no tuning saw (that is done on 1 to 100): 1001, 1002, ...
+[[nodiscard]] std::vector<std::uint64_t> unseen_seeds(std::size_t count);
+
+/// How much is simulated for the figures of work in a pipe, for each seed.
+struct InPipeExtent {
+  double run_length = 10'000.0;     ///< m, of a crawler that positions itself
+  std::size_t joints = 1000;        ///< of its pipe
+  std::size_t double_slips = 20;    ///< of one run, when they are scored
+  double detector_length = 2000.0;  ///< m, at 12 dB
+  double curve_length = 1000.0;     ///< m, at each other signal-to-noise ratio
+};
+
+/// How much is flown over rendered racks, for each seed.
+struct RackImageExtent {
+  std::size_t largest_seeds = 10;  ///< however many are asked for: rendering takes long; 0: nothing
+  double inspection = 60;          ///< s
+  double clutter = 15;             ///< s in clutter that comes in flight
+  std::size_t clutter_starts = 4;  ///< flights that begin in clutter
+  double clutter_start = 5;        ///< s of each of them
+  double sparse = 30;              ///< s, at 6 Hz
+  double along = 8;                ///< m, one way along the pipes
+  double plain = 10;               ///< s over plain paint
+  double before_loss = 3;          ///< s
+  double after_loss = 2;           ///< s
+  std::size_t places = 2;          ///< where wrong starts are tried
+  std::size_t trials = 25;         ///< at each place, of wrong first poses and of predictions
+};
+
+/// How much is simulated for the figures over a pipe rack.
+struct RackExtent {
+  std::size_t every_frame = 1;           ///< of Table I: only each n-th
+  std::size_t first_pose_trials = 1000;  ///< in all
+  RackImageExtent images{};
+};
+
+/// How much is driven, flown and crawled for the figures of the state estimator, for each seed.
+struct EstimatorExtent {
+  double duration = 180;  ///< s, of a run
+  double outage = 60;     ///< s, without GPS
+};
+
+/// How many patrols along collectors there are, for each seed.
+struct LeaksExtent {
+  std::size_t largest_seeds = 5;  ///< however many are asked for: five sets of sequences
+  leak_study::CampaignSettings campaign{};
+  leak_study::RocSettings roc{};
+};
+
+/// How many pictures a pipe is tracked through, and how far it is kept in view.
+struct TrackingExtent {
+  std::size_t largest_seeds = 5;  ///< of Table 1, however many are asked for
+  std::size_t sequences = 10;     ///< of Table 1, for each seed
+  tracking_study::RecordingSettings recording{};
+  std::size_t long_sequences = 100;  ///< in all
+  std::size_t long_frames = 2000;
+  std::vector<std::size_t> particles{100, 300, 1000, 3000, 10'000, 30'000, 100'000};
+  arm_study::DriveSettings arm{};
+  /// Of each of two seeds: inspected with and without tracker and arm, over the hills of `arm`.
+  leak_study::CampaignSettings inspection{
+      .sequences = 6, .faint_leaks = 6, .other_leaks = 30, .decoys = 24, .length = 300};
+};
+
+// The tables.
+Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_in_pipe(const ReproduceOptions& options, const InPipeExtent& extent,
+                               std::ostream& out);
+
+Reproduction reproduce_rack(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& extent,
+                            std::ostream& out);
+
+Reproduction reproduce_estimator(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_estimator(const ReproduceOptions& options, const EstimatorExtent& extent,
+                                 std::ostream& out);
+
+Reproduction reproduce_leaks(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_leaks(const ReproduceOptions& options, const LeaksExtent& extent,
+                             std::ostream& out);
+
+Reproduction reproduce_tracking(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_tracking(const ReproduceOptions& options, const TrackingExtent& extent,
+                                std::ostream& out);
+
+}  // namespace pipescout::reproduce

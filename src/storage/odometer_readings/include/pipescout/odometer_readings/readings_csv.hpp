@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/csv/csv_stamp.hpp"
+#include "pipescout/csv/csv_table.hpp"
+
+/// Odometer readings as CSV: what the replay reads and the recorder writes. Columns:
+///
+///   stamp                      optional: time of measurement, s since the Unix epoch or any other
+///                              start, 0 <= stamp < 2^31, strictly increasing
+///   reading                    optional: a whole number, strictly increasing; for people
+///   NAME                       one per odometer: distance, m; nan, inf and -inf are legal
+///   NAME.standard_deviation    optional, for all odometers or none: m; any number is legal
+///   NAME.valid                 optional: 1 or 0; without it readings are valid
+///
+/// Legal is what an odometer's driver can say, also in trouble: judging it is the fusion's task.
+namespace pipescout {
+
+/// Which columns are read.
+struct ReadingsCsvSelection {
+  /// Odometers and their order. Empty: every column that is nothing else, in the file's order.
+  std::vector<std::string> odometers;
+  /// Columns that are no odometers. They need not exist.
+  std::vector<std::string> ignored_columns;
+};
+
+/// One row. The lists are as long as `ReadingsRecording::odometers`.
+struct ReadingsRow {
+  std::chrono::nanoseconds stamp{};        ///< zero without stamps in the file
+  std::vector<double> distance;            ///< m
+  std::vector<double> standard_deviation;  ///< m; empty without such columns
+  std::vector<bool> valid;
+};
+
+/// A whole file, in as little memory as its numbers take: the lists hold row after row.
+struct ReadingsRecording {
+  std::vector<std::string> odometers;
+  std::vector<std::chrono::nanoseconds> stamps;  ///< one per row; empty without such a column
+  std::vector<double> distances;                 ///< m, one per row and odometer
+  std::vector<double> standard_deviations;       ///< m, the same; empty without such columns
+  std::vector<bool> valid;                       ///< one per row and odometer
+
+  /// Rows; at least one in what `parse_readings_csv` returns.
+  [[nodiscard]] std::size_t size() const noexcept {
+    return odometers.empty() ? 0 : distances.size() / odometers.size();
+  }
+  /// A copy of a row. Not checked: `index` < size().
+  [[nodiscard]] ReadingsRow row(std::size_t index) const;
+};
+
+/// Throws CsvError, naming file and line, for what `parse_csv` refuses, a selected odometer that
+/// has no column, no odometer column at all, a cell that is not what its column holds, and stamps
+/// or reading numbers out of order. Takes no more memory than the recording has in the end.
+[[nodiscard]] ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
+                                                   const ReadingsCsvSelection& selection = {});
+
+/// Names fit for columns: what names on the wire may hold and CSV may not (commas, quotes, control
+/// characters, blanks at the ends, the names and suffixes above) is replaced by '_', and a name
+/// that is empty or taken becomes "odometer_<its number>".
+[[nodiscard]] std::vector<std::string> odometer_column_names(const std::vector<std::string>& names);
+
+/// The header line, without line end; `columns` as of `odometer_column_names`.
+[[nodiscard]] std::string format_readings_header(const std::vector<std::string>& columns,
+                                                 bool with_standard_deviations);
+/// One row below that header. Written and read back, stamp and values are the same, unless the
+/// stamp is one that `parse_stamp` refuses.
+[[nodiscard]] std::string format_readings_row(std::uint64_t reading, const ReadingsRow& row);
+
+}  // namespace pipescout

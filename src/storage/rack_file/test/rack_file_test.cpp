@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/rack_file/rack_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "pipescout/files/yaml_location.hpp"
+
+namespace pipescout {
+namespace {
+
+using rack_vision::RackModel;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST(RackFile, ThePapersRackHasFivePipes) {
+  const RackModel model = read_rack(RACKS "/paper_rack.yaml");
+  ASSERT_EQ(model.pipes.size(), 5U);
+  EXPECT_TRUE(model.supports.empty());
+  EXPECT_EQ(model.pipes[0].radii.size(), 4U);
+  EXPECT_DOUBLE_EQ(model.pipes[0].start.x(), 0.2);
+  EXPECT_DOUBLE_EQ(model.pipes[1].start.x(), 0.4 + 0.1 + 0.15);
+  EXPECT_DOUBLE_EQ(model.pipes[3].start.x() + 0.18, 1.76);
+  for (const rack_vision::Pipe& pipe : model.pipes) {
+    EXPECT_EQ(pipe.length(), 10);
+  }
+  EXPECT_EQ(model.pipes[4].direction, Eigen::Vector3d::UnitX());
+  EXPECT_FALSE(model.pipes[0].movable);
+  EXPECT_TRUE(model.pipes[1].movable);
+  EXPECT_FALSE(model.pipes[4].movable);
+}
+
+TEST(RackFile, AllRacksThatAreInstalledAreValid) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(RACKS)) {
+    EXPECT_NO_THROW((void)read_rack(entry.path().string())) << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 2);
+}
+
+TEST(RackFile, PipesMayStandForThemselves) {
+  const RackModel model = parse_rack(R"(pipes:
+  - {name: a, start: [0, 0, 0], direction: [0, 2, 0], radius: 0.1, length: 5}
+  - {name: b, start: [1, 0, 0], direction: [0, 1, 1], radius: 0.1, length: 5, movable: false}
+  - {name: c, start: [2, 0, 0], direction: [0, 1, 0], radii: [{along: 0, radius: 0.1},
+     {along: 2, radius: 0.1}, {along: 2, radius: 0.2}, {along: 3, radius: 0.2}]}
+supports: [{name: beam, lowest_corner: [-1, 0, -1], highest_corner: [3, 1, -0.1]}])",
+                                     "rack.yaml");
+  ASSERT_EQ(model.pipes.size(), 3U);
+  EXPECT_EQ(model.pipes[0].direction, Eigen::Vector3d::UnitY());
+  EXPECT_NEAR(model.pipes[1].direction.norm(), 1, 1e-15);
+  EXPECT_FALSE(model.pipes[0].movable);
+  EXPECT_FALSE(model.pipes[1].movable);
+  EXPECT_TRUE(model.pipes[2].movable);
+  EXPECT_EQ(model.pipes[2].length(), 3);
+  ASSERT_EQ(model.supports.size(), 1U);
+  EXPECT_EQ(model.supports[0].highest_corner, Eigen::Vector3d(3, 1, -0.1));
+}
+
+void expect_error(const std::string& text, const std::string& where, const std::string& what) {
+  try {
+    (void)parse_rack(text, "rack.yaml");
+    ADD_FAILURE() << "accepted:\n" << text;
+  } catch (const YamlError& error) {
+    EXPECT_THAT(error.what(), StartsWith("rack.yaml:" + where + ":")) << text;
+    EXPECT_THAT(error.what(), HasSubstr(what)) << text;
+  }
+}
+
+/// A good first pipe in line 2, then the line given.
+std::string row(const std::string& line) {
+  return "row:\n  - {name: a, radius: 0.1, length: 5}\n  - " + line + "\n";
+}
+
+TEST(RackFile, SaysInWhichLineAPipeIsWrong) {
+  expect_error(row("{name: b, radius: -0.1, length: 5}"), "3:23",
+               "radius is -0.1; it must be above 0 m");
+  expect_error(row("{name: b, radius: 0, length: 5}"), "3:23", "above 0 m");
+  expect_error(row("{name: b, radius: .nan, length: 5}"), "3:23", "finite number, not '.nan'");
+  expect_error(row("{name: b, radius: nan, length: 5}"), "3:23", "finite number");
+  expect_error(row("{name: b, radius: 1e999, length: 5}"), "3:23", "finite number");
+  expect_error(row("{name: b, radius: 0.1 m, length: 5}"), "3:23", "finite number, not '0.1 m'");
+  expect_error(row("{name: b, radius: '0.1', length: 5}"), "3:23", "finite number");
+  expect_error(row("{name: b, radius: , length: 5}"), "3", "finite number");
+  expect_error(row("{name: b, radius: [0.1], length: 5}"), "3:23", "finite number");
+  expect_error(row("{name: b, radius: 0.1}"), "3:5", "field 'length' is missing");
+  expect_error(row("{name: b, length: 5}"), "3:5", "'radii' is missing");
+  expect_error(row("{radius: 0.1, length: 5}"), "3:5", "field 'name' is missing");
+  expect_error(row("{name: , radius: 0.1, length: 5}"), "3", "name must be a text");
+  expect_error(row("{name: a, radius: 0.1, length: 5}"), "3:5", "name is also that of number 0");
+  expect_error(row("{name: b, diameter: 0.1, length: 5}"), "3:15",
+               "unknown field 'diameter' of a pipe of the row (known: name, radius");
+  expect_error(row("{name: b, radius: 0.1, length: 5, gap: -0.1}"), "3:44", "at least 0 m");
+  expect_error(row("{name: b, radius: 0.1, length: 5, movable: maybe}"), "3:48", "true or false");
+  expect_error(row("just text"), "3:5", "a pipe of the row must be a map");
+  expect_error("row:\n  - {name: a, radius: 0.1, length: 5, gap: 0.1}\n", "2:44", "no gap");
+  expect_error("row:\n  - {name: a, radius: 0.1, length: 5, movable: true}\n" +
+                   row("{name: b, radius: 0.1, length: 5}").substr(43),
+               "2:5", "for the first pipe");
+}
+
+TEST(RackFile, SaysInWhichLineRadiiAreWrong) {
+  const auto radii = [](const std::string& lines) {
+    return "row:\n  - {name: a, radius: 0.1, length: 5}\n  - name: b\n    radii:\n" + lines;
+  };
+  expect_error(radii("      - {along: 0, radius: 0.1}\n      - {along: 5, radius: -0.2}\n"), "6:28",
+               "radius is -0.2");
+  expect_error(radii("      - {along: 0, radius: 0.1}\n      - {along: 5}\n"), "6:9",
+               "field 'radius' is missing");
+  expect_error(radii("      - {along: 0, radius: 0.1, colour: red}\n"), "5:33",
+               "unknown field 'colour'");
+  expect_error(radii("      - {along: 0, radius: 0.1}\n"), "3:5", "at least 2");
+  expect_error(radii("      - {along: 1, radius: 0.1}\n      - {along: 5, radius: 0.2}\n"), "3:5",
+               "radii[0].along is 1; it must be 0");
+  expect_error(radii("      - {along: 0, radius: 0.1}\n      - {along: 5, radius: 0.1}\n"
+                     "      - {along: 4, radius: 0.1}\n"),
+               "3:5", "radii[2].along is 4");
+  expect_error(radii("      - {along: 0, radius: 0.1}\n      - {along: 5, radius: 0.1}\n"
+                     "    length: 5\n"),
+               "7:13", "exclude each other");
+  expect_error(row("{name: b, radii: 0.1}"), "3:22", "radii must be a list");
+}
+
+TEST(RackFile, SaysInWhichLineAPipeOfItsOwnOrASupportIsWrong) {
+  const auto pipe = [](const std::string& line) { return row(line).replace(0, 3, "pipes"); };
+  const std::string good =
+      "row:\n  - {name: a, radius: 0.1, length: 5}\n"
+      "  - {name: b, radius: 0.1, length: 5}\n";
+  expect_error(pipe("{name: b, start: [0, 0, 0]}"), "2:5", "field 'start' is missing");
+  expect_error(good +
+                   "pipes:\n  - {name: c, start: [0, 0], direction: [0, 1, 0], radius: 1, "
+                   "length: 1}",
+               "5:22", "start must be a list of 3 numbers");
+  expect_error(good +
+                   "pipes:\n  - {name: c, start: [0, 0, x], direction: [0, 1, 0], radius: 1, "
+                   "length: 1}",
+               "5:29", "start must be a finite number, not 'x'");
+  expect_error(good +
+                   "pipes:\n  - {name: c, start: [5, 0, 1], direction: [0, 0, 0], radius: 1, "
+                   "length: 1}",
+               "5:44", "direction must have a length");
+  expect_error(good +
+                   "pipes:\n  - {name: c, start: [5, 0, 1], direction: [0, 1, 0], radius: 1, "
+                   "length: 1, gap: 1}",
+               "5:77", "unknown field 'gap'");
+  expect_error(good +
+                   "supports:\n  - {name: s, lowest_corner: [0, 0, 0], highest_corner: [1, 0, "
+                   "1]}",
+               "5:5", "support 0 's': highest_corner.y is 0");
+  expect_error(good + "supports: none\n", "4:11", "supports must be a list");
+  expect_error(good + "beams: []\n", "4:1", "unknown field 'beams' of a rack");
+}
+
+TEST(RackFile, RefusesWhatIsNoRack) {
+  expect_error("- a\n", "1:1", "a rack must be a map");
+  EXPECT_THROW((void)parse_rack("row: [\n", "rack.yaml"), YamlError);
+  EXPECT_THROW((void)parse_rack("", "rack.yaml"), YamlError);
+  EXPECT_THROW((void)parse_rack("row: []\n", "rack.yaml"), YamlError);
+  EXPECT_THROW((void)read_rack("/nowhere/rack.yaml"), YamlError);
+}
+
+TEST(RackFile, RefusesOnePipeAndPipesThatRunIntoEachOther) {
+  const auto error_of = [](const std::string& path) -> std::string {
+    try {
+      (void)read_rack(path);
+    } catch (const YamlError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of(BAD_RACKS "/one_pipe.yaml"),
+            BAD_RACKS "/one_pipe.yaml:1:1: the rack has 1 pipes; it must have 2 to 16");
+  EXPECT_EQ(error_of(BAD_RACKS "/overlap.yaml"),
+            BAD_RACKS "/overlap.yaml:6:5: pipe 2 'across': runs into pipe 1 'right'");
+}
+
+}  // namespace
+}  // namespace pipescout

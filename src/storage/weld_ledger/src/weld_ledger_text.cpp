@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/weld_ledger/weld_ledger_text.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "pipescout/csv/csv_rows.hpp"
+
+namespace pipescout {
+namespace {
+
+using odometry::LedgerRun;
+using odometry::LedgerSighting;
+using odometry::LedgerWeld;
+using odometry::MapFrame;
+using odometry::MapPosition;
+using odometry::WeldEvidence;
+using odometry::WeldLedger;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// m: joint lengths and chainages that were rounded to centimetres by hand still agree.
+constexpr double kAgreement = 0.02;
+
+constexpr std::string_view kRun = "run ";
+constexpr std::string_view kRunChainage = " chainage_m";
+constexpr std::string_view kRunSigma = " sd_m";
+
+std::array<const char*, 3> map_columns(MapFrame frame) {
+  return frame == MapFrame::kGeodetic
+             ? std::array<const char*, 3>{"latitude_deg", "longitude_deg", "height_m"}
+             : std::array<const char*, 3>{"x_m", "y_m", "z_m"};
+}
+
+std::string run_column(const LedgerRun& run, std::string_view what) {
+  return std::string(kRun) + run.name + '|' + run.date + std::string(what);
+}
+
+/// The table of a ledger's text, by names of columns.
+class Table {
+ public:
+  explicit Table(std::string_view text) : rows_(read_csv_rows(text)) {
+    if (!rows_.closed) {
+      throw LedgerTextError(rows_.rows.empty() ? 1 : rows_.rows.back().line, "",
+                            "a quotation mark is not closed");
+    }
+    if (rows_.rows.empty()) {
+      throw LedgerTextError(1, "", "there is no header");
+    }
+    const CsvRow& header = rows_.rows.front();
+    for (std::size_t column = 0; column < header.cells.size(); ++column) {
+      if (!columns_.emplace(header.cells[column], column).second) {
+        throw LedgerTextError(header.line, header.cells[column], "the column is there twice");
+      }
+    }
+    for (const CsvRow& row : rows_.rows) {
+      if (row.cells.size() != header.cells.size()) {
+        throw LedgerTextError(row.line, "",
+                              std::to_string(row.cells.size()) + " cells under a header of " +
+                                  std::to_string(header.cells.size()));
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return rows_.rows.size() - 1; }
+  [[nodiscard]] std::size_t line(std::size_t row) const { return rows_.rows[row + 1].line; }
+  [[nodiscard]] const std::vector<std::string>& header() const { return rows_.rows[0].cells; }
+  [[nodiscard]] bool has(const std::string& column) const { return columns_.contains(column); }
+
+  [[nodiscard]] const std::string& cell(std::size_t row, const std::string& column) const {
+    return rows_.rows[row + 1].cells[columns_.at(column)];
+  }
+
+  /// NaN when the cell is empty.
+  [[nodiscard]] double number(std::size_t row, const std::string& column) const {
+    const std::string& text = cell(row, column);
+    if (text.empty()) {
+      return kNaN;
+    }
+    double value = kNaN;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+      fail(row, column, "'" + text + "' is not a finite number");
+    }
+    return value;
+  }
+
+  /// A finite number; above 0 when `positive`.
+  [[nodiscard]] double required(std::size_t row, const std::string& column, bool positive) const {
+    const double value = number(row, column);
+    if (std::isnan(value)) {
+      fail(row, column, "is missing");
+    }
+    if (positive && value <= 0.0) {
+      fail(row, column, cell(row, column) + " is not above 0");
+    }
+    return value;
+  }
+
+  [[noreturn]] void fail(std::size_t row, const std::string& column,
+                         const std::string& what) const {
+    throw LedgerTextError(line(row), column, what);
+  }
+
+ private:
+  CsvRows rows_;
+  std::map<std::string, std::size_t, std::less<>> columns_;
+};
+
+/// The runs that the header names; throws for columns that mean nothing.
+std::vector<LedgerRun> read_header(const Table& table) {
+  static const std::set<std::string, std::less<>> known = {
+      "id",     "chainage_m",   "chainage_sd_m", "joint_length_m", "joint_length_sd_m", "seen",
+      "passed", "latitude_deg", "longitude_deg", "height_m",       "position_sd_m",     "x_m",
+      "y_m",    "z_m"};
+  const auto fail = [](const std::string& column, const std::string& what) {
+    throw LedgerTextError(1, column, what);
+  };
+  std::vector<LedgerRun> runs;
+  for (const std::string& column : table.header()) {
+    if (known.contains(column)) {
+      continue;
+    }
+    const auto bar = column.find('|');
+    const bool of_run = column.starts_with(kRun) && bar != std::string::npos && bar > kRun.size();
+    if (of_run && column.ends_with(kRunChainage)) {
+      const LedgerRun run{
+          .name = column.substr(kRun.size(), bar - kRun.size()),
+          .date = column.substr(bar + 1, column.size() - kRunChainage.size() - bar - 1)};
+      if (column.find_first_of("|\r\n", bar + 1) != std::string::npos) {
+        fail(column, "the name or the date of a run holds '|' or a line break");
+      }
+      if (!table.has(run_column(run, kRunSigma))) {
+        fail(run_column(run, kRunSigma), "the column is missing");
+      }
+      runs.push_back(run);
+    } else if (of_run && column.ends_with(kRunSigma)) {
+      const std::string partner =
+          column.substr(0, column.size() - kRunSigma.size()) + std::string(kRunChainage);
+      if (!table.has(partner)) {
+        fail(partner, "the column is missing");
+      }
+    } else {
+      fail(column, "is no column of a ledger");
+    }
+  }
+  if (!table.has("id")) {
+    fail("id", "the column is missing");
+  }
+  if (!table.has("chainage_m") && !table.has("joint_length_m")) {
+    fail("joint_length_m", "the column is missing, and chainage_m too");
+  }
+  return runs;
+}
+
+/// Chainage and joint length of every weld, each from the other where a column is missing.
+void read_lengths(const Table& table, WeldLedger& ledger) {
+  const bool has_chainage = table.has("chainage_m");
+  const bool has_joint = table.has("joint_length_m");
+  std::vector<LedgerWeld>& welds = ledger.welds;
+  for (std::size_t k = 0; k < welds.size(); ++k) {
+    const bool last = k + 1 == welds.size();
+    if (has_joint) {
+      if (!last) {
+        welds[k].joint_length = table.required(k, "joint_length_m", true);
+      } else if (!table.cell(k, "joint_length_m").empty()) {
+        table.fail(k, "joint_length_m", "the last weld has no joint after it");
+      }
+    }
+    if (has_chainage) {
+      welds[k].chainage = table.required(k, "chainage_m", false);
+    } else if (k > 0) {
+      welds[k].chainage = welds[k - 1].chainage + welds[k - 1].joint_length;
+    }
+    if (k == 0) {
+      continue;
+    }
+    const double length = welds[k].chainage - welds[k - 1].chainage;
+    if (!(length > 0.0)) {
+      table.fail(k, has_chainage ? "chainage_m" : "joint_length_m",
+                 format_optional_csv_number(welds[k].chainage) + " does not rise from " +
+                     format_optional_csv_number(welds[k - 1].chainage));
+    }
+    if (!has_joint) {
+      welds[k - 1].joint_length = length;
+    } else if (!(std::abs(length - welds[k - 1].joint_length) <= kAgreement)) {
+      table.fail(k - 1, "joint_length_m",
+                 format_optional_csv_number(welds[k - 1].joint_length) +
+                     " is not the distance to the next chainage, " +
+                     format_optional_csv_number(length));
+    }
+  }
+}
+
+void read_deviations(const Table& table, WeldLedger& ledger, double fallback) {
+  for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
+    LedgerWeld& weld = ledger.welds[k];
+    const bool last = k + 1 == ledger.welds.size();
+    weld.standard_deviation =
+        table.has("chainage_sd_m") ? table.required(k, "chainage_sd_m", true) : fallback;
+    if (last) {
+      if (table.has("joint_length_sd_m") && !table.cell(k, "joint_length_sd_m").empty()) {
+        table.fail(k, "joint_length_sd_m", "the last weld has no joint after it");
+      }
+    } else {
+      weld.joint_standard_deviation = table.has("joint_length_sd_m")
+                                          ? table.required(k, "joint_length_sd_m", true)
+                                          : std::sqrt(2.0) * fallback;
+    }
+  }
+}
+
+MapFrame read_frame(const Table& table) {
+  const bool geodetic = table.has("latitude_deg");
+  const bool local = table.has("x_m");
+  if (geodetic && local) {
+    throw LedgerTextError(1, "x_m", "there is latitude_deg too: a ledger has one map");
+  }
+  const MapFrame frame = geodetic ? MapFrame::kGeodetic
+                         : local  ? MapFrame::kLocal
+                                  : MapFrame::kNone;
+  for (const MapFrame possible : {MapFrame::kGeodetic, MapFrame::kLocal}) {
+    for (const char* column : map_columns(possible)) {
+      if (table.has(column) != (possible == frame)) {
+        throw LedgerTextError(1, column,
+                              possible == frame ? "the column is missing" : "has no partners");
+      }
+    }
+  }
+  if (table.has("position_sd_m") != (frame != MapFrame::kNone)) {
+    throw LedgerTextError(1, "position_sd_m",
+                          frame != MapFrame::kNone ? "the column is missing" : "has no partners");
+  }
+  return frame;
+}
+
+void read_positions(const Table& table, WeldLedger& ledger) {
+  ledger.frame = read_frame(table);
+  if (ledger.frame == MapFrame::kNone) {
+    return;
+  }
+  const auto columns = map_columns(ledger.frame);
+  for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
+    const bool empty = table.cell(k, "position_sd_m").empty() &&
+                       std::all_of(columns.begin(), columns.end(), [&](const char* column) {
+                         return table.cell(k, column).empty();
+                       });
+    if (empty) {
+      continue;
+    }
+    MapPosition position;
+    for (std::size_t axis = 0; axis < columns.size(); ++axis) {
+      position.coordinates[axis] = table.required(k, columns[axis], false);
+      const double limit = axis == 0 ? 90.0 : 180.0;
+      if (ledger.frame == MapFrame::kGeodetic && axis < 2 &&
+          std::abs(position.coordinates[axis]) > limit) {
+        table.fail(k, columns[axis],
+                   table.cell(k, columns[axis]) + " is outside [-" +
+                       format_optional_csv_number(limit) + ", " +
+                       format_optional_csv_number(limit) + "]");
+      }
+    }
+    position.standard_deviation = table.required(k, "position_sd_m", false);
+    if (position.standard_deviation < 0.0) {
+      table.fail(k, "position_sd_m", table.cell(k, "position_sd_m") + " is below 0");
+    }
+    ledger.welds[k].position = position;
+  }
+}
+
+void read_sightings(const Table& table, WeldLedger& ledger) {
+  for (std::size_t run = 0; run < ledger.runs.size(); ++run) {
+    const std::string chainage = run_column(ledger.runs[run], kRunChainage);
+    const std::string sigma = run_column(ledger.runs[run], kRunSigma);
+    double previous = kNaN;
+    double direction = 0.0;
+    for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
+      if (table.cell(k, chainage).empty() && table.cell(k, sigma).empty()) {
+        continue;
+      }
+      const LedgerSighting sighting{.run = run,
+                                    .chainage = table.required(k, chainage, false),
+                                    .standard_deviation = table.required(k, sigma, true)};
+      if (!std::isnan(previous)) {
+        const double step = sighting.chainage - previous;
+        direction = direction == 0.0 ? step : direction;
+        if (!(step * direction > 0.0)) {
+          table.fail(k, chainage,
+                     table.cell(k, chainage) + " does not go on from " +
+                         format_optional_csv_number(previous));
+        }
+      }
+      previous = sighting.chainage;
+      ledger.welds[k].sightings.push_back(sighting);
+    }
+  }
+}
+
+}  // namespace
+
+LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std::string& what)
+    : std::invalid_argument("line " + std::to_string(line) + (field.empty() ? "" : ", " + field) +
+                            ": " + what),
+      line_(line),
+      field_(std::move(field)),
+      problem_(what) {}
+
+std::string to_csv(const WeldLedger& ledger) {
+  std::string text = "id,chainage_m,chainage_sd_m,joint_length_m,joint_length_sd_m,seen,passed";
+  if (ledger.frame != MapFrame::kNone) {
+    for (const char* column : map_columns(ledger.frame)) {
+      text += std::string(",") + column;
+    }
+    text += ",position_sd_m";
+  }
+  for (const LedgerRun& run : ledger.runs) {
+    text +=
+        ',' + csv_cell(run_column(run, kRunChainage)) + ',' + csv_cell(run_column(run, kRunSigma));
+  }
+  text += '\n';
+  const std::vector<WeldEvidence> believed = evidence(ledger);
+  for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
+    const LedgerWeld& weld = ledger.welds[k];
+    text += csv_cell(weld.id);
+    for (const double value : {weld.chainage, weld.standard_deviation, weld.joint_length,
+                               weld.joint_standard_deviation}) {
+      text += ',' + format_optional_csv_number(value);
+    }
+    text += ',' + std::to_string(believed[k].seen) + ',' + std::to_string(believed[k].passed);
+    if (ledger.frame != MapFrame::kNone) {
+      const MapPosition position = weld.position.value_or(MapPosition{});
+      for (const double coordinate : position.coordinates) {
+        text += ',' + format_optional_csv_number(coordinate);
+      }
+      text += ',' + format_optional_csv_number(position.standard_deviation);
+    }
+    std::vector<LedgerSighting> by_run(ledger.runs.size(),
+                                       {.chainage = kNaN, .standard_deviation = kNaN});
+    for (const LedgerSighting& sighting : weld.sightings) {
+      by_run[sighting.run] = sighting;
+    }
+    for (const LedgerSighting& sighting : by_run) {
+      text += ',' + format_optional_csv_number(sighting.chainage) + ',' +
+              format_optional_csv_number(sighting.standard_deviation);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+WeldLedger ledger_from_csv(std::string_view text, double default_standard_deviation) {
+  if (!(std::isfinite(default_standard_deviation) && default_standard_deviation > 0.0)) {
+    throw std::invalid_argument(
+        "default_standard_deviation: " + std::to_string(default_standard_deviation) +
+        " is outside (0, infinity)");
+  }
+  const Table table(text);
+  WeldLedger ledger;
+  ledger.runs = read_header(table);
+  ledger.welds.resize(table.size());
+  std::set<std::string> ids;
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    ledger.welds[k].id = table.cell(k, "id");
+    if (ledger.welds[k].id.empty()) {
+      table.fail(k, "id", "is missing");
+    }
+    if (!ids.insert(ledger.welds[k].id).second) {
+      table.fail(k, "id", "'" + ledger.welds[k].id + "' is there twice");
+    }
+  }
+  read_lengths(table, ledger);
+  read_deviations(table, ledger, default_standard_deviation);
+  read_positions(table, ledger);
+  read_sightings(table, ledger);
+  if (ledger.runs.empty()) {
+    ledger.runs.push_back({.name = "tally", .date = ""});
+    for (LedgerWeld& weld : ledger.welds) {
+      weld.sightings = {
+          {.run = 0, .chainage = weld.chainage, .standard_deviation = default_standard_deviation}};
+    }
+  }
+  return ledger;
+}
+
+}  // namespace pipescout
