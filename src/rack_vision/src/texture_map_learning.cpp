@@ -107,7 +107,7 @@ void TextureMap::refine(Point& point, const UncertainView& view, const MotionRow
   const Eigen::Vector3d foot = start + pipe.direction * pipe.direction.dot(point.place - start);
   const double radius = (point.place - foot).norm();
   const Eigen::Vector3d moved = point.place - foot + move(1) * around(point);
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(point.place - foot, moved);
+  const auto turn = geometry::SO3::between(point.place - foot, moved);
   point.place = foot + move(0) * pipe.direction + radius * moved.normalized();
   point.normal = turn * point.normal;
 }
