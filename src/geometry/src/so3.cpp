@@ -70,10 +70,6 @@ SO3 SO3::from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw) {
   return about_z(roll_pitch_yaw.z()) * about_y(roll_pitch_yaw.y()) * about_x(roll_pitch_yaw.x());
 }
 
-SO3 SO3::between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return SO3(Eigen::Quaterniond::FromTwoVectors(from, to));
-}
-
 SO3 SO3::exp(const Tangent& phi) {
   const double angle = phi.norm();
   if (!std::isfinite(angle)) {

@@ -37,10 +37,6 @@ class SO3 {
   /// Rz(yaw) Ry(pitch) Rx(roll), rad, as REP 103.
   [[nodiscard]] static SO3 from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw);
 
-  /// The least rotation that turns `from` into the direction of `to`; where they are opposite, about
-  /// any axis across them. Both of a length above 0, which is not checked.
-  [[nodiscard]] static SO3 between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
-
   /// Exponential map. Throws std::invalid_argument when the norm of `phi` is NaN or infinite (from
   /// 1e154 on it overflows).
   [[nodiscard]] static SO3 exp(const Tangent& phi);
