@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds (Release) and runs one benchmark program, with its peer in the same run:
+# Builds (Release) and runs one benchmark: NAME_benchmark.cpp, a program, with its peer in the same run,
+# or NAME_benchmark.py, a script with options of its own (--help):
 #
-#   test/benchmark/run.sh NAME [--json FILE] [Google Benchmark options]
+#   test/benchmark/run.sh NAME [--json FILE] [options of Google Benchmark or of the script]
 #
 # Prints a table; FILE gets {"figures": {name: number}, "rows": [...], "seeds": [...]}.
 set -euo pipefail
 unset CDPATH
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-names=$(cd "$here" && ls ./*_benchmark.cpp | sed 's|^\./||; s|_benchmark\.cpp$||')
+names=$(cd "$here" && ls ./*_benchmark.cpp ./*_benchmark.py | sed 's|^\./||; s|_benchmark\.[a-z]*$||' | sort)
 
 usage() {
-  sed -n '3,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+  sed -n '3,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
   printf 'NAME is one of:\n%s\n' "$names"
 }
 case "${1:-}" in
@@ -36,6 +37,10 @@ while [ $# -gt 0 ]; do
     shift
   fi
 done
+
+if [ -f "$here/${name}_benchmark.py" ]; then
+  exec "$here/${name}_benchmark.py" "${arguments[@]}"
+fi
 
 cd "$here/../.."
 # shellcheck source=launch_scripts/build_environment.sh

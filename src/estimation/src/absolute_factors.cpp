@@ -7,6 +7,7 @@
 
 #include "direction_of_travel.hpp"
 #include "pipescout/estimation/factors.hpp"
+#include "pipescout/linear_algebra/products.hpp"
 #include "square_root_information.hpp"
 
 namespace pipescout::estimation {
@@ -201,7 +202,7 @@ PriorFactor::Residual PriorFactor::evaluate(const NavState& x,
   if (derivatives != nullptr) {
     StateMatrix d = StateMatrix::Identity();
     d.block<3, 3>(kRotation, kRotation) = SO3::right_jacobian_inverse(r.segment<3>(kRotation));
-    derivatives->from = whitening_ * d;
+    derivatives->from = linear_algebra::product(whitening_, d);
   }
   return whitening_ * r;
 }

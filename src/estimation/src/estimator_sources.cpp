@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "estimator_implementation.hpp"
+#include "pipescout/linear_algebra/products.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -182,7 +183,7 @@ void StateEstimator::Implementation::place(const Placement& placement, RestartRe
   StateMatrix to_map = StateMatrix::Identity();
   to_map.block<3, 3>(kVelocity, kVelocity) = turn.matrix();
   StateMatrix covariance =
-      to_map * smoother_.covariance(smoother_.keyframes() - 1) * to_map.transpose();
+      linear_algebra::propagate(to_map, smoother_.covariance(smoother_.keyframes() - 1));
   covariance.middleRows<3>(kPosition).setZero();
   covariance.middleCols<3>(kPosition).setZero();
   covariance.diagonal().segment<3>(kPosition).setConstant(placement.offset_deviation *

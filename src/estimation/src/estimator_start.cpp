@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "estimator_implementation.hpp"
+#include "pipescout/linear_algebra/products.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -337,7 +338,7 @@ void StateEstimator::Implementation::forget_heading() {
     return;
   }
   const StateMatrix without_yaw = StateMatrix::Identity() - by_yaw * to_yaw.transpose();
-  covariance = without_yaw * covariance * without_yaw.transpose();
+  covariance = linear_algebra::propagate(without_yaw, covariance);
   covariance.middleRows<3>(kPosition).setZero();
   covariance.middleCols<3>(kPosition).setZero();
   covariance.diagonal().segment<3>(kPosition).setConstant(kKnown * kKnown);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/estimation/in_motion_alignment.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "pipescout/estimation/robust_kernel.hpp"
+#include "pipescout/linear_algebra/cholesky.hpp"
+#include "pipescout/linear_algebra/products.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -36,11 +37,10 @@ Innovation<Rows> innovation_of(const StateMatrix& covariance, const RowsOfState<
                                const Eigen::Matrix<double, Rows, 1>& innovation,
                                const Eigen::Matrix<double, Rows, Rows>& noise) {
   Innovation<Rows> result;
-  result.covariance = derivative * covariance * derivative.transpose() + noise;
-  const Eigen::LLT<Eigen::Matrix<double, Rows, Rows>> root(result.covariance);
-  result.chi_square = root.matrixL().solve(innovation).squaredNorm();
-  const double log_determinant = 2 * root.matrixLLT().diagonal().array().log().sum();
-  result.log_likelihood = -0.5 * (result.chi_square + log_determinant);
+  result.covariance = linear_algebra::propagate(derivative, covariance) + noise;
+  const linear_algebra::Cholesky<Rows> root(result.covariance);
+  result.chi_square = root.whiten(innovation).squaredNorm();
+  result.log_likelihood = -0.5 * (result.chi_square + root.log_determinant());
   return result;
 }
 
@@ -50,9 +50,9 @@ void correct(NavState& state, StateMatrix& covariance, const RowsOfState<Rows>& 
              const Eigen::Matrix<double, Rows, 1>& innovation,
              const Eigen::Matrix<double, Rows, Rows>& innovation_covariance) {
   const RowsOfState<Rows> seen = derivative * covariance;
-  const Eigen::LLT<Eigen::Matrix<double, Rows, Rows>> root(innovation_covariance);
-  const RowsOfState<Rows> whitened = root.matrixL().solve(seen);
-  const StateVector step = whitened.transpose() * root.matrixL().solve(innovation);
+  const linear_algebra::Cholesky<Rows> root(innovation_covariance);
+  const RowsOfState<Rows> whitened = root.whiten_columns(seen);
+  const StateVector step = whitened.transpose() * root.whiten(innovation);
   state = state.retract(step);
   covariance.noalias() -= whitened.transpose() * whitened;
 }
@@ -140,9 +140,8 @@ void InMotionAlignment::carry(Hypothesis& h, const ImuPreintegration& motion) co
   turned.block<3, 3>(kVelocity, kVelocity) = h.state.R_map_body.matrix();
   StateMatrix derivative;
   h.state = motion.motion().propagate(h.state, how_.gravity, &derivative);
-  h.covariance = (derivative * h.covariance * derivative.transpose() +
-                  turned * motion.covariance() * turned.transpose())
-                     .eval();
+  h.covariance = linear_algebra::propagate(derivative, h.covariance) +
+                 linear_algebra::propagate(turned, motion.covariance());
 }
 
 void InMotionAlignment::place(const GpsMeasurement& m, const Vector3d& lever_arm) {
@@ -152,7 +151,7 @@ void InMotionAlignment::place(const GpsMeasurement& m, const Vector3d& lever_arm
     StateMatrix to_place = StateMatrix::Identity();
     to_place.middleRows<3>(kPosition) = -antenna_derivative(h.state, lever_arm);
     to_place.block<3, 3>(kPosition, kPosition).setZero();
-    h.covariance = (to_place * h.covariance * to_place.transpose()).eval();
+    h.covariance = linear_algebra::propagate(to_place, h.covariance);
     h.covariance.block<3, 3>(kPosition, kPosition) += m.covariance;
   }
 }
@@ -269,7 +268,7 @@ std::optional<InMotionAlignment::Result> InMotionAlignment::solve(
   result.state = likeliest.state.retract(mean);
   const RowsOfState<1> derivative = heading_derivative(result.state);
   result.heading_deviation =
-      std::sqrt((derivative * result.covariance * derivative.transpose()).value());
+      std::sqrt(linear_algebra::propagate(derivative, result.covariance).value());
   return result;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // From measurements to factors of keyframes.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "fingerprint.hpp"
+#include "pipescout/linear_algebra/cholesky.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
@@ -226,8 +226,8 @@ double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, 
     s.diagonal().array() += kLeast;
   }
   s.diagonal().array() += 1;
-  const Eigen::LLT<Eigen::Matrix<double, kMost, kMost>> root(s);
-  if (in_the_equations && root.info() != Eigen::Success) {
+  const linear_algebra::Cholesky<kMost> root(s);
+  if (in_the_equations && !root.succeeded()) {
     return this->chi_square(placed, k);  // nothing else is known of what it says
   }
   const double chi_square = r.dot(root.solve(r));

@@ -4,9 +4,38 @@
 #include <type_traits>
 #include <variant>
 
+#include "pipescout/linear_algebra/products.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
+namespace {
+
+/// What is the same for all factors of as many rows: the residual at the place of linearisation,
+/// and derivatives by the states of two keyframes, or by one where both are the same.
+template <int Rows>
+void set_linear(Jacobians<Rows>& d, Eigen::Matrix<double, Rows, 1> r, const StateVector& from_delta,
+                const StateVector* to_delta, const GlobalVector* global_delta, bool both_are_same,
+                LinearFactor& linear) {
+  linear.chi_square = r.squaredNorm();
+  r.noalias() -= d.from * from_delta;
+  if (to_delta != nullptr) {
+    r.noalias() -= d.to * *to_delta;
+  }
+  if (global_delta != nullptr) {
+    r.noalias() -= d.globals * *global_delta;
+  }
+  if (both_are_same) {
+    d.from += d.to;
+    d.to.setZero();
+  }
+  linear.rows = Rows;
+  linear.residual.head<Rows>() = r;
+  linear.from.template topRows<Rows>() = d.from;
+  linear.to.template topRows<Rows>() = d.to;
+  linear.globals.template topRows<Rows>() = d.globals;
+}
+
+}  // namespace
 
 void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std::size_t k,
                                                  LinearFactor& linear) const {
@@ -16,29 +45,15 @@ void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std
   std::visit(
       [&](const auto& factor) {
         using Factor = std::decay_t<decltype(factor)>;
-        constexpr int kRows = Factor::kRows;
         typename Factor::Derivatives d;
         evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_, gravity,
                          &d);
-        typename Factor::Residual r =
-            evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_, gravity);
-        linear.chi_square = r.squaredNorm();
-        r.noalias() -= d.from * from.delta;
-        if constexpr (Factor::kRelative) {
-          r.noalias() -= d.to * to.delta;
-        }
-        if (!estimated_.empty()) {
-          r.noalias() -= d.globals * global_delta_;
-        }
-        if (Factor::kRelative && !placed.to_next) {
-          d.from += d.to;
-          d.to.setZero();
-        }
-        linear.rows = kRows;
-        linear.residual.head<kRows>() = r;
-        linear.from.template topRows<kRows>() = d.from;
-        linear.to.template topRows<kRows>() = d.to;
-        linear.globals.template topRows<kRows>() = d.globals;
+        set_linear<Factor::kRows>(
+            d,
+            evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_, gravity),
+            from.delta, Factor::kRelative ? &to.delta : nullptr,
+            estimated_.empty() ? nullptr : &global_delta_, Factor::kRelative && !placed.to_next,
+            linear);
       },
       placed.factor);
 }
@@ -87,7 +102,7 @@ void FixedLagSmoother::Implementation::linearise_prior() {
     prior_->evaluate(keyframe(0).linear, &d);
     const StateVector r = prior_->evaluate(keyframe(0).estimate) - d.from * keyframe(0).delta;
     in.set_zero(globals);
-    in.h = d.from.transpose() * d.from;
+    in.h = linear_algebra::information_of<kStateSize>(d.from);
     in.b = -d.from.transpose() * r;
   }
   // Of those that are not bound nothing but their own prior is known, so that it can be taken anew.

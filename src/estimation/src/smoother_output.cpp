@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Covariances and reports.
+#include "pipescout/linear_algebra/products.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
@@ -57,7 +58,7 @@ StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noex
     }
   }
   return covariance_of<kStateSize>(count_ - 1, by_newest.transpose(), by_globals) +
-         to_map * ahead_.covariance() * to_map.transpose();
+         linear_algebra::propagate(to_map, ahead_.covariance());
 }
 
 FactorReport FixedLagSmoother::Implementation::report_of(const PlacedFactor& placed) const {

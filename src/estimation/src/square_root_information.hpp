@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Cholesky>
+#include "pipescout/linear_algebra/cholesky.hpp"
 
 namespace pipescout::estimation {
 
@@ -28,16 +28,15 @@ bool is_covariance(const Eigen::Matrix<double, N, N>& c) {
   const Eigen::Matrix<double, N, 1> deviation = c.diagonal().cwiseSqrt();
   const Eigen::Matrix<double, N, 1> scale = deviation.cwiseInverse();
   const Eigen::Matrix<double, N, N> correlation = scale.asDiagonal() * c * scale.asDiagonal();
-  const Eigen::LLT<Eigen::Matrix<double, N, N>> root(correlation);
-  return root.info() == Eigen::Success && root.matrixLLT().diagonal().minCoeff() > kLeastPivot &&
+  const linear_algebra::Cholesky<N> root(correlation);
+  return root.succeeded() && root.diagonal().minCoeff() > kLeastPivot &&
          is_deviation(deviation.minCoeff()) && is_deviation(deviation.maxCoeff());
 }
 
 /// Lower triangular W with W^T W the inverse of the covariance `c`, which is not checked.
 template <int N>
 Eigen::Matrix<double, N, N> whitening_of(const Eigen::Matrix<double, N, N>& c) {
-  const Eigen::LLT<Eigen::Matrix<double, N, N>> root(c);
-  return root.matrixL().solve(Eigen::Matrix<double, N, N>::Identity());
+  return linear_algebra::Cholesky<N>(c).inverse_lower();
 }
 
 }  // namespace pipescout::estimation

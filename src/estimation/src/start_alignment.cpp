@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/estimation/start_alignment.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
+
+#include "pipescout/linear_algebra/cholesky.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -65,7 +66,7 @@ TrackAlignment::Result TrackAlignment::at_newest(const Vector6& x, double yaw) c
   const Eigen::Vector3d r = newest_reckoned_ - first_reckoned_;
   Eigen::Matrix2d heights = height_information_;
   heights(1, 1) += drift_information();
-  const Eigen::Vector2d height = heights.llt().solve(height_vector_);
+  const Eigen::Vector2d height = linear_algebra::Cholesky<2>(heights).solve(height_vector_);
   const Eigen::Vector3d newest =
       first_measured_ + Eigen::Vector3d(x[0] * r.x() - x[1] * r.y() + x[2] + x[4] * elapsed,
                                         x[1] * r.x() + x[0] * r.y() + x[3] + x[5] * elapsed,
@@ -83,15 +84,15 @@ std::optional<TrackAlignment::Result> TrackAlignment::solve() const noexcept {
   Matrix6 a = information_;
   a.diagonal().head<2>().array() += kUnknownRotation;
   a.diagonal().tail<2>().array() += drift_information();
-  const Eigen::LLT<Matrix6> root(a);
+  const linear_algebra::Cholesky<6> root(a);
   const Vector6 x = root.solve(vector_);
   const double scale = std::hypot(x[0], x[1]);
-  if (root.info() != Eigen::Success || !x.allFinite()) {
+  if (!root.succeeded() || !x.allFinite()) {
     return std::nullopt;
   }
   const double yaw = std::atan2(x[1], x[0]);
   Result result = at_newest(x, yaw);
-  const Matrix6 covariance = root.solve(Matrix6::Identity());
+  const Matrix6 covariance = root.inverse();
   const Eigen::Vector2d along(std::cos(yaw), std::sin(yaw));
   const Eigen::Vector2d across(-along.y(), along.x());
   const Eigen::Matrix2d rotation = covariance.topLeftCorner<2, 2>();
@@ -119,17 +120,17 @@ std::optional<TrackAlignment::Result> TrackAlignment::solve(double yaw) const no
   Matrix6 a = information_;
   a.diagonal().tail<2>().array() += drift_information();
   const Eigen::Vector2d turn(std::cos(yaw), std::sin(yaw));
-  const Eigen::LLT<Eigen::Matrix4d> root(a.bottomRightCorner<4, 4>());
+  const linear_algebra::Cholesky<4> root(a.bottomRightCorner<4, 4>());
   Vector6 x;
   x << turn, root.solve(vector_.tail<4>() - a.bottomLeftCorner<4, 2>() * turn);
-  if (root.info() != Eigen::Success || !x.allFinite()) {
+  if (!root.succeeded() || !x.allFinite()) {
     return std::nullopt;
   }
   Result result = at_newest(x, yaw);
   const double elapsed = newest_time_ - first_time_;
   Eigen::Matrix<double, 2, 4> newest;
   newest << 1, 0, elapsed, 0, 0, 1, 0, elapsed;
-  const Eigen::Matrix4d covariance = root.solve(Eigen::Matrix4d::Identity());
+  const Eigen::Matrix4d covariance = root.inverse();
   const Eigen::Matrix2d place = newest * covariance * newest.transpose();
   result.drift_deviation = std::sqrt(covariance.diagonal().tail<2>().maxCoeff());
   result.offset_deviation =

@@ -48,8 +48,9 @@ Vector<N> Cholesky<N>::whiten(const Vector<N>& b) const {
 }
 
 template <int N>
-Eigen::Matrix<double, N, 15> Cholesky<N>::whiten_columns(
-    const Eigen::Matrix<double, N, 15>& b) const {
+template <int Columns>
+Eigen::Matrix<double, N, Columns> Cholesky<N>::whiten_columns(
+    const Eigen::Matrix<double, N, Columns>& b) const {
   return factors_.template triangularView<Eigen::Lower>().solve(b);
 }
 

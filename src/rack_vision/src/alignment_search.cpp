@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "alignment_search.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "pipescout/linear_algebra/products.hpp"
+#include "pipescout/linear_algebra/semidefinite.hpp"
+#include "pipescout/linear_algebra/symmetric_eigen.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -38,8 +40,8 @@ double pixels_apart(const Matrix6d& mean_square, const Vector6d& motion) {
 
 /// Matrix L with covariance = L L^T; the covariance may be singular.
 Matrix6d root(const Matrix6d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(covariance);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  const auto eigen = linear_algebra::symmetric_eigen(covariance);
+  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 float grey_at(const ImageView& image, const Eigen::Vector2d& at) {
@@ -59,8 +61,9 @@ Matrix6d AlignmentSearch::remaining(std::span<const AlignmentContour> contours,
       mean_square_by_motion(contours) * static_cast<double>(contours.size()) / (step * step);
   // With covariance = L L^T: L (I + L^T A L)^-1 L^T, which needs no inverse of the covariance.
   const Matrix6d factor = root(covariance);
-  const Matrix6d inner = Matrix6d::Identity() + factor.transpose() * information * factor;
-  return factor * inner.ldlt().solve(factor.transpose());
+  const Matrix6d inner =
+      Matrix6d::Identity() + linear_algebra::propagate<6, 6>(factor.transpose(), information);
+  return factor * linear_algebra::solve_semidefinite<6, 6>(inner, factor.transpose());
 }
 
 void AlignmentSearch::tabulate(const ImageView& image, const AlignmentContour& contour, double step,
@@ -110,16 +113,16 @@ void AlignmentSearch::choose_directions(std::span<const AlignmentContour> contou
                                         const Matrix6d& covariance, double step,
                                         std::size_t most_poses) {
   const Matrix6d factor = root(covariance);
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(factor.transpose() *
-                                                      mean_square_by_motion(contours) * factor);
+  const auto eigen = linear_algebra::symmetric_eigen(
+      linear_algebra::propagate<6, 6>(factor.transpose(), mean_square_by_motion(contours)));
   double spacing = step;
   do {
     directions_.clear();
     std::size_t poses = 1;
     for (int k = 5; k >= 0; --k) {
       Direction direction;
-      direction.motion = factor * eigen.eigenvectors().col(k);
-      direction.pixels = std::sqrt(std::max(0.0, eigen.eigenvalues()(k)));
+      direction.motion = factor * eigen.vectors.col(k);
+      direction.pixels = std::sqrt(std::max(0.0, eigen.values(k)));
       direction.steps = static_cast<int>(kDeviations * direction.pixels / spacing + 0.5);
       if (direction.steps > 0) {
         direction.by_step = direction.motion * kDeviations / direction.steps;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "first_pose_pencil.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "pipescout/linear_algebra/symmetric_eigen.hpp"
 
 namespace pipescout::rack_vision::internal {
 namespace {
@@ -53,7 +54,7 @@ Vector3d refined(std::span<const SegmentPlane> planes, const Matrix3d& camera_ma
       moments += std::pow(plane.length, 3) * plane.normal * plane.normal.transpose();
     }
   }
-  const Vector3d axis = Eigen::SelfAdjointEigenSolver<Matrix3d>(moments).eigenvectors().col(0);
+  const Vector3d axis = linear_algebra::symmetric_eigen(moments).vectors.col(0);
   return axis.dot(direction) < 0 ? Vector3d(-axis) : axis;
 }
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "intrinsics_memory.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "pipescout/linear_algebra/cholesky.hpp"
+#include "pipescout/linear_algebra/symmetric_eigen.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -39,24 +40,23 @@ void IntrinsicsMemory::predict(double dt) {
 void IntrinsicsMemory::learn(const IntrinsicsBelief& after) {
   // In units in which the belief is the unit matrix, along the directions in which the image's word
   // is independent: there it has information w, and moved the mean by w / (1 + w) of what it would.
-  const Eigen::LLT<Eigen::Matrix3d> factors(belief_.covariance);
-  const Eigen::Matrix3d unit = factors.matrixL();
+  const linear_algebra::Cholesky<3> factors(belief_.covariance);
+  const Eigen::Matrix3d unit = factors.lower();
   const Eigen::Matrix3d posterior =
-      unit.transpose() * after.covariance.llt().solve(Eigen::Matrix3d::Identity()) * unit;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(posterior);
-  if (factors.info() != Eigen::Success || eigen.info() != Eigen::Success) {
+      unit.transpose() * linear_algebra::Cholesky<3>(after.covariance).inverse() * unit;
+  const auto eigen = linear_algebra::symmetric_eigen(posterior);
+  if (!factors.succeeded() || !eigen.succeeded) {
     return;
   }
-  Eigen::Vector3d move =
-      eigen.eigenvectors().transpose() * factors.matrixL().solve(after.mean - belief_.mean);
+  Eigen::Vector3d move = eigen.vectors.transpose() * factors.whiten(after.mean - belief_.mean);
   Eigen::Vector3d variance;
   for (int i = 0; i < 3; ++i) {
     // Residuals that fit badly may leave less than nothing.
-    const double said = std::max(0.0, eigen.eigenvalues()(i) - 1);
+    const double said = std::max(0.0, eigen.values(i) - 1);
     move(i) *= said > 0 ? (1 + said) / (kAlikeImages + said) : 0;
     variance(i) = kAlikeImages / (kAlikeImages + said);
   }
-  const Eigen::Matrix3d axes = unit * eigen.eigenvectors();
+  const Eigen::Matrix3d axes = unit * eigen.vectors;
   const Eigen::Vector3d mean = belief_.mean + axes * move;
   const Eigen::Vector3d left = (mean - intrinsics_of(calibrated_)).cwiseQuotient(sigma_);
   if (variance.allFinite() && left.cwiseAbs().maxCoeff() < kCredible) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offset_prior.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "system_solver.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -32,12 +33,15 @@ bool OffsetPrior::start(const OffsetBelief& belief, const UnknownLayout& layout,
 bool OffsetPrior::set_information(const SystemVector& added_variance) {
   SystemMatrix widened = covariance_;
   widened.diagonal() += added_variance;
-  const Eigen::LLT<SystemMatrix> factors(widened);
-  if (layout_.offset_count > 0 && factors.info() != Eigen::Success) {
-    return false;
+  if (layout_.offset_count == 0) {
+    information_.setZero(0, 0);
+    return true;
   }
-  information_ = factors.solve(SystemMatrix::Identity(layout_.offset_count, layout_.offset_count));
-  return true;
+  const std::optional<SystemMatrix> inverse = inverse_positive(widened);
+  if (inverse) {
+    information_ = *inverse;
+  }
+  return inverse.has_value();
 }
 
 void OffsetPrior::report(PoseSolution& solution) const {
@@ -80,8 +84,7 @@ void OffsetPrior::judge(const SolverState& state, const SystemMatrix& informatio
   constexpr double kTrace = 1e-6;
   regular.diagonal().array() += kTrace;
   // Of the inverse, the columns of the offsets.
-  const SystemMatrix covariance = regular.ldlt().solve(
-      SystemMatrix::Identity(regular.rows(), regular.cols()).middleCols(kPoseUnknowns, n));
+  const SystemMatrix covariance = inverse_columns(regular, kPoseUnknowns, n);
   const SystemVector difference = innovation(state);
   SystemVector added = SystemVector::Zero(n);
   for (std::size_t i = 0; i < kMaxPipes; ++i) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pose_belief.hpp"
 
-#include <Eigen/Cholesky>
+#include "pipescout/linear_algebra/cholesky.hpp"
+#include "pipescout/linear_algebra/products.hpp"
+#include "pipescout/linear_algebra/semidefinite.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -25,7 +27,7 @@ bool is_covariance(const geometry::Matrix6d& matrix) {
   return matrix.allFinite() &&
          (matrix - matrix.transpose()).cwiseAbs().maxCoeff() <=
              1e-6 * matrix.cwiseAbs().maxCoeff() &&
-         matrix.llt().info() == Eigen::Success;
+         linear_algebra::Cholesky<6>(matrix).succeeded();
 }
 
 geometry::Vector6d pose_difference(const geometry::SE3& from, const geometry::SE3& to) noexcept {
@@ -93,9 +95,9 @@ void PoseBelief::predict(const geometry::SE3& T_previous_current,
   geometry::Matrix6d to_rack = geometry::Matrix6d::Zero();
   to_rack.topLeftCorner<3, 3>() = pose_.rotation().matrix();
   to_rack.bottomRightCorner<3, 3>() = pose_.rotation().matrix();
-  const geometry::Matrix6d motion = to_rack * covariance * to_rack.transpose();
+  const geometry::Matrix6d motion = linear_algebra::propagate(to_rack, covariance);
   const geometry::Matrix6d pose =
-      by_before * covariance_.topLeftCorner<6, 6>() * by_before.transpose() + motion;
+      linear_algebra::propagate<6, 6>(by_before, covariance_.topLeftCorner<6, 6>()) + motion;
   const MapErrorBelief map = this->map();
   velocity_ = pose_difference(before, pose_) / dt;
   covariance_.setZero();
@@ -117,7 +119,7 @@ Eigen::Matrix<double, 6, N> PoseBelief::learn_velocity(
     const Eigen::Matrix<double, 6, N>& of_velocity, const Eigen::Matrix<double, N, 1>& step) {
   // Its regression on what was measured: what is learnt of the one tells about the other.
   const Eigen::Matrix<double, 6, N> regression =
-      prior.ldlt().solve(of_velocity.transpose()).transpose();
+      linear_algebra::solve_semidefinite<N, 6>(prior, of_velocity.transpose()).transpose();
   velocity_ += regression * step;
   covariance_.block<6, 6>(kVelocity, kVelocity) -=
       regression * (prior - posterior) * regression.transpose();

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_vision/pose_solver.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "feature_system.hpp"
 #include "offset_prior.hpp"
+#include "pipescout/linear_algebra/cholesky.hpp"
 #include "pose_prior.hpp"
 #include "solution_covariance.hpp"
+#include "system_solver.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -179,8 +179,7 @@ void PoseSolver::Implementation::start(const PoseProblem& problem) {
     layout_.intrinsics = layout_.size;
     layout_.size += kIntrinsicUnknowns;
     state_.intrinsics = problem.intrinsics->mean;
-    intrinsics_information_ =
-        problem.intrinsics->covariance.llt().solve(Eigen::Matrix3d::Identity());
+    intrinsics_information_ = linear_algebra::Cholesky<3>(problem.intrinsics->covariance).inverse();
   }
   if (problem.map_error) {
     layout_.map_error = layout_.size;
@@ -218,7 +217,7 @@ double PoseSolver::Implementation::step_from_here(double damping) {
       1 / (parameters_.largest_position_deviation * parameters_.largest_position_deviation);
   system.diagonal().segment<3>(3).array() +=
       1 / (parameters_.largest_rotation_deviation * parameters_.largest_rotation_deviation);
-  step_ = system.ldlt().solve(-gradient_);
+  step_ = solve_system(system, -gradient_);
   if (!step_.allFinite()) {
     return std::numeric_limits<double>::infinity();
   }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solution_covariance.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "pipescout/linear_algebra/semidefinite.hpp"
+#include "pipescout/linear_algebra/symmetric_eigen.hpp"
+#include "system_solver.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -29,10 +31,6 @@ double measured_factor(const ResidualSums& sums, double stated, double lost) {
   return std::max(stated, mixed);
 }
 
-SystemMatrix inverse(const SystemMatrix& matrix) {
-  return matrix.ldlt().solve(SystemMatrix::Identity(matrix.rows(), matrix.cols()));
-}
-
 /// How many directions of the pose the data leave to more than half of the caps, and whether the
 /// only one is along y.
 struct Unobserved {
@@ -47,17 +45,18 @@ Unobserved unobserved(const SystemMatrix& information, const UnknownLayout& layo
   if (others > 0) {
     const SystemMatrix coupling = information.topRightCorner(kPoseUnknowns, others);
     const SystemMatrix rest = information.bottomRightCorner(others, others);
-    pose -= coupling * rest.ldlt().solve(SystemMatrix(coupling.transpose()));
+    const SystemMatrix back = coupling.transpose();
+    pose -= product(coupling, solve_columns(rest, back));
   }
-  const Eigen::SelfAdjointEigenSolver<geometry::Matrix6d> solver(caps.asDiagonal() * pose *
-                                                                 caps.asDiagonal());
+  const auto eigen =
+      linear_algebra::symmetric_eigen<6>(caps.asDiagonal() * pose * caps.asDiagonal());
   constexpr double kHalfOfCap = 4;
   constexpr double kMostlyAlong = 0.95;
   Unobserved result;
   for (int i = 0; i < kPoseUnknowns; ++i) {
-    if (!(solver.eigenvalues()[i] > kHalfOfCap)) {
+    if (!(eigen.values[i] > kHalfOfCap)) {
       ++result.directions;
-      const geometry::Vector6d direction = caps.asDiagonal() * solver.eigenvectors().col(i);
+      const geometry::Vector6d direction = caps.asDiagonal() * eigen.vectors.col(i);
       result.only_along =
           result.directions == 1 && std::abs(direction[1]) > kMostlyAlong * direction.norm();
     }
@@ -85,17 +84,18 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
 
   // Sandwich of the weighted information between what the rows' true spread makes of it.
   const SystemMatrix inverse_information =
-      inverse(equations.edge_information + equations.point_information + known);
+      inverse_system(equations.edge_information + equations.point_information + known);
   const SystemMatrix spread =
       edges * equations.edge_information + points * equations.point_information + known;
-  const SystemMatrix covariance = inverse_information * spread * inverse_information;
+  const SystemMatrix covariance =
+      product(product(inverse_information, spread), inverse_information);
   solution.covariance = covariance.topLeftCorner<6, 6>();
   solution.covariance = (0.5 * (solution.covariance + solution.covariance.transpose())).eval();
 
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> place;
-  place.computeDirect(solution.covariance.topLeftCorner<3, 3>());
-  solution.weakest_direction = place.eigenvectors().col(2);
-  solution.weakest_deviation = std::sqrt(std::max(0.0, place.eigenvalues()[2]));
+  const auto place =
+      linear_algebra::symmetric_eigen_direct(solution.covariance.topLeftCorner<3, 3>());
+  solution.weakest_direction = place.vectors.col(2);
+  solution.weakest_deviation = std::sqrt(std::max(0.0, place.values[2]));
 
   SystemMatrix data = equations.edge_information + equations.point_information;
   const int others = layout.size - kPoseUnknowns;
@@ -113,9 +113,7 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       1 / (kUnseen * kUnseen * parameters.observed_deviation * parameters.observed_deviation);
   data.diagonal().tail(others).array() += trace;
   // Of the inverse, the columns of the offsets.
-  const SystemMatrix from_data =
-      data.ldlt().solve(SystemMatrix::Identity(layout.size, layout.size)
-                            .middleCols(kPoseUnknowns, layout.offset_count));
+  const SystemMatrix from_data = inverse_columns(data, kPoseUnknowns, layout.offset_count);
   for (std::size_t i = 0; i < kMaxPipes; ++i) {
     const int row = layout.offset[i];
     if (row < 0) {
@@ -136,11 +134,11 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
     const int n = layout.offset_count;
     geometry::Matrix6d edges_of_pose = equations.edge_information.topLeftCorner<6, 6>();
     edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
-    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, static_cast<int>(kMaxPipes)> by_offsets =
-        edges_of_pose.ldlt().solve(
-            equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n));
+    const SystemMatrix by_offsets = solve_columns(
+        edges_of_pose, equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n));
+    const SystemMatrix of_offsets = covariance.block(kPoseUnknowns, kPoseUnknowns, n, n);
     solution.covariance_by_offsets =
-        by_offsets * covariance.block(kPoseUnknowns, kPoseUnknowns, n, n) * by_offsets.transpose();
+        product(product(by_offsets, of_offsets), by_offsets.transpose());
   }
   if (layout.map_error >= 0) {
     const int k = layout.map_error;
@@ -156,8 +154,9 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
     solution.intrinsics = {state.intrinsics, 0.5 * (block + block.transpose())};
     const Eigen::Matrix<double, kPoseUnknowns, kIntrinsicUnknowns> shared =
         covariance.block<kPoseUnknowns, kIntrinsicUnknowns>(0, layout.intrinsics);
-    solution.pose_by_intrinsics =
-        solution.intrinsics->covariance.ldlt().solve(shared.transpose()).transpose();
+    solution.pose_by_intrinsics = linear_algebra::solve_semidefinite<3, 6>(
+                                      solution.intrinsics->covariance, shared.transpose())
+                                      .transpose();
   }
 }
 

@@ -29,6 +29,18 @@ constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
 
 constexpr int kY = 1;
 
+/// The least rotation from one direction to another that is not opposite to it. (For opposite ones
+/// Eigen's FromTwoVectors has a singular value decomposition, which takes 8 s to compile.)
+Eigen::Quaterniond least_turn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized();
+  const Eigen::Vector3d b = to.normalized();
+  const double twice_cosine_of_half = std::sqrt((1 + b.dot(a)) * 2);
+  Eigen::Quaterniond turn;
+  turn.vec() = a.cross(b) * (1 / twice_cosine_of_half);
+  turn.w() = twice_cosine_of_half * 0.5;
+  return turn;
+}
+
 }  // namespace
 
 Eigen::Vector3d TextureMap::step_by_map_error(const Point& point,
@@ -107,7 +119,7 @@ void TextureMap::refine(Point& point, const UncertainView& view, const MotionRow
   const Eigen::Vector3d foot = start + pipe.direction * pipe.direction.dot(point.place - start);
   const double radius = (point.place - foot).norm();
   const Eigen::Vector3d moved = point.place - foot + move(1) * around(point);
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(point.place - foot, moved);
+  const Eigen::Quaterniond turn = least_turn(point.place - foot, moved);
   point.place = foot + move(0) * pipe.direction + radius * moved.normalized();
   point.normal = turn * point.normal;
 }

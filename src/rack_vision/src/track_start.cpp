@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "pipescout/linear_algebra/products.hpp"
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
 #include "track_step.hpp"
@@ -233,9 +234,9 @@ bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, con
   outcome = {};
   accept(0, outcome);
   // What is wrong with the contours in this image will be wrong with them in the next ones.
-  const Matrix6d before = around.covariance.inverse();
-  outcome.belief.covariance =
-      (before + (outcome.belief.covariance.inverse() - before) / kAlikeAtStart).inverse();
+  const Matrix6d before = linear_algebra::inverse(around.covariance);
+  const Matrix6d after = linear_algebra::inverse(outcome.belief.covariance);
+  outcome.belief.covariance = linear_algebra::inverse<6>(before + (after - before) / kAlikeAtStart);
   // What is known along y of the middle of the view is the anchor; there the pose is exact relative
   // to what it will see, whatever its other errors are.
   MotionRow middle = middle_by_motion(outcome.belief.T_rack_camera);
@@ -295,7 +296,7 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   }
   const SE3& found = outcome.belief.T_rack_camera;
   const geometry::Vector6d moved = pose_difference(around.T_rack_camera, found);
-  const double chi_square = moved.dot(around.covariance.inverse() * moved);
+  const double chi_square = moved.dot(linear_algebra::inverse(around.covariance) * moved);
   if (chi_square > kImprobable) {
     return;
   }

@@ -2,11 +2,11 @@
 #include "track_step.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
 
+#include "pipescout/linear_algebra/products.hpp"
 #include "pipescout/rack_vision/contour.hpp"
 
 namespace pipescout::rack_vision {
@@ -76,7 +76,7 @@ MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_in
   rest = (0.5 * (rest + rest.transpose())).eval();
   rest.diagonal().head<3>().array() += kLeastDeviation * kLeastDeviation;
   rest.diagonal().tail<3>().array() += kLeastTurn * kLeastTurn;
-  return {by_pose, rest.inverse()};
+  return {by_pose, linear_algebra::inverse(rest)};
 }
 
 /// The candidate of a sample that is nearest to where the edge was expected; it has one.
@@ -238,7 +238,7 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
   if (with_points) {
     problem.points = points_;
   }
-  problem.pose_prior = PosePrior{prior_pose.inverse(), prior_covariance.inverse()};
+  problem.pose_prior = PosePrior{prior_pose.inverse(), linear_algebra::inverse(prior_covariance)};
   problem.offsets = offsets;
   if (with_points && !points_.empty() && map_error_.exists()) {
     problem.map_error = map_error_prior(map_error_, problem.pose_prior->information);

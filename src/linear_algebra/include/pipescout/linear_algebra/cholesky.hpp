@@ -37,9 +37,10 @@ class Cholesky {
   [[nodiscard]] Square<N> inverse() const;
   /// L^-1 b: of unit covariance where A is the covariance of b.
   [[nodiscard]] Vector<N> whiten(const Vector<N>& b) const;
-  /// L^-1 B; N is 1, 3 or 6.
-  [[nodiscard]] Eigen::Matrix<double, N, 15> whiten_columns(
-      const Eigen::Matrix<double, N, 15>& b) const;
+  /// L^-1 B; (N, Columns) is (1, 15), (3, 15) or (6, 15).
+  template <int Columns>
+  [[nodiscard]] Eigen::Matrix<double, N, Columns> whiten_columns(
+      const Eigen::Matrix<double, N, Columns>& b) const;
   /// L^-1, lower triangular: W with W^T W = A^-1.
   [[nodiscard]] Square<N> inverse_lower() const;
 
