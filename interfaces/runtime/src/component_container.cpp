@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pipescout/runtime/bring_up.hpp"
 #include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
@@ -80,60 +81,6 @@ WireRequest read(const srv::LoadNode::Request& message) {
   }
   return request;
 }
-
-/// The next step down from a state; nothing when there is none that was not tried yet.
-std::optional<LifecycleTransition> step_down(LifecycleState state,
-                                             const std::vector<LifecycleTransition>& tried) {
-  std::vector<LifecycleTransition> steps;
-  switch (state) {
-    case LifecycleState::kActive:
-      steps = {LifecycleTransition::kDeactivate, LifecycleTransition::kActiveShutdown};
-      break;
-    case LifecycleState::kInactive:
-      steps = {LifecycleTransition::kCleanup, LifecycleTransition::kInactiveShutdown};
-      break;
-    case LifecycleState::kUnconfigured:
-      steps = {LifecycleTransition::kUnconfiguredShutdown};
-      break;
-    case LifecycleState::kFinalized:
-    case LifecycleState::kUnknown:
-      break;
-    default:
-      // A transition is in progress. This one takes its turn behind it, whether it is possible or
-      // not; the state is settled then.
-      return LifecycleTransition::kUnconfiguredShutdown;
-  }
-  for (const LifecycleTransition step : steps) {
-    if (std::find(tried.begin(), tried.end(), step) == tried.end()) {
-      return step;
-    }
-  }
-  return std::nullopt;
-}
-
-/// Takes one component down, inside the component's default group: the component exists as long as
-/// its callbacks run, so a plain reference is enough.
-class TakingDown : public std::enable_shared_from_this<TakingDown> {
- public:
-  TakingDown(Component& component, std::function<void()> finished)
-      : component_(component), finished_(std::move(finished)) {}
-
-  void proceed() {
-    const auto step = step_down(component_.state(), tried_);
-    if (!step) {
-      finished_();
-      return;
-    }
-    tried_.push_back(*step);
-    component_.request_transition(
-        *step, [self = shared_from_this()](const TransitionResult&) { self->proceed(); });
-  }
-
- private:
-  Component& component_;
-  const std::function<void()> finished_;
-  std::vector<LifecycleTransition> tried_;
-};
 
 }  // namespace
 
@@ -206,7 +153,7 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
 ComponentPtr<> ComponentContainer::Impl::create(const LoadRequest& request) const {
   ComponentOptions options;
   options.context = options_.context;
-  options.executor = options_.executor;
+  options.executor = request.executor != nullptr ? request.executor : options_.executor;
   options.name = request.name;
   options.remap_rules = request.remap_rules;
   options.parameter_overrides = request.parameter_overrides;
@@ -269,21 +216,12 @@ void ComponentContainer::Impl::start(std::uint64_t id, Done done) {
     return;
   }
   // A plain pointer: these run in the component's own group, where nothing may be its last owner.
-  component->request_transition(LifecycleTransition::kConfigure,
-                                [weak = weak_from_this(), target = component.get(),
-                                 done = std::move(done)](const TransitionResult& configured) {
-                                  const auto finish = [weak, done](const TransitionResult& result) {
-                                    if (const auto self = weak.lock()) {
-                                      self->tell(done, result);
-                                    }
-                                  };
-                                  if (configured.success) {
-                                    target->request_transition(LifecycleTransition::kActivate,
-                                                               finish);
-                                  } else {
-                                    finish(configured);
-                                  }
-                                });
+  bring_up(*component,
+           [weak = weak_from_this(), done = std::move(done)](const TransitionResult& result) {
+             if (const auto self = weak.lock()) {
+               self->tell(done, result);
+             }
+           });
 }
 
 void ComponentContainer::Impl::unload(std::uint64_t id, Done done) {
@@ -322,9 +260,8 @@ void ComponentContainer::Impl::take_down(std::uint64_t id, Component& component)
       });
     }
   };
-  const auto taking_down = std::make_shared<TakingDown>(
-      component, [&component, destroy_later] { component.stop_callbacks(destroy_later); });
-  component.default_group()->post([taking_down] { taking_down->proceed(); });
+  pipescout::take_down(component,
+                       [&component, destroy_later] { component.stop_callbacks(destroy_later); });
 }
 
 void ComponentContainer::Impl::destroy(std::uint64_t id) {

@@ -14,7 +14,7 @@
 
 #include "cli/command.hpp"
 #include "pipescout/runtime/node.hpp"
-#include "run/stop_signals.hpp"
+#include "pipescout/runtime/stop_signals.hpp"
 
 /// The place of a command on the network: a node of its own, hidden and short-lived.
 namespace pipescout::host {

@@ -4,12 +4,12 @@
 
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
+#include "pipescout/runtime/executor_thread.hpp"
+#include "pipescout/runtime/stop_signals.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
 #include "run/host_node.hpp"
 #include "run/run.hpp"
-#include "run/spinner.hpp"
-#include "run/stop_signals.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -71,7 +71,8 @@ class IsolatedRun {
     // Hidden, as all names with a leading '_' are: one that asks for the nodes sees the component.
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{context_, &*executor_, {entry_->name.ns, "_" + entry_->name.name}});
-    spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
+    spinner_.emplace(*executor_,
+                     ExecutorThread::Callbacks{.on_failure = [this] { loop_.post([] {}); }});
     errors_ =
         watch_errors(container_->node(), container_->node().default_group(), entry_->name, [this] {
           control_.send({ChildMessage::Event::kBroke, "", {}});
@@ -132,7 +133,7 @@ class IsolatedRun {
   std::unique_ptr<ComponentContainer> container_;
   ErrorWatch errors_;
   std::uint64_t id_ = 0;
-  std::optional<Spinner> spinner_;
+  std::optional<ExecutorThread> spinner_;
 };
 
 }  // namespace

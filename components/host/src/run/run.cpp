@@ -18,11 +18,11 @@
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
+#include "pipescout/runtime/executor_thread.hpp"
+#include "pipescout/runtime/stop_signals.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
 #include "run/host_node.hpp"
-#include "run/spinner.hpp"
-#include "run/stop_signals.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -177,7 +177,8 @@ class Run {
         ContainerOptions{
             context_, &*executor_, {join_namespaces("/", options_.ns), "pipescout_container"}},
         registry_);
-    spinner_.emplace(*executor_, [this] { loop_.post([] {}); });
+    spinner_.emplace(*executor_,
+                     ExecutorThread::Callbacks{.on_failure = [this] { loop_.post([] {}); }});
     for (const auto& problem : registry_.problems()) {
       container_->node().logger().warn(problem);
     }
@@ -634,7 +635,7 @@ class Run {
   std::unique_ptr<HostNode> host_;
   /// Addresses are kept by callbacks.
   std::deque<Running> components_;
-  std::optional<Spinner> spinner_;
+  std::optional<ExecutorThread> spinner_;
 };
 
 }  // namespace

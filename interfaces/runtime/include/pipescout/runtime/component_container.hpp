@@ -22,6 +22,8 @@ struct LoadRequest {
   std::vector<ParameterOverride> parameter_overrides{};
   /// Messages below it go nowhere; none: as Logger.
   std::optional<LogSeverity> log_threshold{};
+  /// Runs the component in place of the container's; must outlive the component.
+  Executor* executor = nullptr;
 };
 
 /// Whoever keeps `component` keeps the component from being destroyed, and its name taken, when it

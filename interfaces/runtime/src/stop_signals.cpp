@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run/stop_signals.hpp"
+#include "pipescout/runtime/stop_signals.hpp"
 
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -16,7 +16,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pipescout::host {
+namespace pipescout {
 namespace {
 
 // What is written to wake_: an eventfd adds up.
@@ -126,4 +126,4 @@ void StopSignals::run() {
   }
 }
 
-}  // namespace pipescout::host
+}  // namespace pipescout

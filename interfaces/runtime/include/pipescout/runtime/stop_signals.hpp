@@ -6,7 +6,7 @@
 
 #include "pipescout/runtime/time.hpp"
 
-namespace pipescout::host {
+namespace pipescout {
 
 /// SIGINT, SIGTERM and SIGHUP as calls on a thread of its own, where any code is safe. The first
 /// one asks the program to end; the second ends it at once, and so does time: a program that was
@@ -39,4 +39,4 @@ class StopSignals {
   std::thread thread_;
 };
 
-}  // namespace pipescout::host
+}  // namespace pipescout
