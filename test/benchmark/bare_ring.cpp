@@ -22,8 +22,7 @@ BareRing::BareRing(const std::string& name) {
   const std::size_t size = kHeaderBytes + kSlots * kSlotBytes;
   void* memory = MAP_FAILED;
   if (file >= 0 && ftruncate(file, static_cast<off_t>(size)) == 0) {
-    memory =
-        mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, file, 0);
+    memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, file, 0);
   }
   if (file >= 0) {
     close(file);

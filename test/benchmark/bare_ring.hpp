@@ -30,7 +30,7 @@ class BareRing {
   std::size_t receive(std::span<std::uint8_t> message);
 
  private:
-  static constexpr std::size_t kSlots = 4;
+  static constexpr std::size_t kSlots = 2;
 
   struct Header {
     std::atomic<std::uint32_t> sent;  // also the futex

@@ -94,10 +94,10 @@ Figures evaluate(const pipescout::benchmarks::LoadFigures& load,
   figures.add_row(
       {{"case", "chain of 20 at 50 Hz, plain Fast DDS"}, {"cpu_percent", load.busy_plain_percent}});
 
-  figures.add_row({{"case", "6 MB to one subscription"},
-                   {"cpu_ms_per_image", fanout.cpu_ms_per_image_one}});
-  figures.add_row({{"case", "6 MB to ten subscriptions"},
-                   {"cpu_ms_per_image", fanout.cpu_ms_per_image_ten}});
+  figures.add_row(
+      {{"case", "6 MB to one subscription"}, {"cpu_ms_per_image", fanout.cpu_ms_per_image_one}});
+  figures.add_row(
+      {{"case", "6 MB to ten subscriptions"}, {"cpu_ms_per_image", fanout.cpu_ms_per_image_ten}});
   figures.add_row({{"case", "nodes of 50 components"},
                    {"announcements", discovery.announcements},
                    {"kB", discovery.kilobytes},
@@ -152,7 +152,7 @@ int main(int argc, char** argv) {
         pb::register_cross_process();
       },
       [] {
-        std::cerr << "measuring fan-out and discovery, 15 s\n";
+        std::cerr << "measuring fan-out and discovery, 30 s\n";
         const pb::FanoutFigures fanout = pb::measure_fanout();
         const pb::DiscoveryFigures discovery = pb::measure_discovery();
         std::cerr << "measuring processor load, 30 s\n";
