@@ -107,8 +107,8 @@ class Link {
 
   double send_bare(ImageSize size) {
     const auto message = make_image(size);
-    stamp_bytes(message->data());
-    ring_.send(message->data());
+    stamp_bytes(message->data);
+    ring_.send(message->data);
     return await();
   }
 

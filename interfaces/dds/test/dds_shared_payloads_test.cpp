@@ -217,9 +217,9 @@ class DdsPayloadTest : public ::testing::Test {
  protected:
   static sensor_msgs::msg::Image image(std::size_t bytes = kBytes) {
     sensor_msgs::msg::Image message;
-    message.data().resize(bytes);
+    message.data.resize(bytes);
     for (std::size_t i = 0; i < bytes; ++i) {
-      message.data()[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
+      message.data[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
     }
     return message;
   }
@@ -247,7 +247,7 @@ TEST_F(DdsPayloadTest, ALargeMessageTakesTheWayThroughSharedMemory) {
     ASSERT_TRUE(heard_.await_messages(static_cast<std::size_t>(i) + 1));
     EXPECT_EQ(heard_.message(static_cast<std::size_t>(i)).info.identity, sent);
   }
-  EXPECT_TRUE(received(heard_.message(19)).data() == message.data());
+  EXPECT_TRUE(received(heard_.message(19)).data == message.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before + 1);
   EXPECT_THAT(here_->warnings(), IsEmpty());
   writer.reset();
@@ -271,7 +271,7 @@ TEST_F(DdsPayloadTest, SmallMessagesAndThoseThatAreKeptForLateReadersDoNot) {
   ReaderRecord late;
   const auto late_reader = there_->create_reader(kept, QoS::latched(), late);
   ASSERT_TRUE(late.await_messages(1));
-  EXPECT_TRUE(received(late.message(0)).data() == large.data());
+  EXPECT_TRUE(received(late.message(0)).data == large.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before);
 }
 
@@ -332,7 +332,7 @@ TEST_F(DdsPayloadTest, AReaderThatKnowsNothingOfOurMemoryGetsTheMessageItself) {
     ASSERT_TRUE(heard_.await_matched(1));
     writer->write(&message, {});
     ASSERT_TRUE(foreign.heard.await_messages(1));
-    EXPECT_TRUE(received(foreign.heard.message(0)).data() == message.data());
+    EXPECT_TRUE(received(foreign.heard.message(0)).data == message.data);
     ASSERT_TRUE(heard_.await_messages(1));
     EXPECT_EQ(foreign.heard.malformed, 0);
     EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before);
@@ -340,7 +340,7 @@ TEST_F(DdsPayloadTest, AReaderThatKnowsNothingOfOurMemoryGetsTheMessageItself) {
   ASSERT_TRUE(told_.await_matched(1));
   writer->write(&message, {});
   ASSERT_TRUE(heard_.await_messages(2));
-  EXPECT_TRUE(received(heard_.message(1)).data() == message.data());
+  EXPECT_TRUE(received(heard_.message(1)).data == message.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before + 1);
 }
 

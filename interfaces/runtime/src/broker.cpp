@@ -212,8 +212,8 @@ LocalPublisher::~LocalPublisher() {
   if (deadline_) {
     deadline_->stop();
   }
-  if (lease_) {
-    lease_->stop();
+  if (watch_) {
+    watch_->close();
   }
   deadline_missed_->close();
   liveliness_lost_->close();
@@ -228,10 +228,10 @@ void LocalPublisher::start() {
   const auto& group = options_.group;
   const bool monitored = options_.qos.liveliness == Liveliness::kManualByTopic &&
                          options_.qos.liveliness_lease.has_value();
-  if (!group && (monitored || events.deadline_missed || events.liveliness_lost ||
-                 events.incompatible_qos || events.matched)) {
+  if (!group && (events.deadline_missed || events.liveliness_lost || events.incompatible_qos ||
+                 events.matched)) {
     throw std::invalid_argument("publisher of " + options_.topic.name +
-                                ": events and manual liveliness need a callback group");
+                                ": events need a callback group");
   }
   deadline_missed_ = std::make_shared<CountedEvent>(group, events.deadline_missed);
   liveliness_lost_ = std::make_shared<CountedEvent>(group, events.liveliness_lost);
@@ -243,13 +243,13 @@ void LocalPublisher::start() {
         [missed = deadline_missed_](std::uint64_t periods) { missed->add(periods); });
   }
   if (monitored) {
+    // Not in the publisher's own group: a callback that hangs there is what the lease is to reveal.
+    watch_ = broker_->watch_thread().create_group();
+    // A plain pointer: the watch thread must not become the last owner. The destructor closes the
+    // group.
     lease_ =
-        std::make_shared<Watchdog>(group, *options_.qos.liveliness_lease, Watchdog::Lapse::kOnce,
-                                   [weak = weak_from_this()](std::uint64_t) {
-                                     if (const auto self = weak.lock()) {
-                                       self->liveliness_lapsed();
-                                     }
-                                   });
+        std::make_shared<Watchdog>(watch_, *options_.qos.liveliness_lease, Watchdog::Lapse::kOnce,
+                                   [this](std::uint64_t) { liveliness_lapsed(); });
     lease_->touch();
   }
   if (Transport* transport = broker_->transport()) {
@@ -354,18 +354,17 @@ void LocalPublisher::renew_lease() {
 }
 
 void LocalPublisher::liveliness_lapsed() {
-  {
-    const std::lock_guard lock(mutex_);
-    // Somebody may have renewed the lease after it ran out and before this call.
-    if (lease_->is_armed()) {
-      return;
-    }
-    alive_ = false;
-    for (const auto& queue : matches_) {
-      queue->local_publisher_liveliness(false);
-    }
+  const std::lock_guard lock(mutex_);
+  // Somebody may have renewed the lease after it ran out and before this call.
+  if (lease_->is_armed()) {
+    return;
   }
+  // Counted before anybody can see it.
   liveliness_lost_->add();
+  alive_ = false;
+  for (const auto& queue : matches_) {
+    queue->local_publisher_liveliness(false);
+  }
 }
 
 void LocalPublisher::set_enabled(bool enabled) {

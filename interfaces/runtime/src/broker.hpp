@@ -15,6 +15,7 @@
 #include "pipescout/runtime/context.hpp"
 #include "shared_reader.hpp"
 #include "subscription_queue.hpp"
+#include "watch_thread.hpp"
 
 namespace pipescout {
 
@@ -33,6 +34,7 @@ class Broker : public std::enable_shared_from_this<Broker> {
       SubscriptionOptions options);
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
+  [[nodiscard]] WatchThread& watch_thread() noexcept { return watch_thread_; }
 
   /// Told of every endpoint that is destroyed, on the destroying thread. Its address tells which:
   /// subscriptions that share a reader have the same identity. Set once, before endpoints are made.
@@ -76,9 +78,10 @@ class Broker : public std::enable_shared_from_this<Broker> {
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
   std::atomic<std::uint32_t> last_entity_{0};
-
   std::mutex readers_mutex_;  // by itself: held while the transport makes a reader
   std::map<std::string, std::vector<std::weak_ptr<SharedReader>>> readers_;  // by topic
+
+  WatchThread watch_thread_;
 };
 
 /// The sending half: delivers to matched queues of this process, keeps the last messages for late
@@ -145,6 +148,7 @@ class LocalPublisher final : public UntypedPublisher,
   std::optional<IncompatibleQosEvent> incompatible_qos_;
   std::shared_ptr<LatestEvent<std::size_t>> matched_;
   std::shared_ptr<Watchdog> deadline_;
+  std::shared_ptr<CallbackGroup> watch_;  // of the watch thread; null without a manual lease
   std::shared_ptr<Watchdog> lease_;
 
   mutable std::mutex mutex_;

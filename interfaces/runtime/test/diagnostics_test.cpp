@@ -111,7 +111,6 @@ TEST(Diagnostics, CountsFromManyThreads) {
 class Listener : public Component {
  public:
   explicit Listener(ComponentOptions options) : Component(std::move(options)) {}
-  ~Listener() override { close(); }
 
  private:
   CallbackReturn on_configure() override {
@@ -138,8 +137,8 @@ TEST(DiagnosticsPublisher, SaysWhatTheTransportCannotDo) {
        .callback = [&](const std::shared_ptr<const void>& message, const MessageInfo&) {
          const auto& array =
              *static_cast<const diagnostic_msgs::msg::DiagnosticArray*>(message.get());
-         for (const auto& status : array.status()) {
-           statuses[status.name()] = status;
+         for (const auto& status : array.status) {
+           statuses[status.name] = status;
          }
        }});
   Listener component({.context = context, .executor = &executor, .name = {"/", "listener"}});
@@ -150,10 +149,9 @@ TEST(DiagnosticsPublisher, SaysWhatTheTransportCannotDo) {
   network.warn("no second port");
   publisher.publish_now();
   const auto& status = statuses["listener: transport"];
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_EQ(status.message(), "no room in /dev/shm; no second port");
-  EXPECT_EQ(statuses["listener: status"].level(),
-            diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "no room in /dev/shm; no second port");
+  EXPECT_EQ(statuses["listener: status"].level, diagnostic_msgs::msg::DiagnosticStatus::OK);
 }
 
 TEST(DiagnosticsPublisher, SaysOnceASecondHowTheComponentIs) {
@@ -162,9 +160,9 @@ TEST(DiagnosticsPublisher, SaysOnceASecondHowTheComponentIs) {
   ASSERT_TRUE(harness.bring_up(component).success);
   component.diagnostics().set_value("temperature", "21.5");
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.name(), "robot_1/listener: status");
-  EXPECT_EQ(status.hardware_id(), "none");
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.name, "robot_1/listener: status");
+  EXPECT_EQ(status.hardware_id, "none");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(status, "lifecycle_state"), "active");
   EXPECT_EQ(ComponentHarness::value(status, "temperature"), "21.5");
   const std::size_t before = harness.diagnostics(component).size();
@@ -180,8 +178,8 @@ TEST(DiagnosticsPublisher, PublishesAChangeOfLevelAtOnce) {
   component.diagnostics().set_status(DiagnosticLevel::kError, "broken");
   const auto statuses = harness.diagnostics(component);
   ASSERT_EQ(statuses.size(), before + 1);
-  EXPECT_EQ(statuses.back().level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
-  EXPECT_EQ(statuses.back().message(), "broken");
+  EXPECT_EQ(statuses.back().level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_EQ(statuses.back().message, "broken");
 }
 
 TEST(DiagnosticsPublisher, WarnsOfMessagesThatTheQueueDropped) {
@@ -192,12 +190,12 @@ TEST(DiagnosticsPublisher, WarnsOfMessagesThatTheQueueDropped) {
     harness.publish("input", Message{});
   }
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_EQ(status.message(), "subscription /input: dropped_queue_full +3");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "subscription /input: dropped_queue_full +3");
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: dropped_queue_full"), "3");
 
   const auto later = harness.next_diagnostics(component);
-  EXPECT_EQ(later.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(later.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(later, "subscription /input: dropped_queue_full"), "3");
 }
 
@@ -210,7 +208,7 @@ TEST(DiagnosticsPublisher, ShowsWhatAnInactiveComponentDropsWithoutAWarning) {
   }
   ASSERT_TRUE(harness.activate(component).success);
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: dropped_inactive"), "1");
   EXPECT_EQ(ComponentHarness::value(status, "publisher /output: suppressed"), "1");
 }
@@ -219,7 +217,6 @@ TEST(DiagnosticsPublisher, ShowsWhatAnInactiveComponentDropsWithoutAWarning) {
 class Serving : public Component {
  public:
   explicit Serving(ComponentOptions options) : Component(std::move(options)) {}
-  ~Serving() override { close(); }
 
   void ask() {
     client_.call(
@@ -250,8 +247,8 @@ TEST(DiagnosticsPublisher, WarnsOfWhatServicesAndClientsLose) {
   }
   harness.spin();
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_EQ(status.message(),
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message,
             "client /absent: without_server +1, service /switch: "
             "dropped_queue_full +3");
   EXPECT_EQ(ComponentHarness::value(status, "client /absent: without_server"), "1");
@@ -259,7 +256,7 @@ TEST(DiagnosticsPublisher, WarnsOfWhatServicesAndClientsLose) {
 
   component.ask();
   const auto later = harness.next_diagnostics(component);
-  EXPECT_EQ(later.message(), "client /absent: without_server +1");
+  EXPECT_EQ(later.message, "client /absent: without_server +1");
   EXPECT_EQ(ComponentHarness::value(later, "client /absent: without_server"), "2");
 }
 
@@ -269,7 +266,7 @@ TEST(DiagnosticsPublisher, WarnsOfAnIncompatibleQos) {
   ASSERT_TRUE(harness.bring_up(component).success);
   harness.publish("input", Message{}, QoS::sensor_data());
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: incompatible_qos"), "1");
 }
 

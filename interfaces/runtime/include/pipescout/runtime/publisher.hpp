@@ -64,7 +64,9 @@ class UntypedPublisher {
 
   /// A publisher of an inactive component is disabled: it drops and counts what is published.
   virtual void set_enabled(bool enabled) = 0;
-  /// Says "I am alive" for `Liveliness::kManualByTopic`; publishing says so too.
+  /// Says "I am alive" for `Liveliness::kManualByTopic`; publishing says so too. When neither
+  /// happens within the lease, subscriptions learn it at once, whatever the publisher's callbacks
+  /// do.
   virtual void assert_liveliness() = 0;
 
   [[nodiscard]] virtual std::size_t subscription_count() const = 0;
