@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -52,8 +52,10 @@ std::size_t blocks_in(const fs::path& folder) {
 }
 
 TEST(PayloadReferenceTest, SurvivesTheWireAndIsNoMessage) {
-  const PayloadReference reference{
-      .participant = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, .block = 7, .sequence = 99, .bytes = 5};
+  const PayloadReference reference{.participant = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12},
+                                   .block = 7,
+                                   .sequence = 99,
+                                   .bytes = 5};
   std::array<std::byte, dds::kReferenceBytes> payload{};
   encode(reference, payload);
   EXPECT_EQ(dds::decode_reference(payload), reference);
@@ -68,8 +70,8 @@ class SharedPayloadsTest : public ::testing::Test {
       : place_(fs::path(dds::kSharedMemoryFolder) /
                ("pipescout_test_" + std::to_string(getpid()))) {
     fs::create_directories(place_);
-    folder_ = std::make_shared<dds::PayloadFolder>(
-        dds::GuidPrefix{1, 2, 3}, std::make_shared<dds::Warnings>(), place_);
+    folder_ = std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{1, 2, 3},
+                                                   std::make_shared<dds::Warnings>(), place_);
   }
   ~SharedPayloadsTest() override {
     std::error_code ignored;
@@ -187,9 +189,8 @@ TEST_F(SharedPayloadsTest, RefusesReferencesToWhatIsNotThere) {
 
 TEST_F(SharedPayloadsTest, SaysThatThereIsNoRoom) {
   const auto warnings = std::make_shared<dds::Warnings>();
-  dds::PayloadWriter writer(std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{}, warnings,
-                                                                 place_ / "missing"),
-                            2);
+  dds::PayloadWriter writer(
+      std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{}, warnings, place_ / "missing"), 2);
   EXPECT_EQ(store(writer, 1), std::nullopt);
   EXPECT_EQ(store(writer, 1), std::nullopt);
   EXPECT_THAT(warnings->all(), SizeIs(1));

@@ -154,8 +154,8 @@ class DiagnosticsPublisher::Impl {
 
   /// `endpoint`: whose identity and name the totals go under.
   template <class Endpoint, class Statistics, class Totals>
-  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics, std::string_view kind,
-                  const Totals& kinds, Losses& losses) const {
+  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics,
+                  std::string_view kind, const Totals& kinds, Losses& losses) const {
     for (const auto& kind_of_total : kinds) {
       const std::uint64_t total = statistics.*kind_of_total.member;
       if (total == 0) {
@@ -178,8 +178,8 @@ class DiagnosticsPublisher::Impl {
                     Losses& losses) const {
     add_totals(publisher, publisher->statistics(), kind, kPublisherTotals, losses);
   }
-  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription,
-                    std::string_view kind, Losses& losses) const {
+  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription, std::string_view kind,
+                    Losses& losses) const {
     add_totals(subscription, subscription->statistics(), kind, kSubscriptionTotals, losses);
   }
 
