@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <iostream>
 #include <map>
@@ -77,7 +78,9 @@ double median(const std::string& name) {
   return all_samples()[name].median();
 }
 
-Figures evaluate(const pipescout::benchmarks::LoadFigures& load) {
+Figures evaluate(const pipescout::benchmarks::LoadFigures& load,
+                 const pipescout::benchmarks::FanoutFigures& fanout,
+                 const pipescout::benchmarks::DiscoveryFigures& discovery) {
   using Bound = Figures::Bound;
   Figures figures;
   for (const auto& [name, samples] : all_samples()) {
@@ -90,6 +93,15 @@ Figures evaluate(const pipescout::benchmarks::LoadFigures& load) {
   figures.add_row({{"case", "chain of 20 at 50 Hz, ours"}, {"cpu_percent", load.busy_percent}});
   figures.add_row(
       {{"case", "chain of 20 at 50 Hz, plain Fast DDS"}, {"cpu_percent", load.busy_plain_percent}});
+
+  figures.add_row(
+      {{"case", "6 MB to one subscription"}, {"cpu_ms_per_image", fanout.cpu_ms_per_image_one}});
+  figures.add_row(
+      {{"case", "6 MB to ten subscriptions"}, {"cpu_ms_per_image", fanout.cpu_ms_per_image_ten}});
+  figures.add_row({{"case", "nodes of 50 components"},
+                   {"announcements", discovery.announcements},
+                   {"kB", discovery.kilobytes},
+                   {"kB_of_the_last", discovery.last_kilobytes}});
 
   figures.add("inprocess_image_speedup",
               median("in process, image, plain Fast DDS") / median("in process, image, ours"),
@@ -109,6 +121,18 @@ Figures evaluate(const pipescout::benchmarks::LoadFigures& load) {
       "crossprocess_1k_ratio",
       median("across processes, 1 kB, ours") / median("across processes, 1 kB, plain Fast DDS"),
       Bound::kAtMost, 1.15);
+  const double image_vs_bare =
+      median("across processes, image, ours") / median("across processes, image, bare ring");
+  const double large_vs_bare =
+      median("across processes, 6 MB, ours") / median("across processes, 6 MB, bare ring");
+  figures.add("crossprocess_655kB_vs_bare", image_vs_bare, Bound::kAtMost, 2.5);
+  figures.add("crossprocess_6MB_vs_bare", large_vs_bare, Bound::kAtMost, 2.5);
+  figures.add("crossprocess_image_vs_bare", std::max(image_vs_bare, large_vs_bare), Bound::kAtMost,
+              2.5);
+  figures.add("fanout_10_delivered_percent", fanout.delivered_percent, Bound::kAtLeast, 100.0);
+  figures.add("fanout_10_cpu_ratio", fanout.cpu_ms_per_image_ten / fanout.cpu_ms_per_image_one,
+              Bound::kAtMost, 1.5);
+  figures.add("discovery_kb_50_components", discovery.kilobytes, Bound::kAtMost, 200.0);
   figures.add("idle_cpu_percent", load.idle_percent, Bound::kAtMost, 1.0);
   figures.add("busy_cpu_ratio", load.busy_percent / load.busy_plain_percent, Bound::kAtMost, 0.5);
   return figures;
@@ -128,7 +152,10 @@ int main(int argc, char** argv) {
         pb::register_cross_process();
       },
       [] {
+        std::cerr << "measuring fan-out and discovery, 30 s\n";
+        const pb::FanoutFigures fanout = pb::measure_fanout();
+        const pb::DiscoveryFigures discovery = pb::measure_discovery();
         std::cerr << "measuring processor load, 30 s\n";
-        return evaluate(pb::measure_load());
+        return evaluate(pb::measure_load(), fanout, discovery);
       });
 }

@@ -18,6 +18,7 @@ inline constexpr ImageSize kThermalImage{640, 512};  ///< 16 bit: 655 kB
 inline constexpr ImageSize kSmallImage{64, 64};
 inline constexpr ImageSize kLargeImage{1920, 1080};
 inline constexpr ImageSize kOneKilobyte{32, 16};
+inline constexpr ImageSize kSixMegabytes{2000, 1500};
 
 /// A mono16 image of that size.
 [[nodiscard]] std::unique_ptr<sensor_msgs::msg::Image> make_image(ImageSize size);
@@ -43,6 +44,24 @@ struct LoadFigures {
 };
 [[nodiscard]] LoadFigures measure_load();
 
+/// Images of 6 MB at 10 Hz to a process with ten subscriptions, compared with one.
+struct FanoutFigures {
+  double delivered_percent;
+  double cpu_ms_per_image_one;
+  double cpu_ms_per_image_ten;
+};
+[[nodiscard]] FanoutFigures measure_fanout();
+
+/// What a process with 50 components of 4 topics each publishes on ros_discovery_info.
+struct DiscoveryFigures {
+  double announcements;
+  double kilobytes;
+  double last_kilobytes;
+};
+[[nodiscard]] DiscoveryFigures measure_discovery();
+
+/// The processes at the other end of these two, as `run_as_child`.
+[[nodiscard]] int run_as_peer(int argc, char** argv);
 /// The receiving end of the measurements across processes, as `run_as_child`.
 [[nodiscard]] int run_as_receiver(int argc, char** argv);
 /// Runs what a child process of the benchmark is for, and returns its exit code; -1 when the

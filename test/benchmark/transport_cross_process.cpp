@@ -11,7 +11,9 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "bare_ring.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/node.hpp"
 #include "plain_fastdds/plain_fastdds.hpp"
@@ -37,6 +39,26 @@ void write_latency(int pipe, double microseconds) {
   }
 }
 
+std::string ring_name(std::uint32_t domain) {
+  return "/pipescout_bare_ring_" + std::to_string(domain);
+}
+
+/// The time of sending, in the first bytes of a message.
+void stamp_bytes(std::vector<std::uint8_t>& bytes) {
+  const std::int64_t now = monotonic_nanoseconds();
+  std::memcpy(bytes.data(), &now, sizeof now);
+}
+
+[[noreturn]] void receive_bare(BareRing& ring, int pipe) {
+  std::vector<std::uint8_t> bytes(BareRing::kSlotBytes);
+  for (;;) {
+    ring.receive(bytes);
+    std::int64_t sent = 0;
+    std::memcpy(&sent, bytes.data(), sizeof sent);
+    write_latency(pipe, static_cast<double>(monotonic_nanoseconds() - sent) * 1e-3);
+  }
+}
+
 /// The subscriber's process: writes each latency to a pipe, and ends when its parent does.
 int receive(std::uint32_t domain, int pipe) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -56,6 +78,8 @@ int receive(std::uint32_t domain, int pipe) {
   const PlainReader plain_image(participant, "plain_image", report);
   const PlainReader plain_small(participant, "plain_small", report, PlainCallback::kInThread);
   const PlainReader plain_listener(participant, "plain_listener", report);
+  BareRing ring(ring_name(domain));
+  std::thread([&ring, pipe] { receive_bare(ring, pipe); }).detach();  // until the process is killed
   executor.spin();
   return 0;
 }
@@ -78,6 +102,13 @@ class Link {
     auto message = make_image(size);
     stamp(*message);
     writer.write(*message);
+    return await();
+  }
+
+  double send_bare(ImageSize size) {
+    const auto message = make_image(size);
+    stamp_bytes(message->data);
+    ring_.send(message->data);
     return await();
   }
 
@@ -125,6 +156,8 @@ class Link {
       throw std::runtime_error("the receiving process does not answer");
     };
     until_heard([&] { return send_ours(image, kThermalImage); });
+    until_heard([&] { return send_ours(image, kSixMegabytes); });
+    until_heard([&] { return send_bare(kSixMegabytes); });
     until_heard([&] { return send_ours(small, kOneKilobyte); });
     until_heard([&] { return send_plain(*plain_image, kThermalImage); });
     until_heard([&] { return send_plain(*plain_small, kOneKilobyte); });
@@ -135,6 +168,7 @@ class Link {
     kill(child_, SIGKILL);
     waitpid(child_, nullptr, 0);
     close(pipe_);
+    BareRing::remove(ring_name(benchmark_domain()));
   }
 
   /// The latency that the child measured; negative when the message was lost, or when more than one
@@ -149,6 +183,7 @@ class Link {
     return -1.0;
   }
 
+  BareRing ring_{ring_name(benchmark_domain())};
   int pipe_ = -1;
   pid_t child_ = -1;
   Executor executor_;
@@ -184,6 +219,12 @@ void register_case(const std::string& name, Send send) {
 void register_cross_process() {
   register_case("across processes, image, ours",
                 [](Link& link) { return link.send_ours(link.image, kThermalImage); });
+  register_case("across processes, image, bare ring",
+                [](Link& link) { return link.send_bare(kThermalImage); });
+  register_case("across processes, 6 MB, ours",
+                [](Link& link) { return link.send_ours(link.image, kSixMegabytes); });
+  register_case("across processes, 6 MB, bare ring",
+                [](Link& link) { return link.send_bare(kSixMegabytes); });
   register_case("across processes, image, plain Fast DDS",
                 [](Link& link) { return link.send_plain(*link.plain_image, kThermalImage); });
   register_case("across processes, 1 kB, ours",

@@ -189,6 +189,9 @@ int run_as_child(int argc, char** argv) {
     const double percent = what == "plain" ? plain_load() : our_load(what == "busy");
     return write(std::stoi(argv[3]), &percent, sizeof percent) == sizeof percent ? 0 : 1;
   }
+  if (const int code = run_as_peer(argc, argv); code >= 0) {
+    return code;
+  }
   return run_as_receiver(argc, argv);
 }
 

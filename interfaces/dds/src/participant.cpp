@@ -28,7 +28,7 @@ std::string in_megabytes(std::uintmax_t bytes) {
   return bytes < kMegabyte ? "less than 1 MB" : std::to_string(bytes / kMegabyte) + " MB";
 }
 
-const std::string kMakeRoom = "; make it larger (docker run --shm-size=...)";
+constexpr const char* kMakeRoom = "; make it larger (docker run --shm-size=...)";
 
 void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings>& warnings,
                        fastdds::DomainParticipantQos& qos) {
@@ -64,14 +64,14 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
 // What lies in shared memory is not encrypted.
 bool is_secured(const fastdds::DomainParticipantQos& qos) {
   const auto& properties = qos.properties().properties();
-  return std::any_of(properties.begin(), properties.end(), [](const auto& property) {
-    return property.name().starts_with("dds.sec.");
-  });
+  return std::any_of(properties.begin(), properties.end(),
+                     [](const auto& property) { return property.name().starts_with("dds.sec."); });
 }
 
+/// `announced_scope` gets the payload scope, if large messages may go through shared memory.
 fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
                                               const std::shared_ptr<Warnings>& warnings,
-                                              std::string& payload_scope) {
+                                              std::string& announced_scope) {
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   factory->load_profiles();
   fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
@@ -86,9 +86,9 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
     return qos;  // the user's profile has chosen
   }
   choose_transports(options, warnings, qos);
-  if (auto scope = pipescout::dds::payload_scope(); scope && !is_secured(qos)) {
-    payload_scope = *scope;
-    qos.properties().properties().emplace_back(kPayloadScopeProperty, payload_scope, true);
+  if (const auto scope = payload_scope(); scope && !is_secured(qos)) {
+    announced_scope = *scope;
+    qos.properties().properties().emplace_back(kPayloadScopeProperty, *scope, true);
   }
   return qos;
 }
@@ -121,8 +121,8 @@ Participant::Participant(const DdsOptions& options) {
   const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope);
   discovery_.share_payloads(scope);
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
-  participant_ = factory->create_participant(options.domain_id, qos, &discovery_,
-                                             fastdds::StatusMask::none());
+  participant_ =
+      factory->create_participant(options.domain_id, qos, &discovery_, fastdds::StatusMask::none());
   if (participant_ == nullptr) {
     throw TransportError(domain + ": cannot create a participant");
   }

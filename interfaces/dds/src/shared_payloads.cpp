@@ -216,8 +216,7 @@ PayloadWriter::PayloadWriter(std::shared_ptr<PayloadFolder> folder, std::size_t 
 PayloadWriter::~PayloadWriter() = default;
 
 std::optional<PayloadReference> PayloadWriter::store(
-    std::size_t bytes, std::size_t readers,
-    const std::function<bool(std::span<std::byte>)>& fill) {
+    std::size_t bytes, std::size_t readers, const std::function<bool(std::span<std::byte>)>& fill) {
   if (bytes > std::numeric_limits<std::uint32_t>::max() || readers > kReaderMask) {
     return std::nullopt;
   }
@@ -393,8 +392,7 @@ bool PayloadReader::take(const PayloadReference& reference,
 
 void PayloadReader::forget(const GuidPrefix& participant) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(mappings_,
-                [&](const auto& entry) { return entry.first.first == participant; });
+  std::erase_if(mappings_, [&](const auto& entry) { return entry.first.first == participant; });
 }
 
 }  // namespace pipescout::dds

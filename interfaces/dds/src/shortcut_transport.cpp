@@ -236,8 +236,8 @@ class ShortcutTransport final : public TransportInterface {
         return;
       }
     }
-    warnings_->add("cannot listen on shared memory port " + std::to_string(shortcut.port) +
-                   " of " + kSharedMemoryFolder +
+    warnings_->add("cannot listen on shared memory port " + std::to_string(shortcut.port) + " of " +
+                   kSharedMemoryFolder +
                    ": messages from other processes of this machine come over UDP");
   }
 

@@ -29,8 +29,8 @@ struct IncomingSample {
   std::shared_ptr<void> message = nullptr;
 };
 
-/// Fast DDS's view of any wire type. The `data` of a write is an `OutgoingSample`, that of a take an
-/// `IncomingSample`.
+/// Fast DDS's view of any wire type. The `data` of a write is an `OutgoingSample`, that of a take
+/// an `IncomingSample`.
 class WireType : public eprosima::fastdds::dds::TopicDataType {
  public:
   explicit WireType(const MessageType& type);

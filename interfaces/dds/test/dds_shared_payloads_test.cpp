@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -52,8 +52,10 @@ std::size_t blocks_in(const fs::path& folder) {
 }
 
 TEST(PayloadReferenceTest, SurvivesTheWireAndIsNoMessage) {
-  const PayloadReference reference{
-      .participant = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, .block = 7, .sequence = 99, .bytes = 5};
+  const PayloadReference reference{.participant = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12},
+                                   .block = 7,
+                                   .sequence = 99,
+                                   .bytes = 5};
   std::array<std::byte, dds::kReferenceBytes> payload{};
   encode(reference, payload);
   EXPECT_EQ(dds::decode_reference(payload), reference);
@@ -68,8 +70,8 @@ class SharedPayloadsTest : public ::testing::Test {
       : place_(fs::path(dds::kSharedMemoryFolder) /
                ("pipescout_test_" + std::to_string(getpid()))) {
     fs::create_directories(place_);
-    folder_ = std::make_shared<dds::PayloadFolder>(
-        dds::GuidPrefix{1, 2, 3}, std::make_shared<dds::Warnings>(), place_);
+    folder_ = std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{1, 2, 3},
+                                                   std::make_shared<dds::Warnings>(), place_);
   }
   ~SharedPayloadsTest() override {
     std::error_code ignored;
@@ -187,9 +189,8 @@ TEST_F(SharedPayloadsTest, RefusesReferencesToWhatIsNotThere) {
 
 TEST_F(SharedPayloadsTest, SaysThatThereIsNoRoom) {
   const auto warnings = std::make_shared<dds::Warnings>();
-  dds::PayloadWriter writer(std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{}, warnings,
-                                                                 place_ / "missing"),
-                            2);
+  dds::PayloadWriter writer(
+      std::make_shared<dds::PayloadFolder>(dds::GuidPrefix{}, warnings, place_ / "missing"), 2);
   EXPECT_EQ(store(writer, 1), std::nullopt);
   EXPECT_EQ(store(writer, 1), std::nullopt);
   EXPECT_THAT(warnings->all(), SizeIs(1));
@@ -217,9 +218,9 @@ class DdsPayloadTest : public ::testing::Test {
  protected:
   static sensor_msgs::msg::Image image(std::size_t bytes = kBytes) {
     sensor_msgs::msg::Image message;
-    message.data().resize(bytes);
+    message.data.resize(bytes);
     for (std::size_t i = 0; i < bytes; ++i) {
-      message.data()[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
+      message.data[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
     }
     return message;
   }
@@ -247,7 +248,7 @@ TEST_F(DdsPayloadTest, ALargeMessageTakesTheWayThroughSharedMemory) {
     ASSERT_TRUE(heard_.await_messages(static_cast<std::size_t>(i) + 1));
     EXPECT_EQ(heard_.message(static_cast<std::size_t>(i)).info.identity, sent);
   }
-  EXPECT_TRUE(received(heard_.message(19)).data() == message.data());
+  EXPECT_TRUE(received(heard_.message(19)).data == message.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before + 1);
   EXPECT_THAT(here_->warnings(), IsEmpty());
   writer.reset();
@@ -271,7 +272,7 @@ TEST_F(DdsPayloadTest, SmallMessagesAndThoseThatAreKeptForLateReadersDoNot) {
   ReaderRecord late;
   const auto late_reader = there_->create_reader(kept, QoS::latched(), late);
   ASSERT_TRUE(late.await_messages(1));
-  EXPECT_TRUE(received(late.message(0)).data() == large.data());
+  EXPECT_TRUE(received(late.message(0)).data == large.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before);
 }
 
@@ -332,7 +333,7 @@ TEST_F(DdsPayloadTest, AReaderThatKnowsNothingOfOurMemoryGetsTheMessageItself) {
     ASSERT_TRUE(heard_.await_matched(1));
     writer->write(&message, {});
     ASSERT_TRUE(foreign.heard.await_messages(1));
-    EXPECT_TRUE(received(foreign.heard.message(0)).data() == message.data());
+    EXPECT_TRUE(received(foreign.heard.message(0)).data == message.data);
     ASSERT_TRUE(heard_.await_messages(1));
     EXPECT_EQ(foreign.heard.malformed, 0);
     EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before);
@@ -340,7 +341,7 @@ TEST_F(DdsPayloadTest, AReaderThatKnowsNothingOfOurMemoryGetsTheMessageItself) {
   ASSERT_TRUE(told_.await_matched(1));
   writer->write(&message, {});
   ASSERT_TRUE(heard_.await_messages(2));
-  EXPECT_TRUE(received(heard_.message(1)).data() == message.data());
+  EXPECT_TRUE(received(heard_.message(1)).data == message.data);
   EXPECT_EQ(blocks_in(dds::kSharedMemoryFolder), before + 1);
 }
 

@@ -148,8 +148,7 @@ std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<Subscript
       return reader;
     }
   }
-  auto reader =
-      std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  auto reader = std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
   readers.push_back(reader);
   return reader;
 }
@@ -315,7 +314,8 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
   is_sending_ = true;
   std::int64_t own_sequence_number = 0;
   bool is_own = true;
-  for (Outgoing next = std::move(own);; next = std::move(outgoing_.front()), outgoing_.pop_front()) {
+  for (Outgoing next = std::move(own);;
+       next = std::move(outgoing_.front()), outgoing_.pop_front()) {
     lock.unlock();
     SampleIdentity identity;
     try {

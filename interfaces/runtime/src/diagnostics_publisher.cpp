@@ -109,10 +109,32 @@ class DiagnosticsPublisher::Impl {
     diagnostic_msgs::msg::DiagnosticArray array;
     array.header.stamp = to_message(component_.now());
     array.status.push_back(std::move(status));
+    add_transport(array);
     publisher_.publish(std::move(array));
   }
 
  private:
+  /// What the transport of the process cannot do as it was meant to.
+  void add_transport(diagnostic_msgs::msg::DiagnosticArray& array) const {
+    const Transport* transport = component_.context().transport();
+    if (transport == nullptr) {
+      return;
+    }
+    std::string message;
+    for (const std::string& warning : transport->warnings()) {
+      message += (message.empty() ? "" : "; ") + warning;
+    }
+    if (message.empty()) {
+      return;
+    }
+    diagnostic_msgs::msg::DiagnosticStatus status;
+    status.level = static_cast<std::uint8_t>(DiagnosticLevel::kWarn);
+    status.name = component_.node_name().fully_qualified().substr(1) + ": transport";
+    status.hardware_id = "none";
+    status.message = std::move(message);
+    array.status.push_back(std::move(status));
+  }
+
   /// Endpoint and total. Each endpoint counts for itself: a new one on the same topic starts at
   /// zero again, also where an old one was in memory.
   struct TotalKey {
@@ -132,8 +154,8 @@ class DiagnosticsPublisher::Impl {
 
   /// `endpoint`: whose identity and name the totals go under.
   template <class Endpoint, class Statistics, class Totals>
-  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics, std::string_view kind,
-                  const Totals& kinds, Losses& losses) const {
+  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics,
+                  std::string_view kind, const Totals& kinds, Losses& losses) const {
     for (const auto& kind_of_total : kinds) {
       const std::uint64_t total = statistics.*kind_of_total.member;
       if (total == 0) {
@@ -156,8 +178,8 @@ class DiagnosticsPublisher::Impl {
                     Losses& losses) const {
     add_totals(publisher, publisher->statistics(), kind, kPublisherTotals, losses);
   }
-  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription,
-                    std::string_view kind, Losses& losses) const {
+  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription, std::string_view kind,
+                    Losses& losses) const {
     add_totals(subscription, subscription->statistics(), kind, kSubscriptionTotals, losses);
   }
 

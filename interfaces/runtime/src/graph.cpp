@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <iterator>
 #include <mutex>
-#include <set>
 #include <rmw_dds_common/msg/participant_entities_info.hpp>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -283,7 +283,7 @@ class Knowledge {
       }
     }
     for (const auto& found : remote) {
-      GraphEndpoint endpoint{found.gid,  found.is_writer, found.topic, found.type,
+      GraphEndpoint endpoint{found.gid, found.is_writer, found.topic, found.type,
                              found.qos, std::nullopt,    false};
       const auto [first, last] = owners.equal_range(found.gid);
       if (first == last) {
@@ -398,13 +398,12 @@ class ProcessGraph final : public Graph {
              knowledge->hear(*static_cast<const ParticipantEntitiesInfo*>(message.get()), info);
            }
          }});
-    knowledge_->start_announcing(
-        broker->create_publisher({.topic = topic, .qos = QoS::latched(1)}),
-        transport_->create_delayed_call([weak] {
-          if (const auto knowledge = weak.lock()) {
-            knowledge->announce();
-          }
-        }));
+    knowledge_->start_announcing(broker->create_publisher({.topic = topic, .qos = QoS::latched(1)}),
+                                 transport_->create_delayed_call([weak] {
+                                   if (const auto knowledge = weak.lock()) {
+                                     knowledge->announce();
+                                   }
+                                 }));
   }
 
   ~ProcessGraph() override {

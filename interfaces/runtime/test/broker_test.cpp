@@ -791,12 +791,11 @@ TEST_F(AcrossProcesses, AnotherQosOrAWishForItGetsAReaderOfItsOwn) {
   const auto publisher = here_.publisher(QoS::reliable());
   const auto first = there_.subscription(QoS::reliable(1));
   const auto deeper = there_.subscription(QoS::reliable(2));
-  const auto own = there_.context->create_subscription(
-      {.topic = kTopic,
-       .qos = QoS::reliable(1),
-       .callback = [](const auto&, const auto&) {},
-       .group = there_.group,
-       .own_reader = true});
+  const auto own = there_.context->create_subscription({.topic = kTopic,
+                                                        .qos = QoS::reliable(1),
+                                                        .callback = [](const auto&, const auto&) {},
+                                                        .group = there_.group,
+                                                        .own_reader = true});
   const auto shared = there_.subscription(QoS::reliable(1));
   settle();
   EXPECT_EQ(publisher->remote_subscription_count(), 3);

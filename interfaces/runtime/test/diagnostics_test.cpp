@@ -4,12 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <map>
+#include <memory>
 #include <std_msgs/msg/header.hpp>
 #include <std_srvs/srv/set_bool.hpp>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "diagnostics_publisher.hpp"
 #include "pipescout/testing/component_harness.hpp"
+#include "pipescout/testing/fake_transport.hpp"
 
 namespace pipescout {
 namespace {
@@ -121,6 +126,33 @@ class Listener : public Component {
   Subscription<Message> subscription_;
   Publisher<Message> publisher_;
 };
+
+TEST(DiagnosticsPublisher, SaysWhatTheTransportCannotDo) {
+  testing::FakeNetwork network;
+  Executor executor;
+  const auto context = Context::create(network.create_transport());
+  std::map<std::string, diagnostic_msgs::msg::DiagnosticStatus> statuses;
+  const auto subscription = context->create_subscription(
+      {.topic = {"rt/diagnostics", &message_type<diagnostic_msgs::msg::DiagnosticArray>()},
+       .callback = [&](const std::shared_ptr<const void>& message, const MessageInfo&) {
+         const auto& array =
+             *static_cast<const diagnostic_msgs::msg::DiagnosticArray*>(message.get());
+         for (const auto& status : array.status) {
+           statuses[status.name] = status;
+         }
+       }});
+  Listener component({.context = context, .executor = &executor, .name = {"/", "listener"}});
+  DiagnosticsPublisher publisher(component);
+  publisher.publish_now();
+  EXPECT_FALSE(statuses.contains("listener: transport"));
+  network.warn("no room in /dev/shm");
+  network.warn("no second port");
+  publisher.publish_now();
+  const auto& status = statuses["listener: transport"];
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "no room in /dev/shm; no second port");
+  EXPECT_EQ(statuses["listener: status"].level, diagnostic_msgs::msg::DiagnosticStatus::OK);
+}
 
 TEST(DiagnosticsPublisher, SaysOnceASecondHowTheComponentIs) {
   ComponentHarness harness({.ns = "/robot_1", .simulated_time = true});

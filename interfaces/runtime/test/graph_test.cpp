@@ -270,8 +270,8 @@ TEST_F(GraphAcrossProcesses, ABurstOfChangesIsAnnouncedOnce) {
          }
          std::size_t writers = 0;
          const auto& told = *static_cast<const ParticipantEntitiesInfo*>(message.get());
-         for (const auto& node : told.node_entities_info_seq()) {
-           writers += node.writer_gid_seq().size();
+         for (const auto& node : told.node_entities_info_seq) {
+           writers += node.writer_gid_seq.size();
          }
          announced_writers.push_back(writers);
        }});
