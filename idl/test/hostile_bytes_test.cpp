@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "all_types.hpp"
 #include "allocation_counter.hpp"
 #include "guarded_buffer.hpp"
 #include "pipescout/idl/message_type.hpp"
@@ -107,7 +108,7 @@ class HostileBytesTest : public ::testing::Test {
 };
 
 TEST_F(HostileBytesTest, MessagesWithContentSurviveARoundTrip) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     for (const Bytes& sample : sample_messages(*type, engine_)) {
       EXPECT_TRUE(accepts(*type, sample));
@@ -116,7 +117,7 @@ TEST_F(HostileBytesTest, MessagesWithContentSurviveARoundTrip) {
 }
 
 TEST_F(HostileBytesTest, EveryTruncationIsRefused) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     for (const Bytes& sample : sample_messages(*type, engine_)) {
       const std::size_t step = 1 + sample.size() / 512;
@@ -130,7 +131,7 @@ TEST_F(HostileBytesTest, EveryTruncationIsRefused) {
 }
 
 TEST_F(HostileBytesTest, OnlyPlainCdrIsAccepted) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     Bytes bytes = serialized(*type, type->create().get());
     for (int high = 0; high < 256; high += 51) {
@@ -146,7 +147,7 @@ TEST_F(HostileBytesTest, OnlyPlainCdrIsAccepted) {
 }
 
 TEST_F(HostileBytesTest, FlippedBitsDoNoHarm) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     for (const Bytes& sample : sample_messages(*type, engine_)) {
       std::uniform_int_distribution<std::size_t> position(kEncapsulation, sample.size() - 1);
@@ -163,7 +164,7 @@ TEST_F(HostileBytesTest, FlippedBitsDoNoHarm) {
 }
 
 TEST_F(HostileBytesTest, HugeLengthsDoNoHarm) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     for (Bytes bytes : sample_messages(*type, engine_)) {
       const std::size_t step = 4 * (1 + bytes.size() / 1024);
@@ -185,7 +186,7 @@ TEST_F(HostileBytesTest, HugeLengthsDoNoHarm) {
 }
 
 TEST_F(HostileBytesTest, NoiseDoesNoHarm) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     std::uniform_int_distribution<int> any(0, 255);
     std::uniform_int_distribution<std::size_t> size(0, 600);
@@ -202,7 +203,7 @@ TEST_F(HostileBytesTest, NoiseDoesNoHarm) {
 }
 
 TEST_F(HostileBytesTest, AMessageStaysUsableAfterRefusedBytes) {
-  for (const MessageType* type : message_types()) {
+  for (const MessageType* type : testing::all_types()) {
     SCOPED_TRACE(type->name);
     const auto message = type->create();
     const Bytes good = serialized(*type, message.get());

@@ -26,6 +26,7 @@ struct Options {
   fs::path folder;
   std::vector<fs::path> roots;
   fs::path output;
+  std::string library;
   std::vector<std::string> files;
 };
 
@@ -83,6 +84,15 @@ void generate(const Options& options) {
   }
   write_if_different(options.output / options.package / "type_support.cpp",
                      cpp_type_support(options.package, interfaces, definitions));
+  if (!options.library.empty()) {
+    std::string list;
+    for (const auto* const interface : interfaces) {
+      for (const auto& structure : interface->structures) {
+        list += structure.name + ";" + options.library + "\n";
+      }
+    }
+    write_if_different(options.output / options.package / "pipescout_messages", list);
+  }
 }
 
 }  // namespace
@@ -97,6 +107,9 @@ int main(int argc, char** argv) {
   app.add_option("--output", options.output,
                  "Where PACKAGE/FOLDER/type.hpp and PACKAGE/type_support.cpp are written")
       ->required();
+  app.add_option("--library", options.library,
+                 "Also write PACKAGE/pipescout_messages, the list for the ament index, in which "
+                 "the types are said to be in this library");
   app.add_option("files", options.files, "Definitions: msg/Type.msg, srv/Type.idl, ...")
       ->required();
   CLI11_PARSE(app, argc, argv);

@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
   add_run_command(app, action);
   add_component_commands(app, action);
   add_topic_commands(app, action);
+  add_interface_commands(app, action);
   add_node_commands(app, action);
   add_param_commands(app, action);
   add_lifecycle_commands(app, action);

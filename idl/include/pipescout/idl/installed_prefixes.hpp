@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace pipescout {
+
+/// Where packages may be installed, best first: the prefixes of `AMENT_PREFIX_PATH`, of
+/// `CMAKE_PREFIX_PATH`, that of the running executable (which stands in bin/ or lib/PACKAGE/), and
+/// in colcon's isolated layout those beside it that have `resource`, a folder relative to a prefix.
+/// Each existing folder once, in canonical form.
+[[nodiscard]] std::vector<std::filesystem::path> installed_prefixes(std::string_view resource);
+
+}  // namespace pipescout
