@@ -14,7 +14,6 @@ namespace tutorial {
 class SlipAlarm final : public pipescout::Component {
  public:
   explicit SlipAlarm(pipescout::ComponentOptions options);
-  ~SlipAlarm() override;
 
  protected:
   pipescout::CallbackReturn on_configure() override;

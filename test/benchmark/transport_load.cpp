@@ -56,7 +56,6 @@ double load_while(const std::function<void(Duration)>& run_for) {
 class Link final : public Component {
  public:
   Link(ComponentOptions options, int index) : Component(std::move(options)), index_(index) {}
-  ~Link() override { close(); }
 
  protected:
   CallbackReturn on_configure() override {
@@ -84,13 +83,13 @@ double our_load(bool busy) {
   Executor executor;
   const auto context = Context::create(
       create_dds_transport({.domain_id = in_process_domain(), .localhost_only = true}));
-  std::vector<std::unique_ptr<Component>> components;
+  std::vector<ComponentPtr<>> components;
   for (int i = 0; i < kComponents; ++i) {
     const ComponentOptions options{
         .context = context, .executor = &executor, .name = {"/", "component_" + std::to_string(i)}};
     // An idle component has all that every component has, and nothing to do.
-    components.push_back(busy ? std::make_unique<Link>(options, i)
-                              : std::make_unique<Component>(options));
+    components.push_back(busy ? ComponentPtr<>(make_component<Link>(options, i))
+                              : make_component<Component>(options));
     components.back()->request_transition(LifecycleTransition::kConfigure);
     components.back()->request_transition(LifecycleTransition::kActivate);
   }

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <functional>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "dds_reader.hpp"
 #include "dds_writer.hpp"
@@ -10,6 +14,31 @@
 namespace pipescout {
 namespace dds {
 namespace {
+
+class DdsDelayedCall final : public DelayedCall {
+ public:
+  DdsDelayedCall(std::shared_ptr<Participant> participant, std::function<void()> call)
+      : participant_(std::move(participant)), call_(std::move(call)) {
+    participant_->events().admit(this);
+  }
+  DdsDelayedCall(const DdsDelayedCall&) = delete;
+  DdsDelayedCall& operator=(const DdsDelayedCall&) = delete;
+  ~DdsDelayedCall() override { participant_->events().dismiss(this); }
+
+  void start(Duration delay) override {
+    if (!pending_.exchange(true)) {
+      participant_->events().post_after(this, delay, [this] {
+        pending_ = false;
+        call_();
+      });
+    }
+  }
+
+ private:
+  const std::shared_ptr<Participant> participant_;
+  const std::function<void()> call_;
+  std::atomic<bool> pending_{false};
+};
 
 class DdsTransport : public Transport {
  public:
@@ -38,6 +67,10 @@ class DdsTransport : public Transport {
   void on_graph_changed(GraphChanged callback) override {
     participant_->discovery().on_graph_changed(std::move(callback));
   }
+  std::unique_ptr<DelayedCall> create_delayed_call(std::function<void()> call) override {
+    return std::make_unique<DdsDelayedCall>(participant_, std::move(call));
+  }
+  std::vector<std::string> warnings() const override { return participant_->warnings().all(); }
 
  private:
   const std::shared_ptr<Participant> participant_;

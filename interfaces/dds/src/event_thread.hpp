@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -28,6 +30,8 @@ class EventThread {
 
   /// Events run in the order of their posting; that of an owner who is not admitted is dropped.
   void post(const void* owner, std::function<void()> event);
+  /// The same, once the time is over.
+  void post_after(const void* owner, std::chrono::nanoseconds delay, std::function<void()> event);
 
   /// Takes no more events of the owner and drops the pending ones; returns once none of them is
   /// running, at once when called by such an event itself.
@@ -40,12 +44,14 @@ class EventThread {
   };
 
   void run();
+  void collect_due();  // under mutex_
 
   std::mutex mutex_;
   std::condition_variable posted_;
   std::condition_variable finished_;
   std::set<const void*> owners_;
   std::deque<Event> pending_;
+  std::multimap<std::chrono::steady_clock::time_point, Event> timed_;
   const void* running_ = nullptr;  // owner of the event in progress
   bool stop_ = false;
   std::thread thread_;

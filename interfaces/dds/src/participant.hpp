@@ -6,12 +6,14 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 
 #include "discovery.hpp"
 #include "event_thread.hpp"
 #include "pipescout/dds/dds_transport.hpp"
+#include "warnings.hpp"
 
 namespace pipescout::dds {
 
@@ -35,6 +37,13 @@ class Participant {
   [[nodiscard]] Gid gid() const { return gid_; }
   [[nodiscard]] EventThread& events() { return events_; }
   [[nodiscard]] Discovery& discovery() { return discovery_; }
+  [[nodiscard]] const Warnings& warnings() const { return *warnings_; }
+  /// For large messages that other participants send; for those that are sent, null when there is
+  /// no shared memory.
+  [[nodiscard]] PayloadReader& payloads() { return discovery_.payloads(); }
+  [[nodiscard]] const std::shared_ptr<PayloadFolder>& payload_folder() const {
+    return payload_folder_;
+  }
 
  private:
   friend class TopicUse;
@@ -51,12 +60,14 @@ class Participant {
   void unregister_type(const MessageType& type);
   void leave() noexcept;
 
+  const std::shared_ptr<Warnings> warnings_ = std::make_shared<Warnings>();
   EventThread events_;
   Discovery discovery_{events_};
   fastdds::DomainParticipant* participant_ = nullptr;
   fastdds::Publisher* publisher_ = nullptr;
   fastdds::Subscriber* subscriber_ = nullptr;
   Gid gid_;
+  std::shared_ptr<PayloadFolder> payload_folder_;
 
   std::mutex topics_mutex_;
   std::map<std::string, TopicEntry> topics_;

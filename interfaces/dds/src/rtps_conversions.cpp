@@ -96,6 +96,12 @@ Gid to_gid(const rtps::GUID_t& guid) noexcept {
   return gid;
 }
 
+GuidPrefix prefix_of(const Gid& gid) noexcept {
+  GuidPrefix prefix;
+  std::copy_n(gid.bytes.begin(), prefix.size(), prefix.begin());
+  return prefix;
+}
+
 SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept {
   SampleIdentity result{.writer = to_gid(identity.writer_guid())};
   if (identity.sequence_number() != rtps::SequenceNumber_t::unknown()) {
@@ -126,7 +132,6 @@ Time to_time(const rtps::Time_t& time) noexcept {
 fastdds::DataWriterQos writer_qos(const QoS& qos, fastdds::DataWriterQos base) {
   fill_common(qos, base);
   base.history().depth = history_depth(qos.depth);
-  base.publish_mode().kind = fastdds::SYNCHRONOUS_PUBLISH_MODE;
   return base;
 }
 

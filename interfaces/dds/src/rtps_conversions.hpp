@@ -11,6 +11,7 @@
 
 #include "pipescout/runtime/qos.hpp"
 #include "pipescout/runtime/transport.hpp"
+#include "shared_payloads.hpp"
 
 /// The values of the transport contract in the terms of Fast DDS, and back.
 namespace pipescout::dds {
@@ -19,6 +20,7 @@ namespace fastdds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 [[nodiscard]] Gid to_gid(const rtps::GUID_t& guid) noexcept;
+[[nodiscard]] GuidPrefix prefix_of(const Gid& gid) noexcept;
 
 /// An unknown sequence number is 0 on our side.
 [[nodiscard]] SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept;
@@ -26,8 +28,8 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 [[nodiscard]] Time to_time(const rtps::Time_t& time) noexcept;
 
-/// QoS as rmw_fastrtps maps it: synchronous publication, no data sharing. `base` carries what a
-/// profile file of the user may have set besides.
+/// QoS as rmw_fastrtps maps it, without data sharing. `base` carries what a profile file of the user
+/// may have set besides: the publish mode (synchronous by default), its flow controller, ...
 [[nodiscard]] fastdds::DataWriterQos writer_qos(const QoS& qos, fastdds::DataWriterQos base);
 [[nodiscard]] fastdds::DataReaderQos reader_qos(const QoS& qos, fastdds::DataReaderQos base);
 

@@ -23,7 +23,14 @@ class WireOnlyProfile {
   <library_settings><intraprocess_delivery>OFF</intraprocess_delivery></library_settings>
   <profiles>
     <data_writer profile_name="/profiled">
-      <qos><ownership><kind>EXCLUSIVE</kind></ownership></qos>
+      <qos>
+        <publishMode><kind>ASYNCHRONOUS</kind></publishMode>
+        <ownership><kind>EXCLUSIVE</kind></ownership>
+      </qos>
+      <throughputController>
+        <bytesPerPeriod>65536</bytesPerPeriod>
+        <periodMillisecs>1</periodMillisecs>
+      </throughputController>
     </data_writer>
     <data_reader profile_name="/profiled">
       <qos><ownership><kind>EXCLUSIVE</kind></ownership></qos>

@@ -15,6 +15,7 @@
 #include "dds_profile.hpp"
 #include "dds_test_support.hpp"
 #include "participant.hpp"
+#include "rtps_conversions.hpp"
 
 namespace pipescout {
 namespace {
@@ -72,27 +73,28 @@ TEST_F(DdsTransportTest, CarriesBestEffortMessages) {
 }
 
 TEST_F(DdsTransportTest, CarriesAMessageLargerThanTheSharedMemory) {
+  // Kept for late readers, so it does not go by reference.
   DdsOptions small = local_options();
   small.shared_memory_segment_bytes = std::size_t{512} * 1024;
   const auto sender = create_dds_transport(small);
   const WireTopic topic{text_topic("large").name, &message_type<sensor_msgs::msg::Image>()};
   ReaderRecord heard;
   WriterRecord told;
-  const auto reader = there_->create_reader(topic, QoS::reliable(1), heard);
-  const auto writer = sender->create_writer(topic, QoS::reliable(1), told);
+  const auto reader = there_->create_reader(topic, QoS::latched(1), heard);
+  const auto writer = sender->create_writer(topic, QoS::latched(1), told);
   ASSERT_TRUE(told.await_matched(1));
   ASSERT_TRUE(heard.await_matched(1));
   sensor_msgs::msg::Image image;
-  image.data().resize(std::size_t{2} * 1024 * 1024);
-  for (std::size_t i = 0; i < image.data().size(); ++i) {
-    image.data()[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
+  image.data.resize(std::size_t{2} * 1024 * 1024);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<std::uint8_t>(i * 31 + i / 251);
   }
   EXPECT_GT(writer->write(&image, {}).sequence_number, 0);
 
   ASSERT_TRUE(heard.await_messages(1));
   const auto kept = heard.message(0).message;
   const auto& received = *static_cast<const sensor_msgs::msg::Image*>(kept.get());
-  EXPECT_TRUE(received.data() == image.data());
+  EXPECT_TRUE(received.data == image.data);
 }
 
 TEST_F(DdsTransportTest, LateJoinerGetsWhatTheWriterKeeps) {
@@ -348,7 +350,7 @@ const MessageType& lying_type() {
   static const MessageType type = [] {
     MessageType lies = message_type<std_msgs::msg::String>();
     lies.serialize = [](const void* message, std::span<std::byte> buffer) -> std::size_t {
-      const auto& text = static_cast<const std_msgs::msg::String*>(message)->data();
+      const auto& text = static_cast<const std_msgs::msg::String*>(message)->data;
       if (text == "truth") {
         return message_type<std_msgs::msg::String>().serialize(message, buffer);
       }
@@ -490,6 +492,31 @@ TEST(DdsProfileTest, AnEndpointStartsFromTheProfileOfItsTopic) {
   EXPECT_EQ(participant.reader_profile("rt/profiled").ownership().kind, exclusive);
   EXPECT_EQ(participant.writer_profile("rt/another").ownership().kind, shared);
   EXPECT_EQ(participant.reader_profile("rt/another").ownership().kind, shared);
+}
+
+TEST(DdsProfileTest, AWriterPublishesAsItsProfileSays) {
+  const dds::Participant participant(local_options());
+  const auto profiled =
+      dds::writer_qos(QoS::reliable(), participant.writer_profile("rt/profiled"));
+  EXPECT_EQ(profiled.publish_mode().kind, eprosima::fastdds::dds::ASYNCHRONOUS_PUBLISH_MODE);
+  EXPECT_EQ(profiled.throughput_controller().bytesPerPeriod, 65536U);
+  EXPECT_EQ(profiled.throughput_controller().periodMillisecs, 1U);
+  const auto another = dds::writer_qos(QoS::reliable(), participant.writer_profile("rt/another"));
+  EXPECT_EQ(another.publish_mode().kind, eprosima::fastdds::dds::SYNCHRONOUS_PUBLISH_MODE);
+}
+
+TEST_F(DdsTransportTest, AnAsynchronousWriterWithAFlowControllerDelivers) {
+  const WireTopic topic{"rt/profiled", &message_type<std_msgs::msg::String>()};
+  ReaderRecord heard;
+  WriterRecord told;
+  const auto reader = there_->create_reader(topic, QoS::reliable(), heard);
+  const auto writer = here_->create_writer(topic, QoS::reliable(), told);
+  ASSERT_TRUE(told.await_matched(1));
+  ASSERT_TRUE(heard.await_matched(1));
+  const auto message = make_text("at its own pace");
+  EXPECT_GT(writer->write(&message, {}).sequence_number, 0);
+  ASSERT_TRUE(heard.await_messages(1));
+  EXPECT_EQ(heard.text(0), "at its own pace");
 }
 
 TEST(DdsTransportErrorTest, RefusesADomainWithoutPorts) {

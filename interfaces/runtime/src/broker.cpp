@@ -13,17 +13,20 @@ namespace {
 class LocalSubscription final : public UntypedSubscription {
  public:
   LocalSubscription(std::shared_ptr<Broker> broker, std::shared_ptr<SubscriptionQueue> queue,
-                    std::unique_ptr<TransportReader> reader, Gid gid)
+                    std::shared_ptr<SharedReader> reader, Gid gid)
       : broker_(std::move(broker)),
         queue_(std::move(queue)),
         reader_(std::move(reader)),
         gid_(gid) {}
 
   ~LocalSubscription() override {
-    reader_.reset();
+    if (reader_) {
+      reader_->leave(*queue_);
+      reader_.reset();
+    }
     broker_->remove(queue_);
     queue_->close();
-    broker_->tell_destroyed(gid_);
+    broker_->tell_destroyed(*this);
   }
   LocalSubscription(const LocalSubscription&) = delete;
   LocalSubscription& operator=(const LocalSubscription&) = delete;
@@ -41,7 +44,7 @@ class LocalSubscription final : public UntypedSubscription {
  private:
   const std::shared_ptr<Broker> broker_;
   const std::shared_ptr<SubscriptionQueue> queue_;
-  std::unique_ptr<TransportReader> reader_;
+  std::shared_ptr<SharedReader> reader_;  // null without a transport
   const Gid gid_;
 };
 
@@ -114,9 +117,9 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
   auto queue = std::make_shared<SubscriptionQueue>(std::move(options));
   queue->start();
   const WireTopic& wire_topic = queue->options().topic;
-  std::unique_ptr<TransportReader> reader;
+  std::shared_ptr<SharedReader> reader;
   if (transport_) {
-    reader = transport_->create_reader(wire_topic, queue->options().qos, *queue);
+    reader = reader_for(queue);
   }
   const Gid gid = reader ? reader->gid() : next_gid(false);
   // From here on the handle cleans up, also when the type changed meanwhile.
@@ -129,6 +132,38 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
     connect(*publisher, queue);
   }
   return subscription;
+}
+
+std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<SubscriptionQueue>& queue) {
+  const SubscriptionOptions& options = queue->options();
+  if (options.own_reader) {
+    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  }
+  const std::lock_guard lock(readers_mutex_);
+  auto& readers = readers_[options.topic.name];
+  std::erase_if(readers, [](const auto& weak) { return weak.expired(); });
+  for (const auto& weak : readers) {
+    const auto reader = weak.lock();
+    if (reader && reader->serves(options.topic, options.qos) && reader->join(queue)) {
+      return reader;
+    }
+  }
+  auto reader =
+      std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  readers.push_back(reader);
+  return reader;
+}
+
+void Broker::forget_ended_readers(const std::string& topic) {
+  const std::lock_guard lock(readers_mutex_);
+  const auto found = readers_.find(topic);
+  if (found == readers_.end()) {
+    return;
+  }
+  std::erase_if(found->second, [](const auto& weak) { return weak.expired(); });
+  if (found->second.empty()) {
+    readers_.erase(found);
+  }
 }
 
 void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<SubscriptionQueue>& queue) {
@@ -151,8 +186,9 @@ void Broker::remove(LocalPublisher& publisher) {
 }
 
 void Broker::remove(const std::shared_ptr<SubscriptionQueue>& queue) {
-  const std::lock_guard lock(mutex_);
   const std::string& name = queue->options().topic.name;
+  forget_ended_readers(name);
+  const std::lock_guard lock(mutex_);
   const auto found = topics_.find(name);
   if (found == topics_.end()) {
     return;
@@ -176,15 +212,15 @@ LocalPublisher::~LocalPublisher() {
   if (deadline_) {
     deadline_->stop();
   }
-  if (lease_) {
-    lease_->stop();
+  if (watch_) {
+    watch_->close();
   }
   deadline_missed_->close();
   liveliness_lost_->close();
   incompatible_qos_->close();
   matched_->close();
   broker_->remove(*this);
-  broker_->tell_destroyed(gid_);
+  broker_->tell_destroyed(*this);
 }
 
 void LocalPublisher::start() {
@@ -192,10 +228,10 @@ void LocalPublisher::start() {
   const auto& group = options_.group;
   const bool monitored = options_.qos.liveliness == Liveliness::kManualByTopic &&
                          options_.qos.liveliness_lease.has_value();
-  if (!group && (monitored || events.deadline_missed || events.liveliness_lost ||
-                 events.incompatible_qos || events.matched)) {
+  if (!group && (events.deadline_missed || events.liveliness_lost || events.incompatible_qos ||
+                 events.matched)) {
     throw std::invalid_argument("publisher of " + options_.topic.name +
-                                ": events and manual liveliness need a callback group");
+                                ": events need a callback group");
   }
   deadline_missed_ = std::make_shared<CountedEvent>(group, events.deadline_missed);
   liveliness_lost_ = std::make_shared<CountedEvent>(group, events.liveliness_lost);
@@ -207,13 +243,13 @@ void LocalPublisher::start() {
         [missed = deadline_missed_](std::uint64_t periods) { missed->add(periods); });
   }
   if (monitored) {
+    // Not in the publisher's own group: a callback that hangs there is what the lease is to reveal.
+    watch_ = broker_->watch_thread().create_group();
+    // A plain pointer: the watch thread must not become the last owner. The destructor closes the
+    // group.
     lease_ =
-        std::make_shared<Watchdog>(group, *options_.qos.liveliness_lease, Watchdog::Lapse::kOnce,
-                                   [weak = weak_from_this()](std::uint64_t) {
-                                     if (const auto self = weak.lock()) {
-                                       self->liveliness_lapsed();
-                                     }
-                                   });
+        std::make_shared<Watchdog>(watch_, *options_.qos.liveliness_lease, Watchdog::Lapse::kOnce,
+                                   [this](std::uint64_t) { liveliness_lapsed(); });
     lease_->touch();
   }
   if (Transport* transport = broker_->transport()) {
@@ -228,52 +264,81 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
     throw std::invalid_argument("publish on " + options_.topic.name + ": the message is null");
   }
   PublishedSample sample;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!enabled_) {
-      ++statistics_.suppressed;
-      return sample;
+  std::unique_lock lock(mutex_);
+  if (!enabled_) {
+    ++statistics_.suppressed;
+    return sample;
+  }
+  ++statistics_.published;
+  sample.local_sequence_number = ++sequence_number_;
+  const MessageInfo info{.source_time = SystemClock().now(),
+                         .identity = {gid_, sequence_number_},
+                         .related = related,
+                         .from_this_process = true};
+  std::optional<Time> expiry;
+  if (options_.qos.lifespan) {
+    expiry = info.source_time + *options_.qos.lifespan;
+  }
+  for (const auto& queue : matches_) {
+    queue->receive(message, info, expiry);
+  }
+  const bool retain = options_.qos.durability == Durability::kTransientLocal;
+  if (retain) {
+    if (retained_.size() >= options_.qos.depth) {
+      retained_.pop_front();
     }
-    ++statistics_.published;
-    sample.local_sequence_number = ++sequence_number_;
-    const MessageInfo info{.source_time = SystemClock().now(),
-                           .identity = {gid_, sequence_number_},
-                           .related = related,
-                           .from_this_process = true};
-    std::optional<Time> expiry;
-    if (options_.qos.lifespan) {
-      expiry = info.source_time + *options_.qos.lifespan;
-    }
-    for (const auto& queue : matches_) {
-      queue->receive(message, info, expiry);
-    }
-    const bool retain = options_.qos.durability == Durability::kTransientLocal;
-    if (retain) {
-      if (retained_.size() >= options_.qos.depth) {
-        retained_.pop_front();
-      }
-      retained_.push_back({message, info, expiry});
-    }
-    // What is retained must be with the transport before a reader appears: sent later it would
-    // also reach volatile readers, which asked for nothing old. Otherwise the transport is asked
-    // for readers: `remote_readers_` is told later, when somebody may have seen the match already
-    // (is_matched_remotely) and publishes because of it.
-    if (writer_ && (retain || writer_->matched_remote_readers() > 0)) {
-      sample.remote_sequence_number = send(message.get(), related).sequence_number;
-    }
-    if (deadline_) {
-      deadline_->touch();
-    }
-    renew_lease();
+    retained_.push_back({message, info, expiry});
+  }
+  if (deadline_) {
+    deadline_->touch();
+  }
+  renew_lease();
+  // What is retained must be with the transport before a reader appears: sent later it would
+  // also reach volatile readers, which asked for nothing old. Otherwise the transport is asked
+  // for readers: `remote_readers_` is told later, when somebody may have seen the match already
+  // (is_matched_remotely) and publishes because of it.
+  if (writer_ && (retain || writer_->matched_remote_readers() > 0)) {
+    sample.remote_sequence_number = send({std::move(message), related}, lock);
   }
   return sample;
 }
 
-SampleIdentity LocalPublisher::send(const void* message, const SampleIdentity& related) {
-  const SampleIdentity identity = writer_->write(message, related);
-  ++(identity.sequence_number != 0 ? statistics_.sent_to_other_processes
-                                   : statistics_.send_failures);
-  return identity;
+std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lock) {
+  if (is_sending_) {
+    if (outgoing_.size() >= options_.qos.depth) {
+      outgoing_.pop_front();
+      ++statistics_.send_failures;
+    }
+    outgoing_.push_back(std::move(own));
+    return 0;
+  }
+  is_sending_ = true;
+  std::int64_t own_sequence_number = 0;
+  bool is_own = true;
+  for (Outgoing next = std::move(own);; next = std::move(outgoing_.front()), outgoing_.pop_front()) {
+    lock.unlock();
+    SampleIdentity identity;
+    try {
+      identity = writer_->write(next.message.get(), next.related);
+    } catch (...) {
+      lock.lock();
+      is_sending_ = false;
+      ++statistics_.send_failures;
+      throw;
+    }
+    next = {};  // what may be destroyed with it is destroyed without the lock
+    lock.lock();
+    ++(identity.sequence_number != 0 ? statistics_.sent_to_other_processes
+                                     : statistics_.send_failures);
+    if (std::exchange(is_own, false)) {
+      own_sequence_number = identity.sequence_number;
+    }
+    if (outgoing_.empty()) {
+      break;
+    }
+  }
+  is_sending_ = false;
+  return own_sequence_number;
 }
 
 void LocalPublisher::renew_lease() {
@@ -289,18 +354,17 @@ void LocalPublisher::renew_lease() {
 }
 
 void LocalPublisher::liveliness_lapsed() {
-  {
-    const std::lock_guard lock(mutex_);
-    // Somebody may have renewed the lease after it ran out and before this call.
-    if (lease_->is_armed()) {
-      return;
-    }
-    alive_ = false;
-    for (const auto& queue : matches_) {
-      queue->local_publisher_liveliness(false);
-    }
+  const std::lock_guard lock(mutex_);
+  // Somebody may have renewed the lease after it ran out and before this call.
+  if (lease_->is_armed()) {
+    return;
   }
+  // Counted before anybody can see it.
   liveliness_lost_->add();
+  alive_ = false;
+  for (const auto& queue : matches_) {
+    queue->local_publisher_liveliness(false);
+  }
 }
 
 void LocalPublisher::set_enabled(bool enabled) {
@@ -312,10 +376,10 @@ void LocalPublisher::set_enabled(bool enabled) {
 }
 
 void LocalPublisher::assert_liveliness() {
-  const std::lock_guard lock(mutex_);
   if (writer_) {
-    writer_->assert_liveliness();
+    writer_->assert_liveliness();  // may wait for a send
   }
+  const std::lock_guard lock(mutex_);
   renew_lease();
 }
 
@@ -395,7 +459,7 @@ void LocalPublisher::on_remote_readers_changed(int matched) {
   if (!options_.group) {
     return;
   }
-  // A thread may hold mutex_ and wait for the transport, which is reporting here.
+  // The transport holds locks of its own while it reports.
   options_.group->post([weak = weak_from_this()] {
     if (const auto self = weak.lock()) {
       const std::lock_guard lock(self->mutex_);

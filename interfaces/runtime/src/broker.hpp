@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,15 +13,18 @@
 #include <vector>
 
 #include "pipescout/runtime/context.hpp"
+#include "shared_reader.hpp"
 #include "subscription_queue.hpp"
+#include "watch_thread.hpp"
 
 namespace pipescout {
 
 class LocalPublisher;
 
 /// Matches the publishers and subscriptions of one process, and owns the way out of it.
-/// Lock order: broker, publisher, subscription queue, executor; the transport's own locks are taken
-/// only by writing, under the publisher's, and none of ours is taken while the transport reports.
+/// Lock order: broker, publisher, shared reader, subscription queue, executor. None of them is held
+/// while the transport writes, and while the transport reports only those from the shared reader on
+/// are taken.
 class Broker : public std::enable_shared_from_this<Broker> {
  public:
   explicit Broker(std::unique_ptr<Transport> transport) : transport_(std::move(transport)) {}
@@ -30,16 +34,16 @@ class Broker : public std::enable_shared_from_this<Broker> {
       SubscriptionOptions options);
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
+  [[nodiscard]] WatchThread& watch_thread() noexcept { return watch_thread_; }
 
-  /// Told the identity of every endpoint that is destroyed, on the destroying thread. Set once,
-  /// before endpoints are made.
-  void on_endpoint_destroyed(std::function<void(const Gid&)> callback) {
+  /// Told of every endpoint that is destroyed, on the destroying thread. Its address tells which:
+  /// subscriptions that share a reader have the same identity. Set once, before endpoints are made.
+  void on_endpoint_destroyed(std::function<void(const void*)> callback) {
     endpoint_destroyed_ = std::move(callback);
   }
-  void tell_destroyed(const Gid& gid) const {
-    if (endpoint_destroyed_) {
-      endpoint_destroyed_(gid);
-    }
+  void tell_destroyed(const UntypedPublisher& publisher) const { tell_destroyed(&publisher); }
+  void tell_destroyed(const UntypedSubscription& subscription) const {
+    tell_destroyed(&subscription);
   }
 
   void remove(LocalPublisher& publisher);
@@ -60,11 +64,24 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void forget_if_unused(const std::string& name);
   Gid next_gid(bool writer);
 
+  void tell_destroyed(const void* endpoint) const {
+    if (endpoint_destroyed_) {
+      endpoint_destroyed_(endpoint);
+    }
+  }
+  /// One that serves others already, or a new one. Throws TransportError.
+  std::shared_ptr<SharedReader> reader_for(const std::shared_ptr<SubscriptionQueue>& queue);
+  void forget_ended_readers(const std::string& topic);
+
   const std::shared_ptr<Transport> transport_;
-  std::function<void(const Gid&)> endpoint_destroyed_;
+  std::function<void(const void*)> endpoint_destroyed_;
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
   std::atomic<std::uint32_t> last_entity_{0};
+  std::mutex readers_mutex_;  // by itself: held while the transport makes a reader
+  std::map<std::string, std::vector<std::weak_ptr<SharedReader>>> readers_;  // by topic
+
+  WatchThread watch_thread_;
 };
 
 /// The sending half: delivers to matched queues of this process, keeps the last messages for late
@@ -111,8 +128,15 @@ class LocalPublisher final : public UntypedPublisher,
     std::optional<Time> expiry;
   };
 
-  SampleIdentity send(const void* message, const SampleIdentity& related);  // under mutex_
-  void renew_lease();                                                       // under mutex_
+  struct Outgoing {
+    std::shared_ptr<const void> message;
+    SampleIdentity related;
+  };
+
+  /// Sends the message, and what other threads publish meanwhile; or leaves it to the thread that
+  /// is sending. Returns its sequence number, 0 when it has none (yet). The lock is on mutex_.
+  std::int64_t send(Outgoing own, std::unique_lock<std::mutex>& lock);
+  void renew_lease();  // under mutex_
   void liveliness_lapsed();
   void tell_matched();  // under mutex_
 
@@ -124,18 +148,21 @@ class LocalPublisher final : public UntypedPublisher,
   std::optional<IncompatibleQosEvent> incompatible_qos_;
   std::shared_ptr<LatestEvent<std::size_t>> matched_;
   std::shared_ptr<Watchdog> deadline_;
+  std::shared_ptr<CallbackGroup> watch_;  // of the watch thread; null without a manual lease
   std::shared_ptr<Watchdog> lease_;
 
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<SubscriptionQueue>> matches_;
   std::deque<Retained> retained_;
+  std::deque<Outgoing> outgoing_;  // for the thread that is sending; at most `depth`
+  bool is_sending_ = false;
   bool enabled_ = true;
   bool alive_ = true;
   std::int64_t sequence_number_ = 0;
   PublisherStatistics statistics_;
 
-  // The listener calls may come while a thread holds mutex_ and waits for the transport, so what
-  // they touch is outside of it.
+  // The transport holds locks of its own while it calls the listener, so what such a call touches
+  // is outside of mutex_.
   std::atomic<int> remote_readers_{0};
 
   std::unique_ptr<TransportWriter> writer_;  // last: destroyed before what its listener uses

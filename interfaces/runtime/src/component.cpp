@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <utility>
 
@@ -45,8 +47,13 @@ constexpr LifecycleEdge raised_error(LifecycleState from) {
 
 }  // namespace
 
+/// Takes the component from state to state, one transition at a time. A transition begins in the
+/// default group, and goes on there once no callback of any other group is running: nothing waits
+/// for them, so one that never returns stops this component and no other.
 class Component::Lifecycle {
  public:
+  using Done = std::function<void(const TransitionResult&)>;
+
   explicit Lifecycle(Component& component)
       : component_(component),
         mission_status_(
@@ -63,18 +70,131 @@ class Component::Lifecycle {
   LifecycleState state() const { return state_; }
   Diagnostics& diagnostics() { return diagnostics_; }
 
-  TransitionResult run(LifecycleTransition transition) {
-    const LifecycleState before = state_;
-    if (requested_transition(before, static_cast<std::uint8_t>(transition), {}) != transition) {
-      return {false, before,
-              "'" + std::string(to_string(transition)) + "' is not possible in state '" +
-                  std::string(to_string(before)) + "'"};
+  /// In the default group. Transitions that are asked for meanwhile follow in turn.
+  void request(LifecycleTransition transition, Done done) {
+    add({transition, {}, std::move(done)});
+  }
+
+  void callback_failed(const std::exception_ptr& error) {
+    {
+      // At once, on whatever thread this is: no further callback begins, also where a transition to
+      // active is just ending on another thread.
+      const std::lock_guard lock(enabling_);
+      ++unprocessed_failures_;
+      component_.set_managed_active(false);
     }
-    enter(static_cast<std::uint8_t>(transition));
+    const std::string why = "exception in a callback: " + text_of(error);
+    diagnostics_.count("exceptions");
+    component_.logger().error(why);
+    component_.default_group()->post([this, why] { add({std::nullopt, why, {}}); });
+  }
+
+  void report(std::uint8_t mission_state, std::uint32_t done, std::uint32_t total,
+              std::string_view message) {
+    pipescout_msgs::msg::MissionStatus status;
+    status.header.stamp = to_message(component_.now());
+    status.node = component_.node_name().fully_qualified();
+    status.state = mission_state;
+    status.done = done;
+    status.total = total;
+    status.message = std::string(message);
+    mission_status_.publish(std::move(status));
+  }
+
+ private:
+  struct Job {
+    std::optional<LifecycleTransition> transition;  // none: an exception in a callback
+    std::string failure;                            // what it said
+    Done done;
+  };
+
+  void add(Job job) {
+    jobs_.push_back(std::move(job));
+    if (jobs_.size() == 1) {
+      proceed();
+    }
+  }
+
+  void proceed() {
+    while (!jobs_.empty()) {
+      contained([this] { begun_ = begin(jobs_.front()); });
+      const bool idle = !begun_ || component_.hold_other_groups([this] {
+        end();
+        proceed();
+      });
+      if (!idle) {
+        return;
+      }
+      end();
+    }
+  }
+
+  /// False when the job is not possible in the state that its turn finds.
+  bool begin(const Job& job) {
+    const LifecycleState before = state_;
+    if (!job.transition) {
+      if (before != LifecycleState::kActive && before != LifecycleState::kInactive) {
+        return false;
+      }
+      enter(raised_error(before));
+      return true;
+    }
+    const auto id = static_cast<std::uint8_t>(*job.transition);
+    if (requested_transition(before, id, {}) != job.transition) {
+      return false;
+    }
+    component_.set_managed_active(false);
+    enter(id);
+    return true;
+  }
+
+  void end() {
+    const Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    if (!job.transition) {
+      const std::lock_guard lock(enabling_);
+      --unprocessed_failures_;
+    }
+    TransitionResult result;
+    contained([&] { result = begun_ ? perform(job) : refuse(job); });
+    component_.release_other_groups();
+    if (std::exchange(begun_, false)) {
+      contained([this] { tell(); });
+    }
+    if (job.done) {
+      contained([&] { job.done(result); });
+    }
+  }
+
+  /// What is thrown must not keep the jobs that wait in line.
+  template <class Function>
+  void contained(const Function& function) {
+    try {
+      function();
+    } catch (...) {
+      component_.on_callback_exception(std::current_exception());
+    }
+  }
+
+  TransitionResult refuse(const Job& job) {
+    if (!job.transition) {
+      diagnostics_.set_status(DiagnosticLevel::kError, job.failure);
+      return {};
+    }
+    return {false, state_,
+            "'" + std::string(to_string(*job.transition)) + "' is not possible in state '" +
+                std::string(to_string(state_)) + "'"};
+  }
+
+  TransitionResult perform(const Job& job) {
+    if (!job.transition) {
+      process_error(job.failure);
+      return {};
+    }
     std::string why;
     CallbackReturn outcome = CallbackReturn::kSuccess;
     unsigned outcome_id = 0;
-    switch (transition) {
+    switch (*job.transition) {
       case LifecycleTransition::kConfigure:
         outcome_id = kOutcomeOfConfigure;
         outcome = guarded("on_configure", &Component::on_configure, why);
@@ -89,14 +209,12 @@ class Component::Lifecycle {
         break;
       case LifecycleTransition::kDeactivate:
         outcome_id = kOutcomeOfDeactivate;
-        component_.set_managed_active(false);
         outcome = guarded("on_deactivate", &Component::on_deactivate, why);
         break;
       case LifecycleTransition::kUnconfiguredShutdown:
       case LifecycleTransition::kInactiveShutdown:
       case LifecycleTransition::kActiveShutdown:
         outcome_id = kOutcomeOfShutdown;
-        component_.set_managed_active(false);
         outcome = guarded("on_shutdown", &Component::on_shutdown, why);
         break;
     }
@@ -109,50 +227,9 @@ class Component::Lifecycle {
       diagnostics_.set_status(DiagnosticLevel::kError, why);
     }
     enable_endpoints_if_active();
-    tell();
     return {outcome == CallbackReturn::kSuccess, state_, std::move(why)};
   }
 
-  void callback_failed(const std::exception_ptr& error) {
-    {
-      // At once, on whatever thread this is: no further callback begins, also where a transition to
-      // active is just ending on another thread.
-      const std::lock_guard lock(enabling_);
-      ++unprocessed_failures_;
-      component_.set_managed_active(false);
-    }
-    const std::string why = "exception in a callback: " + text_of(error);
-    diagnostics_.count("exceptions");
-    component_.logger().error(why);
-    component_.default_group()->post([this, why] {
-      {
-        const std::lock_guard lock(enabling_);
-        --unprocessed_failures_;
-      }
-      const LifecycleState before = state_;
-      if (before == LifecycleState::kActive || before == LifecycleState::kInactive) {
-        enter(raised_error(before));
-        process_error(why);
-        tell();
-      } else {
-        diagnostics_.set_status(DiagnosticLevel::kError, why);
-      }
-    });
-  }
-
-  void report(std::uint8_t mission_state, std::uint32_t done, std::uint32_t total,
-              std::string_view message) {
-    pipescout_msgs::msg::MissionStatus status;
-    status.header().stamp(to_message(component_.now()));
-    status.node(component_.node_name().fully_qualified());
-    status.state(mission_state);
-    status.done(done);
-    status.total(total);
-    status.message(std::string(message));
-    mission_status_.publish(std::move(status));
-  }
-
- private:
   CallbackReturn guarded(const char* name, CallbackReturn (Component::*callback)(),
                          std::string& why) {
     CallbackReturn result = CallbackReturn::kError;
@@ -216,6 +293,9 @@ class Component::Lifecycle {
 
   Component& component_;
   std::atomic<LifecycleState> state_{LifecycleState::kUnconfigured};
+  // Both are used in the default group only.
+  std::deque<Job> jobs_;                  // the foremost is in progress
+  bool begun_ = false;                    // its state is entered
   std::mutex enabling_;                   // taken before the locks of node and endpoints
   std::size_t unprocessed_failures_ = 0;  // exceptions that the default group has yet to deal with
   Diagnostics diagnostics_;
@@ -238,12 +318,8 @@ Component::~Component() {
 void Component::request_transition(LifecycleTransition transition,
                                    std::function<void(const TransitionResult&)> done) {
   allow_callbacks();
-  default_group()->post([this, transition, done = std::move(done)] {
-    const TransitionResult result = lifecycle_->run(transition);
-    if (done) {
-      done(result);
-    }
-  });
+  default_group()->post(
+      [this, transition, done = std::move(done)] { lifecycle_->request(transition, done); });
 }
 
 LifecycleState Component::state() const {
@@ -258,18 +334,18 @@ void Component::report_progress(std::uint64_t done, std::uint64_t total, std::st
     return static_cast<std::uint32_t>(
         std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
   };
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::RUNNING, cut_off(done),
-                     cut_off(total), message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::RUNNING, cut_off(done), cut_off(total),
+                     message);
 }
 
 void Component::report_complete(std::string_view message) {
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::COMPLETE, 0, 0, message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::COMPLETE, 0, 0, message);
 }
 
 void Component::report_failed(std::string_view message) {
   logger().error(message);
   diagnostics().set_status(DiagnosticLevel::kError, std::string(message));
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::FAILED, 0, 0, message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::FAILED, 0, 0, message);
 }
 
 void Component::report_fault(std::string_view counter, std::string_view text,

@@ -42,20 +42,20 @@ bool boolean_argument(const NamedParameter& argument) {
 /// Throws std::invalid_argument.
 WireRequest read(const srv::LoadNode::Request& message) {
   WireRequest request;
-  request.load.class_name = message.plugin_name();
-  request.load.package = message.package_name();
-  request.load.name = {join_namespaces("/", message.node_namespace()), message.node_name()};
-  for (const std::string& rule : message.remap_rules()) {
+  request.load.class_name = message.plugin_name;
+  request.load.package = message.package_name;
+  request.load.name = {join_namespaces("/", message.node_namespace), message.node_name};
+  for (const std::string& rule : message.remap_rules) {
     request.load.remap_rules.push_back(RemapRule::parse(rule));
   }
-  for (const auto& parameter : message.parameters()) {
+  for (const auto& parameter : message.parameters) {
     NamedParameter named = from_message(parameter);
     request.load.parameter_overrides.push_back({.name = std::move(named.name),
                                                 .value = std::move(named.value),
                                                 .source = "load_node",
                                                 .from_wildcard = false});
   }
-  for (const auto& parameter : message.extra_arguments()) {
+  for (const auto& parameter : message.extra_arguments) {
     const NamedParameter argument = from_message(parameter);
     if (argument.name == "autostart") {
       request.autostart = boolean_argument(argument);
@@ -66,15 +66,15 @@ WireRequest read(const srv::LoadNode::Request& message) {
       request.ignored.push_back("unknown extra argument '" + argument.name + "'");
     }
   }
-  if (message.log_level() != 0) {
-    const auto severity = static_cast<LogSeverity>(message.log_level());
+  if (message.log_level != 0) {
+    const auto severity = static_cast<LogSeverity>(message.log_level);
     const bool known = severity == LogSeverity::kDebug || severity == LogSeverity::kInfo ||
                        severity == LogSeverity::kWarn || severity == LogSeverity::kError ||
                        severity == LogSeverity::kFatal;
     if (known) {
       request.load.log_threshold = severity;
     } else {
-      request.ignored.push_back("log level " + std::to_string(message.log_level()) +
+      request.ignored.push_back("log level " + std::to_string(message.log_level) +
                                 " is none of 10, 20, 30, 40, 50");
     }
   }
@@ -95,8 +95,13 @@ std::optional<LifecycleTransition> step_down(LifecycleState state,
     case LifecycleState::kUnconfigured:
       steps = {LifecycleTransition::kUnconfiguredShutdown};
       break;
-    default:
+    case LifecycleState::kFinalized:
+    case LifecycleState::kUnknown:
       break;
+    default:
+      // A transition is in progress. This one takes its turn behind it, whether it is possible or
+      // not; the state is settled then.
+      return LifecycleTransition::kUnconfiguredShutdown;
   }
   for (const LifecycleTransition step : steps) {
     if (std::find(tried.begin(), tried.end(), step) == tried.end()) {
@@ -172,7 +177,7 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
     std::vector<std::function<void()>> when_gone;
   };
 
-  std::unique_ptr<Component> create(const LoadRequest& request) const;
+  ComponentPtr<> create(const LoadRequest& request) const;
   /// Calls `done` in the container's group.
   void tell(Done done, TransitionResult result) {
     if (done) {
@@ -198,7 +203,7 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
   Service<srv::ListNodes> list_nodes_;
 };
 
-std::unique_ptr<Component> ComponentContainer::Impl::create(const LoadRequest& request) const {
+ComponentPtr<> ComponentContainer::Impl::create(const LoadRequest& request) const {
   ComponentOptions options;
   options.context = options_.context;
   options.executor = options_.executor;
@@ -306,8 +311,9 @@ void ComponentContainer::Impl::unload(std::uint64_t id, Done done) {
 }
 
 void ComponentContainer::Impl::take_down(std::uint64_t id, Component& component) {
-  const auto taking_down = std::make_shared<TakingDown>(component, [weak = weak_from_this(), id] {
-    // On to the container's group: a component must not be destroyed by its own callback.
+  // On to the container's group: a component must not be destroyed by its own callback. Not before
+  // the last of these has returned, as destroying it would wait for that, and all others with it.
+  const auto destroy_later = [weak = weak_from_this(), id] {
     if (const auto self = weak.lock()) {
       self->node_.default_group()->post([weak, id] {
         if (const auto alive = weak.lock()) {
@@ -315,7 +321,9 @@ void ComponentContainer::Impl::take_down(std::uint64_t id, Component& component)
         }
       });
     }
-  });
+  };
+  const auto taking_down = std::make_shared<TakingDown>(
+      component, [&component, destroy_later] { component.stop_callbacks(destroy_later); });
   component.default_group()->post([taking_down] { taking_down->proceed(); });
 }
 
@@ -410,10 +418,10 @@ void ComponentContainer::Impl::serve() {
       [weak = weak_from_this()](const std::shared_ptr<const srv::UnloadNode::Request>& request,
                                 Responder<srv::UnloadNode> responder) {
         if (const auto self = weak.lock()) {
-          self->unload(request->unique_id(), [responder](const TransitionResult& result) {
+          self->unload(request->unique_id, [responder](const TransitionResult& result) {
             srv::UnloadNode::Response response;
-            response.success(result.success);
-            response.error_message(result.message);
+            response.success = result.success;
+            response.error_message = result.message;
             responder.respond(std::move(response));
           });
         }
@@ -423,8 +431,8 @@ void ComponentContainer::Impl::serve() {
                                                            srv::ListNodes::Response& response) {
         if (const auto self = weak.lock()) {
           for (const LoadedComponent& loaded : self->components()) {
-            response.unique_ids().push_back(loaded.id);
-            response.full_node_names().push_back(loaded.component->node_name().fully_qualified());
+            response.unique_ids.push_back(loaded.id);
+            response.full_node_names.push_back(loaded.component->node_name().fully_qualified());
           }
         }
       });
@@ -434,16 +442,16 @@ namespace {
 
 srv::LoadNode::Response loaded_response(const LoadedComponent& loaded) {
   srv::LoadNode::Response response;
-  response.success(true);
-  response.unique_id(loaded.id);
-  response.full_node_name(loaded.component->node_name().fully_qualified());
+  response.success = true;
+  response.unique_id = loaded.id;
+  response.full_node_name = loaded.component->node_name().fully_qualified();
   return response;
 }
 
 srv::LoadNode::Response failed_response(const std::string& why) {
   srv::LoadNode::Response response;
-  response.success(false);
-  response.error_message(why);
+  response.success = false;
+  response.error_message = why;
   return response;
 }
 
@@ -478,7 +486,7 @@ void ComponentContainer::Impl::start_loaded(const LoadedComponent& loaded,
       return;
     }
     const std::string why =
-        "component '" + response.full_node_name() + "' does not start: " + started.message;
+        "component '" + response.full_node_name + "' does not start: " + started.message;
     if (const auto self = weak.lock()) {
       self->node_.logger().error("load_node: " + why);
       self->unload(id, [responder, why](const TransitionResult&) {

@@ -208,9 +208,8 @@ const ComponentType& ComponentRegistry::find(std::string_view class_name,
   throw UnknownComponent(message);
 }
 
-std::unique_ptr<Component> ComponentRegistry::create(std::string_view class_name,
-                                                     ComponentOptions options,
-                                                     std::string_view package) const {
+ComponentPtr<> ComponentRegistry::create(std::string_view class_name, ComponentOptions options,
+                                         std::string_view package) const {
   return LoadedLibraries::instance().factory(find(class_name, package))->create(std::move(options));
 }
 

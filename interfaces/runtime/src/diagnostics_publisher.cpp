@@ -73,8 +73,8 @@ std::string ros_name(const WireTopic& topic) {
 
 diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::string& value) {
   diagnostic_msgs::msg::KeyValue pair;
-  pair.key(key);
-  pair.value(value);
+  pair.key = key;
+  pair.value = value;
   return pair;
 }
 
@@ -97,25 +97,32 @@ class DiagnosticsPublisher::Impl {
     add_endpoints(snapshot, clients);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
-    status.level(static_cast<std::uint8_t>(snapshot.level));
-    status.name(component_.node_name().fully_qualified().substr(1) + ": status");
-    status.hardware_id("none");
-    status.message(snapshot.message);
-    status.values().push_back(
+    status.level = static_cast<std::uint8_t>(snapshot.level);
+    status.name = component_.node_name().fully_qualified().substr(1) + ": status";
+    status.hardware_id = "none";
+    status.message = snapshot.message;
+    status.values.push_back(
         key_value("lifecycle_state", std::string(to_string(component_.state()))));
     for (const auto& [key, value] : snapshot.values) {
-      status.values().push_back(key_value(key, value));
+      status.values.push_back(key_value(key, value));
     }
     diagnostic_msgs::msg::DiagnosticArray array;
-    array.header().stamp(to_message(component_.now()));
-    array.status().push_back(std::move(status));
+    array.header.stamp = to_message(component_.now());
+    array.status.push_back(std::move(status));
     publisher_.publish(std::move(array));
   }
 
  private:
   /// Endpoint and total. Each endpoint counts for itself: a new one on the same topic starts at
-  /// zero again.
-  using TotalKey = std::pair<Gid, std::string_view>;
+  /// zero again, also where an old one was in memory.
+  struct TotalKey {
+    std::weak_ptr<const void> endpoint;
+    std::string_view total;
+    bool operator<(const TotalKey& other) const {
+      const bool before = endpoint.owner_before(other.endpoint);
+      return before || (!other.endpoint.owner_before(endpoint) && total < other.total);
+    }
+  };
 
   struct Losses {
     std::map<std::string, std::uint64_t> totals;  // all that are not zero, by the key to publish
@@ -125,17 +132,17 @@ class DiagnosticsPublisher::Impl {
 
   /// `endpoint`: whose identity and name the totals go under.
   template <class Endpoint, class Statistics, class Totals>
-  void add_totals(const Endpoint& endpoint, const Statistics& statistics, std::string_view kind,
+  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics, std::string_view kind,
                   const Totals& kinds, Losses& losses) const {
     for (const auto& kind_of_total : kinds) {
       const std::uint64_t total = statistics.*kind_of_total.member;
       if (total == 0) {
         continue;
       }
-      const std::string key = std::string(kind) + " " + ros_name(endpoint.topic()) + ": " +
+      const std::string key = std::string(kind) + " " + ros_name(endpoint->topic()) + ": " +
                               std::string(kind_of_total.name);
       losses.totals[key] += total;
-      const TotalKey total_key{endpoint.gid(), kind_of_total.name};
+      const TotalKey total_key{endpoint, kind_of_total.name};
       losses.seen[total_key] = total;
       const auto before = seen_.find(total_key);
       const std::uint64_t growth = total - (before == seen_.end() ? 0 : before->second);
@@ -145,34 +152,34 @@ class DiagnosticsPublisher::Impl {
     }
   }
 
-  void add_endpoint(const UntypedPublisher& publisher, std::string_view kind,
+  void add_endpoint(const std::shared_ptr<UntypedPublisher>& publisher, std::string_view kind,
                     Losses& losses) const {
-    add_totals(publisher, publisher.statistics(), kind, kPublisherTotals, losses);
+    add_totals(publisher, publisher->statistics(), kind, kPublisherTotals, losses);
   }
-  void add_endpoint(const UntypedSubscription& subscription, std::string_view kind,
-                    Losses& losses) const {
-    add_totals(subscription, subscription.statistics(), kind, kSubscriptionTotals, losses);
+  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription,
+                    std::string_view kind, Losses& losses) const {
+    add_totals(subscription, subscription->statistics(), kind, kSubscriptionTotals, losses);
   }
 
   void add_endpoints(Diagnostics::Snapshot& snapshot,
                      const std::vector<std::shared_ptr<UntypedClient>>& clients) {
     Losses losses;
     for (const auto& publisher : component_.publishers()) {
-      add_endpoint(*publisher, "publisher", losses);
+      add_endpoint(publisher, "publisher", losses);
     }
     for (const auto& subscription : component_.subscriptions()) {
-      add_endpoint(*subscription, "subscription", losses);
+      add_endpoint(subscription, "subscription", losses);
     }
     for (const auto& service : component_.services()) {
-      add_endpoint(*service->reply_publisher(), "service", losses);
-      add_endpoint(*service->request_subscription(), "service", losses);
-      add_totals(*service->request_subscription(), service->statistics(), "service", kServiceTotals,
+      add_endpoint(service->reply_publisher(), "service", losses);
+      add_endpoint(service->request_subscription(), "service", losses);
+      add_totals(service->request_subscription(), service->statistics(), "service", kServiceTotals,
                  losses);
     }
     for (const auto& client : clients) {
-      add_endpoint(*client->request_publisher(), "client", losses);
-      add_endpoint(*client->reply_subscription(), "client", losses);
-      add_totals(*client->request_publisher(), client->statistics(), "client", kClientTotals,
+      add_endpoint(client->request_publisher(), "client", losses);
+      add_endpoint(client->reply_subscription(), "client", losses);
+      add_totals(client->request_publisher(), client->statistics(), "client", kClientTotals,
                  losses);
     }
     for (const auto& [key, total] : losses.totals) {

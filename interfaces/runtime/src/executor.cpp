@@ -38,6 +38,9 @@ class PostedFunction final : public Waitable {
 /// Idle workers sleep on `work_available_`, except for one, the timekeeper, which sleeps on
 /// `time_due_` until the next timer. Work goes to a plain sleeper if there is one, so that the
 /// timekeeper need not be replaced for each message.
+///
+/// A thread that leaves its spin hands over what it would have done: it may have been the one that
+/// was woken for some work, or the timekeeper, while threads of other spins sleep on.
 class Executor::Core {
  public:
   class Group;
@@ -46,7 +49,11 @@ class Executor::Core {
     std::shared_ptr<Waitable> waitable;
     std::uint64_t arrival = 0;
   };
-  enum class Wait { kNo, kUntilStopped };
+  /// A `spin` or `spin_until` in progress. Its members are guarded by the core's mutex.
+  struct Spin {
+    bool stopped = false;
+    std::exception_ptr failure{};
+  };
 
   explicit Core(std::size_t threads) : threads_(threads) {}
 
@@ -56,15 +63,17 @@ class Executor::Core {
   void cancel(const Waitable* waitable);
   void hold(Group& group);
   void release(Group& group);
+  bool when_idle(Group& group, std::function<void()> idle);
   void close(Group& group);
 
+  void begin_spin(Spin& spin);
+  void end_spin(Spin& spin);
   void stop();
-  void end_spin();
-  /// Runs one callback; waits for one until `until` if asked. False when there was none.
-  bool run_one(Wait wait, const SteadyTime* until);
-  void work_until_stopped();
-  void fail(std::exception_ptr error);
-  std::exception_ptr take_failure();
+  /// Runs one callback. Within a spin it waits for one, until `until` if that is given, or until
+  /// the spin is stopped. False when there was none.
+  bool run_one(const Spin* spin, const SteadyTime* until);
+  void work_until_stopped(Spin& spin);
+  void fail(Spin& spin, std::exception_ptr error);
 
   const std::size_t threads_;
 
@@ -83,10 +92,12 @@ class Executor::Core {
   std::condition_variable* make_ready(std::shared_ptr<Group> group,
                                       std::shared_ptr<Waitable> waitable);
   std::condition_variable* pick_sleeper();
+  std::condition_variable* pick_sleeper_for_what_is_left();
   void promote_due_timers(Released& released);
   bool take(Work& work, Released& released);
   void wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until);
-  void finish(Group& group);
+  /// Returns whom to tell that the group is idle, without the lock.
+  std::vector<std::function<void()>> finish(Group& group);
 
   void execute(const Work& work);
 
@@ -102,8 +113,8 @@ class Executor::Core {
   std::size_t woken_sleepers_ = 0;  // notified, but not awake yet
   bool timekeeper_asleep_ = false;
   bool timekeeper_woken_ = false;
-  bool stopped_ = false;
-  std::exception_ptr failure_;
+  std::vector<Spin*> spins_;
+  bool stop_next_spin_ = false;  // stop() came while there was none
 };
 
 class Executor::Core::Group final : public CallbackGroup,
@@ -152,6 +163,11 @@ class Executor::Core::Group final : public CallbackGroup,
     }
   }
 
+  bool when_idle(std::function<void()> idle) override {
+    const auto core = core_.lock();
+    return !core || core->when_idle(*this, std::move(idle));
+  }
+
   void close() override {
     if (const auto core = core_.lock()) {
       core->close(*this);
@@ -173,6 +189,7 @@ class Executor::Core::Group final : public CallbackGroup,
   // Guarded by the core's mutex.
   std::vector<std::thread::id> running_;
   std::deque<Work> parked_;  // without `group`: it would own itself
+  std::vector<std::function<void()>> when_idle_;
   bool held_ = false;
   bool closed_ = false;
 
@@ -219,6 +236,13 @@ std::condition_variable* Executor::Core::pick_sleeper() {
     return &time_due_;
   }
   return nullptr;
+}
+
+/// For a thread that does not look for work next: ready work needs a worker, and the timeline a
+/// timekeeper.
+std::condition_variable* Executor::Core::pick_sleeper_for_what_is_left() {
+  const bool has_work = !ready_.empty() || (!timeline_.empty() && !timekeeper_asleep_);
+  return has_work ? pick_sleeper() : nullptr;
 }
 
 void Executor::Core::schedule(std::shared_ptr<Group> group, std::shared_ptr<Waitable> waitable) {
@@ -332,7 +356,7 @@ void Executor::Core::wait_for_work(std::unique_lock<std::mutex>& lock, const Ste
   }
 }
 
-void Executor::Core::finish(Group& group) {
+std::vector<std::function<void()>> Executor::Core::finish(Group& group) {
   group.running_.erase(
       std::find(group.running_.begin(), group.running_.end(), std::this_thread::get_id()));
   if (group.closed_) {
@@ -344,6 +368,11 @@ void Executor::Core::finish(Group& group) {
     next.group = group.shared_from_this();
     insert_by_arrival(ready_, std::move(next));
   }
+  std::vector<std::function<void()>> told;
+  if (group.running_.empty()) {
+    told.swap(group.when_idle_);
+  }
+  return told;
 }
 
 void Executor::Core::hold(Group& group) {
@@ -368,6 +397,15 @@ void Executor::Core::release(Group& group) {
   if (sleeper != nullptr) {
     sleeper->notify_one();
   }
+}
+
+bool Executor::Core::when_idle(Group& group, std::function<void()> idle) {
+  const std::lock_guard lock(mutex_);
+  if (group.running_.empty()) {
+    return true;
+  }
+  group.when_idle_.push_back(std::move(idle));
+  return false;
 }
 
 void Executor::Core::close(Group& group) {
@@ -399,28 +437,44 @@ void Executor::Core::close(Group& group) {
   }
 }
 
+void Executor::Core::begin_spin(Spin& spin) {
+  const std::lock_guard lock(mutex_);
+  spin.stopped = std::exchange(stop_next_spin_, false);
+  spins_.push_back(&spin);
+}
+
+void Executor::Core::end_spin(Spin& spin) {
+  std::condition_variable* sleeper = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase(spins_, &spin);
+    sleeper = pick_sleeper_for_what_is_left();
+  }
+  if (sleeper != nullptr) {
+    sleeper->notify_one();
+  }
+}
+
 void Executor::Core::stop() {
   {
     const std::lock_guard lock(mutex_);
-    stopped_ = true;
+    stop_next_spin_ = spins_.empty();
+    for (Spin* spin : spins_) {
+      spin->stopped = true;
+    }
   }
   work_available_.notify_all();
   time_due_.notify_all();
 }
 
-void Executor::Core::end_spin() {
-  const std::lock_guard lock(mutex_);
-  stopped_ = false;
-}
-
-bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
+bool Executor::Core::run_one(const Spin* spin, const SteadyTime* until) {
   Work work;
   Released released;
   std::condition_variable* sleeper = nullptr;
   {
     std::unique_lock lock(mutex_);
     while (true) {
-      if (stopped_ && wait != Wait::kNo) {
+      if (spin != nullptr && spin->stopped) {
         return false;
       }
       promote_due_timers(released);
@@ -433,16 +487,13 @@ bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
         lock.lock();
         continue;
       }
-      if (wait == Wait::kNo || (until != nullptr && steady_now() >= *until)) {
+      if (spin == nullptr || (until != nullptr && steady_now() >= *until)) {
         return false;
       }
       wait_for_work(lock, until);
     }
     work.group->running_.push_back(std::this_thread::get_id());
-    // While this thread is busy, further work needs a worker and the timeline a timekeeper.
-    if (!ready_.empty() || (!timeline_.empty() && !timekeeper_asleep_)) {
-      sleeper = pick_sleeper();
-    }
+    sleeper = pick_sleeper_for_what_is_left();
   }
   if (sleeper != nullptr) {
     sleeper->notify_one();
@@ -456,9 +507,13 @@ bool Executor::Core::run_one(Wait wait, const SteadyTime* until) {
     error = std::current_exception();
   }
   work.waitable.reset();
+  std::vector<std::function<void()>> idle;
   {
     const std::lock_guard lock(mutex_);
-    finish(*work.group);
+    idle = finish(*work.group);
+  }
+  for (const auto& tell : idle) {
+    tell();
   }
   if (error) {
     std::rethrow_exception(error);
@@ -478,28 +533,25 @@ void Executor::Core::execute(const Work& work) {
   }
 }
 
-void Executor::Core::work_until_stopped() {
+void Executor::Core::work_until_stopped(Spin& spin) {
   try {
-    while (run_one(Wait::kUntilStopped, nullptr)) {
+    while (run_one(&spin, nullptr)) {
     }
   } catch (...) {
-    fail(std::current_exception());
+    fail(spin, std::current_exception());
   }
 }
 
-void Executor::Core::fail(std::exception_ptr error) {
+void Executor::Core::fail(Spin& spin, std::exception_ptr error) {
   {
     const std::lock_guard lock(mutex_);
-    if (!failure_) {
-      failure_ = std::move(error);
+    if (!spin.failure) {
+      spin.failure = std::move(error);
     }
+    spin.stopped = true;
   }
-  stop();
-}
-
-std::exception_ptr Executor::Core::take_failure() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(failure_, nullptr);
+  work_available_.notify_all();
+  time_due_.notify_all();
 }
 
 Executor::Executor(std::size_t threads) {
@@ -519,41 +571,47 @@ std::shared_ptr<CallbackGroup> Executor::create_callback_group(CallbackGroupType
 }
 
 void Executor::spin() {
+  Core::Spin spin;
+  core_->begin_spin(spin);
   std::vector<std::thread> others;
   try {
     for (std::size_t i = 1; i < core_->threads_; ++i) {
-      others.emplace_back([core = core_] { core->work_until_stopped(); });
+      others.emplace_back([core = core_, &spin] { core->work_until_stopped(spin); });
     }
   } catch (...) {
-    core_->fail(std::current_exception());
+    core_->fail(spin, std::current_exception());
   }
-  core_->work_until_stopped();
+  core_->work_until_stopped(spin);
   for (auto& thread : others) {
     thread.join();
   }
-  core_->end_spin();
-  if (const auto failure = core_->take_failure()) {
-    std::rethrow_exception(failure);
+  core_->end_spin(spin);
+  if (spin.failure) {
+    std::rethrow_exception(spin.failure);
   }
 }
 
 std::size_t Executor::spin_ready() {
   std::size_t ran = 0;
-  while (core_->run_one(Core::Wait::kNo, nullptr)) {
+  while (core_->run_one(nullptr, nullptr)) {
     ++ran;
   }
   return ran;
 }
 
 bool Executor::spin_until(const std::function<bool()>& done, Duration timeout) {
-  struct EndOfSpin {
+  struct Spinning {
+    explicit Spinning(Core& given) : core(given) { core.begin_spin(spin); }
+    Spinning(const Spinning&) = delete;
+    Spinning& operator=(const Spinning&) = delete;
+    ~Spinning() { core.end_spin(spin); }
     Core& core;
-    ~EndOfSpin() { core.end_spin(); }
+    Core::Spin spin;
   };
-  const EndOfSpin end{*core_};
+  const Spinning spinning(*core_);
   const SteadyTime until = add_saturated(steady_now(), timeout);
   while (!done()) {
-    if (!core_->run_one(Core::Wait::kUntilStopped, &until)) {
+    if (!core_->run_one(&spinning.spin, &until)) {
       return done();
     }
   }

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <iterator>
 #include <mutex>
+#include <set>
 #include <rmw_dds_common/msg/participant_entities_info.hpp>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "pipescout/runtime/conversions.hpp"
@@ -21,6 +23,12 @@ using rmw_dds_common::msg::ParticipantEntitiesInfo;
 
 // ROS 2 keeps all; the transport hands samples over at once, so this only bounds a burst.
 constexpr std::size_t kDiscoveryReaderDepth = 1000;
+
+// Announcements describe all nodes of the process, and endpoints come in bursts (a composition that
+// starts has hundreds). So changes are collected: for a moment at first, twice as long each time
+// while a burst goes on. The sum of what is sent stays within a few times the last announcement.
+constexpr Duration kShortestCollecting = std::chrono::milliseconds(20);
+constexpr Duration kLongestCollecting = std::chrono::milliseconds(640);
 
 // A participant's message may arrive before discovery shows the participant, but not this long.
 constexpr Duration kLongestUnknown = std::chrono::minutes(1);
@@ -98,31 +106,47 @@ class ChangeBell {
 };
 
 /// What the graph knows, shared with the callbacks of endpoints and transport, which may outlive
-/// the graph. No lock is held while the transport, a publisher or a callback is called, except that
-/// announcements are made one at a time.
+/// the graph. No lock is held while a publisher or a callback is called, or the transport asked.
 class Knowledge {
  public:
   explicit Knowledge(Transport* transport) : transport_(transport) {}
 
-  void start_announcing(std::shared_ptr<UntypedPublisher> publisher) {
+  void start_announcing(std::shared_ptr<UntypedPublisher> publisher,
+                        std::unique_ptr<DelayedCall> announcement) {
     publisher_ = std::move(publisher);
+    const std::lock_guard lock(mutex_);
+    announcement_ = std::move(announcement);
+    announce_later();
+  }
+
+  void stop_announcing() {
+    std::unique_ptr<DelayedCall> announcement;  // ends without the lock, which its call takes
+    const std::lock_guard lock(mutex_);
+    announcement.swap(announcement_);
+  }
+
+  /// Publishes the nodes of this process.
+  void announce() {
+    auto message = std::make_shared<ParticipantEntitiesInfo>();
     {
       const std::lock_guard lock(mutex_);
-      ++local_version_;
+      announcement_pending_ = false;
+      announced_at_ = steady_now();
+      describe_local_nodes(*message);
     }
-    announce();
+    publisher_->publish(std::move(message), {});
   }
 
   void add_node(const NodeName& node) {
     {
       const std::lock_guard lock(mutex_);
-      if (!local_nodes_.try_emplace(node).second) {
+      if (!local_nodes_.insert(node).second) {
         throw std::invalid_argument("node '" + node.fully_qualified() +
                                     "' exists already in this process");
       }
-      ++local_version_;
+      announce_later();
     }
-    tell_local_change();
+    bell_.ring();
   }
 
   void remove_node(const NodeName& node) {
@@ -132,58 +156,51 @@ class Knowledge {
       if (found == local_nodes_.end()) {
         return;
       }
-      for (const auto* gids : {&found->second.readers, &found->second.writers}) {
-        for (const Gid& gid : *gids) {
-          local_endpoints_.at(gid).node.reset();
+      for (auto& [address, endpoint] : local_endpoints_) {
+        if (endpoint.node == node) {
+          endpoint.node.reset();
         }
       }
       local_nodes_.erase(found);
-      ++local_version_;
+      announce_later();
     }
-    tell_local_change();
+    bell_.ring();
   }
 
-  void add_endpoint(const NodeName& node, bool is_publisher, const Gid& gid, const WireTopic& topic,
-                    const QoS& qos) {
+  /// `address`: names the endpoint until it is destroyed.
+  void add_endpoint(const void* address, const NodeName& node, bool is_publisher, const Gid& gid,
+                    const WireTopic& topic, const QoS& qos) {
     {
       const std::lock_guard lock(mutex_);
-      const auto owner = local_nodes_.find(node);
-      if (owner == local_nodes_.end()) {
+      if (!local_nodes_.contains(node)) {
         throw std::invalid_argument("an endpoint of '" + topic.name + "' cannot belong to node '" +
                                     node.fully_qualified() + "', which is not in this process");
       }
       const auto [entry, is_new] = local_endpoints_.try_emplace(
-          gid, GraphEndpoint{gid, is_publisher, topic.name, std::string(topic.type->dds_name), qos,
-                             node, true});
+          address, GraphEndpoint{gid, is_publisher, topic.name, std::string(topic.type->dds_name),
+                                 qos, node, true});
       if (!is_new) {
         throw std::invalid_argument("the endpoint " + to_string(gid) + " of '" + topic.name +
                                     "' belongs to a node already");
       }
-      (is_publisher ? owner->second.writers : owner->second.readers).push_back(gid);
-      ++local_version_;
+      announce_later();
     }
-    tell_local_change();
+    bell_.ring();
   }
 
-  void endpoint_destroyed(const Gid& gid) {
+  void endpoint_destroyed(const void* address) {
     {
       const std::lock_guard lock(mutex_);
-      const auto found = local_endpoints_.find(gid);
-      if (found == local_endpoints_.end()) {
+      if (local_endpoints_.erase(address) == 0) {
         return;
       }
-      if (found->second.node) {
-        LocalNode& owner = local_nodes_.at(*found->second.node);
-        std::erase(found->second.is_publisher ? owner.writers : owner.readers, gid);
-      }
-      local_endpoints_.erase(found);
-      ++local_version_;
+      announce_later();
     }
-    tell_local_change();
+    bell_.ring();
   }
 
   void hear(const ParticipantEntitiesInfo& message, const MessageInfo& info) {
-    const Gid participant = from_message(message.gid());
+    const Gid participant = from_message(message.gid);
     // One may speak for oneself only, so what is kept is bounded by the participants that there
     // are.
     if (info.from_this_process || !same_participant(participant, info.identity.writer)) {
@@ -191,8 +208,7 @@ class Knowledge {
     }
     {
       const std::lock_guard lock(mutex_);
-      remote_nodes_[participant] = {message.node_entities_info_seq(), steady_now(), prunings_,
-                                    false};
+      remote_nodes_[participant] = {message.node_entities_info_seq, steady_now(), prunings_, false};
     }
     bell_.ring();
   }
@@ -226,15 +242,13 @@ class Knowledge {
     std::vector<NodeName> nodes;
     {
       const std::lock_guard lock(mutex_);
-      for (const auto& [name, node] : local_nodes_) {
-        nodes.push_back(name);
-      }
+      nodes.assign(local_nodes_.begin(), local_nodes_.end());
       for (const auto& [participant, remote] : remote_nodes_) {
         if (!std::binary_search(present.begin(), present.end(), participant)) {
           continue;
         }
         for (const auto& node : remote.nodes) {
-          nodes.push_back({node.node_namespace(), node.node_name()});
+          nodes.push_back({node.node_namespace, node.node_name});
         }
       }
     }
@@ -250,25 +264,36 @@ class Knowledge {
     std::vector<GraphEndpoint> endpoints;
     const std::lock_guard lock(mutex_);
     endpoints.reserve(local_endpoints_.size() + remote.size());
-    for (const auto& [gid, endpoint] : local_endpoints_) {
+    for (const auto& [address, endpoint] : local_endpoints_) {
       endpoints.push_back(endpoint);
     }
-    std::map<Gid, NodeName> owners;
+    std::sort(endpoints.begin(), endpoints.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.gid, a.node) < std::tie(b.gid, b.node);
+    });
+    // Subscriptions that share a reader appear as one endpoint for each node.
+    std::multimap<Gid, NodeName> owners;
     for (const auto& [participant, entry] : remote_nodes_) {
       for (const auto& node : entry.nodes) {
-        const NodeName name{node.node_namespace(), node.node_name()};
-        for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
+        const NodeName name{node.node_namespace, node.node_name};
+        for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
           for (const auto& gid : *gids) {
             owners.emplace(from_message(gid), name);
           }
         }
       }
     }
-    for (auto& found : remote) {
-      const auto owner = owners.find(found.gid);
-      endpoints.push_back(
-          {found.gid, found.is_writer, std::move(found.topic), std::move(found.type), found.qos,
-           owner != owners.end() ? std::optional(owner->second) : std::nullopt, false});
+    for (const auto& found : remote) {
+      GraphEndpoint endpoint{found.gid,  found.is_writer, found.topic, found.type,
+                             found.qos, std::nullopt,    false};
+      const auto [first, last] = owners.equal_range(found.gid);
+      if (first == last) {
+        endpoints.push_back(std::move(endpoint));
+        continue;
+      }
+      for (auto owner = first; owner != last; ++owner) {
+        endpoint.node = owner->second;
+        endpoints.push_back(endpoint);
+      }
     }
     return endpoints;
   }
@@ -276,10 +301,6 @@ class Knowledge {
   ChangeBell& bell() { return bell_; }
 
  private:
-  struct LocalNode {
-    std::vector<Gid> readers;
-    std::vector<Gid> writers;
-  };
   struct RemoteNodes {
     std::vector<NodeEntitiesInfo> nodes;
     SteadyTime heard_at{};
@@ -298,46 +319,40 @@ class Knowledge {
     return present;
   }
 
-  void tell_local_change() {
-    announce();
-    bell_.ring();
-  }
-
-  /// Publishes the nodes of this process unless somebody else just did. Announcements leave in the
-  /// order of their states, so the last one sent is the last state.
-  void announce() {
-    if (!publisher_) {
+  void announce_later() {  // under mutex_
+    if (announcement_pending_ || !announcement_) {
       return;
     }
-    const std::lock_guard one_at_a_time(announcing_);
-    auto message = std::make_shared<ParticipantEntitiesInfo>();
-    {
-      const std::lock_guard lock(mutex_);
-      if (announced_version_ == local_version_) {
-        return;
-      }
-      announced_version_ = local_version_;
-      describe_local_nodes(*message);
-    }
-    publisher_->publish(std::move(message), {});
+    announcement_pending_ = true;
+    const bool in_burst = steady_now() - announced_at_ < collecting_;
+    collecting_ = in_burst ? std::min(2 * collecting_, kLongestCollecting) : kShortestCollecting;
+    announcement_->start(collecting_);
   }
 
   void describe_local_nodes(ParticipantEntitiesInfo& message) const {  // under mutex_
-    message.gid(to_message(transport_->participant()));
-    auto& nodes = message.node_entities_info_seq();
-    nodes.reserve(local_nodes_.size());
-    const auto copy = [](const std::vector<Gid>& gids, auto& wire) {
+    message.gid = to_message(transport_->participant());
+    // Each identity once, however many subscriptions of the node share it.
+    std::map<NodeName, std::set<Gid>> readers;
+    std::map<NodeName, std::set<Gid>> writers;
+    for (const auto& [address, endpoint] : local_endpoints_) {
+      if (endpoint.node) {
+        (endpoint.is_publisher ? writers : readers)[*endpoint.node].insert(endpoint.gid);
+      }
+    }
+    const auto copy = [](const std::set<Gid>& gids, auto& wire) {
       wire.reserve(gids.size());
       for (const Gid& gid : gids) {
         wire.push_back(to_message(gid));
       }
     };
-    for (const auto& [name, node] : local_nodes_) {
+    auto& nodes = message.node_entities_info_seq;
+    nodes.reserve(local_nodes_.size());
+    for (const NodeName& name : local_nodes_) {
       NodeEntitiesInfo& described = nodes.emplace_back();
-      described.node_namespace(name.ns);
-      described.node_name(name.name);
-      copy(node.readers, described.reader_gid_seq());
-      copy(node.writers, described.writer_gid_seq());
+      described.node_namespace = name.ns;
+      described.node_name = name.name;
+      copy(readers[name], described.reader_gid_seq);
+      copy(writers[name], described.writer_gid_seq);
     }
   }
 
@@ -345,14 +360,14 @@ class Knowledge {
   std::shared_ptr<UntypedPublisher> publisher_;  // null without a transport
   ChangeBell bell_;
 
-  std::mutex announcing_;  // taken before mutex_
-
   mutable std::mutex mutex_;
-  std::map<NodeName, LocalNode> local_nodes_;
-  std::map<Gid, GraphEndpoint> local_endpoints_;
+  std::set<NodeName> local_nodes_;
+  std::map<const void*, GraphEndpoint> local_endpoints_;  // by address
   std::map<Gid, RemoteNodes> remote_nodes_;
-  std::uint64_t local_version_ = 0;
-  std::uint64_t announced_version_ = 0;
+  std::unique_ptr<DelayedCall> announcement_;  // null without a transport
+  bool announcement_pending_ = false;
+  SteadyTime announced_at_{};
+  Duration collecting_ = kShortestCollecting;
   std::uint64_t prunings_ = 0;
 };
 
@@ -361,9 +376,9 @@ class ProcessGraph final : public Graph {
   explicit ProcessGraph(const std::shared_ptr<Broker>& broker)
       : transport_(broker->transport()), knowledge_(std::make_shared<Knowledge>(transport_)) {
     const std::weak_ptr<Knowledge> weak = knowledge_;
-    broker->on_endpoint_destroyed([weak](const Gid& gid) {
+    broker->on_endpoint_destroyed([weak](const void* address) {
       if (const auto knowledge = weak.lock()) {
-        knowledge->endpoint_destroyed(gid);
+        knowledge->endpoint_destroyed(address);
       }
     });
     if (transport_ == nullptr) {
@@ -384,12 +399,18 @@ class ProcessGraph final : public Graph {
            }
          }});
     knowledge_->start_announcing(
-        broker->create_publisher({.topic = topic, .qos = QoS::latched(1)}));
+        broker->create_publisher({.topic = topic, .qos = QoS::latched(1)}),
+        transport_->create_delayed_call([weak] {
+          if (const auto knowledge = weak.lock()) {
+            knowledge->announce();
+          }
+        }));
   }
 
   ~ProcessGraph() override {
     if (transport_ != nullptr) {
       transport_->on_graph_changed({});
+      knowledge_->stop_announcing();
     }
   }
   ProcessGraph(const ProcessGraph&) = delete;
@@ -399,12 +420,13 @@ class ProcessGraph final : public Graph {
   void remove_node(const NodeName& node) override { knowledge_->remove_node(node); }
   void add_endpoint(const NodeName& node,
                     const std::shared_ptr<UntypedPublisher>& publisher) override {
-    knowledge_->add_endpoint(node, true, publisher->gid(), publisher->topic(), publisher->qos());
+    knowledge_->add_endpoint(publisher.get(), node, true, publisher->gid(), publisher->topic(),
+                             publisher->qos());
   }
   void add_endpoint(const NodeName& node,
                     const std::shared_ptr<UntypedSubscription>& subscription) override {
-    knowledge_->add_endpoint(node, false, subscription->gid(), subscription->topic(),
-                             subscription->qos());
+    knowledge_->add_endpoint(subscription.get(), node, false, subscription->gid(),
+                             subscription->topic(), subscription->qos());
   }
 
   std::vector<NodeName> nodes() const override { return knowledge_->nodes(); }

@@ -2,6 +2,7 @@
 #include "pipescout/runtime/node.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
@@ -31,16 +32,43 @@ void add(std::vector<std::weak_ptr<T>>& all, const std::shared_ptr<T>& one) {
   all.push_back(one);
 }
 
+/// True when no callback of the groups is running. Otherwise `idle` is called once none of any of
+/// them is.
+bool when_all_idle(const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                   const std::function<void()>& idle) {
+  // One more for this function: only when it is through can the last one be known.
+  const auto left = std::make_shared<std::atomic<std::size_t>>(groups.size() + 1);
+  for (const auto& group : groups) {
+    const bool is_idle = group->when_idle([left, idle] {
+      if (--*left == 0) {
+        idle();
+      }
+    });
+    if (is_idle) {
+      --*left;
+    }
+  }
+  return --*left == 0;
+}
+
 }  // namespace
 
 class Node::Impl {
  public:
+  /// Which callbacks may not begin.
+  enum class Held {
+    kNone,
+    kAllButDefault,  ///< a transition is in progress
+    kAll,            ///< the object is not complete yet
+    kStopped,        ///< all, for good
+  };
+
   Impl(Node& node, NodeOptions given, CallbackStart start)
       : options(std::move(given)),
         name(remap_node(options.name, options.remap_rules)),
         logger(name.logger_name()),
         parameters(options.parameter_overrides),
-        callbacks_held(start == CallbackStart::kWhenAllowed),
+        held(start == CallbackStart::kWhenAllowed ? Held::kAll : Held::kNone),
         node_(node) {
     default_group = create_group(CallbackGroupType::kMutuallyExclusive);
   }
@@ -50,7 +78,7 @@ class Node::Impl {
     group->set_exception_handler(
         [this](std::exception_ptr error) { node_.on_callback_exception(std::move(error)); });
     const std::lock_guard lock(mutex);
-    if (callbacks_held) {
+    if (held != Held::kNone) {
       group->hold();
       held_groups.push_back(group);
     }
@@ -62,6 +90,9 @@ class Node::Impl {
     return endpoint.group ? endpoint.group : default_group;
   }
 
+  /// Lets callbacks begin again that are held for that reason; changes nothing when they are not.
+  void release(Held reason);
+
   /// Follows `/clock`, or the time of this machine. Calls must not overlap.
   void use_simulated_time(bool simulated);
 
@@ -72,7 +103,7 @@ class Node::Impl {
   std::shared_ptr<CallbackGroup> default_group;
 
   mutable std::mutex mutex;
-  bool callbacks_held;
+  Held held;
   // As queued work keeps a group that is not held.
   std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
@@ -111,8 +142,7 @@ void Node::Impl::use_simulated_time(bool simulated) {
          .qos = QoS::sensor_data(1),
          .callback = [clock, source = std::make_shared<const char>()](
                          const std::shared_ptr<const void>& message, const MessageInfo&) {
-           const auto& stamp =
-               static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
+           const auto& stamp = static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock;
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);
@@ -171,15 +201,59 @@ Node::~Node() {
   context().graph().remove_node(impl_->name);
 }
 
+void Node::Impl::release(Held reason) {
+  std::vector<std::shared_ptr<CallbackGroup>> released;
+  {
+    const std::lock_guard lock(mutex);
+    if (held != reason) {
+      return;
+    }
+    held = Held::kNone;
+    released.swap(held_groups);
+  }
+  for (const auto& group : released) {
+    group->release();
+  }
+}
+
 void Node::allow_callbacks() {
-  std::vector<std::shared_ptr<CallbackGroup>> held;
+  impl_->release(Impl::Held::kAll);
+}
+
+bool Node::hold_other_groups(std::function<void()> idle) {
+  std::vector<std::shared_ptr<CallbackGroup>> others;
   {
     const std::lock_guard lock(impl_->mutex);
-    impl_->callbacks_held = false;
-    held.swap(impl_->held_groups);
+    others = alive(impl_->groups);
+    std::erase(others, impl_->default_group);
+    if (impl_->held == Impl::Held::kNone) {
+      impl_->held = Impl::Held::kAllButDefault;
+      impl_->held_groups = others;
+      for (const auto& group : others) {
+        group->hold();
+      }
+    }
   }
-  for (const auto& group : held) {
-    group->release();
+  return when_all_idle(
+      others, [group = impl_->default_group, idle = std::move(idle)] { group->post(idle); });
+}
+
+void Node::release_other_groups() {
+  impl_->release(Impl::Held::kAllButDefault);
+}
+
+void Node::stop_callbacks(const std::function<void()>& stopped) {
+  std::vector<std::shared_ptr<CallbackGroup>> groups;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    groups = alive(impl_->groups);
+    impl_->held = Impl::Held::kStopped;
+    for (const auto& group : groups) {
+      group->hold();
+    }
+  }
+  if (when_all_idle(groups, stopped)) {
+    stopped();
   }
 }
 

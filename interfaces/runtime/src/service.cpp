@@ -529,7 +529,8 @@ std::shared_ptr<UntypedClient> create_untyped_client(Context& context,
              }
            },
        .events = {.matched = on_matches(calls)},
-       .group = options.group});
+       .group = options.group,
+       .own_reader = true});
   auto publisher = context.create_publisher(
       {.topic = {mangle_topic_name(options.name, DdsTopicKind::kServiceRequest), options.request},
        .qos = options.qos,

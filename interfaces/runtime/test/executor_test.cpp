@@ -144,6 +144,80 @@ TEST(Executor, SpinUntilIsEndedByStop) {
   EXPECT_TRUE(executor.spin_until([&] { return ran; }, kLong));
 }
 
+/// Starts a second thread in `spin` from within a callback, and returns once that thread has run
+/// something and is about to sleep.
+std::unique_ptr<Spinning> spin_beside(Executor& executor) {
+  auto beside = std::make_unique<Spinning>(executor);
+  std::promise<void> awake;
+  executor.create_callback_group()->post([&awake] { awake.set_value(); });
+  awake.get_future().wait();
+  return beside;
+}
+
+TEST(Executor, WorkThatIsLeftWhenSpinUntilEndsIsDoneByAnotherThread) {
+  for (int round = 0; round < 20; ++round) {
+    Executor executor;
+    const auto group = executor.create_callback_group();
+    std::unique_ptr<Spinning> beside;
+    std::promise<void> ran;
+    group->post([&] {
+      beside = spin_beside(executor);
+      // Waits for this callback, and the other thread sleeps meanwhile.
+      group->post([&ran] { ran.set_value(); });
+    });
+    EXPECT_TRUE(executor.spin_until([&] { return beside != nullptr; }, kLong));
+    ASSERT_EQ(ran.get_future().wait_for(kLong), std::future_status::ready) << round;
+  }
+}
+
+TEST(Executor, TimersGoOnWhenTheThreadThatWaitedForThemLeaves) {
+  for (int round = 0; round < 5; ++round) {
+    Executor executor;
+    const auto group = executor.create_callback_group();
+    std::promise<void> ran;
+    const auto timed = std::make_shared<Work>([&ran] { ran.set_value(); });
+    group->schedule_at(steady_now() + milliseconds(40), timed);
+    std::thread leaving([&] { executor.spin_until([] { return false; }, milliseconds(20)); });
+    const auto beside = spin_beside(executor);
+    leaving.join();
+    ASSERT_EQ(ran.get_future().wait_for(kLong), std::future_status::ready) << round;
+  }
+}
+
+TEST(Executor, StopReachesEveryThreadThatSpins) {
+  for (int round = 0; round < 20; ++round) {
+    Executor executor;
+    const auto group = executor.create_callback_group();
+    std::future<void> other;
+    group->post([&] {
+      std::promise<void> awake;
+      other = std::async(std::launch::async, [&executor] { executor.spin(); });
+      executor.create_callback_group()->post([&awake] { awake.set_value(); });
+      awake.get_future().wait();
+      executor.stop();
+    });
+    // Its end must not take back what was asked of the other.
+    EXPECT_TRUE(executor.spin_until([&] { return other.valid(); }, kLong));
+    const auto ended = other.wait_for(kLong);
+    executor.stop();
+    ASSERT_EQ(ended, std::future_status::ready) << round;
+  }
+}
+
+TEST(Executor, AFailureEndsTheSpinThatRanIntoItAndNoOther) {
+  Executor executor;
+  const auto group = executor.create_callback_group();
+  std::unique_ptr<Spinning> beside;
+  group->post([&] {
+    beside = spin_beside(executor);
+    throw std::runtime_error("broken");
+  });
+  EXPECT_THROW(executor.spin(), std::runtime_error);
+  std::promise<void> ran;
+  group->post([&ran] { ran.set_value(); });
+  EXPECT_EQ(ran.get_future().wait_for(kLong), std::future_status::ready);
+}
+
 TEST(Executor, AnExceptionWithoutHandlerLeavesSpin) {
   for (const std::size_t threads : {1U, 4U}) {
     Executor executor(threads);
@@ -490,6 +564,47 @@ TEST(CallbackGroup, TwoCallbacksMayCloseTheirGroupTogether) {
     });
   }
   done.wait();
+}
+
+TEST(CallbackGroup, TellsOnceWhenItsLastCallbackHasReturned) {
+  Executor executor(2);
+  const auto group = executor.create_callback_group(CallbackGroupType::kReentrant);
+  EXPECT_TRUE(group->when_idle([] { FAIL(); }));
+  std::latch both_inside(3);
+  std::promise<void> release_first;
+  std::promise<void> release_second;
+  std::atomic<int> left = 0;
+  std::promise<int> left_when_told;
+  const Spinning spinning(executor);
+  for (auto* release : {&release_first, &release_second}) {
+    group->post([&, release] {
+      both_inside.arrive_and_wait();
+      release->get_future().wait();
+      ++left;
+    });
+  }
+  both_inside.arrive_and_wait();
+  EXPECT_FALSE(group->when_idle([&] { left_when_told.set_value(left); }));
+  release_first.set_value();
+  release_second.set_value();
+  EXPECT_EQ(left_when_told.get_future().get(), 2);
+}
+
+TEST(CallbackGroup, TellsOfItselfAfterTheCallbackThatAsks) {
+  Executor executor;
+  const auto group = executor.create_callback_group();
+  bool returned = false;
+  bool told = false;
+  group->post([&] {
+    EXPECT_FALSE(group->when_idle([&] {
+      EXPECT_TRUE(returned);
+      told = true;
+    }));
+    group->close();
+    returned = true;
+  });
+  executor.spin_ready();
+  EXPECT_TRUE(told);
 }
 
 TEST(CallbackGroup, OutlivesItsExecutor) {

@@ -31,6 +31,7 @@ using ::testing::ElementsAre;
 using testing::FakeNetwork;
 using ::testing::IsEmpty;
 using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
 using rmw_dds_common::msg::ParticipantEntitiesInfo;
 
@@ -245,17 +246,81 @@ TEST_F(GraphAcrossProcesses, TheAnnouncementHasTheFormOfRos2) {
     return bytes;
   };
   ASSERT_TRUE(last);
-  EXPECT_EQ(last->gid().data(), wire(here_->transport()->participant()));
-  ASSERT_EQ(last->node_entities_info_seq().size(), 1U);
-  const auto& node = last->node_entities_info_seq().front();
-  EXPECT_EQ(node.node_namespace(), "/robot");
-  EXPECT_EQ(node.node_name(), "talker");
-  ASSERT_EQ(node.writer_gid_seq().size(), 1U);
-  EXPECT_EQ(node.writer_gid_seq().front().data(), wire(publisher->gid()));
-  ASSERT_EQ(node.reader_gid_seq().size(), 1U);
-  EXPECT_EQ(node.reader_gid_seq().front().data(), wire(subscription->gid()));
+  EXPECT_EQ(last->gid.data, wire(here_->transport()->participant()));
+  ASSERT_EQ(last->node_entities_info_seq.size(), 1U);
+  const auto& node = last->node_entities_info_seq.front();
+  EXPECT_EQ(node.node_namespace, "/robot");
+  EXPECT_EQ(node.node_name, "talker");
+  ASSERT_EQ(node.writer_gid_seq.size(), 1U);
+  EXPECT_EQ(node.writer_gid_seq.front().data, wire(publisher->gid()));
+  ASSERT_EQ(node.reader_gid_seq.size(), 1U);
+  EXPECT_EQ(node.reader_gid_seq.front().data, wire(subscription->gid()));
   EXPECT_EQ(message_type<ParticipantEntitiesInfo>().dds_name,
             "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_");
+}
+
+TEST_F(GraphAcrossProcesses, ABurstOfChangesIsAnnouncedOnce) {
+  std::vector<std::size_t> announced_writers;
+  const auto listener = there_->create_subscription(
+      {.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()},
+       .qos = QoS::latched(10),
+       .callback = [&](const std::shared_ptr<const void>& message, const MessageInfo& info) {
+         if (info.from_this_process) {
+           return;
+         }
+         std::size_t writers = 0;
+         const auto& told = *static_cast<const ParticipantEntitiesInfo*>(message.get());
+         for (const auto& node : told.node_entities_info_seq()) {
+           writers += node.writer_gid_seq().size();
+         }
+         announced_writers.push_back(writers);
+       }});
+  network_.deliver();
+  announced_writers.clear();
+  std::vector<std::shared_ptr<UntypedPublisher>> publishers;
+  for (int node = 0; node < 50; ++node) {
+    const NodeName name{"/", numbered("node_", node)};
+    here_->graph().add_node(name);
+    for (int i = 0; i < 4; ++i) {
+      publishers.push_back(string_publisher(*here_, numbered("rt/topic_", i)));
+      here_->graph().add_endpoint(name, publishers.back());
+    }
+  }
+  network_.deliver();
+  EXPECT_THAT(announced_writers, ElementsAre(200));
+  publishers.resize(100);
+  network_.deliver();
+  EXPECT_THAT(announced_writers, ElementsAre(200, 100));
+}
+
+TEST_F(GraphAcrossProcesses, NodesThatShareAReaderAreBothShownWithIt) {
+  here_->graph().add_node(kTalker);
+  here_->graph().add_node(kListener);
+  const auto first = string_subscription(*here_, "rt/chatter");
+  auto second = string_subscription(*here_, "rt/chatter");
+  auto third = string_subscription(*here_, "rt/chatter");
+  ASSERT_EQ(first->gid(), second->gid());
+  here_->graph().add_endpoint(kTalker, first);
+  here_->graph().add_endpoint(kListener, second);
+  here_->graph().add_endpoint(kListener, third);
+  network_.deliver();
+  const auto owners = [&](const Graph& graph) {
+    std::vector<NodeName> nodes;
+    for (const auto& endpoint : graph.endpoints()) {
+      if (endpoint.gid == first->gid() && endpoint.node) {
+        nodes.push_back(*endpoint.node);
+      }
+    }
+    return nodes;
+  };
+  EXPECT_THAT(owners(here_->graph()), ElementsAre(kListener, kListener, kTalker));
+  EXPECT_THAT(owners(there_->graph()), UnorderedElementsAre(kListener, kTalker));
+  second.reset();
+  network_.deliver();
+  EXPECT_THAT(owners(there_->graph()), UnorderedElementsAre(kListener, kTalker));
+  third.reset();
+  network_.deliver();
+  EXPECT_THAT(owners(there_->graph()), ElementsAre(kTalker));
 }
 
 TEST_F(GraphAcrossProcesses, ALateProcessHearsOfWhatWasThereBefore) {
@@ -299,9 +364,9 @@ TEST_F(GraphAcrossProcesses, NobodySpeaksForAnother) {
       {.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()},
        .qos = QoS::latched(1)});
   auto lie = std::make_shared<ParticipantEntitiesInfo>();
-  lie->gid().data()[0] = 1;
-  lie->node_entities_info_seq().resize(1);
-  lie->node_entities_info_seq()[0].node_name("ghost");
+  lie->gid.data[0] = 1;
+  lie->node_entities_info_seq.resize(1);
+  lie->node_entities_info_seq[0].node_name = "ghost";
   liar->publish(lie, {});
   network_.deliver();
   EXPECT_THAT(here_->graph().nodes(), IsEmpty());

@@ -31,12 +31,11 @@ class ComponentHarness::Impl {
         diagnostics(peer.create_subscription(
             topics::kDiagnostics,
             [this](const diagnostic_msgs::msg::DiagnosticArray& message) {
-              statuses.insert(statuses.end(), message.status().begin(), message.status().end());
+              statuses.insert(statuses.end(), message.status.begin(), message.status.end());
             })),
         rosout(peer.create_subscription(
             topics::kRosout, [this](const rcl_interfaces::msg::Log& message) {
-              logs.push_back(
-                  {static_cast<LogSeverity>(message.level()), message.name(), message.msg()});
+              logs.push_back({static_cast<LogSeverity>(message.level), message.name, message.msg});
             })) {}
 
   const HarnessOptions options;
@@ -48,7 +47,7 @@ class ComponentHarness::Impl {
   std::map<std::string, std::shared_ptr<UntypedPublisher>, std::less<>> publishers;
   const Subscription<diagnostic_msgs::msg::DiagnosticArray> diagnostics;
   const Subscription<rcl_interfaces::msg::Log> rosout;
-  std::vector<std::unique_ptr<Component>> components;
+  std::vector<ComponentPtr<>> components;
 };
 
 ComponentHarness::ComponentHarness(HarnessOptions options)
@@ -79,14 +78,13 @@ ComponentOptions ComponentHarness::component_options(const ComponentSpec& spec) 
   return options;
 }
 
-void ComponentHarness::own(std::unique_ptr<Component> component) {
+void ComponentHarness::own(ComponentPtr<> component) {
   impl_->components.push_back(std::move(component));
 }
 
 void ComponentHarness::destroy(Component& component) {
-  std::erase_if(impl_->components, [&component](const std::unique_ptr<Component>& owned) {
-    return owned.get() == &component;
-  });
+  std::erase_if(impl_->components,
+                [&component](const ComponentPtr<>& owned) { return owned.get() == &component; });
 }
 
 TransitionResult ComponentHarness::request(Component& component, LifecycleTransition transition) {
@@ -178,7 +176,7 @@ std::vector<diagnostic_msgs::msg::DiagnosticStatus> ComponentHarness::arrived_di
   const std::string name = component.node_name().fully_qualified().substr(1) + ": status";
   std::vector<diagnostic_msgs::msg::DiagnosticStatus> result;
   for (const auto& status : impl_->statuses) {
-    if (status.name() == name) {
+    if (status.name == name) {
       result.push_back(status);
     }
   }
@@ -209,9 +207,9 @@ diagnostic_msgs::msg::DiagnosticStatus ComponentHarness::next_diagnostics(
 
 std::optional<std::string> ComponentHarness::value(
     const diagnostic_msgs::msg::DiagnosticStatus& status, std::string_view key) {
-  for (const auto& pair : status.values()) {
-    if (pair.key() == key) {
-      return pair.value();
+  for (const auto& pair : status.values) {
+    if (pair.key == key) {
+      return pair.value;
     }
   }
   return std::nullopt;

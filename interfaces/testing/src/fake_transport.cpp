@@ -2,6 +2,7 @@
 #include "pipescout/testing/fake_transport.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -81,12 +82,15 @@ class FakeNetwork::State : public std::enable_shared_from_this<FakeNetwork::Stat
   [[nodiscard]] std::vector<DiscoveredParticipant> participants_seen_by(const Gid& self) const;
   [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints_seen_by(const Gid& self) const;
   void set_graph_changed(const Gid& participant, GraphChanged callback);
+  void call_on_delivery(std::shared_ptr<Guarded<std::function<void()>>> call);
 
   bool deliver_one();
   void set_pending(std::function<void()> pending);
   void hold(const std::string& topic, bool held);
   void set_tamper(Tamper tamper);
   [[nodiscard]] std::uint64_t serialisations() const;
+  void warn(const std::string& sentence);
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
   // All under mutex_ unless they say otherwise.
@@ -113,6 +117,7 @@ class FakeNetwork::State : public std::enable_shared_from_this<FakeNetwork::Stat
   std::uint8_t last_process_ = 0;
   std::uint32_t last_entity_ = 0;
   std::uint64_t serialisations_ = 0;
+  std::vector<std::string> warnings_;
 };
 
 Gid FakeNetwork::State::add_process(const std::string& name) {
@@ -386,6 +391,16 @@ void FakeNetwork::State::set_graph_changed(const Gid& participant, GraphChanged 
   }
 }
 
+void FakeNetwork::State::call_on_delivery(std::shared_ptr<Guarded<std::function<void()>>> call) {
+  {
+    const std::lock_guard lock(mutex_);
+    put_on_wire([call = std::move(call)] {
+      call->tell([](const std::function<void()>& function) { function(); });
+    });
+  }
+  tell_pending();
+}
+
 bool FakeNetwork::State::sees(const Gid& self, const Gid& other) const {
   const auto process_of = [&](const Gid& gid) {
     return std::find_if(processes_.begin(), processes_.end(), [&](const auto& entry) {
@@ -497,6 +512,16 @@ std::uint64_t FakeNetwork::State::serialisations() const {
   return serialisations_;
 }
 
+void FakeNetwork::State::warn(const std::string& sentence) {
+  const std::lock_guard lock(mutex_);
+  warnings_.push_back(sentence);
+}
+
+std::vector<std::string> FakeNetwork::State::warnings() const {
+  const std::lock_guard lock(mutex_);
+  return warnings_;
+}
+
 namespace {
 
 using State = FakeNetwork::State;
@@ -547,6 +572,33 @@ class FakeReader final : public TransportReader {
   const std::shared_ptr<Guarded<TransportReaderListener>> listener_;
 };
 
+/// Waits on the wire for the test, whatever the delay.
+class FakeDelayedCall final : public DelayedCall {
+ public:
+  FakeDelayedCall(std::shared_ptr<State> network, std::function<void()> call)
+      : network_(std::move(network)),
+        call_([this, inner = std::move(call)] {
+          pending_ = false;
+          inner();
+        }),
+        guarded_(std::make_shared<Guarded<std::function<void()>>>(call_)) {}
+  FakeDelayedCall(const FakeDelayedCall&) = delete;
+  FakeDelayedCall& operator=(const FakeDelayedCall&) = delete;
+  ~FakeDelayedCall() override { guarded_->detach(); }
+
+  void start(Duration) override {
+    if (!pending_.exchange(true)) {
+      network_->call_on_delivery(guarded_);
+    }
+  }
+
+ private:
+  const std::shared_ptr<State> network_;
+  std::atomic<bool> pending_{false};
+  std::function<void()> call_;
+  const std::shared_ptr<Guarded<std::function<void()>>> guarded_;
+};
+
 class FakeTransport final : public Transport {
  public:
   FakeTransport(std::shared_ptr<State> network, const std::string& name)
@@ -591,6 +643,10 @@ class FakeTransport final : public Transport {
   void on_graph_changed(GraphChanged callback) override {
     network_->set_graph_changed(gid_, std::move(callback));
   }
+  std::unique_ptr<DelayedCall> create_delayed_call(std::function<void()> call) override {
+    return std::make_unique<FakeDelayedCall>(network_, std::move(call));
+  }
+  std::vector<std::string> warnings() const override { return network_->warnings(); }
 
  private:
   const std::shared_ptr<State> network_;
@@ -631,6 +687,9 @@ void FakeNetwork::set_tamper(Tamper tamper) {
 }
 void FakeNetwork::crash(const Gid& participant) {
   state_->crash(participant);
+}
+void FakeNetwork::warn(const std::string& sentence) {
+  state_->warn(sentence);
 }
 std::uint64_t FakeNetwork::serialisations() const {
   return state_->serialisations();

@@ -65,21 +65,22 @@ class Session {
   template <class S>
   std::shared_ptr<const typename S::Response> call(const std::string& service,
                                                    typename S::Request request = {}) {
+    using Result = typename Client<S>::Result;
     auto client = node_->create_client<S>(service);
-    std::optional<typename Client<S>::Result> result;
+    // Shared with the client, which answers what is left when it goes.
+    const auto result = std::make_shared<std::optional<Result>>();
     client.call(
-        std::move(request),
-        [&result](typename Client<S>::Result answer) { result = std::move(answer); },
+        std::move(request), [result](Result answer) { *result = std::move(answer); },
         from_seconds(options_.timeout));
     // The client itself watches the time; this one is only a bound on top of it.
-    executor_.spin_until([&] { return result.has_value(); },
+    executor_.spin_until([&] { return result->has_value(); },
                          from_seconds(options_.timeout) + std::chrono::seconds(1));
     throw_if_interrupted();
-    if (result && *result) {
-      return result->shared();
+    const Result answer = result->value_or(Result(ServiceError::kTimeout));
+    if (!answer) {
+      throw CommandError("service " + service + ": " + to_string(answer.error()));
     }
-    throw CommandError("service " + service + ": " +
-                       to_string(result ? result->error() : ServiceError::kTimeout));
+    return answer.shared();
   }
 
  private:

@@ -28,7 +28,6 @@ class Talker : public Component {
              .floating_point_range = pipescout::FloatingPointRange{0.001, 10.0}})),
         count_(parameters().declare<std::uint32_t>("count", 0,
                                                    {.description = "messages; 0: endless"})) {}
-  ~Talker() override { close(); }
 
  protected:
   CallbackReturn on_configure() override {
@@ -77,7 +76,6 @@ class Listener : public Component {
       : Component(std::move(options)),
         count_(parameters().declare<std::uint32_t>("count", 0,
                                                    {.description = "messages; 0: endless"})) {}
-  ~Listener() override { close(); }
 
  protected:
   CallbackReturn on_configure() override {
@@ -114,7 +112,6 @@ class FailingComponent : public Component {
         how_(parameters().declare<std::string>("how", "throw").get()) {
     fail_in("constructor");
   }
-  ~FailingComponent() override { close(); }
 
  protected:
   CallbackReturn on_configure() override {

@@ -54,9 +54,7 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
                                                 {.description = "base frame of the robot"});
 }
 
-OdometerReplay::~OdometerReplay() {
-  close();
-}
+OdometerReplay::~OdometerReplay() = default;
 
 CallbackReturn OdometerReplay::on_configure() {
   const std::string file = file_.get();

@@ -14,7 +14,6 @@ class Counter : public pipescout::Component {
     parameters().declare<double>(
         "gain", 1.0, {.floating_point_range = pipescout::FloatingPointRange{0.1, 10.0}});
   }
-  ~Counter() override { close(); }
 };
 
 class ThrowsWhenConstructed : public pipescout::Component {

@@ -39,8 +39,13 @@ struct TransitionResult {
 /// while the executor spins. `make_component` says when that is, and so does the first transition
 /// that is asked for.
 ///
-/// The lifecycle callbacks run in the default callback group, so never at the same time as another
-/// callback of that group. They must not block.
+/// The lifecycle callbacks run in the default callback group, and never at the same time as another
+/// callback of the component: before one begins, the callbacks of all groups that are running have
+/// returned, and no other begins until it is over. They must not block, nor must a callback wait
+/// for a transition of its own component.
+///
+/// The owner closes a component before it destroys it, so that no callback meets a half-destroyed
+/// object; ComponentPtr does both.
 class Component : public Node {
  public:
   explicit Component(ComponentOptions options);
@@ -49,10 +54,12 @@ class Component : public Node {
   /// Lets callbacks run, the services of every node among them: the object is complete. Whoever
   /// makes a component calls it, see `make_component`; a constructor must not. Thread-safe.
   using Node::allow_callbacks;
+  using Node::close;
+  using Node::stop_callbacks;
 
   /// Asks for a transition. It runs in the default callback group, so the executor must spin;
-  /// `done` (optional) is called there with the outcome. Allows callbacks, so it is not for
-  /// constructors. Thread-safe.
+  /// `done` (optional) is called there with the outcome. Transitions that are asked for while one
+  /// is in progress follow it. Allows callbacks, so it is not for constructors. Thread-safe.
   void request_transition(LifecycleTransition transition,
                           std::function<void(const TransitionResult&)> done = {});
   /// Thread-safe.
@@ -93,10 +100,22 @@ class Component : public Node {
   std::unique_ptr<Lifecycle> lifecycle_;
 };
 
+/// Closes a component, then destroys it.
+struct ComponentDeleter {
+  void operator()(Component* component) const {
+    component->close();
+    delete component;
+  }
+};
+
+/// Owns a component. Converts to std::shared_ptr<Component>, which closes it too.
+template <std::derived_from<Component> T = Component>
+using ComponentPtr = std::unique_ptr<T, ComponentDeleter>;
+
 /// Makes a component and lets its callbacks run. Throws what its constructor throws.
 template <std::derived_from<Component> T, class... Arguments>
-[[nodiscard]] std::unique_ptr<T> make_component(Arguments&&... arguments) {
-  auto component = std::make_unique<T>(std::forward<Arguments>(arguments)...);
+[[nodiscard]] ComponentPtr<T> make_component(Arguments&&... arguments) {
+  ComponentPtr<T> component(new T(std::forward<Arguments>(arguments)...));
   component->allow_callbacks();
   return component;
 }
@@ -105,13 +124,13 @@ template <std::derived_from<Component> T, class... Arguments>
 class ComponentFactory {
  public:
   virtual ~ComponentFactory() = default;
-  [[nodiscard]] virtual std::unique_ptr<Component> create(ComponentOptions options) const = 0;
+  [[nodiscard]] virtual ComponentPtr<> create(ComponentOptions options) const = 0;
 };
 
 template <class T>
 class ComponentFactoryFor final : public ComponentFactory {
  public:
-  [[nodiscard]] std::unique_ptr<Component> create(ComponentOptions options) const override {
+  [[nodiscard]] ComponentPtr<> create(ComponentOptions options) const override {
     return make_component<T>(std::move(options));
   }
 };

@@ -67,9 +67,8 @@ class ComponentRegistry {
                                           std::string_view package = {}) const;
   /// Makes a component. Throws UnknownComponent, ComponentLoadError, and what the component's
   /// constructor throws.
-  [[nodiscard]] std::unique_ptr<Component> create(std::string_view class_name,
-                                                  ComponentOptions options,
-                                                  std::string_view package = {}) const;
+  [[nodiscard]] ComponentPtr<> create(std::string_view class_name, ComponentOptions options,
+                                      std::string_view package = {}) const;
 
  private:
   void read_index(const std::filesystem::path& prefix, const std::filesystem::path& file);

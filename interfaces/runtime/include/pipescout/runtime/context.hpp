@@ -40,6 +40,9 @@ struct SubscriptionOptions {
   std::shared_ptr<CallbackGroup> group = nullptr;
   /// Start disabled, see UntypedSubscription::set_enabled.
   bool enabled = true;
+  /// Subscriptions of one topic with the same QoS share one reader towards other processes, and its
+  /// identity. With this, the subscription has its own: clients of a service are told apart by it.
+  bool own_reader = false;
 };
 
 /// One process's place on the network: at most one participant, the in-process delivery, the graph

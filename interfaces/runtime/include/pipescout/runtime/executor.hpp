@@ -53,6 +53,10 @@ class CallbackGroup {
   /// Lets callbacks begin, in the order in which their work arrived.
   virtual void release() = 0;
 
+  /// True when no callback of the group is running. Otherwise `idle` is called once none is: after
+  /// the last one, on its thread. It must neither block nor throw.
+  virtual bool when_idle(std::function<void()> idle) = 0;
+
   /// Drops all queued work and refuses new work. Returns once no callback of the group is running,
   /// unless it is called from such a callback: then the group closes when that callback returns.
   virtual void close() = 0;
@@ -80,10 +84,11 @@ class Executor {
   /// Returns the number of callbacks that ran. Not to be mixed with a `spin` in progress.
   std::size_t spin_ready();
   /// Runs callbacks on the calling thread until `done` returns true (asked after each callback) or
-  /// the time is over. Returns the last answer of `done`.
+  /// the time is over. Returns the last answer of `done`. May be called while other threads are in
+  /// `spin` or `spin_until`: what is left when it ends is done by them.
   bool spin_until(const std::function<bool()>& done, Duration timeout);
-  /// Ends the `spin` or `spin_until` in progress once the running callbacks return; when there is
-  /// none, the next one returns at once. After that the executor can spin again. Thread-safe.
+  /// Ends every `spin` and `spin_until` in progress once the running callbacks return; when there
+  /// is none, the next one returns at once. After that the executor can spin again. Thread-safe.
   void stop();
 
   [[nodiscard]] std::size_t threads() const noexcept;

@@ -35,7 +35,7 @@ struct NodeOptions {
 
 /// How an endpoint is made beside topic and QoS.
 struct EndpointOptions {
-  /// Null: the node's default group.
+  /// One that the node made; null: its default group.
   std::shared_ptr<CallbackGroup> group;
   /// Unmanaged endpoints work in every lifecycle state; managed ones only while active. A plain
   /// node is always active.
@@ -170,13 +170,24 @@ class Node {
   Node(NodeOptions options, CallbackStart start);
   /// Lets the callbacks of all groups begin, present and future ones. Thread-safe.
   void allow_callbacks();
+  /// Keeps callbacks of all groups but the default one from beginning, in groups made later too,
+  /// until `release_other_groups`. True when none of them is running. Otherwise `idle` is called in
+  /// the default group once none is; nothing waits for that, so a callback that never returns holds
+  /// up this node only. Calls do not nest. To be called in the default group.
+  bool hold_other_groups(std::function<void()> idle);
+  void release_other_groups();
+  /// For good: no callback of any group begins any more. `stopped` is called once none is running,
+  /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
+  /// need not wait: `close`, the destructor. Thread-safe.
+  void stop_callbacks(const std::function<void()>& stopped);
   /// Enables or disables all managed endpoints and timers, present and future ones.
   void set_managed_active(bool active);
   /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
   /// it. The default lets it leave the executor's spin.
   virtual void on_callback_exception(std::exception_ptr error);
-  /// Ends all callbacks: closes the groups. A derived class calls it first in its destructor, so
-  /// that no callback meets a half-destroyed object.
+  /// Ends all callbacks: closes the groups, and waits for callbacks that are running, but not for
+  /// one that calls it. For classes that others derive from, whose objects the owner closes before
+  /// it destroys them: a callback must not meet a half-destroyed object.
   void close();
 
  private:

@@ -34,6 +34,7 @@ struct PublisherEvents {
 struct PublisherStatistics {
   std::uint64_t published = 0;
   std::uint64_t sent_to_other_processes = 0;  ///< each was serialised once
+  /// Could not be sent, or was overtaken by `depth` later ones while a slow send was going on.
   std::uint64_t send_failures = 0;
   std::uint64_t suppressed = 0;  ///< published while the component was not active, and dropped
   std::uint64_t deadlines_missed = 0;
@@ -44,7 +45,8 @@ struct PublisherStatistics {
 /// Sequence numbers that one published message got. Services need both, to relate a reply.
 struct PublishedSample {
   std::int64_t local_sequence_number = 0;   ///< 0: suppressed
-  std::int64_t remote_sequence_number = 0;  ///< 0: did not leave the process
+  /// 0: did not leave the process, or another thread that is sending just now sends it too.
+  std::int64_t remote_sequence_number = 0;
 };
 
 /// A publisher of a type known at run time. `Publisher<T>` is the typed front.
@@ -55,13 +57,16 @@ class UntypedPublisher {
 
   /// Hands the message, which nobody may change from now on, to every matched subscription of this
   /// process as it is, and serialises it once for other processes if a reader is matched there, or
-  /// if the durability promises it to readers that come later.
+  /// if the durability promises it to readers that come later. Sending may take long (a slow reader,
+  /// a full socket) and keeps this thread only: who publishes meanwhile leaves the message to it.
   virtual PublishedSample publish(std::shared_ptr<const void> message,
                                   const SampleIdentity& related) = 0;
 
   /// A publisher of an inactive component is disabled: it drops and counts what is published.
   virtual void set_enabled(bool enabled) = 0;
-  /// Says "I am alive" for `Liveliness::kManualByTopic`; publishing says so too.
+  /// Says "I am alive" for `Liveliness::kManualByTopic`; publishing says so too. When neither
+  /// happens within the lease, subscriptions learn it at once, whatever the publisher's callbacks
+  /// do.
   virtual void assert_liveliness() = 0;
 
   [[nodiscard]] virtual std::size_t subscription_count() const = 0;

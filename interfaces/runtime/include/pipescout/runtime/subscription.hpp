@@ -51,6 +51,7 @@ class UntypedSubscription {
   [[nodiscard]] virtual int remote_publisher_count() const = 0;
   [[nodiscard]] virtual LivelinessChange liveliness() const = 0;
   [[nodiscard]] virtual SubscriptionStatistics statistics() const = 0;
+  /// Identity of the reader, which subscriptions of the same topic and QoS may share.
   [[nodiscard]] virtual const Gid& gid() const = 0;
   [[nodiscard]] virtual const WireTopic& topic() const = 0;
   [[nodiscard]] virtual const QoS& qos() const = 0;

@@ -137,6 +137,16 @@ struct DiscoveredParticipant {
 /// another process may arrive shortly before `remote_participants` shows that process.
 using GraphChanged = std::function<void()>;
 
+/// A call that can be put off, see `Transport::create_delayed_call`. Once destroyed, no call is in
+/// progress or follows. Thread-safe; must not be destroyed by its own call.
+class DelayedCall {
+ public:
+  virtual ~DelayedCall() = default;
+  /// Calls once, when the time is over; does nothing while such a call is pending. The call itself
+  /// may start the next one.
+  virtual void start(Duration delay) = 0;
+};
+
 class Transport {
  public:
   virtual ~Transport() = default;
@@ -156,6 +166,15 @@ class Transport {
   [[nodiscard]] virtual std::vector<DiscoveredEndpoint> remote_endpoints() const = 0;
   /// Replaces the callback; an empty one removes it and returns once no call is in progress.
   virtual void on_graph_changed(GraphChanged callback) = 0;
+
+  /// `call` runs on a thread of the transport that holds none of its locks; it must return soon and
+  /// must not throw. The transport must outlive the returned object.
+  [[nodiscard]] virtual std::unique_ptr<DelayedCall> create_delayed_call(
+      std::function<void()> call) = 0;
+
+  /// What does not work as it was meant to, in a sentence each, in the order in which it was
+  /// noticed: "no room in /dev/shm ...". Goes to /diagnostics; the log has it already.
+  [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
 };
 
 /// The network part failed: participant, topic or endpoint could not be created.

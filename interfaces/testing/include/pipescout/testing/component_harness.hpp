@@ -145,17 +145,18 @@ class ComponentHarness {
     return collector;
   }
 
-  /// Calls a service and runs callbacks until it answered.
+  /// Calls a service and runs callbacks until it answered, or until the executor is stopped.
   template <class S>
   typename Client<S>::Result call(std::string_view service, typename S::Request request,
                                   Duration timeout = std::chrono::seconds(10)) {
+    using Result = typename Client<S>::Result;
     Client<S> client = peer().create_client<S>(service);
-    std::optional<typename Client<S>::Result> result;
+    // Shared with the client, which answers what is left when it goes.
+    const auto result = std::make_shared<std::optional<Result>>();
     client.call(
-        std::move(request), [&result](typename Client<S>::Result answer) { result = answer; },
-        timeout);
-    spin_until([&result] { return result.has_value(); }, timeout + timeout);
-    return result.value_or(typename Client<S>::Result(ServiceError::kTimeout));
+        std::move(request), [result](Result answer) { *result = std::move(answer); }, timeout);
+    spin_until([&result] { return result->has_value(); }, timeout + timeout);
+    return result->value_or(Result(ServiceError::kTimeout));
   }
 
   /// Sets a parameter as another node would, and runs what follows from it.
@@ -187,7 +188,7 @@ class ComponentHarness {
  private:
   static constexpr std::size_t kCollectorDepth = 10000;
 
-  void own(std::unique_ptr<Component> component);
+  void own(ComponentPtr<> component);
   /// What has arrived of a component's diagnostics; runs nothing.
   [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> arrived_diagnostics(
       const Component& component) const;

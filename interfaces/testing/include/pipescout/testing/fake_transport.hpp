@@ -22,6 +22,8 @@ namespace pipescout::testing {
 /// So a test decides what overtakes what. Endpoints are matched in one event and told of it in
 /// later ones, as on a real network.
 ///
+/// A `DelayedCall` waits on the wire too, whatever its delay.
+///
 /// Not simulated: deadlines, lifespan and leases on the wire; loss only through `set_tamper`.
 /// Thread-safe. Transports may outlive the `FakeNetwork` object; they share its state.
 class FakeNetwork {
@@ -56,6 +58,9 @@ class FakeNetwork {
   /// The process of this identity falls silent for the others, as after SIGKILL and the end of its
   /// lease: the others lose its endpoints and then the participant.
   void crash(const Gid& participant);
+
+  /// From now on one of the `Transport::warnings` of every process.
+  void warn(const std::string& sentence);
 
   /// Messages that were serialised, in all transports: one per write, whatever the number of
   /// readers.
