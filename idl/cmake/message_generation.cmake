@@ -112,11 +112,34 @@ function(pipescout_message_sources)
   endif()
   add_custom_command(
     OUTPUT ${outputs}
-    COMMAND pipescout::idl_generator --package "${ARG_PACKAGE}" --folder "${ARG_FOLDER}" ${options}
+    COMMAND pipescout::idl_generator cpp --package "${ARG_PACKAGE}" --folder "${ARG_FOLDER}" ${options}
             --output "${ARG_OUTPUT_DIR}" ${ARG_FILES}
     DEPENDS ${inputs} ${ARG_DEPENDS} pipescout::idl_generator
     COMMENT "Generating the messages of ${ARG_PACKAGE}"
     VERBATIM)
   set(${ARG_HEADERS} ${headers} PARENT_SCOPE)
   set(${ARG_SOURCE} "${source}" PARENT_SCOPE)
+endfunction()
+
+# pipescout_merged_idl(<output>.idl)
+#
+# Adds the step that writes one .idl file with all types of pipescout_idl, for the compilers of other
+# DDS vendors.
+function(pipescout_merged_idl output)
+  set(definitions)
+  set(types)
+  foreach(kind IN ITEMS msg srv action)
+    file(GLOB files CONFIGURE_DEPENDS RELATIVE "${pipescout_idl_IDL_DIR}"
+         "${pipescout_idl_IDL_DIR}/*/${kind}/*.idl" "${pipescout_idl_IDL_DIR}/*/${kind}/*.${kind}")
+    list(APPEND definitions ${files})
+  endforeach()
+  list(TRANSFORM definitions REPLACE "\\.[a-z]+$" "" OUTPUT_VARIABLE types)
+  list(TRANSFORM definitions PREPEND "${pipescout_idl_IDL_DIR}/")
+  add_custom_command(
+    OUTPUT "${output}"
+    COMMAND pipescout::idl_generator idl --root "${pipescout_idl_IDL_DIR}" --output "${output}"
+            ${types}
+    DEPENDS ${definitions} pipescout::idl_generator
+    COMMENT "Merging all messages into one file"
+    VERBATIM)
 endfunction()

@@ -8,7 +8,7 @@ file(COPY "${DEFINITIONS}/std_msgs" DESTINATION "${WORK_DIR}/source")
 
 function(generate)
   execute_process(
-    COMMAND "${GENERATOR}" --package std_msgs --folder "${WORK_DIR}/source/std_msgs"
+    COMMAND "${GENERATOR}" cpp --package std_msgs --folder "${WORK_DIR}/source/std_msgs"
             --root "${DEFINITIONS}" --output "${WORK_DIR}/out"
             msg/Bool.idl msg/Header.idl msg/String.idl
     RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
