@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cdr_cases.hpp"
 #include "figures.hpp"
 #include "program.hpp"
 #include "samples.hpp"
@@ -109,6 +110,7 @@ Figures evaluate(const pipescout::benchmarks::LoadFigures& load) {
       "crossprocess_1k_ratio",
       median("across processes, 1 kB, ours") / median("across processes, 1 kB, plain Fast DDS"),
       Bound::kAtMost, 1.15);
+  pipescout::benchmarks::add_cdr_figures(figures);
   figures.add("idle_cpu_percent", load.idle_percent, Bound::kAtMost, 1.0);
   figures.add("busy_cpu_ratio", load.busy_percent / load.busy_plain_percent, Bound::kAtMost, 0.5);
   return figures;
@@ -126,6 +128,7 @@ int main(int argc, char** argv) {
       [] {
         pb::register_in_process();
         pb::register_cross_process();
+        pb::register_cdr();
       },
       [] {
         std::cerr << "measuring processor load, 30 s\n";
