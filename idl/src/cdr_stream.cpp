@@ -16,6 +16,9 @@ namespace {
 using eprosima::fastcdr::Cdr;
 using eprosima::fastcdr::FastBuffer;
 
+/// DDS pads a payload to a multiple of four bytes.
+constexpr std::size_t kMostPadding = 3;
+
 /// Plain CDR in either byte order; parameter lists and the encodings of XTypes are not.
 bool is_plain_cdr(std::span<const std::byte> buffer) {
   return buffer.size() >= kEncapsulationSize && buffer[0] == std::byte{0} &&
@@ -106,11 +109,12 @@ bool deserialize(std::span<const std::byte> buffer, void* message, ReadFields re
     CdrReader reader(data + kEncapsulationSize, data + buffer.size(),
                      stream.endianness() != Cdr::DEFAULT_ENDIAN);
     read(reader, message);
+    // More than padding: the sender means another type by this name.
+    return reader.remaining() <= kMostPadding;
   } catch (const std::exception&) {
     // CdrError, fastcdr's own exceptions, and std::bad_alloc.
     return false;
   }
-  return true;
 }
 
 }  // namespace pipescout::idl

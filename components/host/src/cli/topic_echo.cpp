@@ -62,6 +62,11 @@ int echo(Session& session, const Options& options) {
     std::cerr << "A message was lost!!!\n\ttotal count change:" << lost.change
               << "\n\ttotal count: " << lost.total << '\n';
   };
+  events.message_malformed = [&](EventCount malformed) {
+    std::cerr << "A message on topic '" << source.topic << "' is no " << type.name
+              << " as it is defined here, and is not shown; total count: " << malformed.total
+              << '\n';
+  };
   events.incompatible_qos = [&](const IncompatibleQos& event) {
     std::cerr << "New publisher discovered on topic '" << source.topic
               << "', offering incompatible QoS. No messages will be received from it. Last "

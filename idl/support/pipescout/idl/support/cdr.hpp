@@ -200,6 +200,8 @@ class CdrReader {
   CdrReader(const char* begin, const char* end, bool swap)
       : begin_(begin), at_(begin), end_(end), swap_(swap) {}
 
+  [[nodiscard]] std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
+
   /// Numbers of the same size that lie one behind the other in memory.
   template <std::size_t Size>
   void numbers(void* first, std::size_t count) {
@@ -291,8 +293,6 @@ class CdrReader {
   }
 
  private:
-  [[nodiscard]] std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
-
   /// Takes `size` bytes behind the padding to the alignment.
   template <std::size_t Alignment>
   const char* take(std::size_t size) {
