@@ -74,7 +74,7 @@ const MessageType* find_message_type(std::string_view name) noexcept {
     return type;
   }
   try {
-    return &idl::InstalledTypes::instance().load(name);
+    return &load_message_type(name);
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -83,6 +83,13 @@ const MessageType* find_message_type(std::string_view name) noexcept {
 const MessageType& load_message_type(std::string_view name) {
   if (const auto* const type = find_built_in(name)) {
     return *type;
+  }
+  const auto package = name.substr(0, name.find('/') + 1);
+  if (std::ranges::any_of(message_types(), [&](const MessageType* type) {
+        return !package.empty() && type->name.starts_with(package);
+      })) {
+    throw MessageTypeError("unknown type '" + std::string(name) +
+                           "': its package has no such type");
   }
   return idl::InstalledTypes::instance().load(name);
 }

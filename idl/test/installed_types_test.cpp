@@ -82,6 +82,8 @@ TEST(InstalledTypesTest, WhatIsWrongIsSaid) {
   EXPECT_EQ(error_of("nowhere_msgs/msg/Type"),
             "unknown type 'nowhere_msgs/msg/Type': no package nowhere_msgs with messages is "
             "installed; is its prefix in AMENT_PREFIX_PATH?");
+  EXPECT_EQ(error_of("std_msgs/msg/Strin"),
+            "unknown type 'std_msgs/msg/Strin': its package has no such type");
   EXPECT_EQ(error_of("../../etc/passwd"), "'../../etc/passwd' is no type name: package/msg/Type");
   prefix.write_list("listed_msgs", "listed_msgs/msg/Other;lib/libnone.so\n");
   EXPECT_TRUE(ends_with(error_of("listed_msgs/msg/Type"), "/listed_msgs does not list it"));
