@@ -3,8 +3,9 @@
 #include <fastcdr/FastBuffer.h>
 #include <fastcdr/exceptions/Exception.h>
 
+#include <algorithm>
 #include <exception>
-#include <limits>
+#include <string>
 
 #include "pipescout/idl/support/type_support.hpp"
 
@@ -14,8 +15,9 @@ namespace {
 
 using eprosima::fastcdr::Cdr;
 using eprosima::fastcdr::FastBuffer;
-using eprosima::fastcdr::exception::BadParamException;
-using eprosima::fastcdr::exception::NotEnoughMemoryException;
+
+/// DDS pads a payload to a multiple of four bytes.
+constexpr std::size_t kMostPadding = 3;
 
 /// Plain CDR in either byte order; parameter lists and the encodings of XTypes are not.
 bool is_plain_cdr(std::span<const std::byte> buffer) {
@@ -27,50 +29,34 @@ bool is_plain_cdr(std::span<const std::byte> buffer) {
 }  // namespace
 
 void refuse_bound(std::size_t length, std::size_t bound) {
-  throw BadParamException(
-      ("length " + std::to_string(length) + " exceeds the bound of " + std::to_string(bound))
-          .c_str());
+  throw CdrError("length " + std::to_string(length) + " exceeds the bound of " +
+                 std::to_string(bound));
 }
 
-void CdrWriter::put_length(std::size_t length) {
-  check_bound(length, std::numeric_limits<std::uint32_t>::max());
-  cdr_.serialize(static_cast<std::uint32_t>(length));
+void refuse_short_buffer() {
+  throw CdrError("the buffer is too small");
 }
 
-void CdrWriter::put(const std::string& text, std::size_t bound) {
-  check_bound(text.size(), bound);
-  cdr_.serialize(text.c_str());
+void refuse_truncated() {
+  throw CdrError("the bytes end too early");
+}
+
+void refuse_truth_value(unsigned value) {
+  throw CdrError(std::to_string(value) + " is no truth value");
 }
 
 void CdrWriter::put(const std::u16string& text, std::size_t bound) {
   check_bound(text.size(), bound);
   put_length(text.size());
   for (const char16_t c : text) {
-    cdr_.serialize(static_cast<std::uint32_t>(c));
+    put(static_cast<std::uint32_t>(c));
   }
 }
 
-std::size_t CdrReader::get_length(std::size_t element_size) {
-  std::uint32_t length = 0;
-  cdr_.deserialize(length);
-  if (length > remaining() / element_size) {
-    throw NotEnoughMemoryException(NotEnoughMemoryException::NOT_ENOUGH_MEMORY_MESSAGE_DEFAULT);
+void CdrReader::swap_numbers(char* first, std::size_t size, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i, first += size) {
+    std::reverse(first, first + size);
   }
-  return length;
-}
-
-void CdrReader::check_next_length(std::size_t bound) {
-  const Cdr::state start = cdr_.getState();
-  std::uint32_t length = 0;
-  cdr_.deserialize(length);
-  check_bound(length, bound);
-  Cdr::state restored{start};
-  cdr_.setState(restored);
-}
-
-void CdrReader::get(std::string& text, std::size_t bound) {
-  cdr_.deserialize(text);
-  check_bound(text.size(), bound);
 }
 
 void CdrReader::get(std::u16string& text, std::size_t bound) {
@@ -79,7 +65,7 @@ void CdrReader::get(std::u16string& text, std::size_t bound) {
   text.resize(length);
   for (char16_t& c : text) {
     std::uint32_t character = 0;
-    cdr_.deserialize(character);
+    get(character);
     c = static_cast<char16_t>(character);
   }
 }
@@ -89,31 +75,25 @@ void CdrReader::get(std::vector<bool>& sequence) {
   sequence.resize(length);
   for (std::size_t i = 0; i < length; ++i) {
     bool value = false;
-    cdr_.deserialize(value);
+    get(value);
     sequence[i] = value;
   }
 }
 
-void CdrReader::get_bytes(std::vector<std::uint8_t>& sequence, std::size_t length) {
-  // Copies in one pass, where resizing first would fill a new vector with zeros.
-  const char* const first = cdr_.getCurrentPosition();
-  sequence.assign(first, first + length);
-  // A jump keeps no account of alignment, so the last byte is read for that.
-  cdr_.jump(length - 1);
-  cdr_.deserialize(sequence.back());
-}
-
 std::size_t serialize(const void* message, std::span<std::byte> buffer, WriteFields write) {
-  FastBuffer bytes(reinterpret_cast<char*>(buffer.data()), buffer.size());
+  auto* const data = reinterpret_cast<char*>(buffer.data());
+  FastBuffer bytes(data, buffer.size());
   Cdr stream(bytes, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
   try {
     stream.serialize_encapsulation();
-    CdrWriter writer(stream);
+    CdrWriter writer(data + kEncapsulationSize, data + buffer.size());
     write(writer, message);
+    return kEncapsulationSize + writer.written();
+  } catch (const CdrError&) {
+    return 0;
   } catch (const eprosima::fastcdr::exception::Exception&) {
     return 0;
   }
-  return stream.getSerializedDataLength();
 }
 
 bool deserialize(std::span<const std::byte> buffer, void* message, ReadFields read) {
@@ -126,13 +106,15 @@ bool deserialize(std::span<const std::byte> buffer, void* message, ReadFields re
   Cdr stream(bytes, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR);
   try {
     stream.read_encapsulation();
-    CdrReader reader(stream, data + buffer.size());
+    CdrReader reader(data + kEncapsulationSize, data + buffer.size(),
+                     stream.endianness() != Cdr::DEFAULT_ENDIAN);
     read(reader, message);
+    // More than padding: the sender means another type by this name.
+    return reader.remaining() <= kMostPadding;
   } catch (const std::exception&) {
-    // fastcdr's own exceptions derive from it, and so does std::bad_alloc.
+    // CdrError, fastcdr's own exceptions, and std::bad_alloc.
     return false;
   }
-  return true;
 }
 
 }  // namespace pipescout::idl

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <vector>
 
 #include "built_in_packages.hpp"
+#include "installed_types.hpp"
 
 namespace pipescout {
 
@@ -44,6 +46,16 @@ std::size_t size_of(FieldKind kind) noexcept {
   return 0;
 }
 
+namespace {
+
+const MessageType* find_built_in(std::string_view name) noexcept {
+  const auto types = message_types();
+  const auto found = std::ranges::lower_bound(types, name, {}, &MessageType::name);
+  return found != types.end() && (*found)->name == name ? *found : nullptr;
+}
+
+}  // namespace
+
 std::span<const MessageType* const> message_types() noexcept {
   static const auto types = [] {
     std::vector<const MessageType*> all;
@@ -58,9 +70,38 @@ std::span<const MessageType* const> message_types() noexcept {
 }
 
 const MessageType* find_message_type(std::string_view name) noexcept {
-  const auto types = message_types();
-  const auto found = std::ranges::lower_bound(types, name, {}, &MessageType::name);
-  return found != types.end() && (*found)->name == name ? *found : nullptr;
+  if (const auto* const type = find_built_in(name)) {
+    return type;
+  }
+  try {
+    return &load_message_type(name);
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+const MessageType& load_message_type(std::string_view name) {
+  if (const auto* const type = find_built_in(name)) {
+    return *type;
+  }
+  const auto package = name.substr(0, name.find('/') + 1);
+  if (std::ranges::any_of(message_types(), [&](const MessageType* type) {
+        return !package.empty() && type->name.starts_with(package);
+      })) {
+    throw MessageTypeError("unknown type '" + std::string(name) +
+                           "': its package has no such type");
+  }
+  return idl::InstalledTypes::instance().load(name);
+}
+
+std::vector<std::string> known_message_types() {
+  auto names = idl::InstalledTypes::list();
+  for (const auto* const type : message_types()) {
+    names.emplace_back(type->name);
+  }
+  std::ranges::sort(names);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  return names;
 }
 
 }  // namespace pipescout

@@ -245,11 +245,17 @@ TEST(CdrLayoutTest, ReadsBigEndianSequences) {
   EXPECT_EQ(message.valid, (std::vector<bool>{false, true}));
 }
 
-TEST(CdrLayoutTest, IgnoresBytesBehindTheMessage) {
+TEST(CdrLayoutTest, IgnoresPaddingBehindTheMessage) {
   const Bytes bytes = raw({0, 1, 0, 2, 2, 0, 0, 0, 'a', 0, 0, 0});
   std_msgs::msg::String message;
   ASSERT_TRUE(message_type<std_msgs::msg::String>().deserialize(bytes, &message));
   EXPECT_EQ(message.data, "a");
+}
+
+TEST(CdrLayoutTest, RefusesMoreThanPaddingBehindTheMessage) {
+  const Bytes bytes = raw({0, 1, 0, 0, 2, 0, 0, 0, 'a', 0, 0, 0, 0, 0});
+  std_msgs::msg::String message;
+  EXPECT_FALSE(message_type<std_msgs::msg::String>().deserialize(bytes, &message));
 }
 
 TEST(CdrLayoutTest, AStringEndsAtItsFirstNul) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "cdr_cases.hpp"
 #include "figures.hpp"
 #include "program.hpp"
 #include "samples.hpp"
@@ -133,6 +134,7 @@ Figures evaluate(const pipescout::benchmarks::LoadFigures& load,
   figures.add("fanout_10_cpu_ratio", fanout.cpu_ms_per_image_ten / fanout.cpu_ms_per_image_one,
               Bound::kAtMost, 1.5);
   figures.add("discovery_kb_50_components", discovery.kilobytes, Bound::kAtMost, 200.0);
+  pipescout::benchmarks::add_cdr_figures(figures);
   figures.add("idle_cpu_percent", load.idle_percent, Bound::kAtMost, 1.0);
   figures.add("busy_cpu_ratio", load.busy_percent / load.busy_plain_percent, Bound::kAtMost, 0.5);
   return figures;
@@ -150,6 +152,7 @@ int main(int argc, char** argv) {
       [] {
         pb::register_in_process();
         pb::register_cross_process();
+        pb::register_cdr();
       },
       [] {
         std::cerr << "measuring fan-out and discovery, 30 s\n";

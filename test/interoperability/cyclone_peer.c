@@ -17,9 +17,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "nav_msgs/msg/Odometry.h"
-#include "pipescout_msgs/msg/FusedOdometer.h"
-#include "sensor_msgs/msg/Image.h"
+#include "all_messages.h"
 
 #define ECHO_MARK "echoed by cyclone"
 

@@ -129,8 +129,8 @@ class TypeSupportWriter {
     for (const auto& [field, layout] : all) {
       const auto value = "message." + field->name;
       if (layout.count != 0) {
-        out_ += "  cdr.numbers" + numbers(layout) + "(&" + value + ", " +
-                std::to_string(layout.count) + ");\n";
+        out_ += "  cdr.numbers" + numbers(layout) + "(bytes_of(message) + offsetof(" + type + ", " +
+                field->name + "), " + std::to_string(layout.count) + ");\n";
       } else if (const auto elements = uniform_elements(*field)) {
         out_ += "  cdr.put_uniform" + numbers(*elements) + "(" + value + ", " +
                 std::to_string(elements->count) + ");\n";
@@ -146,8 +146,8 @@ class TypeSupportWriter {
     for (const auto& [field, layout] : all) {
       const auto value = "message." + field->name;
       if (layout.count != 0) {
-        out_ += "  cdr.numbers" + numbers(layout) + "(&" + value + ", " +
-                std::to_string(layout.count) + ");\n";
+        out_ += "  cdr.numbers" + numbers(layout) + "(bytes_of(message) + offsetof(" + type + ", " +
+                field->name + "), " + std::to_string(layout.count) + ");\n";
       } else if (const auto elements = uniform_elements(*field)) {
         out_ += "  cdr.get_uniform" + numbers(*elements) + "(" + value + ", " +
                 std::to_string(elements->count) + ");\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the C++ of the definitions of one package.
+// The program that builds run on definitions.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
@@ -14,6 +14,7 @@
 
 #include "cpp_emitter.hpp"
 #include "definitions.hpp"
+#include "idl_emitter.hpp"
 #include "names.hpp"
 
 namespace pipescout::generator {
@@ -26,7 +27,14 @@ struct Options {
   fs::path folder;
   std::vector<fs::path> roots;
   fs::path output;
+  std::string library;
   std::vector<std::string> files;
+};
+
+struct MergeOptions {
+  std::vector<fs::path> roots;
+  fs::path output;
+  std::vector<std::string> types;
 };
 
 /// Leaves a file alone that has this content already, so that nothing is compiled again for it.
@@ -39,7 +47,9 @@ void write_if_different(const fs::path& file, const std::string& content) {
       return;
     }
   }
-  fs::create_directories(file.parent_path());
+  if (file.has_parent_path()) {
+    fs::create_directories(file.parent_path());
+  }
   std::ofstream stream(file, std::ios::binary);
   stream << content;
   stream.close();
@@ -83,25 +93,63 @@ void generate(const Options& options) {
   }
   write_if_different(options.output / options.package / "type_support.cpp",
                      cpp_type_support(options.package, interfaces, definitions));
+  if (!options.library.empty()) {
+    std::string list;
+    for (const auto* const interface : interfaces) {
+      for (const auto& structure : interface->structures) {
+        list += structure.name + ";" + options.library + "\n";
+      }
+    }
+    write_if_different(options.output / options.package / "pipescout_messages", list);
+  }
+}
+
+void merge(const MergeOptions& options) {
+  Definitions definitions(options.roots, {});
+  std::vector<const Interface*> interfaces;
+  for (const auto& type : options.types) {
+    interfaces.push_back(&definitions.load(type));
+  }
+  write_if_different(options.output, merged_idl(interfaces, definitions));
 }
 
 }  // namespace
 }  // namespace pipescout::generator
 
 int main(int argc, char** argv) {
-  pipescout::generator::Options options;
-  CLI::App app("Writes the C++ of the message, service and action definitions of one package");
-  app.add_option("--package", options.package, "Name of the package")->required();
-  app.add_option("--folder", options.folder, "Folder with its msg/, srv/ and action/")->required();
-  app.add_option("--root", options.roots, "Folder with folders of other packages");
-  app.add_option("--output", options.output,
-                 "Where PACKAGE/FOLDER/type.hpp and PACKAGE/type_support.cpp are written")
+  using pipescout::generator::MergeOptions;
+  using pipescout::generator::Options;
+  CLI::App app("Works on message, service and action definitions");
+  app.require_subcommand(1);
+
+  Options options;
+  auto* const cpp = app.add_subcommand("cpp", "Write the C++ of the definitions of a package");
+  cpp->add_option("--package", options.package, "Name of the package")->required();
+  cpp->add_option("--folder", options.folder, "Folder with its msg/, srv/ and action/")->required();
+  cpp->add_option("--root", options.roots, "Folder with folders of other packages");
+  cpp->add_option("--output", options.output,
+                  "Where PACKAGE/FOLDER/type.hpp and PACKAGE/type_support.cpp are written")
       ->required();
-  app.add_option("files", options.files, "Definitions: msg/Type.msg, srv/Type.idl, ...")
+  cpp->add_option("--library", options.library,
+                  "Also write PACKAGE/pipescout_messages, the list for the ament index, in which "
+                  "the types are said to be in this library");
+  cpp->add_option("files", options.files, "Definitions: msg/Type.msg, srv/Type.idl, ...")
       ->required();
+
+  MergeOptions merging;
+  auto* const idl =
+      app.add_subcommand("idl", "Write one .idl file of all, for compilers of other vendors");
+  idl->add_option("--root", merging.roots, "Folder with folders of packages")->required();
+  idl->add_option("--output", merging.output, "File to write")->required();
+  idl->add_option("types", merging.types, "package/msg/Type, package/srv/Type, ...")->required();
+
   CLI11_PARSE(app, argc, argv);
   try {
-    pipescout::generator::generate(options);
+    if (cpp->parsed()) {
+      pipescout::generator::generate(options);
+    } else {
+      pipescout::generator::merge(merging);
+    }
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return 1;

@@ -13,7 +13,7 @@ std::string quoted(const std::string& text) {
   const char quote = text.find('"') == std::string::npos ? '"' : '\'';
   std::string result(1, quote);
   for (const char c : text) {
-    if (c == quote || c == '\\') {
+    if (c == quote) {
       result += '\\';
     }
     result += c;
@@ -28,6 +28,10 @@ class MsgWriter {
 
   std::string run() {
     comments(structure_.comments);
+    if (!structure_.comments.empty() && !(is_empty(structure_) && structure_.constants.empty())) {
+      // Otherwise they would be about the first line below.
+      out_ += '\n';
+    }
     for (const auto& constant : structure_.constants) {
       comments(constant.comments.above);
       line(

@@ -17,27 +17,6 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
 
-/// Where the comment of a line begins: at the first '#' outside of quotes.
-std::size_t comment_begin(std::string_view line) {
-  char quote = '\0';
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (quote != '\0') {
-      if (c == '\\') {
-        ++i;
-      } else if (c == quote) {
-        quote = '\0';
-      }
-    } else if (c == '#') {
-      return i;
-    } else if (c == '"' ||
-               (c == '\'' && (i == 0 || !std::isalnum(static_cast<unsigned char>(line[i - 1]))))) {
-      quote = c;
-    }
-  }
-  return std::string_view::npos;
-}
-
 std::string comment_text(std::string_view comment) {
   comment.remove_prefix(1);
   if (comment.starts_with(' ')) {
@@ -77,7 +56,8 @@ class Parser {
   }
 
   void line(std::string_view whole) {
-    const auto comment_at = comment_begin(whole);
+    // As rosidl has it, even inside of quotes.
+    const auto comment_at = whole.find('#');
     const auto declaration = trim(whole.substr(0, comment_at));
     const auto comment =
         comment_at == std::string_view::npos ? "" : comment_text(whole.substr(comment_at));

@@ -124,6 +124,7 @@ std::string parse_text(std::string_view text, const Location& location, std::str
   if (text.empty() || !is_quote(text.front())) {
     return std::string(text);
   }
+  // A backslash means itself, except ahead of the quote.
   const char quote = text.front();
   std::string content;
   for (std::size_t i = 1; i < text.size(); ++i) {
@@ -133,7 +134,7 @@ std::string parse_text(std::string_view text, const Location& location, std::str
       }
       return content;
     }
-    if (text[i] == '\\' && i + 1 < text.size()) {
+    if (text[i] == '\\' && i + 2 < text.size() && text[i + 1] == quote) {
       ++i;
     }
     content += text[i];

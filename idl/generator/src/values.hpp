@@ -14,8 +14,8 @@ namespace pipescout::generator {
 [[nodiscard]] Value parse_number(Kind kind, std::string_view text, bool leading_zero_is_octal,
                                  const Location& location, std::string_view name);
 
-/// Reads a text in .msg form: quoted with ' or ", where a backslash keeps the next character, or
-/// bare. Throws DefinitionError when the quotes do not match.
+/// Reads a text in .msg form: quoted with ' or ", where a backslash stands ahead of
+/// quotes inside, or bare. Throws DefinitionError when the quotes do not match.
 [[nodiscard]] std::string parse_text(std::string_view text, const Location& location,
                                      std::string_view name);
 

@@ -13,11 +13,12 @@ void SubscriptionQueue::start() {
   const auto& events = options_.events;
   const auto& group = options_.group;
   if (!group && (events.deadline_missed || events.liveliness_changed || events.incompatible_qos ||
-                 events.message_lost || events.matched)) {
+                 events.message_lost || events.message_malformed || events.matched)) {
     throw std::invalid_argument("subscription of " + options_.topic.name +
                                 ": events need a callback group");
   }
   lost_ = std::make_shared<CountedEvent>(group, events.message_lost);
+  malformed_ = std::make_shared<CountedEvent>(group, events.message_malformed);
   deadline_missed_ = std::make_shared<CountedEvent>(group, events.deadline_missed);
   liveliness_changed_ =
       std::make_shared<LatestEvent<LivelinessChange>>(group, events.liveliness_changed);
@@ -41,6 +42,7 @@ void SubscriptionQueue::close() {
     }
   }
   lost_->close();
+  malformed_->close();
   deadline_missed_->close();
   liveliness_changed_->close();
   incompatible_qos_->close();
@@ -217,8 +219,11 @@ void SubscriptionQueue::on_remote_message(std::shared_ptr<const void> message,
 }
 
 void SubscriptionQueue::on_malformed_sample() {
-  const std::lock_guard lock(mutex_);
-  ++statistics_.malformed;
+  {
+    const std::lock_guard lock(mutex_);
+    ++statistics_.malformed;
+  }
+  malformed_->add();
 }
 
 void SubscriptionQueue::on_samples_lost(int count) {

@@ -68,6 +68,7 @@ class SubscriptionQueue final : public Waitable,
 
   const SubscriptionOptions options_;
   std::shared_ptr<CountedEvent> lost_;
+  std::shared_ptr<CountedEvent> malformed_;
   std::shared_ptr<CountedEvent> deadline_missed_;
   std::shared_ptr<LatestEvent<LivelinessChange>> liveliness_changed_;
   std::optional<IncompatibleQosEvent> incompatible_qos_;

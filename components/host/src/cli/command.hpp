@@ -17,6 +17,7 @@ using command_line::kExitUsage;
 void add_run_command(CLI::App& app, Action& action);
 void add_component_commands(CLI::App& app, Action& action);
 void add_topic_commands(CLI::App& app, Action& action);
+void add_interface_commands(CLI::App& app, Action& action);
 void add_node_commands(CLI::App& app, Action& action);
 void add_param_commands(CLI::App& app, Action& action);
 void add_lifecycle_commands(CLI::App& app, Action& action);

@@ -66,6 +66,7 @@ int run(const std::vector<std::string>& words) {
   add_run_command(app, action);
   add_component_commands(app, action);
   add_topic_commands(app, action);
+  add_interface_commands(app, action);
   add_node_commands(app, action);
   add_param_commands(app, action);
   add_lifecycle_commands(app, action);

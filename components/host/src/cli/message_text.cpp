@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/message_text.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -28,19 +29,20 @@ std::string yaml_number(double value) {
   return text;
 }
 
-std::string element_type(const FieldDescription& field) {
-  return field.kind == FieldKind::kMessage ? field.message->name
-                                           : std::string(to_string(field.kind));
+std::string element_type(const MessageField& field) {
+  return std::string(field.kind == FieldKind::kMessage ? field.message().name
+                                                       : to_string(field.kind));
 }
 
 /// What stands for an array that is not shown.
-std::string array_summary(const FieldDescription& field, std::size_t size) {
+std::string array_summary(const FieldView& view) {
+  const auto& field = view.field();
   const auto type = element_type(field);
   if (field.shape == FieldShape::kArray) {
     return "<array type: " + type + "[" + std::to_string(field.length) + "]>";
   }
   const auto bound = field.length != 0 ? "[" + std::to_string(field.length) + "]" : "";
-  return "<sequence type: " + type + bound + ", length: " + std::to_string(size) + ">";
+  return "<sequence type: " + type + bound + ", length: " + std::to_string(view.size()) + ">";
 }
 
 std::string string_summary(const std::string& text) {
@@ -62,6 +64,10 @@ std::string truncated(const std::string& text, const MessageFormat& format) {
   return text;
 }
 
+bool is_text(FieldKind kind) {
+  return kind == FieldKind::kString || kind == FieldKind::kWString;
+}
+
 /// A ROS byte is shown as the character of that number.
 std::string byte_text(const ScalarValue& value) {
   const auto byte = std::get<std::uint64_t>(value);
@@ -75,17 +81,7 @@ std::string byte_text(const ScalarValue& value) {
   return text;
 }
 
-std::size_t count_of(const DynamicValue& value) {
-  if (const auto* numbers = std::get_if<PrimitiveArray>(&value)) {
-    return numbers->size();
-  }
-  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
-    return texts->size();
-  }
-  return std::get<std::vector<DynamicMessage>>(value).size();
-}
-
-bool is_empty_message(const DynamicMessage& message) {
+bool is_empty_message(MessageView message) {
   return message.type->fields.size() == 1 && message.type->fields[0].name == kPlaceholder;
 }
 
@@ -94,51 +90,57 @@ class YamlWriter {
   explicit YamlWriter(const MessageFormat& format) : format_(format) {}
 
   /// The fields as lines, each `indent` deep; the first without indentation when `inline_first`.
-  void fields(const DynamicMessage& message, std::size_t indent, bool inline_first) {
-    for (std::size_t i = 0; i < message.values.size(); ++i) {
-      if (i > 0 || !inline_first) {
+  void fields(MessageView message, std::size_t indent, bool inline_first) {
+    bool first = true;
+    for (const auto& field : message.type->fields) {
+      if (!first || !inline_first) {
         out_.append(indent, ' ');
       }
-      const auto& field = message.type->fields[i];
-      out_ += field.name + ":";
-      value(field, message.values[i], indent);
+      first = false;
+      out_.append(field.name) += ':';
+      value({field, message.message}, indent);
     }
   }
 
-  void flow_message(const DynamicMessage& message) {
+  void flow_message(MessageView message) {
     ++flow_depth_;
     out_ += '{';
-    for (std::size_t i = 0; i < message.values.size() && !is_empty_message(message); ++i) {
-      out_ += (i > 0 ? ", " : "") + message.type->fields[i].name + ": ";
-      flow_value(message.type->fields[i], message.values[i]);
+    if (!is_empty_message(message)) {
+      const char* separator = "";
+      for (const auto& field : message.type->fields) {
+        out_.append(separator).append(field.name) += ": ";
+        separator = ", ";
+        flow_value({field, message.message});
+      }
     }
     out_ += '}';
     --flow_depth_;
   }
 
-  void flow_value(const FieldDescription& field, const DynamicValue& value) {
+  void flow_value(const FieldView& view) {
+    const auto& field = view.field();
     if (field.shape == FieldShape::kSingle) {
-      if (const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(&value)) {
-        flow_message(**nested);
+      if (field.kind == FieldKind::kMessage) {
+        flow_message(view.message());
       } else {
-        out_ += single(field, value, true, flow_indent());
+        out_ += single(view, 0, true, flow_indent());
       }
       return;
     }
     if (format_.no_arrays) {
-      out_ += yaml_text(array_summary(field, count_of(value)), true, 0);
+      out_ += yaml_text(array_summary(view), true, 0);
       return;
     }
     ++flow_depth_;
     out_ += '[';
     const char* separator = "";
     for_each_element(
-        field, value, true, flow_indent(),
+        view, true, flow_indent(),
         [&](const std::string& text) {
           out_ += separator + text;
           separator = ", ";
         },
-        [&](const DynamicMessage& message) {
+        [&](MessageView message) {
           out_ += separator;
           separator = ", ";
           flow_message(message);
@@ -150,34 +152,33 @@ class YamlWriter {
   [[nodiscard]] std::string take() { return std::move(out_); }
 
  private:
-  void value(const FieldDescription& field, const DynamicValue& value, std::size_t indent) {
+  void value(const FieldView& view, std::size_t indent) {
     constexpr std::size_t kStep = 2;
+    const auto& field = view.field();
     if (field.shape == FieldShape::kSingle) {
-      if (const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(&value)) {
-        if (is_empty_message(**nested)) {
-          out_ += " {}\n";
-        } else {
-          out_ += '\n';
-          fields(**nested, indent + kStep, false);
-        }
+      if (field.kind != FieldKind::kMessage) {
+        out_ += " " + single(view, 0, false, indent + kStep) + "\n";
+      } else if (const auto nested = view.message(); is_empty_message(nested)) {
+        out_ += " {}\n";
       } else {
-        out_ += " " + single(field, value, false, indent + kStep) + "\n";
+        out_ += '\n';
+        fields(nested, indent + kStep, false);
       }
       return;
     }
     if (format_.no_arrays) {
-      out_ += " " + yaml_text(array_summary(field, count_of(value)), false, indent + kStep) + "\n";
+      out_ += " " + yaml_text(array_summary(view), false, indent + kStep) + "\n";
       return;
     }
-    if (count_of(value) == 0) {
+    if (view.size() == 0) {
       out_ += " []\n";
       return;
     }
     out_ += '\n';
     for_each_element(
-        field, value, false, indent + kStep,
+        view, false, indent + kStep,
         [&](const std::string& text) { out_.append(indent, ' ').append("- " + text + "\n"); },
-        [&](const DynamicMessage& message) {
+        [&](MessageView message) {
           out_.append(indent, ' ').append("- ");
           if (is_empty_message(message)) {
             out_ += "{}\n";
@@ -205,27 +206,26 @@ class YamlWriter {
     return std::visit(Visitor{}, value);
   }
 
-  [[nodiscard]] std::string single(const FieldDescription& field, const DynamicValue& value,
-                                   bool flow, std::size_t indent) const {
-    if (const auto* text = std::get_if<std::string>(&value)) {
-      return string(*text, flow, indent);
+  /// An element that is no message.
+  [[nodiscard]] std::string single(const FieldView& view, std::size_t index, bool flow,
+                                   std::size_t indent) const {
+    if (is_text(view.field().kind)) {
+      return string(view.text(index), flow, indent);
     }
-    return scalar(field.kind, std::get<ScalarValue>(value), flow);
+    return scalar(view.field().kind, view.scalar(index), flow);
   }
 
-  void for_each_element(const FieldDescription& field, const DynamicValue& value, bool flow,
-                        std::size_t indent, const std::function<void(const std::string&)>& text,
-                        const std::function<void(const DynamicMessage&)>& message) const {
-    const auto size = count_of(value);
+  void for_each_element(const FieldView& view, bool flow, std::size_t indent,
+                        const std::function<void(const std::string&)>& text,
+                        const std::function<void(MessageView)>& message) const {
+    const auto size = view.size();
     const bool cut = format_.truncate && size > *format_.truncate;
     const auto shown = cut ? *format_.truncate : size;
     for (std::size_t i = 0; i < shown; ++i) {
-      if (const auto* numbers = std::get_if<PrimitiveArray>(&value)) {
-        text(scalar(field.kind, (*numbers)[i], flow));
-      } else if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
-        text(string((*texts)[i], flow, indent));
+      if (view.field().kind == FieldKind::kMessage) {
+        message(view.message(i));
       } else {
-        message(std::get<std::vector<DynamicMessage>>(value)[i]);
+        text(single(view, i, flow, indent));
       }
     }
     if (cut) {
@@ -256,60 +256,50 @@ std::string python_text(FieldKind kind, const ScalarValue& value) {
   return std::visit(Visitor{}, value);
 }
 
-void append_csv(std::string& out, const DynamicMessage& message, const MessageFormat& format);
+void append_csv(std::string& out, MessageView message, const MessageFormat& format);
 
-void append_csv(std::string& out, const FieldDescription& field, const DynamicValue& value,
-                const MessageFormat& format) {
-  const auto separate = [&out] {
+void append_csv(std::string& out, const FieldView& view, const MessageFormat& format) {
+  const auto append = [&out](const std::string& text) {
     if (!out.empty()) {
       out += ',';
     }
+    out += text;
   };
-  if (field.shape == FieldShape::kSingle) {
-    if (const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(&value)) {
-      append_csv(out, **nested, format);
-    } else if (const auto* text = std::get_if<std::string>(&value)) {
-      separate();
-      out += format.no_strings ? string_summary(*text) : truncated(*text, format);
-    } else {
-      separate();
-      out += python_text(field.kind, std::get<ScalarValue>(value));
-    }
+  const auto& field = view.field();
+  if (field.shape != FieldShape::kSingle && format.no_arrays) {
+    append(array_summary(view));
     return;
   }
-  const auto size = count_of(value);
-  if (format.no_arrays) {
-    separate();
-    out += array_summary(field, size);
-    return;
-  }
-  const auto shown = std::min(size, format.truncate.value_or(size));
+  const auto size = view.size();
+  const auto shown =
+      field.shape == FieldShape::kSingle ? 1 : std::min(size, format.truncate.value_or(size));
   for (std::size_t i = 0; i < shown; ++i) {
-    if (const auto* numbers = std::get_if<PrimitiveArray>(&value)) {
-      separate();
-      out += python_text(field.kind, (*numbers)[i]);
-    } else if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
-      separate();
-      out += format.no_strings ? string_summary((*texts)[i]) : truncated((*texts)[i], format);
+    if (field.kind == FieldKind::kMessage) {
+      append_csv(out, view.message(i), format);
+    } else if (is_text(field.kind)) {
+      const auto text = view.text(i);
+      append(format.no_strings ? string_summary(text) : truncated(text, format));
     } else {
-      append_csv(out, std::get<std::vector<DynamicMessage>>(value)[i], format);
+      append(python_text(field.kind, view.scalar(i)));
     }
   }
   if (shown < size) {
-    separate();
-    out += "...";
+    append("...");
   }
 }
 
-void append_csv(std::string& out, const DynamicMessage& message, const MessageFormat& format) {
-  for (std::size_t i = 0; i < message.values.size() && !is_empty_message(message); ++i) {
-    append_csv(out, message.type->fields[i], message.values[i], format);
+void append_csv(std::string& out, MessageView message, const MessageFormat& format) {
+  if (is_empty_message(message)) {
+    return;
+  }
+  for (const auto& field : message.type->fields) {
+    append_csv(out, {field, message.message}, format);
   }
 }
 
 }  // namespace
 
-std::string to_yaml(const DynamicMessage& message, const MessageFormat& format) {
+std::string to_yaml(MessageView message, const MessageFormat& format) {
   YamlWriter writer(format);
   if (is_empty_message(message)) {
     return "{}\n";
@@ -322,25 +312,26 @@ std::string to_yaml(const DynamicMessage& message, const MessageFormat& format) 
   return writer.take();
 }
 
-std::string to_csv(const DynamicMessage& message, const MessageFormat& format) {
+std::string to_csv(MessageView message, const MessageFormat& format) {
   std::string out;
   append_csv(out, message, format);
   return out;
 }
 
-std::string to_text(const FieldReference& field, const MessageFormat& format) {
-  if (const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(field.value)) {
-    return to_yaml(**nested, format);
-  }
-  if (field.field->shape != FieldShape::kSingle) {
+std::string to_text(const FieldView& view, const MessageFormat& format) {
+  const auto& field = view.field();
+  if (field.shape != FieldShape::kSingle) {
     YamlWriter writer(format);
-    writer.flow_value(*field.field, *field.value);
+    writer.flow_value(view);
     return writer.take() + "\n";
   }
-  if (const auto* text = std::get_if<std::string>(field.value)) {
-    return *text + "\n";
+  if (field.kind == FieldKind::kMessage) {
+    return to_yaml(view.message(), format);
   }
-  return python_text(field.field->kind, std::get<ScalarValue>(*field.value)) + "\n";
+  if (is_text(field.kind)) {
+    return view.text() + "\n";
+  }
+  return python_text(field.kind, view.scalar()) + "\n";
 }
 
 }  // namespace pipescout::host

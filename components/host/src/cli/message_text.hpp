@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipescout/runtime/introspection.hpp"
+#include "pipescout/idl/field_access.hpp"
 
 /// Messages as text, letter for letter as `ros2 topic echo` writes them.
 namespace pipescout::host {
@@ -19,13 +19,13 @@ struct MessageFormat {
 };
 
 /// YAML that ends with a line break.
-[[nodiscard]] std::string to_yaml(const DynamicMessage& message, const MessageFormat& format);
+[[nodiscard]] std::string to_yaml(MessageView message, const MessageFormat& format);
 
 /// The values in the order of the fields, separated by commas.
-[[nodiscard]] std::string to_csv(const DynamicMessage& message, const MessageFormat& format);
+[[nodiscard]] std::string to_csv(MessageView message, const MessageFormat& format);
 
 /// One field, as `--field` shows it: a message as YAML, anything else as it is, with a line break.
-[[nodiscard]] std::string to_text(const FieldReference& field, const MessageFormat& format);
+[[nodiscard]] std::string to_text(const FieldView& field, const MessageFormat& format);
 
 /// A text as a YAML scalar: plain where that reads back as the same text, else quoted. `indent`:
 /// spaces before the second and further lines.

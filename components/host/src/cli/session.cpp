@@ -141,6 +141,17 @@ void Session::throw_if_interrupted() const {
   }
 }
 
+void Session::spin_until(const std::function<bool()>& done) {
+  constexpr auto kForever = std::chrono::hours(24 * 365);
+  executor_.spin_until(done, kForever);
+  throw_if_interrupted();
+}
+
+void Session::spin_for(Duration time) {
+  executor_.spin_until([] { return false; }, time);
+  throw_if_interrupted();
+}
+
 bool Session::wait_for(const std::function<bool()>& found) {
   std::unique_lock lock(mutex_);
   while (stop_signal_ == 0) {

@@ -40,6 +40,10 @@ class Session {
   [[nodiscard]] Executor& executor() { return executor_; }
   /// Runs the callbacks of `node` until a signal, or `executor().stop()`.
   void spin() { executor_.spin(); }
+  /// Runs them until `done`, asked after each; throws CommandInterrupted after a signal.
+  void spin_until(const std::function<bool()>& done);
+  /// Runs them for that time; throws CommandInterrupted after a signal.
+  void spin_for(Duration time);
 
   // All that wait for others end with the spin time, which begins with the session, and throw
   // CommandInterrupted after SIGINT, SIGTERM or SIGHUP.

@@ -29,15 +29,6 @@ std::string joined(const std::set<std::string>& texts) {
   return result;
 }
 
-/// The topic that a user named, fully qualified. Throws CommandError.
-std::string topic_name(const std::string& name) {
-  try {
-    return expand_topic_name(name, {"/", "pipescout"});
-  } catch (const InvalidName& error) {
-    throw CommandError(error.what());
-  }
-}
-
 /// Publishers (or subscriptions) of a topic.
 std::vector<GraphEndpoint> endpoints_of(Graph& graph, const std::string& topic, bool publishers) {
   auto endpoints = graph.endpoints();
@@ -171,11 +162,12 @@ const MessageType& topic_type(Session& session, const std::string& topic,
     }
     name = types.empty() ? "" : *types.begin();
   }
-  const auto* type = find_message_type(name);
-  if (type == nullptr) {
-    throw CommandError("The message type '" + name + "' is not one of this installation");
+  try {
+    return load_message_type(name);
+  } catch (const MessageTypeError& error) {
+    throw CommandError("The message type '" + name +
+                       "' is not one of this installation: " + error.what());
   }
-  return *type;
 }
 
 QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options) {
@@ -212,21 +204,19 @@ QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options
                    "QoSDurabilityPolicy.VOLATILE as it will connect to all publishers\n";
     }
   }
-  if (options.depth) {
-    qos.depth = *options.depth;
-  }
-  if (!options.reliability.empty()) {
-    qos.reliability =
-        options.reliability == "reliable" ? Reliability::kReliable : Reliability::kBestEffort;
-  }
-  if (!options.durability.empty()) {
-    qos.durability =
-        options.durability == "volatile" ? Durability::kVolatile : Durability::kTransientLocal;
-  }
+  options.override(qos);
   return qos;
 }
 
 }  // namespace
+
+std::string topic_name(const std::string& name) {
+  try {
+    return expand_topic_name(name, {"/", "pipescout"});
+  } catch (const InvalidName& error) {
+    throw CommandError(error.what());
+  }
+}
 
 void QosOptions::add_to(CLI::App& command) {
   command.add_option("--qos-profile", profile, "Start from this profile")
@@ -237,6 +227,18 @@ void QosOptions::add_to(CLI::App& command) {
       ->check(CLI::IsMember({"reliable", "best_effort"}));
   command.add_option("--qos-durability", durability, "")
       ->check(CLI::IsMember({"volatile", "transient_local"}));
+}
+
+void QosOptions::override(QoS& qos) const {
+  if (depth) {
+    qos.depth = *depth;
+  }
+  if (!reliability.empty()) {
+    qos.reliability = reliability == "reliable" ? Reliability::kReliable : Reliability::kBestEffort;
+  }
+  if (!durability.empty()) {
+    qos.durability = durability == "volatile" ? Durability::kVolatile : Durability::kTransientLocal;
+  }
 }
 
 void ListenOptions::add_to(CLI::App& command) {
@@ -274,6 +276,7 @@ void add_topic_commands(CLI::App& app, Action& action) {
 
   add_topic_echo(*group, action);
   add_topic_hz(*group, action);
+  add_topic_pub(*group, action);
 }
 
 }  // namespace pipescout::host

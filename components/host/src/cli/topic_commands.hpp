@@ -13,6 +13,10 @@ namespace pipescout::host {
 
 void add_topic_echo(CLI::App& group, Action& action);
 void add_topic_hz(CLI::App& group, Action& action);
+void add_topic_pub(CLI::App& group, Action& action);
+
+/// The topic that a user named, fully qualified. Throws CommandError.
+[[nodiscard]] std::string topic_name(const std::string& name);
 
 /// QoS from the command line.
 struct QosOptions {
@@ -22,6 +26,8 @@ struct QosOptions {
   std::string durability;
 
   void add_to(CLI::App& command);
+  /// Sets what the user named one by one, besides the profile.
+  void override(QoS& qos) const;
 };
 
 /// A topic to listen to, from the command line.

@@ -18,31 +18,28 @@ struct Options : ListenOptions {
   MessageFormat format;
 };
 
-std::string shown(const Options& options, const MessageFormat& format,
-                  const DynamicMessage& message) {
+std::string shown(const Options& options, const MessageFormat& format, MessageView message) {
   std::string out;
   if (!options.field.empty()) {
     const auto field = find_field(message, options.field);
-    const auto* nested = std::get_if<std::shared_ptr<const DynamicMessage>>(field.value);
-    if (!options.csv || nested == nullptr) {
+    const bool is_message =
+        field.field().kind == FieldKind::kMessage && field.field().shape == FieldShape::kSingle;
+    if (!options.csv || !is_message) {
       return to_text(field, format) + (options.csv ? "" : "---\n");
     }
-    return to_csv(**nested, format) + "\n";
+    return to_csv(field.message(), format) + "\n";
   }
   return options.csv ? to_csv(message, format) + "\n" : to_yaml(message, format) + "---\n";
 }
 
 /// Fails now, and not with the first message, when the field does not exist.
-void check_field(const std::shared_ptr<const MessageDescription>& description,
-                 const MessageType& type, const std::string& path) {
+void check_field(const MessageType& type, const std::string& path) {
   if (path.empty()) {
     return;
   }
   const auto message = type.create();
-  std::vector<std::byte> bytes(type.serialized_size(message.get()));
-  bytes.resize(type.serialize(message.get(), bytes));
   try {
-    static_cast<void>(find_field(read_message(description, bytes), path));
+    static_cast<void>(find_field({&type, message.get()}, path));
   } catch (const std::invalid_argument& error) {
     throw CommandError("Invalid field '" + path + "': " + error.what());
   }
@@ -51,8 +48,7 @@ void check_field(const std::shared_ptr<const MessageDescription>& description,
 int echo(Session& session, const Options& options) {
   const auto source = find_source(session, options);
   const auto& type = *source.type;
-  const auto description = MessageDescriptions::installed().find(type.name);
-  check_field(description, type, options.field);
+  check_field(type, options.field);
 
   auto format = options.format;
   format.truncate.reset();
@@ -66,22 +62,24 @@ int echo(Session& session, const Options& options) {
     std::cerr << "A message was lost!!!\n\ttotal count change:" << lost.change
               << "\n\ttotal count: " << lost.total << '\n';
   };
+  events.message_malformed = [&](EventCount malformed) {
+    std::cerr << "A message on topic '" << source.topic << "' is no " << type.name
+              << " as it is defined here, and is not shown; total count: " << malformed.total
+              << '\n';
+  };
   events.incompatible_qos = [&](const IncompatibleQos& event) {
     std::cerr << "New publisher discovered on topic '" << source.topic
               << "', offering incompatible QoS. No messages will be received from it. Last "
                  "incompatible policy: "
               << to_string(event.policy) << '\n';
   };
-  std::vector<std::byte> bytes;
   const auto subscription = session.node().create_untyped_subscription(
       source.topic, type, source.qos,
       [&](const std::shared_ptr<const void>& message, const MessageInfo&) {
         if (wanted != 0 && seen == wanted) {
           return;
         }
-        bytes.resize(type.serialized_size(message.get()));
-        bytes.resize(type.serialize(message.get(), bytes));
-        std::cout << shown(options, format, read_message(description, bytes)) << std::flush;
+        std::cout << shown(options, format, {&type, message.get()}) << std::flush;
         if (++seen == wanted || !std::cout) {
           session.executor().stop();
         }

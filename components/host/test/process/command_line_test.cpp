@@ -132,6 +132,46 @@ TEST_F(CommandLine, PrintsMessages) {
               StartsWith("data: "));
 }
 
+TEST_F(CommandLine, PublishesWhatYamlSays) {
+  Program listener({"topic", "echo", "/published", "geometry_msgs/msg/PointStamped", "--once",
+                    "--spin-time", "30"},
+                   folder_);
+  EXPECT_THAT(out({"topic", "pub", "--once", "/published", "geometry_msgs/msg/PointStamped",
+                   "{header: {frame_id: map}, point: {x: 1.5}}"}),
+              HasSubstr("publishing #1: {header: {stamp: {sec: 0, nanosec: 0}, frame_id: map}, "
+                        "point: {x: 1.5, y: 0.0, z: 0.0}}\n"));
+  const auto finished = listener.finish();
+  EXPECT_EQ(finished.code(), 0);
+  EXPECT_EQ(finished.out,
+            "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: map\n"
+            "point:\n  x: 1.5\n  y: 0.0\n  z: 0.0\n---\n");
+  EXPECT_THAT(error({"topic", "pub", "/published", "std_msgs/String", "{date: x}"}),
+              HasSubstr("'date' is no field of std_msgs/msg/String"));
+}
+
+TEST_F(CommandLine, KnowsInterfaces) {
+  const auto said = [](const std::vector<std::string>& arguments) {
+    const auto finished = run_program(arguments, folder_);
+    EXPECT_EQ(finished.code(), 0) << finished.err;
+    return finished.out;
+  };
+  EXPECT_THAT(said({"interface", "list", "-s"}),
+              AllOf(StartsWith("Services:\n    "), HasSubstr("\n    std_srvs/srv/Trigger\n"),
+                    Not(HasSubstr("Messages:"))));
+  EXPECT_THAT(said({"interface", "packages", "-a"}), HasSubstr("nav2_msgs\n"));
+  EXPECT_EQ(said({"interface", "package", "rosgraph_msgs"}), "rosgraph_msgs/msg/Clock\n");
+  EXPECT_EQ(said({"interface", "show", "std_srvs/srv/SetBool", "--no-comments"}),
+            "bool data\n---\nbool success\nstring message\n");
+  EXPECT_EQ(said({"interface", "proto", "std_msgs/msg/Header"}),
+            "\"stamp:\n  sec: 0\n  nanosec: 0\nframe_id: ''\n\"\n");
+  EXPECT_THAT(said({"interface", "export", "rosgraph_msgs", "--ros2", "ws"}),
+              HasSubstr("rosgraph_msgs: 1 interfaces; uses builtin_interfaces\n"));
+  EXPECT_TRUE(fs::exists(folder_ / "ws/rosgraph_msgs/msg/Clock.msg"));
+  const auto unknown = run_program({"interface", "show", "std_msgs/msg/None"}, folder_);
+  EXPECT_EQ(unknown.code(), 1);
+  EXPECT_THAT(unknown.err, HasSubstr("Could not find the interface 'std_msgs/msg/None'"));
+}
+
 TEST_F(CommandLine, SaysWhyNothingIsPrinted) {
   EXPECT_THAT(error({"topic", "echo", "/chatter", "--field", "dat"}),
               HasSubstr("Invalid field 'dat': 'dat' is no field of std_msgs/msg/String"));

@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "pipescout/idl/message_field.hpp"
 
@@ -63,11 +66,31 @@ concept Message = requires {
   message_type<T>();
 };
 
-/// The type of that ROS name, or nullptr when this library does not hold it.
+/// The type of that ROS name, or nullptr when neither this library nor an installed package has it.
+/// Types that are not built in are loaded when they are first asked for, and stay; see
+/// `load_message_type`. Safe to call from any thread.
 const MessageType* find_message_type(std::string_view name) noexcept;
+
+/// There is no such type, or it cannot be loaded; what() says why.
+class MessageTypeError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// As `find_message_type`, but throws MessageTypeError when there is none. A package with messages,
+/// made by `pipescout_generate_messages`, lists them in
+/// `<prefix>/share/ament_index/resource_index/pipescout_messages/<package>`, a line
+/// `type;library` each, the library relative to the prefix; the first prefix of
+/// `installed_prefixes` that has the package counts.
+const MessageType& load_message_type(std::string_view name);
 
 /// All types of this library, sorted by name.
 std::span<const MessageType* const> message_types() noexcept;
+
+/// The names of all types that `find_message_type` can find, sorted: those of this library and
+/// those in the lists of installed packages. Does not load anything; lists that cannot be read are
+/// left out.
+std::vector<std::string> known_message_types();
 
 namespace idl {
 

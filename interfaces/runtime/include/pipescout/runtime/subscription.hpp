@@ -19,6 +19,8 @@ struct SubscriptionEvents {
   std::function<void(const IncompatibleQos&)> incompatible_qos = {};
   /// Messages lost: dropped by the full queue, or by the network.
   std::function<void(EventCount)> message_lost = {};
+  /// Bytes that are no message of the type: a publisher that means another type by its name.
+  std::function<void(EventCount)> message_malformed = {};
   /// Number of matched publishers, here and in other processes.
   std::function<void(std::size_t)> matched = {};
 };
