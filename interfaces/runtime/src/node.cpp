@@ -9,6 +9,7 @@
 
 #include "parameter_services.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
 
 namespace pipescout {
@@ -133,13 +134,13 @@ void Node::Impl::use_simulated_time(bool simulated) {
   std::shared_ptr<UntypedSubscription> subscription;
   if (simulated) {
     Context& context = *options.context;
-    const std::string topic = resolve_topic_name("/clock", name, options.remap_rules);
+    const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
     clock = context.simulated_clock(topic);
     // Without a group: the time must not wait for callbacks, which may ask for it.
     subscription = context.create_subscription(
         {.topic = {mangle_topic_name(topic, DdsTopicKind::kTopic),
                    &message_type<rosgraph_msgs::msg::Clock>()},
-         .qos = QoS::sensor_data(1),
+         .qos = topics::kClock.requested,
          .callback = [clock, source = std::make_shared<const char>()](
                          const std::shared_ptr<const void>& message, const MessageInfo&) {
            const auto& stamp =

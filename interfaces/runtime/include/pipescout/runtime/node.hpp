@@ -100,8 +100,8 @@ class Node {
   [[nodiscard]] Subscription<T> create_subscription(const Topic<T>& topic, Callback callback,
                                                     SubscriptionEvents events = {},
                                                     const EndpointOptions& options = {}) {
-    return create_subscription<T>(topic.name, topic.qos, std::move(callback), std::move(events),
-                                  options);
+    return create_subscription<T>(topic.name, topic.requested, std::move(callback),
+                                  std::move(events), options);
   }
 
   /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const

@@ -13,7 +13,8 @@ template <class T>
 struct Topic {
   using Message = T;
   std::string_view name;
-  QoS qos;
+  QoS qos;              ///< what publishers offer
+  QoS requested = qos;  ///< what subscriptions ask for
 };
 
 }  // namespace pipescout
