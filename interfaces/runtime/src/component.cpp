@@ -56,8 +56,7 @@ class Component::Lifecycle {
 
   explicit Lifecycle(Component& component)
       : component_(component),
-        mission_status_(
-            component.create_publisher(topics::kMissionStatus, {}, {.managed = false})) {}
+        mission_status_(component.create_publisher(topics::kMissionStatus, {.managed = false})) {}
 
   /// Second part: these call back into the component, which must know its lifecycle by then.
   void serve() {

@@ -83,10 +83,8 @@ diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::stri
 class DiagnosticsPublisher::Impl {
  public:
   explicit Impl(Component& component) : component_(component) {
-    const EndpointOptions unmanaged{.group = nullptr, .managed = false};
-    publisher_ = component.create_publisher(topics::kDiagnostics, {}, unmanaged);
-    timer_ = component.create_timer(
-        kPeriod, [this] { publish(); }, unmanaged);
+    publisher_ = component.create_publisher(topics::kDiagnostics, {.managed = false});
+    timer_ = component.create_timer(kPeriod, [this] { publish(); }, {.managed = false});
   }
 
   void publish() {
@@ -132,8 +130,8 @@ class DiagnosticsPublisher::Impl {
 
   /// `endpoint`: whose identity and name the totals go under.
   template <class Endpoint, class Statistics, class Totals>
-  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics, std::string_view kind,
-                  const Totals& kinds, Losses& losses) const {
+  void add_totals(const std::shared_ptr<Endpoint>& endpoint, const Statistics& statistics,
+                  std::string_view kind, const Totals& kinds, Losses& losses) const {
     for (const auto& kind_of_total : kinds) {
       const std::uint64_t total = statistics.*kind_of_total.member;
       if (total == 0) {
@@ -156,8 +154,8 @@ class DiagnosticsPublisher::Impl {
                     Losses& losses) const {
     add_totals(publisher, publisher->statistics(), kind, kPublisherTotals, losses);
   }
-  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription,
-                    std::string_view kind, Losses& losses) const {
+  void add_endpoint(const std::shared_ptr<UntypedSubscription>& subscription, std::string_view kind,
+                    Losses& losses) const {
     add_totals(subscription, subscription->statistics(), kind, kSubscriptionTotals, losses);
   }
 

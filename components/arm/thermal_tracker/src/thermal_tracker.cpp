@@ -54,9 +54,10 @@ CallbackReturn ThermalTracker::on_configure() {
   locked_ = 0;
   image_heard_ = true;
 
-  track_publisher_ = create_publisher(
-      topics::kPipeTrack,
-      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  track_publisher_ = create_publisher(topics::kPipeTrack,
+                                      {.events = {.matched = [this](std::size_t subscriptions) {
+                                         subscribe_if_heard(subscriptions);
+                                       }}});
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
