@@ -368,6 +368,7 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
        .callback = std::move(callback),
        .events = std::move(options.events),
        .group = impl_->own_group(options.group),
+       .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);
   const std::lock_guard lock(impl_->mutex);

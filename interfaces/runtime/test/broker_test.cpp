@@ -527,6 +527,36 @@ TEST_F(InProcess, ADisabledSubscriptionKeepsTheLastMessagesForLater) {
   EXPECT_EQ(lost, 0U);
 }
 
+TEST_F(InProcess, ADisabledSubscriptionOfCommandsDropsThem) {
+  const auto publisher = process_.publisher(QoS::reliable());
+  std::uint64_t lost = 0;
+  const auto subscription = process_.context->create_subscription(
+      {.topic = kTopic,
+       .callback =
+           [this](const std::shared_ptr<const void>& message, const MessageInfo&) {
+             process_.received.push_back(static_cast<const Number*>(message.get())->value);
+           },
+       .events = {.message_lost = [&](EventCount count) { lost = count.total; }},
+       .group = process_.group,
+       .while_inactive = WhileInactive::kDrop,
+       .enabled = false});
+  publisher->publish(number(0), {});
+  subscription->set_enabled(true);
+  publisher->publish(number(1), {});
+  EXPECT_THAT(process_.spin(), ElementsAre(1));
+  // Still in the queue when the component is deactivated.
+  publisher->publish(number(2), {});
+  subscription->set_enabled(false);
+  publisher->publish(number(3), {});
+  subscription->set_enabled(true);
+  EXPECT_THAT(process_.spin(), ElementsAre());
+  publisher->publish(number(4), {});
+  EXPECT_THAT(process_.spin(), ElementsAre(4));
+  EXPECT_EQ(subscription->statistics().dropped_inactive, 3U);
+  EXPECT_EQ(subscription->statistics().received, 5U);
+  EXPECT_EQ(lost, 0U);
+}
+
 TEST_F(InProcess, WithoutAGroupTheCallbackRunsAtOnce) {
   std::vector<std::int64_t> received;
   const auto subscription = process_.context->create_subscription(
@@ -795,12 +825,11 @@ TEST_F(AcrossProcesses, AnotherQosOrAWishForItGetsAReaderOfItsOwn) {
   const auto publisher = here_.publisher(QoS::reliable());
   const auto first = there_.subscription(QoS::reliable(1));
   const auto deeper = there_.subscription(QoS::reliable(2));
-  const auto own = there_.context->create_subscription(
-      {.topic = kTopic,
-       .qos = QoS::reliable(1),
-       .callback = [](const auto&, const auto&) {},
-       .group = there_.group,
-       .own_reader = true});
+  const auto own = there_.context->create_subscription({.topic = kTopic,
+                                                        .qos = QoS::reliable(1),
+                                                        .callback = [](const auto&, const auto&) {},
+                                                        .group = there_.group,
+                                                        .own_reader = true});
   const auto shared = there_.subscription(QoS::reliable(1));
   settle();
   EXPECT_EQ(publisher->remote_subscription_count(), 3);

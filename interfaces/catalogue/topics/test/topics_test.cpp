@@ -10,6 +10,15 @@ namespace {
 static_assert(topics::kArmCommand.name == "arm/command");
 static_assert(topics::kRosout.qos.lifespan == std::chrono::seconds(10));
 
+TEST(Catalogue, CommandsAreDroppedWhileTheirComponentIsInactive) {
+  for (const auto kept :
+       {topics::kArmCommand.while_inactive, topics::kVelocityCommand.while_inactive,
+        topics::kInitialPose.while_inactive, topics::kRackPoseHint.while_inactive}) {
+    EXPECT_EQ(kept, WhileInactive::kDrop);
+  }
+  EXPECT_EQ(topics::kJointStates.while_inactive, WhileInactive::kKeep);
+}
+
 TEST(Catalogue, EveryDriverIsHeard) {
   for (const QoS& requested :
        {topics::kCameraImage.requested, topics::kCameraInfo.requested,

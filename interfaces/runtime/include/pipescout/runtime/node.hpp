@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -47,6 +48,8 @@ struct NodePublisherOptions {
 
 struct NodeSubscriptionOptions {
   SubscriptionEvents events = {};
+  /// None: as the topic says, for a topic by its name kKeep.
+  std::optional<WhileInactive> while_inactive = std::nullopt;
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
 };
@@ -124,6 +127,7 @@ class Node {
   template <class T, class Callback>
   [[nodiscard]] Subscription<T> create_subscription(const Topic<T>& topic, Callback callback,
                                                     NodeSubscriptionOptions options = {}) {
+    options.while_inactive = options.while_inactive.value_or(topic.while_inactive);
     return create_subscription<T>(topic.name, topic.requested, std::move(callback),
                                   std::move(options));
   }

@@ -75,10 +75,10 @@ inline constexpr Topic<geometry_msgs::msg::PoseStamped> kTrueRackPose{"ground_tr
 /// A pose of the camera in the rack frame to start from or to go on from, with its covariance: from
 /// an operator, GPS or the estimator.
 inline constexpr Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kRackPoseHint{
-    "rack/pose_hint", QoS::reliable(10)};
+    .name = "rack/pose_hint", .qos = QoS::reliable(10), .while_inactive = WhileInactive::kDrop};
 /// Velocity that a flying robot shall take, in its levelled body frame.
-inline constexpr Topic<geometry_msgs::msg::TwistStamped> kVelocityCommand{"cmd_vel_stamped",
-                                                                          QoS::reliable(10)};
+inline constexpr Topic<geometry_msgs::msg::TwistStamped> kVelocityCommand{
+    .name = "cmd_vel_stamped", .qos = QoS::reliable(10), .while_inactive = WhileInactive::kDrop};
 /// Pictures of the thermal camera, `mono16`, and its calibration.
 inline constexpr Topic<sensor_msgs::msg::Image> kThermalImage{
     .name = "thermal/image_raw", .qos = QoS::reliable(5), .requested = QoS::sensor_data(5)};
@@ -104,8 +104,8 @@ inline constexpr Topic<pipescout_msgs::msg::PipeTrack> kTruePipeTrack{"ground_tr
 /// command counts.
 inline constexpr Topic<sensor_msgs::msg::JointState> kJointStates{
     .name = "joint_states", .qos = QoS::reliable(100), .requested = QoS::sensor_data(100)};
-inline constexpr Topic<trajectory_msgs::msg::JointTrajectory> kArmCommand{"arm/command",
-                                                                          QoS::reliable(1)};
+inline constexpr Topic<trajectory_msgs::msg::JointTrajectory> kArmCommand{
+    .name = "arm/command", .qos = QoS::reliable(1), .while_inactive = WhileInactive::kDrop};
 /// What the camera arm does and why, in each cycle.
 inline constexpr Topic<pipescout_msgs::msg::ArmState> kArmState{"arm/state", QoS::reliable(100)};
 /// Angular rate and specific force, from the driver, and the position of the GPS antenna.
@@ -121,7 +121,7 @@ inline constexpr Topic<pipescout_msgs::msg::EstimatorState> kEstimatorState{"est
                                                                             QoS::reliable(100)};
 /// Pose of the robot in the map, to start from: from an operator. The name is that of rviz.
 inline constexpr Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kInitialPose{
-    "initialpose", QoS::reliable(10)};
+    .name = "initialpose", .qos = QoS::reliable(10), .while_inactive = WhileInactive::kDrop};
 /// Where the robot really is, from a simulator, in the map. Never published by a robot.
 inline constexpr Topic<nav_msgs::msg::Odometry> kTrueOdometry{"ground_truth/odometry",
                                                               QoS::reliable(100)};
