@@ -150,6 +150,8 @@ else
     mkdir -p install
     rm -f "$stamp"
     touch "$stamp.new"
+    # shellcheck source=launch_scripts/build_environment.sh
+    source launch_scripts/build_environment.sh
     colcon build \
       --packages-up-to pipescout_host pipescout_plots pipescout_odometer_replay \
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \

@@ -13,6 +13,9 @@ function(list_targets folder result)
 endfunction()
 
 function(lighten_tests)
+  if(pipescout_cmake_FOUND)
+    return()  # pipescout_add_tests() does it itself.
+  endif()
   list_targets("${CMAKE_SOURCE_DIR}" targets)
   set(tests)
   foreach(target IN LISTS targets)

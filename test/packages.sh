@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # What run.sh and sanitize.sh ask of packages, to be sourced in the root of the project: colcon only
-# warns of a name that it does not know, and says nothing of tests that never ran.
+# warns of a name that it does not know, and tests its packages by themselves, where locks between
+# tests do not hold.
 
 # packages: the names of all.
 packages() { colcon --log-base /dev/null list --names-only; }
@@ -19,24 +20,32 @@ require_packages() {
   done
 }
 
-# forget_results BUILD_BASE: results of earlier runs must not count.
-forget_results() {
-  if [ -d "$1" ]; then
-    find "$1" -type d -name Testing -prune -exec rm -rf {} +
-  fi
-}
-
-# without_results BUILD_BASE PACKAGE...: names those that were not built, or that have tests but left
-# no result.
-without_results() {
-  local base=$1 name tests
+# run_tests BASE PACKAGE...: runs the tests of packages that were built in BASE/build and installed in
+# BASE/install, side by side, in one run of ctest; test/results.py says what came out. Fails when a
+# test did, or a package was not built.
+run_tests() {
+  local base=$1 build=$1/build name untold=()
   shift
+  # Results of earlier runs must not count.
+  rm -rf "$build"/*/test_results "$build/ctest_results.xml"
+  : >"$build/CTestTestfile.cmake"
   for name in "$@"; do
-    if ! tests=$(ctest --test-dir "$base/$name" --show-only 2>/dev/null |
-      awk '/^Total Tests:/ { print $3 }'); then
-      echo "$name"
-    elif [ "${tests:-0}" -ne 0 ] && ! compgen -G "$base/$name/Testing/*/Test.xml" >/dev/null; then
-      echo "$name"
+    if [ -f "$build/$name/CTestTestfile.cmake" ]; then
+      echo "subdirs($name)" >>"$build/CTestTestfile.cmake"
+    else
+      untold+=("$name")
     fi
   done
+  (
+    # The script that colcon writes reads variables that may not be set.
+    set +u
+    # shellcheck source=/dev/null
+    source "$base/install/local_setup.bash"
+    ctest --test-dir "$build" --parallel "$(nproc)" --timeout 300 --output-junit ctest_results.xml \
+      --test-output-size-passed 1 --test-output-size-failed 200000
+  ) || true # the results tell
+  if [ ${#untold[@]} -ne 0 ]; then
+    echo "not built: ${untold[*]}"
+  fi
+  "$(dirname "${BASH_SOURCE[0]}")/results.py" "$build" && [ ${#untold[@]} -eq 0 ]
 }

@@ -22,6 +22,7 @@ case "${1:-}" in
 esac
 
 launch_scripts/setup.sh
+source launch_scripts/build_environment.sh
 source test/packages.sh
 if [ $# -gt 0 ]; then
   require_packages "$@"
@@ -55,25 +56,16 @@ for sanitizer in "${sanitizers[@]}"; do
     shift
     colcon "${log[@]}" build "${places[@]}" --event-handlers console_start_end+ "$@" --cmake-args \
       -DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS=$flags -fno-omit-frame-pointer -O1" \
-      "-DCMAKE_C_FLAGS=$flags" "-DCMAKE_PROJECT_INCLUDE=$PWD/test/light_tests.cmake" "-DBUILD_TESTING=$testing"
+      "-DCMAKE_C_FLAGS=$flags" -DPIPESCOUT_TIMEOUT_FACTOR=6 "-DBUILD_TESTING=$testing"
   }
   if [ $# -gt 0 ]; then
     # The packages themselves too: what the tests of one need may need another.
     build OFF --packages-up-to "$@"
   fi
   build ON "${select[@]}"
-  forget_results "build/sanitize_$sanitizer/build"
-  if colcon "${log[@]}" test "${places[@]}" --event-handlers console_start_end+ \
-    "${select[@]}" --return-code-on-test-failure --ctest-args --timeout 1800; then
-    mapfile -t untold < <(without_results "build/sanitize_$sanitizer/build" "${tested[@]}")
-    if [ ${#untold[@]} -eq 0 ]; then
-      echo "$sanitizer: nothing found"
-    else
-      echo "$sanitizer: FAILED: no results of ${untold[*]}"
-      status=1
-    fi
+  if run_tests "build/sanitize_$sanitizer" "${tested[@]}"; then
+    echo "$sanitizer: nothing found"
   else
-    colcon test-result --test-result-base "build/sanitize_$sanitizer/build" --verbose | tail -n 100 || true
     echo "$sanitizer: FAILED"
     status=1
   fi

@@ -32,17 +32,17 @@ CallbackReturn SlipAlarm::on_cleanup() {
 }
 
 void SlipAlarm::on_fused(const pipescout_msgs::msg::FusedOdometer& fused) {
-  if (fused.in_fusion_set().size() != fused.name().size()) {
+  if (fused.in_fusion_set.size() != fused.name.size()) {
     diagnostics().count("fused.in_fusion_set.wrong_size");
     return;
   }
-  for (std::size_t i = 0; i < fused.name().size(); ++i) {
-    const std::string& odometer = fused.name()[i];
+  for (std::size_t i = 0; i < fused.name.size(); ++i) {
+    const std::string& odometer = fused.name[i];
     int& rejected = rejected_in_a_row_[odometer];
-    rejected = fused.in_fusion_set()[i] ? 0 : rejected + 1;
+    rejected = fused.in_fusion_set[i] ? 0 : rejected + 1;
     if (rejected == tolerated_.get() + 1) {
       std_msgs::msg::String alarm;
-      alarm.data(odometer);
+      alarm.data = odometer;
       alarm_.publish(std::move(alarm));
       logger().warn("odometer '" + odometer + "' slips");
     }

@@ -98,22 +98,22 @@ TEST(MessageTypeTest, UnknownNamesAreNotFound) {
 
 TEST(MessageTypeTest, DefaultsAreThoseOfRos) {
   const geometry_msgs::msg::Quaternion rotation;
-  EXPECT_EQ(rotation.x(), 0.0);
-  EXPECT_EQ(rotation.y(), 0.0);
-  EXPECT_EQ(rotation.z(), 0.0);
-  EXPECT_EQ(rotation.w(), 1.0);
+  EXPECT_EQ(rotation.x, 0.0);
+  EXPECT_EQ(rotation.y, 0.0);
+  EXPECT_EQ(rotation.z, 0.0);
+  EXPECT_EQ(rotation.w, 1.0);
   const rcl_interfaces::msg::ParameterDescriptor descriptor;
-  EXPECT_FALSE(descriptor.read_only());
-  EXPECT_FALSE(descriptor.dynamic_typing());
+  EXPECT_FALSE(descriptor.read_only);
+  EXPECT_FALSE(descriptor.dynamic_typing);
 }
 
 TEST(MessageTypeTest, ConstantsAreThoseOfRos) {
-  EXPECT_EQ(sensor_msgs::msg::NavSatStatus_Constants::STATUS_NO_FIX, -1);
-  EXPECT_EQ(sensor_msgs::msg::NavSatFix_Constants::COVARIANCE_TYPE_KNOWN, 3);
-  EXPECT_EQ(rcl_interfaces::msg::Log_Constants::FATAL, 50);
-  EXPECT_EQ(rcl_interfaces::srv::ListParameters_Request_Constants::DEPTH_RECURSIVE, 0u);
-  EXPECT_EQ(tf2_msgs::msg::TF2Error_Constants::TRANSFORM_ERROR, 6);
-  EXPECT_EQ(pipescout_msgs::msg::MissionStatus_Constants::FAILED, 2);
+  EXPECT_EQ(sensor_msgs::msg::NavSatStatus::STATUS_NO_FIX, -1);
+  EXPECT_EQ(sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_KNOWN, 3);
+  EXPECT_EQ(rcl_interfaces::msg::Log::FATAL, 50);
+  EXPECT_EQ(rcl_interfaces::srv::ListParameters_Request::DEPTH_RECURSIVE, 0u);
+  EXPECT_EQ(tf2_msgs::msg::TF2Error::TRANSFORM_ERROR, 6);
+  EXPECT_EQ(pipescout_msgs::msg::MissionStatus::FAILED, 2);
 }
 
 TEST(MessageTypeTest, EveryDefaultSurvivesARoundTrip) {

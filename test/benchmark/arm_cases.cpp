@@ -73,7 +73,7 @@ class ArmLoop {
         .angular_rate = {roll_rate, 0, 0}};
     const manipulation::PipeSection section = look(now, roll);
 
-    const odometry::test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     const std::int64_t start = cpu_nanoseconds();
     controller_.observe({.time = now, .names = names_, .positions = positions_}, now);
     controller_.observe(motion, now);

@@ -114,7 +114,7 @@ void add_updates(const char* name, const Recorded& recorded, std::size_t keyfram
                                    double total = 0;
                                    std::size_t index = 0;
                                    for (const EstimatorStep& step : recorded->steps) {
-                                     const odometry::test::HeapGuard guard;
+                                     const pipescout::test::HeapGuard guard;
                                      if (whole && index > 2) {
                                        add_late_measurement(smoother);
                                      }
@@ -251,7 +251,7 @@ void add_day() {
                                    std::int64_t took = 0;
                                    double before = 0;
                                    std::size_t allocations_before = 0;
-                                   const odometry::test::HeapGuard guard;
+                                   const pipescout::test::HeapGuard guard;
                                    while (step.time < kEnd) {
                                      stream.next(step);
                                      took += timed_update(smoother, step);

@@ -45,7 +45,7 @@ void add_case(const char* name, std::size_t units, bool counts_allocations, Begi
       [=](benchmark::State& state) {
         for (auto _ : state) {
           auto work = begin();
-          const odometry::test::HeapGuard guard;
+          const pipescout::test::HeapGuard guard;
           const auto start = monotonic_nanoseconds();
           work();
           const auto took = static_cast<double>(monotonic_nanoseconds() - start);

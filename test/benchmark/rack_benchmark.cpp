@@ -105,7 +105,7 @@ class Ours {
 
   std::optional<SE3> track(std::size_t index) {
     constexpr std::size_t kWarmUp = 50;
-    const odometry::test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     const rack_vision::RackTrackerResult result =
         tracker_.track(flight_.image(index), kImagePeriod * static_cast<double>(index));
     allocations_after_warm_up() += index < kWarmUp ? 0 : guard.allocations();
@@ -184,7 +184,7 @@ void add_stage(const char* name, Work work) {
                                  Samples& samples = all_samples()[name];
                                  work();
                                  for (auto _ : state) {
-                                   const odometry::test::HeapGuard guard;
+                                   const pipescout::test::HeapGuard guard;
                                    const std::int64_t start = cpu_nanoseconds();
                                    work();
                                    const auto took = static_cast<double>(cpu_nanoseconds() - start);

@@ -63,7 +63,7 @@ void add_case(const char* name, const Recorded& recorded, std::size_t warm_up, s
           double total = 0;
           for (std::size_t round = 0; round < warm_up + rounds; ++round) {
             for (std::size_t shot = 0; shot < recorded->shots.size(); ++shot) {
-              const odometry::test::HeapGuard guard;
+              const pipescout::test::HeapGuard guard;
               const std::int64_t start = cpu_nanoseconds();
               const std::size_t leaks = step(round, shot);
               const auto took = static_cast<double>(cpu_nanoseconds() - start);

@@ -83,7 +83,7 @@ void add_case(const std::string& name, int pictures, bool guarded, const MakeSte
                                    for (; picture < kWarmUp; ++picture) {
                                      step(picture);
                                    }
-                                   const odometry::test::HeapGuard guard;
+                                   const pipescout::test::HeapGuard guard;
                                    const std::int64_t begin = thread_cpu_nanoseconds();
                                    for (; picture < kWarmUp + pictures; ++picture) {
                                      step(picture);

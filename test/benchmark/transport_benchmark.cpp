@@ -20,16 +20,16 @@ namespace {
 
 sensor_msgs::msg::Image pattern(ImageSize size) {
   sensor_msgs::msg::Image image;
-  image.header().frame_id("thermal_optical");
-  image.width(size.width);
-  image.height(size.height);
-  image.encoding("mono16");
-  image.step(size.width * 2);
+  image.header.frame_id = "thermal_optical";
+  image.width = size.width;
+  image.height = size.height;
+  image.encoding = "mono16";
+  image.step = size.width * 2;
   std::vector<std::uint8_t> data(std::size_t{size.width} * size.height * 2);
   for (std::size_t i = 0; i < data.size(); ++i) {
     data[i] = static_cast<std::uint8_t>(i * 31);
   }
-  image.data(std::move(data));
+  image.data = std::move(data);
   return image;
 }
 
@@ -47,13 +47,13 @@ std::unique_ptr<sensor_msgs::msg::Image> make_image(ImageSize size) {
 
 void stamp(sensor_msgs::msg::Image& image) {
   const std::int64_t now = monotonic_nanoseconds();
-  image.header().stamp().sec(static_cast<std::int32_t>(now / 1'000'000'000));
-  image.header().stamp().nanosec(static_cast<std::uint32_t>(now % 1'000'000'000));
+  image.header.stamp.sec = static_cast<std::int32_t>(now / 1'000'000'000);
+  image.header.stamp.nanosec = static_cast<std::uint32_t>(now % 1'000'000'000);
 }
 
 double microseconds_since_stamp(const sensor_msgs::msg::Image& image) {
-  const auto& stamped = image.header().stamp();
-  const std::int64_t then = std::int64_t{stamped.sec()} * 1'000'000'000 + stamped.nanosec();
+  const auto& stamped = image.header.stamp;
+  const std::int64_t then = std::int64_t{stamped.sec} * 1'000'000'000 + stamped.nanosec;
   return static_cast<double>(monotonic_nanoseconds() - then) / 1e3;
 }
 

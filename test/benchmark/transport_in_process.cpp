@@ -63,7 +63,7 @@ class Camera {
     if (buffers_[next_].use_count() != 1) {
       throw std::runtime_error("an image is still held");
     }
-    last_frame_->data() = frame_->data();
+    last_frame_->data = frame_->data;
     benchmark::ClobberMemory();
     stamp(*buffers_[next_]);
     return buffers_[next_];

@@ -129,7 +129,7 @@ std::string PeerEnd::execute(const std::string& line) {
     subscription_ = node_.create_subscription<std_msgs::msg::Int64>(
         argument, read_qos(words),
         [this](const std_msgs::msg::Int64& message) {
-          change([&](Counts& counts) { counts.received.push_back(message.data()); });
+          change([&](Counts& counts) { counts.received.push_back(message.data); });
         },
         {.events = {.deadline_missed =
                         [this](EventCount count) {
@@ -147,7 +147,7 @@ std::string PeerEnd::execute(const std::string& line) {
     std_msgs::msg::Int64 message;
     std::int64_t value = 0;
     words >> value;
-    message.data(value);
+    message.data = value;
     publisher_.publish(std::move(message));
   } else if (command == "assert") {
     publisher_.assert_liveliness();

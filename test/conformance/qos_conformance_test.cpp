@@ -141,7 +141,7 @@ class QosConformanceTest : public testing::TestWithParam<Path> {
   void subscribe(const QoS& qos, SubscriptionEvents events = {}) {
     events.matched = [](std::size_t) {};
     subscription_ = node_->create_subscription<Int64>(
-        "topic", qos, [this](const Int64& message) { received_.push_back(message.data()); },
+        "topic", qos, [this](const Int64& message) { received_.push_back(message.data); },
         {.events = std::move(events)});
   }
   void advertise(const QoS& qos, PublisherEvents events = {}) {
@@ -150,7 +150,7 @@ class QosConformanceTest : public testing::TestWithParam<Path> {
   }
   void publish(std::int64_t value) {
     Int64 message;
-    message.data(value);
+    message.data = value;
     publisher_.publish(std::move(message));
   }
   void publish_from_peer(std::int64_t first, std::int64_t last) {

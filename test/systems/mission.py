@@ -8,7 +8,8 @@ import subprocess
 
 
 def pipescout(*arguments, timeout):
-    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1", ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
+    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1")
+    environment.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
     try:
         result = subprocess.run(["pipescout", *map(str, arguments)], env=environment,
                                 timeout=timeout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -13,7 +13,8 @@ import shutil
 import subprocess
 import sys
 
-# Takes the place of colcon: two packages, of which `one` has a test.
+# Takes the place of colcon: two packages, of which `one` has tests; one of them is an executable of
+# three Google tests.
 COLCON = r'''#!/usr/bin/env bash
 base=build
 for ((i = 1; i <= $#; ++i)); do
@@ -25,17 +26,27 @@ echo "colcon $*" >>"$COLCON_LOG"
 case " $* " in
   *" list "*) printf 'one\ntwo\n' ;;
   *" build "*)
-    mkdir -p "$base/one" "$base/two"
-    echo 'add_test(works true)' >"$base/one/CTestTestfile.cmake"
-    touch "$base/two/CTestTestfile.cmake" ;;
-  *" test-result "*) echo "Summary: 3 tests, 0 errors, ${FAKE_FAILURES:-0} failures, 1 skipped" ;;
-  *" test "*)
-    if [ -z "${FAKE_SILENCE:-}" ]; then
-      mkdir -p "$base/one/Testing/now"
-      touch "$base/one/Testing/now/Test.xml"
-    fi
-    exit "${FAKE_EXIT:-0}" ;;
+    mkdir -p "$base/one" "$base/two" "$base/../install" install
+    touch "$base/../install/local_setup.bash" "$base/two/CTestTestfile.cmake"
+    if [ -z "${FAKE_UNBUILT:-}" ]; then
+      cat >"$base/one/CTestTestfile.cmake" <<END
+add_test(plain "${FAKE_PLAIN:-true}")
+add_test(google bash "-c" "${FAKE_GOOGLE:-$PWD/google_tests} $PWD/$base/one/test_results/google.xml")
+END
+    fi ;;
 esac
+'''
+GOOGLE_TESTS = r'''#!/usr/bin/env bash
+failure='<failure message="f">1 is not 2</failure>'
+mkdir -p "$(dirname "$1")"
+cat >"$1" <<END
+<testsuites><testsuite name="A">
+<testcase name="passes" status="run" classname="A"/>
+<testcase name="fails" status="run" classname="A">${FAKE_FAILURE:+$failure}</testcase>
+<testcase name="skips" status="run" classname="A"><skipped message="s"/></testcase>
+</testsuite></testsuites>
+END
+[ -z "${FAKE_FAILURE:-}" ] && [ -z "${FAKE_CRASH:-}" ]
 '''
 # Takes the place of pipescout where only what it is asked matters.
 PIPESCOUT = '''#!/usr/bin/env bash
@@ -64,10 +75,11 @@ class Project:
         folder.mkdir()
         shutil.copytree(origin / "launch_scripts", folder / "launch_scripts")
         (folder / "test").mkdir()
-        for script in (origin / "test").glob("*.sh"):
+        for script in (*(origin / "test").glob("*.sh"), origin / "test/results.py"):
             shutil.copy(script, folder / "test")
         self.program("launch_scripts/setup.sh", "#!/usr/bin/env bash\n")
         self.program("programs/colcon", COLCON)
+        self.program("google_tests", GOOGLE_TESTS)
         for name in ("idl", "interfaces", "src", "components", "install"):
             (folder / name).mkdir()
         (folder / "colcon.meta").touch()
@@ -82,8 +94,8 @@ class Project:
 
     def run(self, *command, code=0, folder=None, **variables):
         """What the script says; its exit code must be `code`."""
-        environment = dict(os.environ, ROS_DOMAIN_ID=str(1 + os.getpid() % 100),
-                           COLCON_LOG=str(self.folder / "colcon.log"))
+        environment = dict(os.environ, COLCON_LOG=str(self.folder / "colcon.log"))
+        environment.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
         environment["PATH"] = f"{self.folder / 'programs'}:{environment['PATH']}"
         environment.pop("ROS_LOCALHOST_ONLY", None)
         environment.update(variables)
@@ -177,24 +189,38 @@ def inspect_bad_readings(project):
     expect_in(project.run("launch_scripts/inspect.sh", "--epsilon", "5", code=1), "epsilon")
 
 
-def run_judges_colcon(project):
+def run_counts_tests(project):
     run = "test/run.sh"
-    expect_in(project.run(run), "2 passed, 0 failed, 1 skipped")
-    expect_in(project.run(run, "one"), "2 passed, 0 failed, 1 skipped")
-    expect_in(project.run(run, FAKE_FAILURES="1", code=1), "1 passed, 1 failed, 1 skipped")
-    expect_in(project.run(run, FAKE_EXIT="3", code=1), "colcon test failed",
-              "2 passed, 0 failed, 1 skipped")
-    # Those of the run before do not count.
-    expect_in(project.run(run, FAKE_SILENCE="1", code=1), "no results of one\n")
-    expect_in(project.run(run, "two", FAKE_SILENCE="1"), "2 passed")
+    expect_in(project.run(run), "\n3 passed, 0 failed, 1 skipped\n")
+    expect_in(project.run(run, "one"), "\n3 passed, 0 failed, 1 skipped\n")
+    expect_in(project.run(run, FAKE_PLAIN="false", code=1), "\n- plain\n",
+              "\n2 passed, 1 failed, 1 skipped\n")
+    expect_in(project.run(run, FAKE_FAILURE="1", code=1), "1 is not 2", "\n- google A.fails\n",
+              "\n2 passed, 1 failed, 1 skipped\n")
+    # All its tests passed, and yet it failed; it left no results; it could not be started.
+    expect_in(project.run(run, FAKE_CRASH="1", code=1), "\n- google\n",
+              "\n3 passed, 1 failed, 1 skipped\n")
+    expect_in(project.run(run, FAKE_GOOGLE="false", code=1), "\n- google\n",
+              "\n1 passed, 1 failed, 0 skipped\n")
+    expect_in(project.run(run, FAKE_PLAIN="/missing/program", code=1), "\n- plain\n",
+              "\n2 passed, 1 failed, 1 skipped\n")
+    expect_in(project.run(run, FAKE_PLAIN="false", FAKE_FAILURE="1", code=1), "\n- plain\n",
+              "\n1 passed, 2 failed, 1 skipped\n")
 
 
-def sanitize_judges_colcon(project):
+def run_misses_tests(project):
+    run = "test/run.sh"
+    shutil.rmtree(project.folder / "build", ignore_errors=True)
+    expect_in(project.run(run, FAKE_UNBUILT="1", code=1), "not built: one\n", "no test ran")
+    expect_in(project.run(run, "two", code=1), "no test ran", "\n0 passed, 0 failed, 0 skipped\n")
+
+
+def sanitize_judges_tests(project):
     sanitize = "test/sanitize.sh"
     expect_in(project.run(sanitize), "address: nothing found", "thread: nothing found")
-    expect_in(project.run(sanitize, "thread", FAKE_SILENCE="1", code=1),
-              "thread: FAILED: no results of one")
-    expect_in(project.run(sanitize, "address", "one", FAKE_EXIT="1", code=1), "address: FAILED")
+    expect_in(project.run(sanitize, "thread", FAKE_CRASH="1", code=1), "thread: FAILED")
+    expect_in(project.run(sanitize, "address", "one", FAKE_PLAIN="false", code=1),
+              "address: FAILED")
 
 
 def misspelt_packages(project):
@@ -210,8 +236,8 @@ def main():
     scratch.mkdir(parents=True)
     cases = {function.__name__: function for function in (
         inspect_command_line, inspect_environment, inspect_builds_what_changed, inspect_paper,
-        inspect_hostile_paths, inspect_bad_readings, run_judges_colcon, sanitize_judges_colcon,
-        misspelt_packages)}
+        inspect_hostile_paths, inspect_bad_readings, run_counts_tests, run_misses_tests,
+        sanitize_judges_tests, misspelt_packages)}
     cases[case](Project(origin.resolve(), scratch.resolve() / "project"))
 
 

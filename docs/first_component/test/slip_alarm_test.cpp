@@ -14,8 +14,8 @@ using pipescout::testing::ComponentHarness;
 
 pipescout_msgs::msg::FusedOdometer fused(const std::vector<bool>& in_fusion_set) {
   pipescout_msgs::msg::FusedOdometer message;
-  message.name({"front", "rear"});
-  message.in_fusion_set(in_fusion_set);
+  message.name = {"front", "rear"};
+  message.in_fusion_set = in_fusion_set;
   return message;
 }
 
@@ -30,7 +30,7 @@ TEST(SlipAlarmTest, SpeaksOnceForAnOdometerThatKeepsBeingRejected) {
   }
   harness.spin();
   ASSERT_EQ(alarms.size(), 1U);
-  EXPECT_EQ(alarms.at(0).data(), "rear");
+  EXPECT_EQ(alarms.at(0).data, "rear");
 }
 
 TEST(SlipAlarmTest, CountsAMessageThatMakesNoSense) {

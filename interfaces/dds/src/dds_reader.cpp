@@ -80,7 +80,7 @@ bool DdsReader::next_is_own(fastdds::DataReader& reader) const {
 }
 
 void DdsReader::take_all(fastdds::DataReader& reader) {
-  IncomingSample sample;
+  IncomingSample sample{.payloads = participant_->payloads()};
   fastdds::SampleInfo info;
   for (;;) {
     // The runtime has delivered our own messages already; the bytes of those need no reading.
@@ -96,7 +96,9 @@ void DdsReader::take_all(fastdds::DataReader& reader) {
     }
     // An exception ends this call only: the samples behind it are still waiting.
     contain("a sample", [&] {
-      if (sample.malformed) {
+      if (sample.lost) {
+        listener_.on_samples_lost(1);
+      } else if (sample.malformed) {
         listener_.on_malformed_sample();
       } else {
         listener_.on_remote_message(std::move(sample.message), message_info);

@@ -4,22 +4,38 @@
 #include <fastdds/rtps/common/WriteParams.h>
 #include <fastdds/dds/log/Log.hpp>
 
+#include <chrono>
+#include <span>
 #include <string>
 #include <utility>
 
 #include "contain.hpp"
 #include "rtps_conversions.hpp"
+#include "wire_type.hpp"
 
 namespace pipescout::dds {
 namespace {
 
 using eprosima::fastrtps::types::ReturnCode_t;
 
+// What fits into one datagram goes as fast by itself.
+constexpr std::size_t kLeastStoredBytes = 60'000;
+
+// How long the end of a writer waits for readers that are about to take a message.
+constexpr std::chrono::milliseconds kLongestFarewell{200};
+
 }  // namespace
 
 DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& topic,
                      const QoS& qos, TransportWriterListener& listener)
-    : participant_(std::move(participant)), topic_(*participant_, topic), listener_(listener) {
+    : participant_(std::move(participant)),
+      topic_(*participant_, topic),
+      type_(*topic.type),
+      listener_(listener) {
+  // What is kept for readers that may come must be readable by all of them.
+  if (participant_->payload_folder() && qos.durability == Durability::kVolatile) {
+    payloads_ = std::make_unique<PayloadWriter>(participant_->payload_folder(), qos.depth);
+  }
   participant_->events().admit(this);
   writer_ = participant_->publisher().create_datawriter(
       topic_.get(), writer_qos(qos, participant_->writer_profile(topic.name)), this,
@@ -41,6 +57,9 @@ DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& 
 }
 
 DdsWriter::~DdsWriter() {
+  if (payloads_ && matched_remote_readers() > 0) {
+    payloads_->await_readers(kLongestFarewell);
+  }
   participant_->discovery().remove(this);
   participant_->events().dismiss(this);
   if (participant_->publisher().delete_datawriter(writer_) != ReturnCode_t::RETCODE_OK) {
@@ -55,13 +74,34 @@ SampleIdentity DdsWriter::write(const void* message, const SampleIdentity& relat
   }
   bool written = false;
   contain("a write", [&] {
-    // Fast DDS hands the pointer to WireType, which only reads.
-    written = writer_->write(const_cast<void*>(message), params);
+    OutgoingSample sample{.message = message, .reference = store(message)};
+    written = writer_->write(&sample, params);
   });
   if (!written) {
     return {gid_, 0};
   }
   return to_sample_identity(params.sample_identity());
+}
+
+std::optional<PayloadReference> DdsWriter::store(const void* message) {
+  if (!payloads_) {
+    return std::nullopt;
+  }
+  const std::size_t size = type_.serialized_size(message);
+  if (size < kLeastStoredBytes) {
+    return std::nullopt;
+  }
+  std::size_t readers = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    readers = readers_.size();
+    if (readers == 0 || !participant_->discovery().take_payloads(readers_)) {
+      return std::nullopt;
+    }
+  }
+  return payloads_->store(size, readers, [&](std::span<std::byte> bytes) {
+    return type_.serialize(message, bytes) == bytes.size();
+  });
 }
 
 int DdsWriter::matched_remote_readers() const {

@@ -5,10 +5,12 @@
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 
 #include "participant.hpp"
 #include "pipescout/runtime/transport.hpp"
+#include "shared_payloads.hpp"
 
 namespace pipescout::dds {
 
@@ -31,9 +33,14 @@ class DdsWriter : public TransportWriter, private fastdds::DataWriterListener {
   void on_publication_matched(fastdds::DataWriter* writer,
                               const fastdds::PublicationMatchedStatus& status) override;
 
+  /// Stores the message in shared memory, if it is large and all its readers can take it there.
+  [[nodiscard]] std::optional<PayloadReference> store(const void* message);
+
   const std::shared_ptr<Participant> participant_;
   const TopicUse topic_;
+  const MessageType& type_;
   TransportWriterListener& listener_;
+  std::unique_ptr<PayloadWriter> payloads_;  // null: never
   mutable std::mutex mutex_;
   std::set<Gid> readers_;  // remote and matched
   fastdds::DataWriter* writer_ = nullptr;

@@ -31,6 +31,15 @@ std::string enclave_in(const std::vector<rtps::octet>& user_data) {
   return {};
 }
 
+std::string announced_scope(const eprosima::fastrtps::ParameterPropertyList_t& properties) {
+  for (const auto& property : properties) {
+    if (property.first() == kPayloadScopeProperty) {
+      return property.second();
+    }
+  }
+  return {};
+}
+
 template <class ProxyData>
 DiscoveredEndpoint describe(const ProxyData& data, bool is_writer) {
   DiscoveredEndpoint endpoint;
@@ -45,6 +54,13 @@ DiscoveredEndpoint describe(const ProxyData& data, bool is_writer) {
 }
 
 }  // namespace
+
+bool Discovery::take_payloads(const std::set<Gid>& endpoints) const {
+  const std::lock_guard lock(mutex_);
+  return std::all_of(endpoints.begin(), endpoints.end(), [this](const Gid& endpoint) {
+    return payload_takers_.contains(prefix_of(endpoint));
+  });
+}
 
 std::vector<DiscoveredParticipant> Discovery::participants() const {
   const std::lock_guard lock(mutex_);
@@ -106,16 +122,22 @@ void Discovery::on_participant_discovery(fastdds::DomainParticipant* participant
       return;
     }
     const std::lock_guard lock(mutex_);
+    const GuidPrefix prefix = prefix_of(gid);
     switch (info.status) {
       case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
       case rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT:
         participants_[gid] = {.gid = gid,
                               .name = info.info.m_participantName.to_string(),
                               .enclave = enclave_in(info.info.m_userData)};
+        if (!payload_scope_.empty() && announced_scope(info.info.m_properties) == payload_scope_) {
+          payload_takers_.insert(prefix);
+        }
         break;
       case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
       case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
         participants_.erase(gid);
+        payload_takers_.erase(prefix);
+        payloads_.forget(prefix);
         std::erase_if(endpoints_,
                       [&](const auto& entry) { return same_participant(entry.first, gid); });
         break;

@@ -5,12 +5,15 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "event_thread.hpp"
 #include "pipescout/runtime/transport.hpp"
 #include "rtps_conversions.hpp"
+#include "shared_payloads.hpp"
 
 namespace pipescout::dds {
 
@@ -29,6 +32,13 @@ struct LocalEndpoint {
 class Discovery : public fastdds::DomainParticipantListener {
  public:
   explicit Discovery(EventThread& events) : events_(events) {}
+
+  /// From now on finds out which participants announce the same scope. Set once, before there is a
+  /// participant.
+  void share_payloads(std::string scope) { payload_scope_ = std::move(scope); }
+  /// True when the participants of all these endpoints can take large messages from our memory.
+  [[nodiscard]] bool take_payloads(const std::set<Gid>& endpoints) const;
+  [[nodiscard]] PayloadReader& payloads() noexcept { return payloads_; }
 
   [[nodiscard]] std::vector<DiscoveredParticipant> participants() const;
   [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints() const;
@@ -54,7 +64,10 @@ class Discovery : public fastdds::DomainParticipantListener {
   void graph_changed();
 
   EventThread& events_;
+  std::string payload_scope_;  // empty: none
+  PayloadReader payloads_;
   mutable std::mutex mutex_;
+  std::set<GuidPrefix> payload_takers_;
   std::map<Gid, DiscoveredParticipant> participants_;
   std::map<Gid, DiscoveredEndpoint> endpoints_;
   std::vector<LocalEndpoint> local_;

@@ -4,8 +4,10 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "shared_memory.hpp"
@@ -21,11 +23,16 @@ using eprosima::fastrtps::types::ReturnCode_t;
 // Ports are 7400 + 250 * domain + ..., and Fast DDS ends the process when one exceeds 65535.
 constexpr std::uint32_t kHighestDomain = 232;
 
-void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos& qos) {
+std::string in_megabytes(std::uintmax_t bytes) {
+  constexpr std::uintmax_t kMegabyte = std::uintmax_t{1} << 20U;
+  return bytes < kMegabyte ? "less than 1 MB" : std::to_string(bytes / kMegabyte) + " MB";
+}
+
+const std::string kMakeRoom = "; make it larger (docker run --shm-size=...)";
+
+void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings>& warnings,
+                       fastdds::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
-  if (!transport.use_builtin_transports || !transport.user_transports.empty()) {
-    return;  // the user's profile has chosen
-  }
   transport.use_builtin_transports = false;
   const auto add = [&](auto udp) {
     udp->sendBufferSize = transport.send_socket_buffer_size;
@@ -36,18 +43,35 @@ void choose_transports(const DdsOptions& options, fastdds::DomainParticipantQos&
     transport.user_transports.push_back(std::move(udp));
   };
   remove_abandoned_segments();
-  if (const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes)) {
-    auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
-    shortcut->shared_memory.segment_size(*segment);
-    add(std::move(shortcut));
-  } else {
-    EPROSIMA_LOG_ERROR(
-        PIPESCOUT, "no room in " << kSharedMemoryFolder << ": using UDP within this machine too");
+  const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes);
+  if (!segment) {
+    warnings->add("no room in " + std::string(kSharedMemoryFolder) +
+                  ": messages to other processes of this machine go over UDP" + kMakeRoom);
     add(std::make_shared<UDPv4TransportDescriptor>());
+    return;
   }
+  if (*segment < options.shared_memory_segment_bytes) {
+    warnings->add("little room in " + std::string(kSharedMemoryFolder) + ": the segment for " +
+                  "messages to other processes of this machine has " + in_megabytes(*segment) +
+                  " in place of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
+  }
+  auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
+  shortcut->shared_memory.segment_size(*segment);
+  shortcut->warnings = warnings;
+  add(std::move(shortcut));
 }
 
-fastdds::DomainParticipantQos participant_qos(const DdsOptions& options) {
+// What lies in shared memory is not encrypted.
+bool is_secured(const fastdds::DomainParticipantQos& qos) {
+  const auto& properties = qos.properties().properties();
+  return std::any_of(properties.begin(), properties.end(), [](const auto& property) {
+    return property.name().starts_with("dds.sec.");
+  });
+}
+
+fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
+                                              const std::shared_ptr<Warnings>& warnings,
+                                              std::string& payload_scope) {
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   factory->load_profiles();
   fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
@@ -58,7 +82,14 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  choose_transports(options, qos);
+  if (!qos.transport().use_builtin_transports || !qos.transport().user_transports.empty()) {
+    return qos;  // the user's profile has chosen
+  }
+  choose_transports(options, warnings, qos);
+  if (auto scope = pipescout::dds::payload_scope(); scope && !is_secured(qos)) {
+    payload_scope = *scope;
+    qos.properties().properties().emplace_back(kPayloadScopeProperty, payload_scope, true);
+  }
   return qos;
 }
 
@@ -86,13 +117,19 @@ Participant::Participant(const DdsOptions& options) {
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
   }
+  std::string scope;
+  const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope);
+  discovery_.share_payloads(scope);
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
-  participant_ = factory->create_participant(options.domain_id, participant_qos(options),
-                                             &discovery_, fastdds::StatusMask::none());
+  participant_ = factory->create_participant(options.domain_id, qos, &discovery_,
+                                             fastdds::StatusMask::none());
   if (participant_ == nullptr) {
     throw TransportError(domain + ": cannot create a participant");
   }
   gid_ = to_gid(participant_->guid());
+  if (!scope.empty()) {
+    payload_folder_ = std::make_shared<PayloadFolder>(prefix_of(gid_), warnings_);
+  }
   publisher_ = participant_->create_publisher(participant_->get_default_publisher_qos());
   subscriber_ = participant_->create_subscriber(participant_->get_default_subscriber_qos());
   if (publisher_ == nullptr || subscriber_ == nullptr) {

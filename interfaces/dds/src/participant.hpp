@@ -38,6 +38,12 @@ class Participant {
   [[nodiscard]] EventThread& events() { return events_; }
   [[nodiscard]] Discovery& discovery() { return discovery_; }
   [[nodiscard]] const Warnings& warnings() const { return *warnings_; }
+  /// For large messages that other participants send; for those that are sent, null when there is
+  /// no shared memory.
+  [[nodiscard]] PayloadReader& payloads() { return discovery_.payloads(); }
+  [[nodiscard]] const std::shared_ptr<PayloadFolder>& payload_folder() const {
+    return payload_folder_;
+  }
 
  private:
   friend class TopicUse;
@@ -61,6 +67,7 @@ class Participant {
   fastdds::Publisher* publisher_ = nullptr;
   fastdds::Subscriber* subscriber_ = nullptr;
   Gid gid_;
+  std::shared_ptr<PayloadFolder> payload_folder_;
 
   std::mutex topics_mutex_;
   std::map<std::string, TopicEntry> topics_;

@@ -96,6 +96,12 @@ Gid to_gid(const rtps::GUID_t& guid) noexcept {
   return gid;
 }
 
+GuidPrefix prefix_of(const Gid& gid) noexcept {
+  GuidPrefix prefix;
+  std::copy_n(gid.bytes.begin(), prefix.size(), prefix.begin());
+  return prefix;
+}
+
 SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept {
   SampleIdentity result{.writer = to_gid(identity.writer_guid())};
   if (identity.sequence_number() != rtps::SequenceNumber_t::unknown()) {

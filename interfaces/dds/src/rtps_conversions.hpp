@@ -11,6 +11,7 @@
 
 #include "pipescout/runtime/qos.hpp"
 #include "pipescout/runtime/transport.hpp"
+#include "shared_payloads.hpp"
 
 /// The values of the transport contract in the terms of Fast DDS, and back.
 namespace pipescout::dds {
@@ -19,6 +20,7 @@ namespace fastdds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 [[nodiscard]] Gid to_gid(const rtps::GUID_t& guid) noexcept;
+[[nodiscard]] GuidPrefix prefix_of(const Gid& gid) noexcept;
 
 /// An unknown sequence number is 0 on our side.
 [[nodiscard]] SampleIdentity to_sample_identity(const rtps::SampleIdentity& identity) noexcept;

@@ -75,7 +75,8 @@ void remove_abandoned_segments(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> locks;
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (is_segment_lock(entry->path().filename().string())) {
+    const std::string name = entry->path().filename().string();
+    if (is_segment_lock(name) || name.starts_with(kPayloadPrefix)) {
       locks.push_back(entry->path());
     }
   }
@@ -87,10 +88,11 @@ void remove_abandoned_segments(const std::filesystem::path& folder) {
     }
     const OwnerProbe probe(lock);
     if (probe.owner_gone()) {
-      std::string segment = lock.string();
-      segment.resize(segment.size() - kLockSuffix.size());
       // Files of another user cannot be removed; that user's next start does it.
-      std::filesystem::remove(segment, error);
+      if (std::string segment = lock.string(); segment.ends_with(kLockSuffix)) {
+        segment.resize(segment.size() - kLockSuffix.size());
+        std::filesystem::remove(segment, error);
+      }
       std::filesystem::remove(lock, error);
     }
   }

@@ -12,6 +12,9 @@ namespace pipescout::dds {
 /// Where Linux keeps POSIX shared memory.
 inline constexpr const char* kSharedMemoryFolder = "/dev/shm";
 
+/// What the names of the blocks of large messages begin with, see shared_payloads.hpp.
+inline constexpr const char* kPayloadPrefix = "pipescout_payload_";
+
 /// The size of a segment that the folder has room for, at most `wanted`. Fast DDS touches every
 /// page of its segment at start and dies of SIGBUS when the folder is too small (64 MB in a
 /// container by default), so each process takes at most an eighth of what is free: several may
@@ -20,9 +23,9 @@ inline constexpr const char* kSharedMemoryFolder = "/dev/shm";
 [[nodiscard]] std::optional<std::uint32_t> fitting_segment_bytes(
     std::size_t wanted, const std::filesystem::path& folder = kSharedMemoryFolder);
 
-/// Removes the segments of processes that were killed; Fast DDS leaves those in place, each as
-/// large as the process had asked for. A living owner is known by the lock that it holds on the
-/// segment's "_el" file. Young files are left alone: their owner may be about to lock them.
+/// Removes the segments and blocks of processes that were killed; Fast DDS leaves those in place,
+/// each as large as the process had asked for. A living owner is known by the lock that it holds on
+/// the segment's "_el" file, or on the block itself. Young files are left alone: their owner may be about to lock them.
 void remove_abandoned_segments(const std::filesystem::path& folder = kSharedMemoryFolder);
 
 }  // namespace pipescout::dds

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
@@ -35,6 +36,7 @@ using rtps::TransportInterface;
 
 // A probe of a sender can hold the lock of a new port for a moment.
 constexpr int kAttemptsToListen = 20;
+constexpr auto kPauseBetweenAttempts = std::chrono::milliseconds(1);
 
 constexpr std::uint32_t kPortBits = 16;
 
@@ -93,14 +95,17 @@ class ShortcutTransport final : public TransportInterface {
   explicit ShortcutTransport(const ShortcutTransportDescriptor& descriptor)
       : TransportInterface(LOCATOR_KIND_UDPv4),
         udp_(descriptor.UDPv4TransportDescriptor::create_transport()),
-        shared_memory_(descriptor.shared_memory.create_transport()) {}
+        shared_memory_(descriptor.shared_memory.create_transport()),
+        warnings_(descriptor.warnings) {}
 
   bool init(const PropertyPolicy* properties) override {
     if (!udp_->init(properties)) {
       return false;
     }
     if (!shared_memory_->init(properties)) {
-      shared_memory_ = nullptr;  // said so itself
+      shared_memory_ = nullptr;
+      warnings_->add("no shared memory in " + std::string(kSharedMemoryFolder) +
+                     ": messages to other processes of this machine go over UDP");
       return true;
     }
     LocatorList example;
@@ -115,13 +120,7 @@ class ShortcutTransport final : public TransportInterface {
       return false;
     }
     if (shared_memory_ != nullptr && !IPLocator::isMulticast(locator)) {
-      const Locator shortcut = shortcut_to(locator);
-      for (int attempt = 0; attempt < kAttemptsToListen; ++attempt) {
-        if (shared_memory_->OpenInputChannel(shortcut, receiver, max_message_bytes)) {
-          break;
-        }
-        std::this_thread::yield();
-      }
+      listen(shortcut_to(locator), receiver, max_message_bytes);
     }
     return true;
   }
@@ -227,9 +226,25 @@ class ShortcutTransport final : public TransportInterface {
     return result;
   }
 
+  void listen(const Locator& shortcut, rtps::TransportReceiverInterface* receiver,
+              std::uint32_t max_message_bytes) {
+    for (int attempt = 0; attempt < kAttemptsToListen; ++attempt) {
+      if (attempt > 0) {
+        std::this_thread::sleep_for(kPauseBetweenAttempts);
+      }
+      if (shared_memory_->OpenInputChannel(shortcut, receiver, max_message_bytes)) {
+        return;
+      }
+    }
+    warnings_->add("cannot listen on shared memory port " + std::to_string(shortcut.port) +
+                   " of " + kSharedMemoryFolder +
+                   ": messages from other processes of this machine come over UDP");
+  }
+
   std::unique_ptr<TransportInterface> udp_;
   std::unique_ptr<TransportInterface> shared_memory_;  // null: there is no room for it
   Locator shared_memory_locator_;                      // of this machine, without a port
+  const std::shared_ptr<Warnings> warnings_;
 };
 
 ShortcutSender::ShortcutSender(ShortcutTransport& transport)

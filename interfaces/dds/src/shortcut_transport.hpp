@@ -6,9 +6,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "shared_memory.hpp"
+#include "warnings.hpp"
 
 namespace pipescout::dds {
 
@@ -23,6 +25,7 @@ struct ShortcutTransportDescriptor final
   eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
 
   eprosima::fastdds::rtps::SharedMemTransportDescriptor shared_memory;
+  std::shared_ptr<Warnings> warnings = std::make_shared<Warnings>();  ///< never null
 };
 
 /// The shared memory port behind a UDP port, above all ports that Fast DDS itself uses. Differs

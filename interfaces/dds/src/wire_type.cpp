@@ -25,8 +25,15 @@ WireType::WireType(const MessageType& type) : type_(type) {
 }
 
 bool WireType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
-  const std::size_t written = type_.serialize(
-      data, std::span(reinterpret_cast<std::byte*>(payload->data), payload->max_size));
+  const auto& sample = *static_cast<const OutgoingSample*>(data);
+  const std::span bytes(reinterpret_cast<std::byte*>(payload->data), payload->max_size);
+  std::size_t written = 0;
+  if (!sample.reference) {
+    written = type_.serialize(sample.message, bytes);
+  } else if (bytes.size() >= kReferenceBytes) {
+    encode(*sample.reference, bytes.first<kReferenceBytes>());
+    written = kReferenceBytes;
+  }
   payload->length = static_cast<std::uint32_t>(written);
   payload->encapsulation = CDR_LE;
   return written >= kEncapsulationBytes;
@@ -35,37 +42,47 @@ bool WireType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload
 bool WireType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) {
   auto& sample = *static_cast<IncomingSample*>(data);
   sample.malformed = false;
+  sample.lost = false;
   sample.message.reset();
   if (sample.skip) {
     return true;
   }
-  try {
-    sample.message = type_.create();
-    sample.malformed =
-        !type_.deserialize(std::as_bytes(std::span<const eprosima::fastrtps::rtps::octet>(
-                               payload->data, payload->length)),
-                           sample.message.get());
-  } catch (...) {  // no memory for what it claims to hold
-    sample.malformed = true;
+  const auto bytes = std::as_bytes(
+      std::span<const eprosima::fastrtps::rtps::octet>(payload->data, payload->length));
+  if (const auto reference = decode_reference(bytes)) {
+    sample.lost = !sample.payloads.take(
+        *reference, [&](std::span<const std::byte> shared) { read(shared, sample); });
+  } else {
+    read(bytes, sample);
   }
   return true;
 }
 
+void WireType::read(std::span<const std::byte> bytes, IncomingSample& sample) const {
+  try {
+    sample.message = type_.create();
+    sample.malformed = !type_.deserialize(bytes, sample.message.get());
+  } catch (...) {  // no memory for what it claims to hold
+    sample.malformed = true;
+  }
+}
+
 std::function<std::uint32_t()> WireType::getSerializedSizeProvider(void* data) {
   return [this, data]() -> std::uint32_t {
-    const std::size_t size = type_.serialized_size(data);
+    const auto& sample = *static_cast<const OutgoingSample*>(data);
+    const std::size_t size =
+        sample.reference ? kReferenceBytes : type_.serialized_size(sample.message);
     // A size of 0 is refused by Fast DDS, which then reports that the sample cannot be written.
     return size > std::numeric_limits<std::uint32_t>::max() ? 0 : static_cast<std::uint32_t>(size);
   };
 }
 
+// For samples that Fast DDS would lend, which nobody asks it for.
 void* WireType::createData() {
-  return new IncomingSample;
+  return nullptr;
 }
 
-void WireType::deleteData(void* data) {
-  delete static_cast<IncomingSample*>(data);
-}
+void WireType::deleteData(void*) {}
 
 bool WireType::getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) {
   return false;

@@ -1,24 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "pipescout/idl/message_type.hpp"
+#include "shared_payloads.hpp"
 
 namespace pipescout::dds {
 
-/// What a take fills in.
-struct IncomingSample {
-  bool skip = false;       ///< set by the taker: leave the bytes alone
-  bool malformed = false;  ///< the bytes are no message of the type
-  std::shared_ptr<void> message;
+/// What is written: a message, or the reference to where it lies in shared memory.
+struct OutgoingSample {
+  const void* message = nullptr;
+  std::optional<PayloadReference> reference;
 };
 
-/// Fast DDS's view of any wire type. The `data` of a write is the message itself; the `data` of a
-/// take is an `IncomingSample`.
+/// What a take fills in.
+struct IncomingSample {
+  PayloadReader& payloads;  ///< for references
+  bool skip = false;        ///< set by the taker: leave the bytes alone
+  bool malformed = false;   ///< the bytes are no message of the type
+  bool lost = false;        ///< a reference to what is not there any more
+  std::shared_ptr<void> message = nullptr;
+};
+
+/// Fast DDS's view of any wire type. The `data` of a write is an `OutgoingSample`, that of a take an
+/// `IncomingSample`.
 class WireType : public eprosima::fastdds::dds::TopicDataType {
  public:
   explicit WireType(const MessageType& type);
@@ -33,6 +45,9 @@ class WireType : public eprosima::fastdds::dds::TopicDataType {
               bool force_md5) override;
 
  private:
+  /// Creates the sample's message from the bytes, or calls it malformed.
+  void read(std::span<const std::byte> bytes, IncomingSample& sample) const;
+
   const MessageType& type_;
 };
 

@@ -88,7 +88,7 @@ struct ReaderRecord : TransportReaderListener {
     return monitor.copy(messages).at(index);
   }
   [[nodiscard]] std::string text(std::size_t index) {
-    return static_cast<const std_msgs::msg::String*>(message(index).message.get())->data();
+    return static_cast<const std_msgs::msg::String*>(message(index).message.get())->data;
   }
 
   Monitor monitor;
@@ -119,7 +119,7 @@ struct WriterRecord : TransportWriterListener {
 
 inline std_msgs::msg::String make_text(const std::string& text) {
   std_msgs::msg::String message;
-  message.data(text);
+  message.data = text;
   return message;
 }
 

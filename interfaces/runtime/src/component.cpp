@@ -91,12 +91,12 @@ class Component::Lifecycle {
   void report(std::uint8_t mission_state, std::uint32_t done, std::uint32_t total,
               std::string_view message) {
     pipescout_msgs::msg::MissionStatus status;
-    status.header().stamp(to_message(component_.now()));
-    status.node(component_.node_name().fully_qualified());
-    status.state(mission_state);
-    status.done(done);
-    status.total(total);
-    status.message(std::string(message));
+    status.header.stamp = to_message(component_.now());
+    status.node = component_.node_name().fully_qualified();
+    status.state = mission_state;
+    status.done = done;
+    status.total = total;
+    status.message = std::string(message);
     mission_status_.publish(std::move(status));
   }
 
@@ -333,18 +333,18 @@ void Component::report_progress(std::uint64_t done, std::uint64_t total, std::st
     return static_cast<std::uint32_t>(
         std::min<std::uint64_t>(count, std::numeric_limits<std::uint32_t>::max()));
   };
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::RUNNING, cut_off(done),
-                     cut_off(total), message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::RUNNING, cut_off(done), cut_off(total),
+                     message);
 }
 
 void Component::report_complete(std::string_view message) {
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::COMPLETE, 0, 0, message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::COMPLETE, 0, 0, message);
 }
 
 void Component::report_failed(std::string_view message) {
   logger().error(message);
   diagnostics().set_status(DiagnosticLevel::kError, std::string(message));
-  lifecycle_->report(pipescout_msgs::msg::MissionStatus_Constants::FAILED, 0, 0, message);
+  lifecycle_->report(pipescout_msgs::msg::MissionStatus::FAILED, 0, 0, message);
 }
 
 void Component::report_fault(std::string_view counter, std::string_view text,

@@ -42,20 +42,20 @@ bool boolean_argument(const NamedParameter& argument) {
 /// Throws std::invalid_argument.
 WireRequest read(const srv::LoadNode::Request& message) {
   WireRequest request;
-  request.load.class_name = message.plugin_name();
-  request.load.package = message.package_name();
-  request.load.name = {join_namespaces("/", message.node_namespace()), message.node_name()};
-  for (const std::string& rule : message.remap_rules()) {
+  request.load.class_name = message.plugin_name;
+  request.load.package = message.package_name;
+  request.load.name = {join_namespaces("/", message.node_namespace), message.node_name};
+  for (const std::string& rule : message.remap_rules) {
     request.load.remap_rules.push_back(RemapRule::parse(rule));
   }
-  for (const auto& parameter : message.parameters()) {
+  for (const auto& parameter : message.parameters) {
     NamedParameter named = from_message(parameter);
     request.load.parameter_overrides.push_back({.name = std::move(named.name),
                                                 .value = std::move(named.value),
                                                 .source = "load_node",
                                                 .from_wildcard = false});
   }
-  for (const auto& parameter : message.extra_arguments()) {
+  for (const auto& parameter : message.extra_arguments) {
     const NamedParameter argument = from_message(parameter);
     if (argument.name == "autostart") {
       request.autostart = boolean_argument(argument);
@@ -66,15 +66,15 @@ WireRequest read(const srv::LoadNode::Request& message) {
       request.ignored.push_back("unknown extra argument '" + argument.name + "'");
     }
   }
-  if (message.log_level() != 0) {
-    const auto severity = static_cast<LogSeverity>(message.log_level());
+  if (message.log_level != 0) {
+    const auto severity = static_cast<LogSeverity>(message.log_level);
     const bool known = severity == LogSeverity::kDebug || severity == LogSeverity::kInfo ||
                        severity == LogSeverity::kWarn || severity == LogSeverity::kError ||
                        severity == LogSeverity::kFatal;
     if (known) {
       request.load.log_threshold = severity;
     } else {
-      request.ignored.push_back("log level " + std::to_string(message.log_level()) +
+      request.ignored.push_back("log level " + std::to_string(message.log_level) +
                                 " is none of 10, 20, 30, 40, 50");
     }
   }
@@ -416,10 +416,10 @@ void ComponentContainer::Impl::serve() {
       [weak = weak_from_this()](const std::shared_ptr<const srv::UnloadNode::Request>& request,
                                 Responder<srv::UnloadNode> responder) {
         if (const auto self = weak.lock()) {
-          self->unload(request->unique_id(), [responder](const TransitionResult& result) {
+          self->unload(request->unique_id, [responder](const TransitionResult& result) {
             srv::UnloadNode::Response response;
-            response.success(result.success);
-            response.error_message(result.message);
+            response.success = result.success;
+            response.error_message = result.message;
             responder.respond(std::move(response));
           });
         }
@@ -429,8 +429,8 @@ void ComponentContainer::Impl::serve() {
                                                            srv::ListNodes::Response& response) {
         if (const auto self = weak.lock()) {
           for (const LoadedComponent& loaded : self->components()) {
-            response.unique_ids().push_back(loaded.id);
-            response.full_node_names().push_back(loaded.component->node_name().fully_qualified());
+            response.unique_ids.push_back(loaded.id);
+            response.full_node_names.push_back(loaded.component->node_name().fully_qualified());
           }
         }
       });
@@ -440,16 +440,16 @@ namespace {
 
 srv::LoadNode::Response loaded_response(const LoadedComponent& loaded) {
   srv::LoadNode::Response response;
-  response.success(true);
-  response.unique_id(loaded.id);
-  response.full_node_name(loaded.component->node_name().fully_qualified());
+  response.success = true;
+  response.unique_id = loaded.id;
+  response.full_node_name = loaded.component->node_name().fully_qualified();
   return response;
 }
 
 srv::LoadNode::Response failed_response(const std::string& why) {
   srv::LoadNode::Response response;
-  response.success(false);
-  response.error_message(why);
+  response.success = false;
+  response.error_message = why;
   return response;
 }
 
@@ -484,7 +484,7 @@ void ComponentContainer::Impl::start_loaded(const LoadedComponent& loaded,
       return;
     }
     const std::string why =
-        "component '" + response.full_node_name() + "' does not start: " + started.message;
+        "component '" + response.full_node_name + "' does not start: " + started.message;
     if (const auto self = weak.lock()) {
       self->node_.logger().error("load_node: " + why);
       self->unload(id, [responder, why](const TransitionResult&) {

@@ -73,8 +73,8 @@ std::string ros_name(const WireTopic& topic) {
 
 diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::string& value) {
   diagnostic_msgs::msg::KeyValue pair;
-  pair.key(key);
-  pair.value(value);
+  pair.key = key;
+  pair.value = value;
   return pair;
 }
 
@@ -95,18 +95,18 @@ class DiagnosticsPublisher::Impl {
     add_endpoints(snapshot, clients);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
-    status.level(static_cast<std::uint8_t>(snapshot.level));
-    status.name(component_.node_name().fully_qualified().substr(1) + ": status");
-    status.hardware_id("none");
-    status.message(snapshot.message);
-    status.values().push_back(
+    status.level = static_cast<std::uint8_t>(snapshot.level);
+    status.name = component_.node_name().fully_qualified().substr(1) + ": status";
+    status.hardware_id = "none";
+    status.message = snapshot.message;
+    status.values.push_back(
         key_value("lifecycle_state", std::string(to_string(component_.state()))));
     for (const auto& [key, value] : snapshot.values) {
-      status.values().push_back(key_value(key, value));
+      status.values.push_back(key_value(key, value));
     }
     diagnostic_msgs::msg::DiagnosticArray array;
-    array.header().stamp(to_message(component_.now()));
-    array.status().push_back(std::move(status));
+    array.header.stamp = to_message(component_.now());
+    array.status.push_back(std::move(status));
     publisher_.publish(std::move(array));
   }
 

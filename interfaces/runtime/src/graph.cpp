@@ -200,7 +200,7 @@ class Knowledge {
   }
 
   void hear(const ParticipantEntitiesInfo& message, const MessageInfo& info) {
-    const Gid participant = from_message(message.gid());
+    const Gid participant = from_message(message.gid);
     // One may speak for oneself only, so what is kept is bounded by the participants that there
     // are.
     if (info.from_this_process || !same_participant(participant, info.identity.writer)) {
@@ -208,8 +208,7 @@ class Knowledge {
     }
     {
       const std::lock_guard lock(mutex_);
-      remote_nodes_[participant] = {message.node_entities_info_seq(), steady_now(), prunings_,
-                                    false};
+      remote_nodes_[participant] = {message.node_entities_info_seq, steady_now(), prunings_, false};
     }
     bell_.ring();
   }
@@ -249,7 +248,7 @@ class Knowledge {
           continue;
         }
         for (const auto& node : remote.nodes) {
-          nodes.push_back({node.node_namespace(), node.node_name()});
+          nodes.push_back({node.node_namespace, node.node_name});
         }
       }
     }
@@ -275,8 +274,8 @@ class Knowledge {
     std::multimap<Gid, NodeName> owners;
     for (const auto& [participant, entry] : remote_nodes_) {
       for (const auto& node : entry.nodes) {
-        const NodeName name{node.node_namespace(), node.node_name()};
-        for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
+        const NodeName name{node.node_namespace, node.node_name};
+        for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
           for (const auto& gid : *gids) {
             owners.emplace(from_message(gid), name);
           }
@@ -331,7 +330,7 @@ class Knowledge {
   }
 
   void describe_local_nodes(ParticipantEntitiesInfo& message) const {  // under mutex_
-    message.gid(to_message(transport_->participant()));
+    message.gid = to_message(transport_->participant());
     // Each identity once, however many subscriptions of the node share it.
     std::map<NodeName, std::set<Gid>> readers;
     std::map<NodeName, std::set<Gid>> writers;
@@ -346,14 +345,14 @@ class Knowledge {
         wire.push_back(to_message(gid));
       }
     };
-    auto& nodes = message.node_entities_info_seq();
+    auto& nodes = message.node_entities_info_seq;
     nodes.reserve(local_nodes_.size());
     for (const NodeName& name : local_nodes_) {
       NodeEntitiesInfo& described = nodes.emplace_back();
-      described.node_namespace(name.ns);
-      described.node_name(name.name);
-      copy(readers[name], described.reader_gid_seq());
-      copy(writers[name], described.writer_gid_seq());
+      described.node_namespace = name.ns;
+      described.node_name = name.name;
+      copy(readers[name], described.reader_gid_seq);
+      copy(writers[name], described.writer_gid_seq);
     }
   }
 

@@ -226,40 +226,6 @@ class CdrReader {
 
 }  // namespace
 
-std::string_view to_string(FieldKind kind) noexcept {
-  constexpr std::array<std::string_view, 15> kNames{
-      "boolean", "octet", "char",   "int8",  "uint8",  "int16",  "uint16", "int32",
-      "uint32",  "int64", "uint64", "float", "double", "string", "message"};
-  const auto index = static_cast<std::size_t>(kind);
-  return index < kNames.size() ? kNames[index] : "unknown";
-}
-
-std::size_t size_of(FieldKind kind) noexcept {
-  switch (kind) {
-    case FieldKind::kBool:
-    case FieldKind::kOctet:
-    case FieldKind::kChar:
-    case FieldKind::kInt8:
-    case FieldKind::kUInt8:
-      return 1;
-    case FieldKind::kInt16:
-    case FieldKind::kUInt16:
-      return 2;
-    case FieldKind::kInt32:
-    case FieldKind::kUInt32:
-    case FieldKind::kFloat32:
-      return 4;
-    case FieldKind::kInt64:
-    case FieldKind::kUInt64:
-    case FieldKind::kFloat64:
-      return 8;
-    case FieldKind::kString:
-    case FieldKind::kMessage:
-      return 0;
-  }
-  return 0;
-}
-
 PrimitiveArray::PrimitiveArray(FieldKind kind, std::vector<std::byte> bytes)
     : kind_(kind), bytes_(std::move(bytes)) {
   if (size_of(kind) == 0 || bytes_.size() % size_of(kind) != 0) {

@@ -13,23 +13,23 @@ namespace srv = lifecycle_msgs::srv;
 
 lifecycle_msgs::msg::State state_message(LifecycleState state) {
   lifecycle_msgs::msg::State message;
-  message.id(static_cast<std::uint8_t>(state));
-  message.label(std::string(to_string(state)));
+  message.id = static_cast<std::uint8_t>(state);
+  message.label = std::string(to_string(state));
   return message;
 }
 
 lifecycle_msgs::msg::Transition transition_message(const LifecycleEdge& edge) {
   lifecycle_msgs::msg::Transition message;
-  message.id(edge.id);
-  message.label(std::string(edge.label));
+  message.id = edge.id;
+  message.label = std::string(edge.label);
   return message;
 }
 
 lifecycle_msgs::msg::TransitionDescription description(const LifecycleEdge& edge) {
   lifecycle_msgs::msg::TransitionDescription message;
-  message.transition(transition_message(edge));
-  message.start_state(state_message(edge.start));
-  message.goal_state(state_message(edge.goal));
+  message.transition = transition_message(edge);
+  message.start_state = state_message(edge.start);
+  message.goal_state = state_message(edge.goal);
   return message;
 }
 
@@ -57,7 +57,7 @@ class LifecycleServices::Requests : public std::enable_shared_from_this<Requests
       const Request request = std::move(waiting_.front());
       waiting_.pop_front();
       const auto transition =
-          requested_transition(component_.state(), request.wanted.id(), request.wanted.label());
+          requested_transition(component_.state(), request.wanted.id, request.wanted.label);
       if (!transition) {
         refuse(request);
         continue;
@@ -76,8 +76,8 @@ class LifecycleServices::Requests : public std::enable_shared_from_this<Requests
   }
 
   void refuse(const Request& request) const {
-    const std::string wanted = request.wanted.label().empty() ? std::to_string(request.wanted.id())
-                                                              : "'" + request.wanted.label() + "'";
+    const std::string wanted = request.wanted.label.empty() ? std::to_string(request.wanted.id)
+                                                            : "'" + request.wanted.label + "'";
     component_.logger().error("change_state: transition " + wanted + " is not possible in state '" +
                               std::string(to_string(component_.state())) + "'");
     answer(request.responder, false);
@@ -85,7 +85,7 @@ class LifecycleServices::Requests : public std::enable_shared_from_this<Requests
 
   static void answer(const Responder<srv::ChangeState>& responder, bool success) {
     srv::ChangeState::Response response;
-    response.success(success);
+    response.success = success;
     responder.respond(std::move(response));
   }
 
@@ -106,20 +106,20 @@ LifecycleServices::LifecycleServices(Component& component)
       "~/change_state",
       [requests = requests_](const std::shared_ptr<const srv::ChangeState::Request>& request,
                              Responder<srv::ChangeState> responder) {
-        requests->add(request->transition(), std::move(responder));
+        requests->add(request->transition, std::move(responder));
       },
       unmanaged);
   get_state_ = component.create_service<srv::GetState>(
       "~/get_state",
       [&component](const srv::GetState::Request&, srv::GetState::Response& response) {
-        response.current_state(state_message(component.state()));
+        response.current_state = state_message(component.state());
       },
       unmanaged);
   get_available_states_ = component.create_service<srv::GetAvailableStates>(
       "~/get_available_states",
       [](const srv::GetAvailableStates::Request&, srv::GetAvailableStates::Response& response) {
         for (const LifecycleState state : lifecycle_states()) {
-          response.available_states().push_back(state_message(state));
+          response.available_states.push_back(state_message(state));
         }
       },
       unmanaged);
@@ -130,7 +130,7 @@ LifecycleServices::LifecycleServices(Component& component)
         const LifecycleState state = component.state();
         for (const LifecycleEdge& edge : lifecycle_edges()) {
           if (edge.start == state) {
-            response.available_transitions().push_back(description(edge));
+            response.available_transitions.push_back(description(edge));
           }
         }
       },
@@ -140,7 +140,7 @@ LifecycleServices::LifecycleServices(Component& component)
       [](const srv::GetAvailableTransitions::Request&,
          srv::GetAvailableTransitions::Response& response) {
         for (const LifecycleEdge& edge : lifecycle_edges()) {
-          response.available_transitions().push_back(description(edge));
+          response.available_transitions.push_back(description(edge));
         }
       },
       unmanaged);
@@ -150,10 +150,10 @@ LifecycleServices::~LifecycleServices() = default;
 
 void LifecycleServices::publish_transition(const LifecycleEdge& edge) {
   lifecycle_msgs::msg::TransitionEvent event;
-  event.timestamp(static_cast<std::uint64_t>(component_.now().time_since_epoch().count()));
-  event.transition(transition_message(edge));
-  event.start_state(state_message(edge.start));
-  event.goal_state(state_message(edge.goal));
+  event.timestamp = static_cast<std::uint64_t>(component_.now().time_since_epoch().count());
+  event.transition = transition_message(edge);
+  event.start_state = state_message(edge.start);
+  event.goal_state = state_message(edge.goal);
   events_.publish(std::move(event));
 }
 

@@ -156,8 +156,7 @@ void Node::Impl::use_simulated_time(bool simulated) {
          .qos = topics::kClock.requested,
          .callback = [clock, source = std::make_shared<const char>()](
                          const std::shared_ptr<const void>& message, const MessageInfo&) {
-           const auto& stamp =
-               static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock();
+           const auto& stamp = static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock;
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);

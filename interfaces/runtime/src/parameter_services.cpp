@@ -54,11 +54,11 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
   node.parameters().set_event_sink(
       [&node, events = events_](const ParameterChange& change) mutable {
         rcl_interfaces::msg::ParameterEvent event;
-        event.stamp(to_message(node.now()));
-        event.node(node.node_name().fully_qualified());
-        event.new_parameters(to_message(change.new_parameters));
-        event.changed_parameters(to_message(change.changed_parameters));
-        event.deleted_parameters(to_message(change.deleted_parameters));
+        event.stamp = to_message(node.now());
+        event.node = node.node_name().fully_qualified();
+        event.new_parameters = to_message(change.new_parameters);
+        event.changed_parameters = to_message(change.changed_parameters);
+        event.deleted_parameters = to_message(change.deleted_parameters);
         events.publish(std::move(event));
       });
 
@@ -66,8 +66,8 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
       "~/describe_parameters",
       [&node](const auto& request, auto& response) {
         answer(node, [&](const Parameters& parameters) {
-          for (const auto& descriptor : parameters.describe(request.names())) {
-            response.descriptors().push_back(to_message(descriptor));
+          for (const auto& descriptor : parameters.describe(request.names)) {
+            response.descriptors.push_back(to_message(descriptor));
           }
         });
       },
@@ -76,8 +76,8 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
       "~/get_parameter_types",
       [&node](const auto& request, auto& response) {
         answer(node, [&](const Parameters& parameters) {
-          for (const ParameterType type : parameters.types(request.names())) {
-            response.types().push_back(static_cast<std::uint8_t>(type));
+          for (const ParameterType type : parameters.types(request.names)) {
+            response.types.push_back(static_cast<std::uint8_t>(type));
           }
         });
       },
@@ -86,8 +86,8 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
       "~/get_parameters",
       [&node](const auto& request, auto& response) {
         answer(node, [&](const Parameters& parameters) {
-          for (const auto& value : parameters.get_many(request.names())) {
-            response.values().push_back(to_message(value));
+          for (const auto& value : parameters.get_many(request.names)) {
+            response.values.push_back(to_message(value));
           }
         });
       },
@@ -95,21 +95,21 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
   list_ = node.create_service<srv::ListParameters>(
       "~/list_parameters",
       [&node](const auto& request, auto& response) {
-        response.result(to_message(node.parameters().list(request.prefixes(), request.depth())));
+        response.result = to_message(node.parameters().list(request.prefixes, request.depth));
       },
       unmanaged);
   set_ = node.create_service<srv::SetParameters>(
       "~/set_parameters",
       [&node](const auto& request, auto& response) {
-        for (const auto& parameter : request.parameters()) {
-          response.results().push_back(to_message(set_one(node.parameters(), parameter)));
+        for (const auto& parameter : request.parameters) {
+          response.results.push_back(to_message(set_one(node.parameters(), parameter)));
         }
       },
       unmanaged);
   set_atomically_ = node.create_service<srv::SetParametersAtomically>(
       "~/set_parameters_atomically",
       [&node](const auto& request, auto& response) {
-        response.result(to_message(set_all(node.parameters(), request.parameters())));
+        response.result = to_message(set_all(node.parameters(), request.parameters));
       },
       unmanaged);
 }

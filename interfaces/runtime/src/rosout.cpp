@@ -16,13 +16,13 @@ Rosout::Rosout(Node& node) : logger_(node.logger()) {
       [publisher, clock = node.context().system_clock(), name = logger_.name()](
           LogSeverity severity, const std::string& text, const Logger::Location& where) mutable {
         rcl_interfaces::msg::Log message;
-        message.stamp(to_message(clock->now()));
-        message.level(static_cast<std::uint8_t>(severity));
-        message.name(name);
-        message.msg(text);
-        message.file(where.file_name());
-        message.function(where.function_name());
-        message.line(where.line());
+        message.stamp = to_message(clock->now());
+        message.level = static_cast<std::uint8_t>(severity);
+        message.name = name;
+        message.msg = text;
+        message.file = where.file_name();
+        message.function = where.function_name();
+        message.line = where.line();
         publisher.publish(std::move(message));
       });
 }

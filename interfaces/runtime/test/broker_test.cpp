@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <mutex>
@@ -32,9 +31,6 @@ using testing::FakeNetwork;
 using ::testing::HasSubstr;
 
 constexpr Duration kLong = seconds(30);
-
-// The same cases in each run; RC_PARAMS in the environment takes precedence.
-const int kSeedIsFixed = setenv("RC_PARAMS", "seed=20260101", 0);
 
 /// A message that counts what is done to it.
 struct Number {

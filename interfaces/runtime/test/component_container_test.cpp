@@ -44,9 +44,9 @@ class ComponentContainerTest : public ::testing::Test {
   static srv::LoadNode::Request request(const std::string& class_name,
                                         const std::string& name = {}) {
     srv::LoadNode::Request result;
-    result.package_name("loadable");
-    result.plugin_name("loadable::" + class_name);
-    result.node_name(name);
+    result.package_name = "loadable";
+    result.plugin_name = "loadable::" + class_name;
+    result.node_name = name;
     return result;
   }
 
@@ -61,14 +61,14 @@ class ComponentContainerTest : public ::testing::Test {
   std::string failed_load(const srv::LoadNode::Request& wanted) {
     const auto before = names();
     const auto response = load(wanted);
-    EXPECT_FALSE(response.success());
+    EXPECT_FALSE(response.success);
     EXPECT_EQ(names(), before);
-    return response.error_message();
+    return response.error_message;
   }
 
   srv::UnloadNode::Response unload(std::uint64_t id) {
     srv::UnloadNode::Request wanted;
-    wanted.unique_id(id);
+    wanted.unique_id = id;
     const auto result =
         harness_.call<srv::UnloadNode>("/pipescout_container/_container/unload_node", wanted);
     EXPECT_TRUE(result);
@@ -79,8 +79,8 @@ class ComponentContainerTest : public ::testing::Test {
     const auto result =
         harness_.call<srv::ListNodes>("/pipescout_container/_container/list_nodes", {});
     EXPECT_TRUE(result);
-    EXPECT_EQ(result->unique_ids().size(), result->full_node_names().size());
-    return result ? result->full_node_names() : std::vector<std::string>();
+    EXPECT_EQ(result->unique_ids.size(), result->full_node_names.size());
+    return result ? result->full_node_names : std::vector<std::string>();
   }
 
   TransitionResult started(std::uint64_t id) {
@@ -97,36 +97,36 @@ class ComponentContainerTest : public ::testing::Test {
 
 TEST_F(ComponentContainerTest, LoadsStartsListsAndUnloads) {
   const auto first = load(request("Counter"));
-  ASSERT_TRUE(first.success()) << first.error_message();
-  EXPECT_EQ(first.full_node_name(), "/counter");
-  EXPECT_EQ(first.error_message(), "");
+  ASSERT_TRUE(first.success) << first.error_message;
+  EXPECT_EQ(first.full_node_name, "/counter");
+  EXPECT_EQ(first.error_message, "");
   auto named = request("Counter", "other");
-  named.node_namespace("/robot_1");
+  named.node_namespace = "/robot_1";
   const auto second = load(named);
-  ASSERT_TRUE(second.success()) << second.error_message();
-  EXPECT_EQ(second.full_node_name(), "/robot_1/other");
-  EXPECT_NE(first.unique_id(), second.unique_id());
+  ASSERT_TRUE(second.success) << second.error_message;
+  EXPECT_EQ(second.full_node_name, "/robot_1/other");
+  EXPECT_NE(first.unique_id, second.unique_id);
   EXPECT_THAT(names(), ElementsAre("/counter", "/robot_1/other"));
   for (const auto& loaded : container_->components()) {
     EXPECT_EQ(loaded.component->state(), LifecycleState::kActive);
     EXPECT_EQ(loaded.class_name, "loadable::Counter");
   }
 
-  EXPECT_TRUE(unload(first.unique_id()).success());
+  EXPECT_TRUE(unload(first.unique_id).success);
   EXPECT_THAT(names(), ElementsAre("/robot_1/other"));
   const auto again = load(request("Counter"));
-  EXPECT_TRUE(again.success());
-  EXPECT_NE(again.unique_id(), first.unique_id());
+  EXPECT_TRUE(again.success);
+  EXPECT_NE(again.unique_id, first.unique_id);
 }
 
 TEST_F(ComponentContainerTest, AppliesParametersRemappingsAndLogLevel) {
   auto wanted = request("Counter");
-  wanted.parameters(to_message(std::vector<NamedParameter>{{"gain", 3.0}}));
-  wanted.remap_rules({"__node:=renamed"});
-  wanted.log_level(30);
+  wanted.parameters = to_message(std::vector<NamedParameter>{{"gain", 3.0}});
+  wanted.remap_rules = {"__node:=renamed"};
+  wanted.log_level = 30;
   const auto response = load(wanted);
-  ASSERT_TRUE(response.success()) << response.error_message();
-  EXPECT_EQ(response.full_node_name(), "/renamed");
+  ASSERT_TRUE(response.success) << response.error_message;
+  EXPECT_EQ(response.full_node_name, "/renamed");
   const auto components = container_->components();
   ASSERT_EQ(components.size(), 1U);
   EXPECT_EQ(components.front().component->parameters().get("gain"), ParameterValue(3.0));
@@ -134,9 +134,9 @@ TEST_F(ComponentContainerTest, AppliesParametersRemappingsAndLogLevel) {
 
 TEST_F(ComponentContainerTest, LeavesAComponentUnconfiguredOnRequest) {
   auto wanted = request("Counter");
-  wanted.extra_arguments(to_message(
-      std::vector<NamedParameter>{{"autostart", false}, {"use_intra_process_comms", true}}));
-  ASSERT_TRUE(load(wanted).success());
+  wanted.extra_arguments = to_message(
+      std::vector<NamedParameter>{{"autostart", false}, {"use_intra_process_comms", true}});
+  ASSERT_TRUE(load(wanted).success);
   EXPECT_EQ(container_->components().front().component->state(), LifecycleState::kUnconfigured);
 }
 
@@ -144,27 +144,27 @@ TEST_F(ComponentContainerTest, RefusesWhatMakesNoSense) {
   EXPECT_THAT(failed_load(request("Cuonter")), HasSubstr("did you mean 'loadable::Counter'?"));
 
   auto wanted = request("Counter");
-  wanted.package_name("elsewhere");
+  wanted.package_name = "elsewhere";
   EXPECT_THAT(failed_load(wanted), HasSubstr("elsewhere"));
 
   EXPECT_THAT(failed_load(request("Counter", "not a name")), HasSubstr("not a name"));
 
   wanted = request("Counter");
-  wanted.remap_rules({"from-nothing"});
+  wanted.remap_rules = {"from-nothing"};
   EXPECT_THAT(failed_load(wanted), HasSubstr("from-nothing"));
 
   wanted = request("Counter");
-  wanted.extra_arguments(to_message(std::vector<NamedParameter>{{"autostart", 1}}));
+  wanted.extra_arguments = to_message(std::vector<NamedParameter>{{"autostart", 1}});
   EXPECT_THAT(failed_load(wanted), HasSubstr("'autostart' is integer"));
 }
 
 TEST_F(ComponentContainerTest, WarnsOfWhatALoadRequestSaysInVain) {
   auto wanted = request("Counter");
-  wanted.log_level(25);
-  wanted.extra_arguments(to_message(std::vector<NamedParameter>{{"autostrat", true}}));
-  wanted.parameters(to_message(std::vector<NamedParameter>{{"gian", 3.0}}));
+  wanted.log_level = 25;
+  wanted.extra_arguments = to_message(std::vector<NamedParameter>{{"autostrat", true}});
+  wanted.parameters = to_message(std::vector<NamedParameter>{{"gian", 3.0}});
   const auto response = load(wanted);
-  EXPECT_TRUE(response.success()) << response.error_message();
+  EXPECT_TRUE(response.success) << response.error_message;
   std::vector<std::string> warnings;
   for (const auto& entry : harness_.logs()) {
     if (entry.severity == LogSeverity::kWarn && entry.logger == "pipescout_container") {
@@ -187,23 +187,23 @@ TEST_F(ComponentContainerTest, AProgramIsRefusedAParameterThatIsNotDeclared) {
 
 TEST_F(ComponentContainerTest, RefusesWrongParameters) {
   auto wanted = request("Counter");
-  wanted.parameters(to_message(std::vector<NamedParameter>{{"gain", 30.0}}));
+  wanted.parameters = to_message(std::vector<NamedParameter>{{"gain", 30.0}});
   EXPECT_THAT(failed_load(wanted), HasSubstr("gain"));
-  wanted.parameters(to_message(std::vector<NamedParameter>{{"gain", "much"}}));
+  wanted.parameters = to_message(std::vector<NamedParameter>{{"gain", "much"}});
   EXPECT_THAT(failed_load(wanted), HasSubstr("gain"));
-  wanted.parameters()[0].value().type(99);
+  wanted.parameters[0].value.type = 99;
   EXPECT_THAT(failed_load(wanted), HasSubstr("99"));
-  EXPECT_TRUE(load(request("Counter")).success());
+  EXPECT_TRUE(load(request("Counter")).success);
 }
 
 TEST_F(ComponentContainerTest, RefusesASecondComponentOfOneName) {
-  ASSERT_TRUE(load(request("Counter")).success());
+  ASSERT_TRUE(load(request("Counter")).success);
   EXPECT_THAT(failed_load(request("Counter")), HasSubstr("/counter"));
   EXPECT_EQ(container_->components().front().component->state(), LifecycleState::kActive);
 }
 
 TEST_F(ComponentContainerTest, AConstructorThatThrowsIsAnErrorOnly) {
-  ASSERT_TRUE(load(request("Counter")).success());
+  ASSERT_TRUE(load(request("Counter")).success);
   EXPECT_THAT(failed_load(request("ThrowsWhenConstructed")),
               HasSubstr("the sensor has no serial number"));
   EXPECT_THAT(failed_load(request("ThrowsNoException")), HasSubstr("no std::exception"));
@@ -218,15 +218,15 @@ TEST_F(ComponentContainerTest, AComponentThatDoesNotStartIsUnloadedAgain) {
 
 TEST_F(ComponentContainerTest, AStubbornComponentIsUnloadedAllTheSame) {
   const auto response = load(request("Stubborn"));
-  ASSERT_TRUE(response.success()) << response.error_message();
-  EXPECT_TRUE(unload(response.unique_id()).success());
+  ASSERT_TRUE(response.success) << response.error_message;
+  EXPECT_TRUE(unload(response.unique_id).success);
   EXPECT_THAT(names(), IsEmpty());
 }
 
 TEST_F(ComponentContainerTest, UnloadingWhatIsNotThereIsAnError) {
   const auto response = unload(77);
-  EXPECT_FALSE(response.success());
-  EXPECT_THAT(response.error_message(), HasSubstr("77"));
+  EXPECT_FALSE(response.success);
+  EXPECT_THAT(response.error_message, HasSubstr("77"));
 }
 
 TEST_F(ComponentContainerTest, UnloadsOnce) {
@@ -289,7 +289,7 @@ TEST_F(ComponentContainerTest, UnloadsAllInReverseOrder) {
 }
 
 TEST_F(ComponentContainerTest, GoesWithComponentsStillActive) {
-  ASSERT_TRUE(load(request("Counter")).success());
+  ASSERT_TRUE(load(request("Counter")).success);
   container_.reset();
   harness_.spin();
   EXPECT_THAT(harness_.context().graph().nodes(), ElementsAre(harness_.peer().node_name()));

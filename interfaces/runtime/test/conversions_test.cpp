@@ -10,8 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 
@@ -20,25 +18,25 @@ using std::chrono::seconds;
 
 TEST(TimeConversion, RoundsSecondsDown) {
   const auto message = to_message(Time(nanoseconds(-1)));
-  EXPECT_EQ(message.sec(), -1);
-  EXPECT_EQ(message.nanosec(), 999'999'999U);
+  EXPECT_EQ(message.sec, -1);
+  EXPECT_EQ(message.nanosec, 999'999'999U);
   EXPECT_EQ(from_message(message), Time(nanoseconds(-1)));
 }
 
 TEST(TimeConversion, SaturatesWhereTheMessageEnds) {
   constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
-  EXPECT_EQ(to_message(Time(seconds(kMax + 1))).sec(), kMax);
-  EXPECT_EQ(to_message(Time(seconds(kMax + 1))).nanosec(), 999'999'999U);
-  EXPECT_EQ(to_message(Duration(seconds(-kMax - 2))).sec(), -kMax - 1);
-  EXPECT_EQ(to_message(Duration(seconds(-kMax - 2))).nanosec(), 0U);
-  EXPECT_EQ(to_message(Time::max()).sec(), kMax);
-  EXPECT_EQ(to_message(Duration::min()).sec(), -kMax - 1);
+  EXPECT_EQ(to_message(Time(seconds(kMax + 1))).sec, kMax);
+  EXPECT_EQ(to_message(Time(seconds(kMax + 1))).nanosec, 999'999'999U);
+  EXPECT_EQ(to_message(Duration(seconds(-kMax - 2))).sec, -kMax - 1);
+  EXPECT_EQ(to_message(Duration(seconds(-kMax - 2))).nanosec, 0U);
+  EXPECT_EQ(to_message(Time::max()).sec, kMax);
+  EXPECT_EQ(to_message(Duration::min()).sec, -kMax - 1);
 }
 
 TEST(TimeConversion, CountsASurplusOfNanoseconds) {
   builtin_interfaces::msg::Duration message;
-  message.sec(1);
-  message.nanosec(4'000'000'000U);
+  message.sec = 1;
+  message.nanosec = 4'000'000'000U;
   EXPECT_EQ(from_message(message), seconds(5));
 }
 
@@ -47,7 +45,7 @@ RC_GTEST_PROP(TimeConversionProperties, SurvivesTheWayThereAndBack, ()) {
       *rc::gen::inRange<std::int64_t>(-2'147'483'648'000'000'000LL, 2'147'483'647'999'999'999LL);
   RC_ASSERT(from_message(to_message(Time(nanoseconds(count)))) == Time(nanoseconds(count)));
   RC_ASSERT(from_message(to_message(Duration(count))) == Duration(count));
-  RC_ASSERT(to_message(Duration(count)).nanosec() < 1'000'000'000U);
+  RC_ASSERT(to_message(Duration(count)).nanosec < 1'000'000'000U);
 }
 
 rc::Gen<ParameterValue> any_value() {
@@ -67,14 +65,14 @@ rc::Gen<ParameterValue> any_value() {
 RC_GTEST_PROP(ParameterConversionProperties, SurvivesTheWayThereAndBack, ()) {
   const NamedParameter parameter{*rc::gen::arbitrary<std::string>(), *any_value()};
   const auto message = to_message(parameter);
-  RC_ASSERT(message.value().type() == static_cast<std::uint8_t>(parameter.value.type()));
+  RC_ASSERT(message.value.type == static_cast<std::uint8_t>(parameter.value.type()));
   RC_ASSERT(from_message(message) == parameter);
 }
 
 TEST(ParameterConversion, RefusesATypeThatDoesNotExist) {
   rcl_interfaces::msg::Parameter message;
-  message.name("gain");
-  message.value().type(10);
+  message.name = "gain";
+  message.value.type = 10;
   try {
     (void)from_message(message);
     FAIL() << "type 10 was accepted";
@@ -107,7 +105,7 @@ TEST(DescriptorConversion, SurvivesTheWayThereAndBack) {
 
 TEST(DescriptorConversion, RefusesATypeThatDoesNotExist) {
   rcl_interfaces::msg::ParameterDescriptor message;
-  message.type(200);
+  message.type = 200;
   EXPECT_THROW((void)from_message(message), std::invalid_argument);
 }
 
@@ -117,8 +115,8 @@ TEST(GidConversion, SurvivesTheWayThereAndBack) {
     gid.bytes.at(i) = static_cast<std::uint8_t>(i + 1);
   }
   const auto message = to_message(gid);
-  EXPECT_EQ(message.data().at(15), 16);
-  EXPECT_EQ(message.data().at(16), 0);
+  EXPECT_EQ(message.data.at(15), 16);
+  EXPECT_EQ(message.data.at(16), 0);
   EXPECT_EQ(from_message(message), gid);
 }
 

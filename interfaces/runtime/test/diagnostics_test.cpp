@@ -128,9 +128,9 @@ TEST(DiagnosticsPublisher, SaysOnceASecondHowTheComponentIs) {
   ASSERT_TRUE(harness.bring_up(component).success);
   component.diagnostics().set_value("temperature", "21.5");
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.name(), "robot_1/listener: status");
-  EXPECT_EQ(status.hardware_id(), "none");
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.name, "robot_1/listener: status");
+  EXPECT_EQ(status.hardware_id, "none");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(status, "lifecycle_state"), "active");
   EXPECT_EQ(ComponentHarness::value(status, "temperature"), "21.5");
   const std::size_t before = harness.diagnostics(component).size();
@@ -146,8 +146,8 @@ TEST(DiagnosticsPublisher, PublishesAChangeOfLevelAtOnce) {
   component.diagnostics().set_status(DiagnosticLevel::kError, "broken");
   const auto statuses = harness.diagnostics(component);
   ASSERT_EQ(statuses.size(), before + 1);
-  EXPECT_EQ(statuses.back().level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
-  EXPECT_EQ(statuses.back().message(), "broken");
+  EXPECT_EQ(statuses.back().level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_EQ(statuses.back().message, "broken");
 }
 
 TEST(DiagnosticsPublisher, WarnsOfMessagesThatTheQueueDropped) {
@@ -158,12 +158,12 @@ TEST(DiagnosticsPublisher, WarnsOfMessagesThatTheQueueDropped) {
     harness.publish("input", Message{});
   }
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_EQ(status.message(), "subscription /input: dropped_queue_full +3");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "subscription /input: dropped_queue_full +3");
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: dropped_queue_full"), "3");
 
   const auto later = harness.next_diagnostics(component);
-  EXPECT_EQ(later.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(later.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(later, "subscription /input: dropped_queue_full"), "3");
 }
 
@@ -176,7 +176,7 @@ TEST(DiagnosticsPublisher, ShowsWhatAnInactiveComponentDropsWithoutAWarning) {
   }
   ASSERT_TRUE(harness.activate(component).success);
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: dropped_inactive"), "1");
   EXPECT_EQ(ComponentHarness::value(status, "publisher /output: suppressed"), "1");
 }
@@ -215,8 +215,8 @@ TEST(DiagnosticsPublisher, WarnsOfWhatServicesAndClientsLose) {
   }
   harness.spin();
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_EQ(status.message(),
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message,
             "client /absent: without_server +1, service /switch: "
             "dropped_queue_full +3");
   EXPECT_EQ(ComponentHarness::value(status, "client /absent: without_server"), "1");
@@ -224,7 +224,7 @@ TEST(DiagnosticsPublisher, WarnsOfWhatServicesAndClientsLose) {
 
   component.ask();
   const auto later = harness.next_diagnostics(component);
-  EXPECT_EQ(later.message(), "client /absent: without_server +1");
+  EXPECT_EQ(later.message, "client /absent: without_server +1");
   EXPECT_EQ(ComponentHarness::value(later, "client /absent: without_server"), "2");
 }
 
@@ -234,7 +234,7 @@ TEST(DiagnosticsPublisher, WarnsOfAnIncompatibleQos) {
   ASSERT_TRUE(harness.bring_up(component).success);
   harness.publish("input", Message{}, QoS::sensor_data());
   const auto status = harness.next_diagnostics(component);
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
   EXPECT_EQ(ComponentHarness::value(status, "subscription /input: incompatible_qos"), "1");
 }
 

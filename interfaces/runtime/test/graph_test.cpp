@@ -246,15 +246,15 @@ TEST_F(GraphAcrossProcesses, TheAnnouncementHasTheFormOfRos2) {
     return bytes;
   };
   ASSERT_TRUE(last);
-  EXPECT_EQ(last->gid().data(), wire(here_->transport()->participant()));
-  ASSERT_EQ(last->node_entities_info_seq().size(), 1U);
-  const auto& node = last->node_entities_info_seq().front();
-  EXPECT_EQ(node.node_namespace(), "/robot");
-  EXPECT_EQ(node.node_name(), "talker");
-  ASSERT_EQ(node.writer_gid_seq().size(), 1U);
-  EXPECT_EQ(node.writer_gid_seq().front().data(), wire(publisher->gid()));
-  ASSERT_EQ(node.reader_gid_seq().size(), 1U);
-  EXPECT_EQ(node.reader_gid_seq().front().data(), wire(subscription->gid()));
+  EXPECT_EQ(last->gid.data, wire(here_->transport()->participant()));
+  ASSERT_EQ(last->node_entities_info_seq.size(), 1U);
+  const auto& node = last->node_entities_info_seq.front();
+  EXPECT_EQ(node.node_namespace, "/robot");
+  EXPECT_EQ(node.node_name, "talker");
+  ASSERT_EQ(node.writer_gid_seq.size(), 1U);
+  EXPECT_EQ(node.writer_gid_seq.front().data, wire(publisher->gid()));
+  ASSERT_EQ(node.reader_gid_seq.size(), 1U);
+  EXPECT_EQ(node.reader_gid_seq.front().data, wire(subscription->gid()));
   EXPECT_EQ(message_type<ParticipantEntitiesInfo>().dds_name,
             "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_");
 }
@@ -364,9 +364,9 @@ TEST_F(GraphAcrossProcesses, NobodySpeaksForAnother) {
       {.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()},
        .qos = QoS::latched(1)});
   auto lie = std::make_shared<ParticipantEntitiesInfo>();
-  lie->gid().data()[0] = 1;
-  lie->node_entities_info_seq().resize(1);
-  lie->node_entities_info_seq()[0].node_name("ghost");
+  lie->gid.data[0] = 1;
+  lie->node_entities_info_seq.resize(1);
+  lie->node_entities_info_seq[0].node_name = "ghost";
   liar->publish(lie, {});
   network_.deliver();
   EXPECT_THAT(here_->graph().nodes(), IsEmpty());

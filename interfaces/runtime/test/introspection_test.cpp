@@ -205,15 +205,15 @@ TEST(MessageDescriptions, AFileWithAnErrorLeavesNothingBehind) {
 
 TEST(ReadMessage, ReadsNestedFieldsArraysAndSequences) {
   pipescout_msgs::msg::FusedOdometer message;
-  message.header().stamp().sec(-7);
-  message.header().stamp().nanosec(123456789);
-  message.header().frame_id("base_link");
-  message.distance(5.51);
-  message.name({"left", "", "right"});
-  message.in_fusion_set({true, false, true});
-  message.support({1, 0, 255});
-  message.confidence_distance({0.25, -1.0});
-  message.status(1);
+  message.header.stamp.sec = -7;
+  message.header.stamp.nanosec = 123456789;
+  message.header.frame_id = "base_link";
+  message.distance = 5.51;
+  message.name = {"left", "", "right"};
+  message.in_fusion_set = {true, false, true};
+  message.support = {1, 0, 255};
+  message.confidence_distance = {0.25, -1.0};
+  message.status = 1;
 
   const auto read_back = read(message);
   EXPECT_EQ(get<std::int64_t>(read_back, "header.stamp.sec"), -7);
@@ -237,11 +237,11 @@ TEST(ReadMessage, ReadsNestedFieldsArraysAndSequences) {
 
 TEST(ReadMessage, ReadsSequencesOfMessagesAndFixedArrays) {
   rcl_interfaces::msg::ParameterDescriptor message;
-  message.name("epsilon");
+  message.name = "epsilon";
   rcl_interfaces::msg::FloatingPointRange range;
-  range.from_value(0.5);
-  range.to_value(1.5);
-  message.floating_point_range({range});
+  range.from_value = 0.5;
+  range.to_value = 1.5;
+  message.floating_point_range = {range};
   const auto read_back = read(message);
   const auto& ranges =
       std::get<std::vector<DynamicMessage>>(*find_field(read_back, "floating_point_range").value);
@@ -249,8 +249,8 @@ TEST(ReadMessage, ReadsSequencesOfMessagesAndFixedArrays) {
   EXPECT_EQ(get<double>(ranges[0], "to_value"), 1.5);
 
   geometry_msgs::msg::PoseWithCovariance pose;
-  pose.pose().orientation().w(1.0);
-  pose.covariance()[35] = 0.125;
+  pose.pose.orientation.w = 1.0;
+  pose.covariance[35] = 0.125;
   const auto pose_back = read(pose);
   const auto& covariance = std::get<PrimitiveArray>(*find_field(pose_back, "covariance").value);
   ASSERT_EQ(covariance.size(), 36U);
@@ -284,10 +284,10 @@ TEST(ReadMessage, DefaultOfEveryTypeIsReadable) {
 
 TEST(ReadMessage, EveryTruncationIsAnErrorThatNamesTheField) {
   pipescout_msgs::msg::FusedOdometer message;
-  message.header().frame_id("base_link");
-  message.name({"left", "right"});
-  message.confidence_distance({1.0, 2.0});
-  message.rejection_reason({0, 1});
+  message.header.frame_id = "base_link";
+  message.name = {"left", "right"};
+  message.confidence_distance = {1.0, 2.0};
+  message.rejection_reason = {0, 1};
   const auto bytes = to_cdr(message);
   const auto type = MessageDescriptions::installed().find("pipescout_msgs/msg/FusedOdometer");
   for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -315,9 +315,9 @@ TEST(ReadMessage, HostileLengthsAllocateNothing) {
 
 TEST(ReadMessage, SurvivesFlippedBytes) {
   rcl_interfaces::msg::ParameterDescriptor message;
-  message.name("epsilon");
-  message.description("largest confidence distance");
-  message.floating_point_range().resize(1);
+  message.name = "epsilon";
+  message.description = "largest confidence distance";
+  message.floating_point_range.resize(1);
   const auto bytes = to_cdr(message);
   const auto type = MessageDescriptions::installed().find("rcl_interfaces/msg/ParameterDescriptor");
   std::mt19937 engine(7);

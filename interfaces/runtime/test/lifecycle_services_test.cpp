@@ -70,27 +70,26 @@ class LifecycleServicesTest : public ::testing::Test {
  protected:
   bool change(std::uint8_t id, const std::string& label = {}) {
     srv::ChangeState::Request request;
-    request.transition().id(id);
-    request.transition().label(label);
+    request.transition.id = id;
+    request.transition.label = label;
     const auto result = harness_.call<srv::ChangeState>("/arm/change_state", request);
     EXPECT_TRUE(result);
-    return result && result->success();
+    return result && result->success;
   }
 
   std::pair<int, std::string> state() {
     const auto result = harness_.call<srv::GetState>("/arm/get_state", {});
     EXPECT_TRUE(result);
-    return result ? std::pair<int, std::string>(result->current_state().id(),
-                                                result->current_state().label())
-                  : std::pair<int, std::string>();
+    return result
+               ? std::pair<int, std::string>(result->current_state.id, result->current_state.label)
+               : std::pair<int, std::string>();
   }
 
   std::vector<std::string> path() const {
     std::vector<std::string> result;
     for (const auto& event : events_.messages()) {
-      result.push_back(event->start_state().label() + " -" +
-                       std::to_string(event->transition().id()) + "-> " +
-                       event->goal_state().label());
+      result.push_back(event->start_state.label + " -" + std::to_string(event->transition.id) +
+                       "-> " + event->goal_state.label);
     }
     return result;
   }
@@ -116,7 +115,7 @@ TEST_F(LifecycleServicesTest, GoesThroughTheWholeLife) {
                         "active -4-> deactivating", "deactivating -40-> inactive",
                         "inactive -2-> cleaningup", "cleaningup -20-> unconfigured",
                         "unconfigured -5-> shuttingdown", "shuttingdown -50-> finalized"}));
-  EXPECT_GT(events_.at(0).timestamp(), 0U);
+  EXPECT_GT(events_.at(0).timestamp, 0U);
 }
 
 TEST_F(LifecycleServicesTest, TakesLabelsToo) {
@@ -156,21 +155,21 @@ TEST_F(LifecycleServicesTest, AFailureIsShownOnDiagnosticsWithItsReason) {
   component_.configure_result = CallbackReturn::kFailure;
   EXPECT_FALSE(change(1));
   auto status = harness_.diagnostics(component_).back();
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
-  EXPECT_EQ(status.message(), "on_configure failed");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_EQ(status.message, "on_configure failed");
 
   component_.reason = "port 5 does not open";
   EXPECT_EQ(harness_.configure(component_).message, "on_configure failed: port 5 does not open");
   EXPECT_EQ(harness_.configure(component_).message, "on_configure failed: port 5 does not open");
   status = harness_.diagnostics(component_).back();
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
-  EXPECT_EQ(status.message(), "on_configure failed: port 5 does not open");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_EQ(status.message, "on_configure failed: port 5 does not open");
 
   component_.configure_result = CallbackReturn::kSuccess;
   EXPECT_TRUE(change(1));
   status = harness_.diagnostics(component_).back();
-  EXPECT_EQ(status.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::OK);
-  EXPECT_EQ(status.message(), "inactive");
+  EXPECT_EQ(status.level, diagnostic_msgs::msg::DiagnosticStatus::OK);
+  EXPECT_EQ(status.message, "inactive");
 }
 
 /// Its constructor runs whatever the executor has for it, as another thread might.
@@ -195,10 +194,10 @@ class Slow : public Component {
 TEST_F(LifecycleServicesTest, AreNotServedBeforeTheConstructorHasFinished) {
   auto client = harness_.peer().create_client<srv::ChangeState>("/slow/change_state");
   srv::ChangeState::Request request;
-  request.transition().id(1);
+  request.transition.id = 1;
   bool answered = false;
   client.call(request, [&answered](const Client<srv::ChangeState>::Result& result) {
-    answered = result && result->success();
+    answered = result && result->success;
   });
   auto& slow = harness_.make<Slow>({.name = "slow"});
   EXPECT_EQ(slow.state(), LifecycleState::kUnconfigured);
@@ -214,7 +213,7 @@ TEST_F(LifecycleServicesTest, AComponentMadeByHandIsServedFromItsFirstTransition
   EXPECT_TRUE(harness_.configure(by_hand).success);
   const auto result = harness_.call<srv::GetState>("/by_hand/get_state", {});
   ASSERT_TRUE(result);
-  EXPECT_EQ(result->current_state().label(), "inactive");
+  EXPECT_EQ(result->current_state.label, "inactive");
 }
 
 TEST_F(LifecycleServicesTest, AnExceptionBesideATransitionToActiveLeavesTheEndpointsDisabled) {
@@ -254,9 +253,9 @@ TEST_F(LifecycleServicesTest, RequestsThatCrossAreTakenInTurn) {
   std::vector<bool> answers;
   for (const std::uint8_t id : {std::uint8_t{1}, std::uint8_t{3}, std::uint8_t{1}}) {
     srv::ChangeState::Request request;
-    request.transition().id(id);
+    request.transition.id = id;
     client.call(request, [&answers](const Client<srv::ChangeState>::Result& result) {
-      answers.push_back(result && result->success());
+      answers.push_back(result && result->success);
     });
   }
   ASSERT_TRUE(harness_.spin_until([&answers] { return answers.size() == 3; }));
@@ -267,23 +266,23 @@ TEST_F(LifecycleServicesTest, RequestsThatCrossAreTakenInTurn) {
 TEST_F(LifecycleServicesTest, ListsStatesAndTransitions) {
   const auto states = harness_.call<srv::GetAvailableStates>("/arm/get_available_states", {});
   ASSERT_TRUE(states);
-  EXPECT_EQ(states->available_states().size(), lifecycle_states().size());
+  EXPECT_EQ(states->available_states.size(), lifecycle_states().size());
 
   ASSERT_TRUE(change(1));
   const auto possible =
       harness_.call<srv::GetAvailableTransitions>("/arm/get_available_transitions", {});
   ASSERT_TRUE(possible);
   std::vector<std::string> labels;
-  for (const auto& description : possible->available_transitions()) {
-    EXPECT_EQ(description.start_state().label(), "inactive");
-    labels.push_back(description.transition().label());
+  for (const auto& description : possible->available_transitions) {
+    EXPECT_EQ(description.start_state.label, "inactive");
+    labels.push_back(description.transition.label);
   }
   EXPECT_EQ(labels, (std::vector<std::string>{"cleanup", "activate", "shutdown"}));
 
   const auto graph = harness_.call<srv::GetAvailableTransitions>("/arm/get_transition_graph", {});
   ASSERT_TRUE(graph);
-  ASSERT_EQ(graph->available_transitions().size(), lifecycle_edges().size());
-  EXPECT_EQ(graph->available_transitions().back().goal_state().label(), "finalized");
+  ASSERT_EQ(graph->available_transitions.size(), lifecycle_edges().size());
+  EXPECT_EQ(graph->available_transitions.back().goal_state.label, "finalized");
 }
 
 }  // namespace

@@ -13,13 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 
-namespace ids = lifecycle_msgs::msg::Transition_Constants;
-namespace states = lifecycle_msgs::msg::State_Constants;
+using lifecycle_msgs::msg::State;
+using lifecycle_msgs::msg::Transition;
 
 constexpr std::array kPrimary{LifecycleState::kUnconfigured, LifecycleState::kInactive,
                               LifecycleState::kActive, LifecycleState::kFinalized};
@@ -40,17 +38,17 @@ std::vector<LifecycleEdge> edges_from(LifecycleState state) {
 
 TEST(Lifecycle, StatesHaveTheNumbersAndLabelsOfLifecycleMsgs) {
   const std::vector<std::pair<int, std::string>> expected{
-      {states::PRIMARY_STATE_UNKNOWN, "unknown"},
-      {states::PRIMARY_STATE_UNCONFIGURED, "unconfigured"},
-      {states::PRIMARY_STATE_INACTIVE, "inactive"},
-      {states::PRIMARY_STATE_ACTIVE, "active"},
-      {states::PRIMARY_STATE_FINALIZED, "finalized"},
-      {states::TRANSITION_STATE_CONFIGURING, "configuring"},
-      {states::TRANSITION_STATE_CLEANINGUP, "cleaningup"},
-      {states::TRANSITION_STATE_SHUTTINGDOWN, "shuttingdown"},
-      {states::TRANSITION_STATE_ACTIVATING, "activating"},
-      {states::TRANSITION_STATE_DEACTIVATING, "deactivating"},
-      {states::TRANSITION_STATE_ERRORPROCESSING, "errorprocessing"}};
+      {State::PRIMARY_STATE_UNKNOWN, "unknown"},
+      {State::PRIMARY_STATE_UNCONFIGURED, "unconfigured"},
+      {State::PRIMARY_STATE_INACTIVE, "inactive"},
+      {State::PRIMARY_STATE_ACTIVE, "active"},
+      {State::PRIMARY_STATE_FINALIZED, "finalized"},
+      {State::TRANSITION_STATE_CONFIGURING, "configuring"},
+      {State::TRANSITION_STATE_CLEANINGUP, "cleaningup"},
+      {State::TRANSITION_STATE_SHUTTINGDOWN, "shuttingdown"},
+      {State::TRANSITION_STATE_ACTIVATING, "activating"},
+      {State::TRANSITION_STATE_DEACTIVATING, "deactivating"},
+      {State::TRANSITION_STATE_ERRORPROCESSING, "errorprocessing"}};
   std::vector<std::pair<int, std::string>> actual;
   for (const LifecycleState state : lifecycle_states()) {
     actual.emplace_back(static_cast<int>(state), std::string(to_string(state)));
@@ -61,31 +59,31 @@ TEST(Lifecycle, StatesHaveTheNumbersAndLabelsOfLifecycleMsgs) {
 // What `ros2 lifecycle list -a` of Humble prints, in its order.
 TEST(Lifecycle, EdgesAreThoseOfRos) {
   const std::vector<std::pair<int, std::string>> expected{
-      {ids::TRANSITION_CONFIGURE, "configure"},
-      {ids::TRANSITION_ON_CONFIGURE_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_CONFIGURE_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_CONFIGURE_ERROR, "transition_error"},
-      {ids::TRANSITION_CLEANUP, "cleanup"},
-      {ids::TRANSITION_ON_CLEANUP_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_CLEANUP_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_CLEANUP_ERROR, "transition_error"},
-      {ids::TRANSITION_ACTIVATE, "activate"},
-      {ids::TRANSITION_ON_ACTIVATE_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_ACTIVATE_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_ACTIVATE_ERROR, "transition_error"},
-      {ids::TRANSITION_DEACTIVATE, "deactivate"},
-      {ids::TRANSITION_ON_DEACTIVATE_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_DEACTIVATE_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_DEACTIVATE_ERROR, "transition_error"},
-      {ids::TRANSITION_UNCONFIGURED_SHUTDOWN, "shutdown"},
-      {ids::TRANSITION_INACTIVE_SHUTDOWN, "shutdown"},
-      {ids::TRANSITION_ACTIVE_SHUTDOWN, "shutdown"},
-      {ids::TRANSITION_ON_SHUTDOWN_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_SHUTDOWN_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_SHUTDOWN_ERROR, "transition_error"},
-      {ids::TRANSITION_ON_ERROR_SUCCESS, "transition_success"},
-      {ids::TRANSITION_ON_ERROR_FAILURE, "transition_failure"},
-      {ids::TRANSITION_ON_ERROR_ERROR, "transition_error"}};
+      {Transition::TRANSITION_CONFIGURE, "configure"},
+      {Transition::TRANSITION_ON_CONFIGURE_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_CONFIGURE_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_CONFIGURE_ERROR, "transition_error"},
+      {Transition::TRANSITION_CLEANUP, "cleanup"},
+      {Transition::TRANSITION_ON_CLEANUP_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_CLEANUP_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_CLEANUP_ERROR, "transition_error"},
+      {Transition::TRANSITION_ACTIVATE, "activate"},
+      {Transition::TRANSITION_ON_ACTIVATE_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_ACTIVATE_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_ACTIVATE_ERROR, "transition_error"},
+      {Transition::TRANSITION_DEACTIVATE, "deactivate"},
+      {Transition::TRANSITION_ON_DEACTIVATE_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_DEACTIVATE_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_DEACTIVATE_ERROR, "transition_error"},
+      {Transition::TRANSITION_UNCONFIGURED_SHUTDOWN, "shutdown"},
+      {Transition::TRANSITION_INACTIVE_SHUTDOWN, "shutdown"},
+      {Transition::TRANSITION_ACTIVE_SHUTDOWN, "shutdown"},
+      {Transition::TRANSITION_ON_SHUTDOWN_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_SHUTDOWN_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_SHUTDOWN_ERROR, "transition_error"},
+      {Transition::TRANSITION_ON_ERROR_SUCCESS, "transition_success"},
+      {Transition::TRANSITION_ON_ERROR_FAILURE, "transition_failure"},
+      {Transition::TRANSITION_ON_ERROR_ERROR, "transition_error"}};
   std::vector<std::pair<int, std::string>> actual;
   for (const LifecycleEdge& edge : lifecycle_edges()) {
     actual.emplace_back(edge.id, std::string(edge.label));
@@ -137,10 +135,12 @@ TEST(Lifecycle, ShutdownIsPossibleFromEveryPrimaryStateButTheLast) {
 }
 
 TEST(Lifecycle, TheLabelOverrulesTheNumber) {
-  EXPECT_EQ(requested_transition(LifecycleState::kInactive, ids::TRANSITION_CLEANUP, "activate"),
-            LifecycleTransition::kActivate);
-  EXPECT_EQ(requested_transition(LifecycleState::kInactive, ids::TRANSITION_CLEANUP, "actvate"),
-            std::nullopt);
+  EXPECT_EQ(
+      requested_transition(LifecycleState::kInactive, Transition::TRANSITION_CLEANUP, "activate"),
+      LifecycleTransition::kActivate);
+  EXPECT_EQ(
+      requested_transition(LifecycleState::kInactive, Transition::TRANSITION_CLEANUP, "actvate"),
+      std::nullopt);
 }
 
 RC_GTEST_PROP(LifecycleProperties, OnlyEdgesThatStartInTheStateCanBeRequested, ()) {

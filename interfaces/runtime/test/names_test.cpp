@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 

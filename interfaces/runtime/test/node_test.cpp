@@ -33,7 +33,7 @@ class NodeTest : public ::testing::Test {
 
   void publish_time(Duration since_start, const std::string& topic = "/clock") {
     Clock message;
-    message.clock(to_message(Time(since_start)));
+    message.clock = to_message(Time(since_start));
     harness_.publish(topic, message);
     harness_.spin();
   }
@@ -123,9 +123,9 @@ TEST_F(NodeTest, ItsLogSaysWhereItWasSaid) {
   node.logger().warn("here");
   harness_.spin();
   ASSERT_EQ(logs.size(), 1U);
-  EXPECT_EQ(logs.at(0).file(), here.file_name());
-  EXPECT_EQ(logs.at(0).function(), here.function_name());
-  EXPECT_EQ(logs.at(0).line(), here.line() + 1);
+  EXPECT_EQ(logs.at(0).file, here.file_name());
+  EXPECT_EQ(logs.at(0).function, here.function_name());
+  EXPECT_EQ(logs.at(0).line, here.line() + 1);
 }
 
 TEST_F(NodeTest, RefusesACallbackGroupOfAnotherNode) {

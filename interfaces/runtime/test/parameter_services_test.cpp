@@ -51,16 +51,16 @@ class ParameterServicesTest : public ::testing::Test {
   template <class S>
   typename S::Response call(const std::string& name, typename S::Request request) {
     const auto result = harness_.call<S>("/tuned/" + name, std::move(request));
-    EXPECT_TRUE(result) << name << ": " << (result ? "" : to_string(result.error()));
+    EXPECT_TRUE(result) << name << ": " << (result ? "" : to_string(result.error));
     return result ? *result.shared() : typename S::Response();
   }
 
   std::vector<ParameterValue> get(const std::vector<std::string>& names) {
     srv::GetParameters::Request request;
-    request.names(names);
+    request.names = names;
     const auto response = call<srv::GetParameters>("get_parameters", request);
     std::vector<ParameterValue> values;
-    for (const auto& value : response.values()) {
+    for (const auto& value : response.values) {
       values.push_back(from_message(value));
     }
     return values;
@@ -68,10 +68,10 @@ class ParameterServicesTest : public ::testing::Test {
 
   std::vector<SetResult> set(const std::vector<NamedParameter>& parameters) {
     srv::SetParameters::Request request;
-    request.parameters(to_message(parameters));
+    request.parameters = to_message(parameters);
     const auto response = call<srv::SetParameters>("set_parameters", request);
     std::vector<SetResult> results;
-    for (const auto& result : response.results()) {
+    for (const auto& result : response.results) {
       results.push_back(from_message(result));
     }
     return results;
@@ -79,9 +79,9 @@ class ParameterServicesTest : public ::testing::Test {
 
   SetResult set_atomically(const std::vector<NamedParameter>& parameters) {
     srv::SetParametersAtomically::Request request;
-    request.parameters(to_message(parameters));
+    request.parameters = to_message(parameters);
     return from_message(
-        call<srv::SetParametersAtomically>("set_parameters_atomically", request).result());
+        call<srv::SetParametersAtomically>("set_parameters_atomically", request).result);
   }
 
   ComponentHarness harness_;
@@ -95,25 +95,25 @@ TEST_F(ParameterServicesTest, GetsValuesInTheOrderOfTheQuestion) {
 TEST_F(ParameterServicesTest, AnUndeclaredParameterEmptiesTheAnswer) {
   EXPECT_TRUE(get({"gain", "gian"}).empty());
   srv::GetParameterTypes::Request types;
-  types.names({"gian"});
-  EXPECT_TRUE(call<srv::GetParameterTypes>("get_parameter_types", types).types().empty());
+  types.names = {"gian"};
+  EXPECT_TRUE(call<srv::GetParameterTypes>("get_parameter_types", types).types.empty());
   srv::DescribeParameters::Request descriptions;
-  descriptions.names({"gian"});
+  descriptions.names = {"gian"};
   EXPECT_TRUE(
-      call<srv::DescribeParameters>("describe_parameters", descriptions).descriptors().empty());
+      call<srv::DescribeParameters>("describe_parameters", descriptions).descriptors.empty());
 }
 
 TEST_F(ParameterServicesTest, TellsTypesAndDescriptions) {
   srv::GetParameterTypes::Request types;
-  types.names({"gain", "window.size", "window.kind"});
-  EXPECT_EQ(call<srv::GetParameterTypes>("get_parameter_types", types).types(),
+  types.names = {"gain", "window.size", "window.kind"};
+  EXPECT_EQ(call<srv::GetParameterTypes>("get_parameter_types", types).types,
             (std::vector<std::uint8_t>{3, 2, 4}));
 
   srv::DescribeParameters::Request request;
-  request.names({"gain"});
+  request.names = {"gain"};
   const auto response = call<srv::DescribeParameters>("describe_parameters", request);
-  ASSERT_EQ(response.descriptors().size(), 1U);
-  const ParameterDescriptor descriptor = from_message(response.descriptors().front());
+  ASSERT_EQ(response.descriptors.size(), 1U);
+  const ParameterDescriptor descriptor = from_message(response.descriptors.front());
   EXPECT_EQ(descriptor.name, "gain");
   EXPECT_EQ(descriptor.type, ParameterType::kDouble);
   EXPECT_EQ(descriptor.description, "of the controller");
@@ -122,10 +122,10 @@ TEST_F(ParameterServicesTest, TellsTypesAndDescriptions) {
 
 TEST_F(ParameterServicesTest, ListsByPrefix) {
   srv::ListParameters::Request request;
-  request.prefixes({"window"});
+  request.prefixes = {"window"};
   const auto response = call<srv::ListParameters>("list_parameters", request);
-  EXPECT_EQ(response.result().names(), (std::vector<std::string>{"window.kind", "window.size"}));
-  EXPECT_EQ(response.result().prefixes(), (std::vector<std::string>{"window"}));
+  EXPECT_EQ(response.result.names, (std::vector<std::string>{"window.kind", "window.size"}));
+  EXPECT_EQ(response.result.prefixes, (std::vector<std::string>{"window"}));
 }
 
 TEST_F(ParameterServicesTest, SetsOneByOne) {
@@ -156,19 +156,18 @@ TEST_F(ParameterServicesTest, RefusesWithAReason) {
 
 TEST_F(ParameterServicesTest, RefusesATypeThatDoesNotExist) {
   srv::SetParameters::Request request;
-  request.parameters(to_message({{"gain", 2.0}, {"gain", 3.0}}));
-  request.parameters()[1].value().type(77);
+  request.parameters = to_message({{"gain", 2.0}, {"gain", 3.0}});
+  request.parameters[1].value.type = 77;
   const auto response = call<srv::SetParameters>("set_parameters", request);
-  ASSERT_EQ(response.results().size(), 2U);
-  EXPECT_TRUE(response.results()[0].successful());
-  EXPECT_FALSE(response.results()[1].successful());
-  EXPECT_NE(response.results()[1].reason().find("77"), std::string::npos);
+  ASSERT_EQ(response.results.size(), 2U);
+  EXPECT_TRUE(response.results[0].successful);
+  EXPECT_FALSE(response.results[1].successful);
+  EXPECT_NE(response.results[1].reason.find("77"), std::string::npos);
 
   srv::SetParametersAtomically::Request atomic;
-  atomic.parameters(request.parameters());
-  EXPECT_FALSE(call<srv::SetParametersAtomically>("set_parameters_atomically", atomic)
-                   .result()
-                   .successful());
+  atomic.parameters = request.parameters;
+  EXPECT_FALSE(
+      call<srv::SetParametersAtomically>("set_parameters_atomically", atomic).result.successful);
 }
 
 TEST_F(ParameterServicesTest, SetsAllOrNothing) {
@@ -183,13 +182,12 @@ TEST_F(ParameterServicesTest, TellsTheWorldOfChanges) {
   ASSERT_TRUE(set_atomically({{"gain", 4.0}}).successful);
   ASSERT_FALSE(set_atomically({{"gain", 40.0}}).successful);
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(events.back().node(), "/tuned");
-  EXPECT_GT(from_message(events.back().stamp()), Time{});
-  EXPECT_TRUE(events.back().new_parameters().empty());
-  EXPECT_TRUE(events.back().deleted_parameters().empty());
-  ASSERT_EQ(events.back().changed_parameters().size(), 1U);
-  EXPECT_EQ(from_message(events.back().changed_parameters().front()),
-            (NamedParameter{"gain", 4.0}));
+  EXPECT_EQ(events.back().node, "/tuned");
+  EXPECT_GT(from_message(events.back().stamp), Time{});
+  EXPECT_TRUE(events.back().new_parameters.empty());
+  EXPECT_TRUE(events.back().deleted_parameters.empty());
+  ASSERT_EQ(events.back().changed_parameters.size(), 1U);
+  EXPECT_EQ(from_message(events.back().changed_parameters.front()), (NamedParameter{"gain", 4.0}));
 }
 
 TEST_F(ParameterServicesTest, TellsTheWorldOfDeclarations) {
@@ -197,9 +195,8 @@ TEST_F(ParameterServicesTest, TellsTheWorldOfDeclarations) {
   component_.parameters().declare<bool>("verbose", true);
   harness_.spin();
   ASSERT_EQ(events.size(), 1U);
-  ASSERT_EQ(events.back().new_parameters().size(), 1U);
-  EXPECT_EQ(from_message(events.back().new_parameters().front()),
-            (NamedParameter{"verbose", true}));
+  ASSERT_EQ(events.back().new_parameters.size(), 1U);
+  EXPECT_EQ(from_message(events.back().new_parameters.front()), (NamedParameter{"verbose", true}));
 }
 
 TEST_F(ParameterServicesTest, ServesInEveryLifecycleState) {

@@ -7,8 +7,6 @@
 #include <bit>
 #include <cmath>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 

@@ -11,8 +11,6 @@
 #include <fstream>
 #include <map>
 
-#include "fixed_seed.hpp"
-
 namespace pipescout {
 namespace {
 

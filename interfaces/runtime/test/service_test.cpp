@@ -39,14 +39,14 @@ ServiceOptions options(const std::shared_ptr<CallbackGroup>& group) {
 
 std::shared_ptr<const SetBool::Response> response(const std::string& text) {
   auto message = std::make_shared<SetBool::Response>();
-  message->success(true);
-  message->message(text);
+  message->success = true;
+  message->message = text;
   return message;
 }
 
 std::shared_ptr<const void> request(bool value = true) {
   auto message = std::make_shared<SetBool::Request>();
-  message->data(value);
+  message->data = value;
   return message;
 }
 
@@ -60,7 +60,7 @@ struct Server {
         context, disabled,
         [this](const std::shared_ptr<const void>& asked, const SampleIdentity& caller) {
           callers.push_back(caller);
-          values.push_back(static_cast<const SetBool::Request*>(asked.get())->data());
+          values.push_back(static_cast<const SetBool::Request*>(asked.get())->data);
           if (!text.empty()) {
             service->respond(caller, response(text));
           }
@@ -84,7 +84,7 @@ struct Caller {
         request(),
         [this](const ServiceResult<void>& result) {
           answers.push_back(
-              result ? static_cast<const SetBool::Response*>(result.shared().get())->message()
+              result ? static_cast<const SetBool::Response*>(result.shared().get())->message
                      : std::string(to_string(result.error())));
         },
         timeout);
@@ -130,20 +130,20 @@ TEST_F(ServiceInProcess, TheTypedFrontCarriesRequestAndResponse) {
       *context_, disabled,
       [&](const std::shared_ptr<const void>& asked, const SampleIdentity& who) {
         SetBool::Response reply;
-        reply.success(static_cast<const SetBool::Request*>(asked.get())->data());
-        reply.message("typed");
+        reply.success = static_cast<const SetBool::Request*>(asked.get())->data;
+        reply.message = "typed";
         Responder<SetBool>(weak, who).respond(std::move(reply));
       }));
   weak = service.untyped();
   service.untyped()->set_enabled(true);
   Client<SetBool> client(create_untyped_client(*context_, options(group_)));
   SetBool::Request asked;
-  asked.data(true);
+  asked.data = true;
   bool answered = false;
   client.call(std::move(asked), [&](const Client<SetBool>::Result& result) {
     ASSERT_TRUE(result);
-    EXPECT_TRUE(result->success());
-    EXPECT_EQ(result->message(), "typed");
+    EXPECT_TRUE(result->success);
+    EXPECT_EQ(result->message, "typed");
     answered = true;
   });
   executor_.spin_ready();

@@ -29,12 +29,11 @@ class ComponentHarness::Impl {
         diagnostics(peer.create_subscription(
             topics::kDiagnostics,
             [this](const diagnostic_msgs::msg::DiagnosticArray& message) {
-              statuses.insert(statuses.end(), message.status().begin(), message.status().end());
+              statuses.insert(statuses.end(), message.status.begin(), message.status.end());
             })),
         rosout(peer.create_subscription(
             topics::kRosout, [this](const rcl_interfaces::msg::Log& message) {
-              logs.push_back(
-                  {static_cast<LogSeverity>(message.level()), message.name(), message.msg()});
+              logs.push_back({static_cast<LogSeverity>(message.level), message.name, message.msg});
             })) {}
 
   const HarnessOptions options;
@@ -174,7 +173,7 @@ std::vector<diagnostic_msgs::msg::DiagnosticStatus> ComponentHarness::arrived_di
   const std::string name = component.node_name().fully_qualified().substr(1) + ": status";
   std::vector<diagnostic_msgs::msg::DiagnosticStatus> result;
   for (const auto& status : impl_->statuses) {
-    if (status.name() == name) {
+    if (status.name == name) {
       result.push_back(status);
     }
   }
@@ -205,9 +204,9 @@ diagnostic_msgs::msg::DiagnosticStatus ComponentHarness::next_diagnostics(
 
 std::optional<std::string> ComponentHarness::value(
     const diagnostic_msgs::msg::DiagnosticStatus& status, std::string_view key) {
-  for (const auto& pair : status.values()) {
-    if (pair.key() == key) {
-      return pair.value();
+  for (const auto& pair : status.values) {
+    if (pair.key == key) {
+      return pair.value;
     }
   }
   return std::nullopt;

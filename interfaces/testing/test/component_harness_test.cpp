@@ -19,7 +19,7 @@ using Message = std_msgs::msg::Header;
 
 Message message(const std::string& text) {
   Message result;
-  result.frame_id(text);
+  result.frame_id = text;
   return result;
 }
 
@@ -37,11 +37,11 @@ class Echo : public Component {
     publisher_ = create_publisher<Message>("out", QoS::reliable());
     subscription_ =
         create_subscription<Message>("in", QoS::reliable(), [this](const Message& received) {
-          if (received.frame_id() == "throw") {
+          if (received.frame_id == "throw") {
             throw std::runtime_error("cannot repeat this");
           }
-          logger().info("heard " + received.frame_id());
-          publisher_.publish(message(prefix_.get() + received.frame_id()));
+          logger().info("heard " + received.frame_id);
+          publisher_.publish(message(prefix_.get() + received.frame_id));
         });
     timer_ = create_timer(std::chrono::seconds(1), [this] { ++ticks; });
     return CallbackReturn::kSuccess;
@@ -62,7 +62,7 @@ class Echo : public Component {
 std::vector<std::string> texts(const Collector<Message>& collector) {
   std::vector<std::string> result;
   for (const auto& received : collector.messages()) {
-    result.push_back(received->frame_id());
+    result.push_back(received->frame_id);
   }
   return result;
 }
@@ -79,7 +79,7 @@ TEST(ComponentHarness, CarriesMessagesThereAndBackInOrder) {
   EXPECT_TRUE(out.empty());
   harness.spin();
   EXPECT_EQ(texts(out), (std::vector<std::string>{"echo a", "echo b", "echo c"}));
-  EXPECT_EQ(out.back().frame_id(), "echo c");
+  EXPECT_EQ(out.back().frame_id, "echo c");
 }
 
 TEST(ComponentHarness, GivesOverridesAndRemappings) {
@@ -178,8 +178,8 @@ TEST(ComponentHarness, AnExceptionInACallbackLeavesTheOthersAlone) {
 
   const auto statuses = harness.diagnostics(broken);
   ASSERT_FALSE(statuses.empty());
-  EXPECT_EQ(statuses.back().level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::ERROR);
-  EXPECT_NE(statuses.back().message().find("cannot repeat this"), std::string::npos);
+  EXPECT_EQ(statuses.back().level, diagnostic_msgs::msg::DiagnosticStatus::ERROR);
+  EXPECT_NE(statuses.back().message.find("cannot repeat this"), std::string::npos);
   EXPECT_EQ(ComponentHarness::value(statuses.back(), "exceptions"), "1");
 }
 

@@ -30,7 +30,7 @@ TEST(SmootherHeapTest, NothingIsAllocatedAfterConstruction) {
   std::vector<FactorReport> reports;
   reports.reserve(1000);
 
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   smoother.initialise(0, flight.first, flight.first_covariance);
   for (int k = 0; k < kKeyframes; ++k) {
     const double time = test::SimulatedFlight::time_of(k);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <random>
 #include <vector>
@@ -211,10 +210,3 @@ RC_GTEST_PROP(SmootherProperties, AnEstimateMovesWithTheMap, ()) {
 
 }  // namespace
 }  // namespace pipescout::estimation
-
-int main(int argc, char** argv) {
-  // A fixed seed: the same cases on every machine. RC_PARAMS given from outside wins.
-  setenv("RC_PARAMS", "seed=20261121", 0);  // NOLINT(concurrency-mt-unsafe): no other thread yet
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

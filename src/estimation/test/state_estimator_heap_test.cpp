@@ -18,7 +18,7 @@ TEST(StateEstimatorHeapTest, NothingIsAllocatedAfterConstruction) {
       std::vector<Eigen::Vector3d>{vehicle.truth(0).position, vehicle.truth(60).position});
   StateEstimator estimator(parameters);
   std::size_t updates = 0;
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   for (const test::Message& message : vehicle.messages()) {
     const bool gap = message.arrival > 20 && message.arrival < 40;
     const bool imu = std::holds_alternative<ImuReading>(message.content);

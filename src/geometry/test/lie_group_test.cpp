@@ -5,7 +5,6 @@
 #include <rapidcheck.h>
 
 #include <Eigen/LU>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -275,11 +274,3 @@ TYPED_TEST(LieGroup, AMillionProductsStayInTheGroup) {
 
 }  // namespace
 }  // namespace pipescout::geometry
-
-int main(int argc, char** argv) {
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread yet.
-  setenv("RC_PARAMS", "seed=20210512 max_success=500", 0);
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -20,7 +20,7 @@ TEST(LeakFindingsHeap, FollowingTakesNothing) {
     const double x = 9 + 0.03 * i;
     const Frame frame = world.frame(0.04 * i, x);
     const thermal::Detections detections = world.look(x);
-    const odometry::test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     findings.update(frame, detections);
     if (i > 10) {
       allocations += guard.allocations();

@@ -11,7 +11,7 @@ TEST(ArmControllerHeap, TrackingSearchingAndStowingTakeNothing) {
   test::ArmBench bench;
   bench.cycles(1);
   std::size_t stowed = 0;
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   for (int i = 0; i < 3000; ++i) {
     bench.roll_rate = i % 200 < 100 ? 0.1 : -0.1;
     bench.track = i < 500 ? TrackState::kLocked : TrackState::kLost;

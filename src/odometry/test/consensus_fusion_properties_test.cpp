@@ -426,11 +426,3 @@ RC_GTEST_PROP(FusionProperty, SameInputGivesTheSameBits, ()) {
 
 }  // namespace
 }  // namespace pipescout::odometry
-
-int main(int argc, char** argv) {
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread yet.
-  setenv("RC_PARAMS", "seed=20080305 max_success=1000", 0);
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -12,7 +12,7 @@
 namespace pipescout::odometry {
 namespace {
 
-using test::HeapGuard;
+using pipescout::test::HeapGuard;
 
 TEST(HeapGuard, SeesEveryKindOfAllocation) {
   const HeapGuard guard;

@@ -19,7 +19,7 @@ TEST(OdometerStreamHeap, NothingIsAllocatedAfterConstruction) {
       OdometerStream stream(parameters);
       std::mt19937_64 engine(1);
       std::uniform_real_distribution<double> uniform(0.0, 1.0);
-      const test::HeapGuard guard;
+      const pipescout::test::HeapGuard guard;
       for (int k = 0; k < 20000; ++k) {
         const double time = 0.02 * k + (k > 15000 ? 1000.0 : 0.0);  // all fall silent once
         for (std::size_t i = 0; i < m; ++i) {

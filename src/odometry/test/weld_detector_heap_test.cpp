@@ -23,7 +23,7 @@ TEST(WeldDetectorHeap, NothingIsAllocatedAfterConstruction) {
       std::size_t events = 0;
       std::size_t allocations = 0;
       {
-        const test::HeapGuard guard;
+        const pipescout::test::HeapGuard guard;
         std::array<Impedance, 4> values{};
         for (int i = 0; i < 100000; ++i) {
           // There and back, with stops, gaps, jumps and bad values on the way.

@@ -26,7 +26,7 @@ TEST(WeldPositioningHeap, NothingIsAllocatedAfterConstruction) {
     WeldPositioning positioning(
         {}, has_tally ? std::span<const TallyJoint>(tally) : std::span<const TallyJoint>{}, start);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
-    const test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     for (std::size_t joint = 100; joint < 900; ++joint) {
       // Slips, joints that the tally has too many or too few, missed and spurious welds.
       const double slip = joint % 40 == 0 ? 0.5 : 0.0;

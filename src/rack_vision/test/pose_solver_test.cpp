@@ -381,7 +381,7 @@ TEST(PoseSolver, SameProblemSameBitsAndNoAllocation) {
   again = first;
   std::size_t allocations = 0;
   {
-    const test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     solver.solve(kCamera, problem, again);
     allocations = guard.allocations();
   }

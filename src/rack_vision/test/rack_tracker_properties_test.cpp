@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <random>
 #include <vector>
@@ -196,11 +195,3 @@ RC_GTEST_PROP(RackTrackerProperty, AfterAResetItIsAsNew, ()) {
 
 }  // namespace
 }  // namespace pipescout::rack_vision
-
-int main(int argc, char** argv) {
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread yet.
-  setenv("RC_PARAMS", "seed=20220907 max_success=40", 0);
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -86,7 +86,7 @@ TEST_F(RackTrackerTest, TakesNoHeapFromTheThirdImageOn) {
     TrackStatus status = TrackStatus::kLost;
     std::size_t allocations = 0;
     {
-      const test::HeapGuard guard;
+      const pipescout::test::HeapGuard guard;
       status = tracker_.track(image_.view(), 0.04 * k).status;
       allocations = guard.allocations();
     }

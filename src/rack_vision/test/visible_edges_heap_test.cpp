@@ -23,7 +23,7 @@ TEST(VisibleEdgesHeap, RenderingTakesNothingOnceItIsWarm) {
   for (int i = 0; i < 100; ++i) {
     poses.push_back(test::random_pose(engine));
   }
-  const test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   std::size_t most = 0;
   for (const geometry::SE3& pose : poses) {
     renderer.render(model, offsets, camera, pose, edges);
@@ -40,7 +40,7 @@ TEST(SurfacePointsHeap, RaysAndUpdatesOfTheSameRackTakeNothing) {
   const geometry::SE3 pose = test::looking_at({0.8, 4, 3}, {0.8, 5, 0});
   RackSurface surface(model, {});
   int hits = 0;
-  const test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   surface.update(model, offsets);
   for (int u = 0; u < 720; u += 90) {
     if (const auto hit = surface.seen_at(camera, pose, {u, 240})) {

@@ -261,11 +261,3 @@ RC_GTEST_PROP(VisibleEdgesProperties, AnOffsetMovesThePipe, ()) {
 
 }  // namespace
 }  // namespace pipescout::rack_vision
-
-int main(int argc, char** argv) {
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread yet.
-  setenv("RC_PARAMS", "seed=20220905 max_success=100", 0);
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

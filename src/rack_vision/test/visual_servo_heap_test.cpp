@@ -15,7 +15,7 @@ TEST(VisualServoHeap, AFlightTakesNothing) {
   WayPointMission mission(WayPointPath(points, {}), {});
   VisualServo servo({});
   double commanded = 0;
-  const test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   for (int i = 0; i < 1000; ++i) {
     const double now = i * 0.04;
     const PathPoint target = mission.target(now);

@@ -3,34 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <stdexcept>
 #include <vector>
 
+#include "heap_guard.hpp"
 #include "pipescout/simulation/contour_clutter.hpp"
 #include "rack_image_scenes.hpp"
-
-namespace {
-
-std::size_t allocations = 0;
-
-}  // namespace
-
-// Not inlined, or the compiler takes malloc and delete for a pair that does not match.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept {
-  std::free(memory);
-}
 
 namespace pipescout::simulation {
 namespace {
@@ -216,9 +194,9 @@ TEST(RackImageRendererMemory, IsTakenAtConstructionOnly) {
   std::vector<std::uint8_t> grey(720 * 480);
   RackView view{.T_camera_rack = test::looking(true, {0.8, 4, 3})};
   view.velocity << 0.5, 0.5, 0, 0.2, 0.2, 0.2;
-  const std::size_t before = allocations;
+  const pipescout::test::HeapGuard guard;
   renderer.render(view, grey);
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(guard.allocations(), 0U);
 }
 
 }  // namespace

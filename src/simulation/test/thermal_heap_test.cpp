@@ -23,7 +23,7 @@ TEST(ThermalHeap, FramesTakeNothing) {
   patrol.renderer().truth(patrol.view(0), truth);
   ASSERT_FALSE(truth.leaks.empty());
   std::vector<std::uint16_t> counts(320 * 240);
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   for (std::uint64_t frame = 0; frame < 10; ++frame) {
     for (int step = 0; step < 20; ++step) {
       patrol.step();

@@ -37,7 +37,7 @@ TEST(LeakDetectorHeap, NothingIsTakenAfterAFewFrames) {
       return leaks;
     };
     EXPECT_GE(all(), frames.size() / 2);
-    const odometry::test::HeapGuard guard;
+    const pipescout::test::HeapGuard guard;
     all();
     EXPECT_EQ(guard.allocations(), 0U);
   }

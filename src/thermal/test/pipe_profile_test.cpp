@@ -5,7 +5,6 @@
 
 #include <rapidcheck.h>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 namespace pipescout::thermal {
@@ -240,10 +239,3 @@ TEST(PipeProfileProperties, PartsTileAndLabelsAreInvariant) {
 
 }  // namespace
 }  // namespace pipescout::thermal
-
-int main(int argc, char** argv) {
-  testing::InitGoogleMock(&argc, argv);
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  setenv("RC_PARAMS", "seed=20131009 max_success=500", 0);
-  return RUN_ALL_TESTS();
-}

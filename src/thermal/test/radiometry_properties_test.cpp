@@ -98,11 +98,3 @@ RC_GTEST_PROP(RadiometryProperties, SensitivitiesAreTheDerivatives, ()) {
 
 }  // namespace
 }  // namespace pipescout::thermal
-
-int main(int argc, char** argv) {
-  // rapidcheck seeds itself at random unless told otherwise; set RC_PARAMS to explore further.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): there is no other thread yet.
-  setenv("RC_PARAMS", "seed=20131009 max_success=1000", 0);
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -18,7 +18,7 @@ TEST(TemperatureTableHeap, APictureTakesNothing) {
   const std::vector<std::uint16_t> counts(64 * 48, 20000);
   std::vector<float> degrees(counts.size());
   const CountView view{counts.data(), 64, 48, 64};
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   table.convert(view, degrees);
   tables.convert(view, degrees);
   (void)table.first_at_least(100);

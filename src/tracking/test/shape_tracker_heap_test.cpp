@@ -19,7 +19,7 @@ TEST(ShapeTracker, TakesNothingFromTheHeapAfterConstruction) {
     }
     shown.push_back(regions);
   }
-  const odometry::test::HeapGuard guard;
+  const pipescout::test::HeapGuard guard;
   for (const auto& regions : shown) {
     pictures.show(regions);
   }

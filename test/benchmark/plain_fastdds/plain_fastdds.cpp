@@ -16,19 +16,54 @@
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+#include <functional>
+#include <span>
 #include <stdexcept>
 #include <thread>
-
-#include "ImagePubSubTypes.h"
 
 namespace pipescout::benchmarks {
 
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 
+namespace {
+
+/// The type as a program that knows nothing but Fast DDS gives it: only the bytes come from us.
+class ImageType final : public dds::TopicDataType {
+ public:
+  ImageType() {
+    setName(std::string(type_.dds_name).c_str());
+    // Of an image without content; buffers grow with the first message.
+    m_typeSize = static_cast<std::uint32_t>(type_.serialized_size(type_.create().get()));
+  }
+
+  bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override {
+    payload->encapsulation = CDR_LE;
+    payload->length = static_cast<std::uint32_t>(
+        type_.serialize(data, {reinterpret_cast<std::byte*>(payload->data), payload->max_size}));
+    return payload->length != 0;
+  }
+  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
+    return type_.deserialize({reinterpret_cast<const std::byte*>(payload->data), payload->length},
+                             data);
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [this, data] { return static_cast<std::uint32_t>(type_.serialized_size(data)); };
+  }
+  void* createData() override { return new sensor_msgs::msg::Image(); }
+  void deleteData(void* data) override { delete static_cast<sensor_msgs::msg::Image*>(data); }
+  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+
+ private:
+  const MessageType& type_ = message_type<sensor_msgs::msg::Image>();
+};
+
+}  // namespace
+
 class PlainParticipant {
  public:
-  explicit PlainParticipant(std::uint32_t domain) : type(new sensor_msgs::msg::ImagePubSubType()) {
+  explicit PlainParticipant(std::uint32_t domain) : type(new ImageType()) {
     dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports.push_back(

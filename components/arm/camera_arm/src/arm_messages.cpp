@@ -14,17 +14,17 @@ using manipulation::ArmState;
 using manipulation::InputVerdict;
 using manipulation::JointCut;
 using manipulation::TrackState;
-namespace states = pipescout_msgs::msg::ArmState_Constants;
-namespace track_states = pipescout_msgs::msg::PipeTrack_Constants;
+using pipescout_msgs::msg::ArmState;
+using pipescout_msgs::msg::PipeTrack;
 
 TrackState track_state(const pipescout_msgs::msg::PipeTrack& message) {
-  switch (message.state()) {
-    case track_states::STATE_LOCKED:
+  switch (message.state) {
+    case PipeTrack::STATE_LOCKED:
       // A picture that could not be used shows nothing.
-      return message.fault().empty() ? TrackState::kLocked : TrackState::kCoasting;
-    case track_states::STATE_COASTING:
+      return message.fault.empty() ? TrackState::kLocked : TrackState::kCoasting;
+    case PipeTrack::STATE_COASTING:
       return TrackState::kCoasting;
-    case track_states::STATE_LOST:
+    case PipeTrack::STATE_LOST:
       return TrackState::kLost;
     default:
       return TrackState::kNone;
@@ -34,21 +34,21 @@ TrackState track_state(const pipescout_msgs::msg::PipeTrack& message) {
 std::uint8_t to_message(ArmState state) {
   switch (state) {
     case ArmState::kIdle:
-      return states::STATE_IDLE;
+      return ArmState::STATE_IDLE;
     case ArmState::kTracking:
-      return states::STATE_TRACKING;
+      return ArmState::STATE_TRACKING;
     case ArmState::kHolding:
-      return states::STATE_HOLDING;
+      return ArmState::STATE_HOLDING;
     case ArmState::kSearching:
-      return states::STATE_SEARCHING;
+      return ArmState::STATE_SEARCHING;
     case ArmState::kStowing:
-      return states::STATE_STOWING;
+      return ArmState::STATE_STOWING;
     case ArmState::kStowed:
-      return states::STATE_STOWED;
+      return ArmState::STATE_STOWED;
     case ArmState::kFault:
-      return states::STATE_FAULT;
+      return ArmState::STATE_FAULT;
   }
-  return states::STATE_FAULT;
+  return ArmState::STATE_FAULT;
 }
 
 const char* name(JointCut cut) {
@@ -72,59 +72,59 @@ double seconds(const builtin_interfaces::msg::Time& stamp) {
 }
 
 manipulation::PipeSection pipe_section(const pipescout_msgs::msg::PipeTrack& message) {
-  return {.time = seconds(message.header().stamp()),
+  return {.time = seconds(message.header.stamp),
           .state = track_state(message),
-          .width = static_cast<int>(message.width()),
-          .height = static_cast<int>(message.height()),
-          .u = message.estimate().u(),
-          .v = message.estimate().v(),
-          .length = message.estimate().length(),
-          .angle = message.estimate().angle(),
-          .range = message.range()};
+          .width = static_cast<int>(message.width),
+          .height = static_cast<int>(message.height),
+          .u = message.estimate.u,
+          .v = message.estimate.v,
+          .length = message.estimate.length,
+          .angle = message.estimate.angle,
+          .range = message.range};
 }
 
 manipulation::VehicleMotion vehicle_motion(const nav_msgs::msg::Odometry& message) {
-  const auto& q = message.pose().pose().orientation();
-  const auto& twist = message.twist().twist();
-  return {.time = seconds(message.header().stamp()),
-          .R_map_base = {q.w(), q.x(), q.y(), q.z()},
-          .velocity = from_message(twist.linear()),
-          .angular_rate = from_message(twist.angular())};
+  const auto& q = message.pose.pose.orientation;
+  const auto& twist = message.twist.twist;
+  return {.time = seconds(message.header.stamp),
+          .R_map_base = {q.w, q.x, q.y, q.z},
+          .velocity = from_message(twist.linear),
+          .angular_rate = from_message(twist.angular)};
 }
 
 trajectory_msgs::msg::JointTrajectory trajectory_message(const ArmCommand& command,
                                                          const std::vector<ArmJoint>& joints,
                                                          Time stamp, Duration period) {
   trajectory_msgs::msg::JointTrajectory message;
-  message.header().stamp(to_message(stamp));
+  message.header.stamp = to_message(stamp);
   for (const ArmJoint& joint : joints) {
-    message.joint_names().push_back(joint.name);
+    message.joint_names.push_back(joint.name);
   }
   trajectory_msgs::msg::JointTrajectoryPoint point;
-  point.positions().assign(command.position.begin(), command.position.end());
-  point.velocities().assign(command.velocity.begin(), command.velocity.end());
-  point.time_from_start(to_message(period));
-  message.points().push_back(std::move(point));
+  point.positions.assign(command.position.begin(), command.position.end());
+  point.velocities.assign(command.velocity.begin(), command.velocity.end());
+  point.time_from_start = to_message(period);
+  message.points.push_back(std::move(point));
   return message;
 }
 
 pipescout_msgs::msg::ArmState state_message(const ArmCommand& command,
                                             const std::vector<ArmJoint>& joints) {
   pipescout_msgs::msg::ArmState message;
-  message.state(to_message(command.state));
-  message.reason(command.reason == ArmReason::kNone ? "" : to_string(command.reason));
-  message.error_u(command.error_u);
-  message.error_v(command.error_v);
-  message.error_angle(command.error_angle);
-  message.feed_forward(command.feed_forward);
-  message.manipulability(command.manipulability);
+  message.state = to_message(command.state);
+  message.reason = command.reason == ArmReason::kNone ? "" : to_string(command.reason);
+  message.error_u = command.error_u;
+  message.error_v = command.error_v;
+  message.error_angle = command.error_angle;
+  message.feed_forward = command.feed_forward;
+  message.manipulability = command.manipulability;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (command.cuts.at(i) != JointCut::kNone) {
-      message.limited().push_back(joints[i].name + " " + name(command.cuts.at(i)));
+      message.limited.push_back(joints[i].name + " " + name(command.cuts.at(i)));
     }
   }
   if (command.clearance_cut) {
-    message.limited().emplace_back("clearance");
+    message.limited.emplace_back("clearance");
   }
   return message;
 }

@@ -59,13 +59,13 @@ CallbackReturn CameraArm::on_configure() {
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   stow_service_ = create_service<SetBool>(
       "~/stow", [this](const SetBool::Request& request, SetBool::Response& response) {
-        request_ = request.data() ? ArmRequest::kStow : ArmRequest::kTrack;
-        response.success(true);
+        request_ = request.data ? ArmRequest::kStow : ArmRequest::kTrack;
+        response.success = true;
       });
   reset_service_ = create_service<Trigger>(
       "~/reset", [this](const Trigger::Request&, Trigger::Response& response) {
         controller_->reset();
-        response.success(true);
+        response.success = true;
       });
   cycle_timer_ = create_timer(from_seconds(settings_->controller.period), [this] { cycle(); });
   return CallbackReturn::kSuccess;
@@ -113,16 +113,16 @@ void CameraArm::on_camera_info(const CameraInfo& message) {
 }
 
 void CameraArm::on_joint_states(const JointState& message) {
-  if (message.name().size() != message.position().size()) {
+  if (message.name.size() != message.position.size()) {
     report_fault("joint_states.position.size",
-                 "joint_states has " + std::to_string(message.name().size()) + " names and " +
-                     std::to_string(message.position().size()) + " positions");
+                 "joint_states has " + std::to_string(message.name.size()) + " names and " +
+                     std::to_string(message.position.size()) + " positions");
     return;
   }
   const InputVerdict verdict =
-      controller_->observe({.time = pipescout::seconds(message.header().stamp()),
-                            .names = message.name(),
-                            .positions = message.position()},
+      controller_->observe({.time = pipescout::seconds(message.header.stamp),
+                            .names = message.name,
+                            .positions = message.position},
                            seconds(now()));
   count("joint_states", verdict);
   if (verdict == InputVerdict::kTaken && settings_->publish_tf) {
@@ -139,10 +139,10 @@ void CameraArm::publish_transform(const JointState& message) {
     q[i] = message.position()[static_cast<std::size_t>(found - message.name().begin())];
   }
   geometry_msgs::msg::TransformStamped transform;
-  transform.header().stamp(message.header().stamp());
-  transform.header().frame_id(settings_->base_frame);
-  transform.child_frame_id(settings_->camera_frame);
-  transform.transform(transform_message(arm.T_base_camera(q)));
+  transform.header.stamp = message.header.stamp;
+  transform.header.frame_id = settings_->base_frame;
+  transform.child_frame_id = settings_->camera_frame;
+  transform.transform = transform_message(arm.T_base_camera(q));
   auto told = std::make_unique<TFMessage>();
   told->transforms().push_back(std::move(transform));
   tf_publisher_.publish(std::move(told));
@@ -153,12 +153,11 @@ void CameraArm::on_track(const PipeTrack& message) {
 }
 
 void CameraArm::on_odometry(const Odometry& message) {
-  if (message.header().frame_id() != settings_->map_frame ||
-      message.child_frame_id() != settings_->base_frame) {
-    report_fault("odometry.header.frame_id", "odometry is of '" + message.child_frame_id() +
-                                                 "' in '" + message.header().frame_id() +
-                                                 "', not of '" + settings_->base_frame + "' in '" +
-                                                 settings_->map_frame + "'");
+  if (message.header.frame_id != settings_->map_frame ||
+      message.child_frame_id != settings_->base_frame) {
+    report_fault("odometry.header.frame_id",
+                 "odometry is of '" + message.child_frame_id + "' in '" + message.header.frame_id +
+                     "', not of '" + settings_->base_frame + "' in '" + settings_->map_frame + "'");
     return;
   }
   count("odometry", controller_->observe(vehicle_motion(message), seconds(now())));

@@ -27,8 +27,6 @@ using sensor_msgs::msg::JointState;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 using trajectory_msgs::msg::JointTrajectory;
-namespace states = pipescout_msgs::msg::ArmState_Constants;
-namespace track_states = pipescout_msgs::msg::PipeTrack_Constants;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr Duration kCycle = std::chrono::milliseconds(10);
@@ -57,12 +55,12 @@ class CameraArmTest : public ::testing::Test {
 
   [[nodiscard]] JointState joints() const {
     JointState message;
-    message.header().stamp(to_message(now_));
-    message.name({"wheel_joint"});
-    message.position({1.0});
+    message.header.stamp = to_message(now_);
+    message.name = {"wheel_joint"};
+    message.position = {1.0};
     for (std::size_t i = 0; i < position_.size(); ++i) {
-      message.name().push_back(model_.joints()[i].name);
-      message.position().push_back(position_[i]);
+      message.name.push_back(model_.joints()[i].name);
+      message.position.push_back(position_[i]);
     }
     return message;
   }
@@ -70,25 +68,25 @@ class CameraArmTest : public ::testing::Test {
   /// In the middle of the picture but `below` px lower.
   [[nodiscard]] PipeTrack track(double below) const {
     PipeTrack message;
-    message.header().stamp(to_message(now_));
-    message.width(320);
-    message.height(240);
-    message.state(track_states::STATE_LOCKED);
-    message.track(1);
-    message.estimate().u(159.5);
-    message.estimate().v(119.5 + below);
-    message.estimate().length(320);
-    message.range(10);
+    message.header.stamp = to_message(now_);
+    message.width = 320;
+    message.height = 240;
+    message.state = PipeTrack::STATE_LOCKED;
+    message.track = 1;
+    message.estimate.u = 159.5;
+    message.estimate.v = 119.5 + below;
+    message.estimate.length = 320;
+    message.range = 10;
     return message;
   }
 
   [[nodiscard]] nav_msgs::msg::Odometry odometry() const {
     nav_msgs::msg::Odometry message;
-    message.header().stamp(to_message(now_));
-    message.header().frame_id("map");
-    message.child_frame_id("base_link");
-    message.pose().pose(to_message(geometry::SE3()));
-    message.twist().twist().linear().x(5.5);
+    message.header.stamp = to_message(now_);
+    message.header.frame_id = "map";
+    message.child_frame_id = "base_link";
+    message.pose.pose = to_message(geometry::SE3());
+    message.twist.twist.linear.x = 5.5;
     return message;
   }
 
@@ -108,7 +106,7 @@ class CameraArmTest : public ::testing::Test {
     now_ += kCycle;
     harness_.set_time(now_);
     if (!commands_.empty()) {
-      position_ = commands_.back().points().at(0).positions();
+      position_ = commands_.back().points.at(0).positions;
     }
   }
 
@@ -131,13 +129,13 @@ TEST_F(CameraArmTest, CommandsOncePerCycleWhileActiveOnly) {
   run(50, 0);
   EXPECT_NEAR(static_cast<double>(commands_.size()), 50, 2);
   const JointTrajectory& command = commands_.back();
-  EXPECT_EQ(command.joint_names().size(), 6U);
-  ASSERT_EQ(command.points().size(), 1U);
-  EXPECT_EQ(command.points()[0].positions().size(), 6U);
-  EXPECT_EQ(command.points()[0].velocities().size(), 6U);
-  EXPECT_EQ(from_message(command.points()[0].time_from_start()), kCycle);
-  EXPECT_EQ(from_message(command.header().stamp()), now_);
-  EXPECT_EQ(states_.back().state(), states::STATE_TRACKING);
+  EXPECT_EQ(command.joint_names.size(), 6U);
+  ASSERT_EQ(command.points.size(), 1U);
+  EXPECT_EQ(command.points[0].positions.size(), 6U);
+  EXPECT_EQ(command.points[0].velocities.size(), 6U);
+  EXPECT_EQ(from_message(command.points[0].time_from_start), kCycle);
+  EXPECT_EQ(from_message(command.header.stamp), now_);
+  EXPECT_EQ(states_.back().state, ArmState::STATE_TRACKING);
 
   ASSERT_TRUE(harness_.deactivate(arm).success);
   const std::size_t before = commands_.size();
@@ -155,13 +153,13 @@ TEST_F(CameraArmTest, TurnsTheCameraToThePipe) {
   const double before = pitch();
   run(30, 30);
   EXPECT_LT(pitch(), before - 1e-3) << "the pipe is below the middle: it looks lower";
-  EXPECT_NEAR(states_.back().error_angle(), 0, 0.1);
+  EXPECT_NEAR(states_.back().error_angle, 0, 0.1);
 }
 
 TEST_F(CameraArmTest, HoldsInTheCycleInWhichAnInputIsStale) {
   auto& arm = start();
   run(50, 10);
-  ASSERT_EQ(states_.back().state(), states::STATE_TRACKING);
+  ASSERT_EQ(states_.back().state, ArmState::STATE_TRACKING);
   // Joints and tracks go on, odometry does not.
   for (int i = 0; i < 15; ++i) {
     tick();
@@ -169,59 +167,58 @@ TEST_F(CameraArmTest, HoldsInTheCycleInWhichAnInputIsStale) {
     send(topics::kPipeTrack, track(10));
     const bool stale = i * 0.01 > 0.1;
     if (stale) {
-      EXPECT_EQ(states_.back().state(), states::STATE_HOLDING) << i;
+      EXPECT_EQ(states_.back().state, ArmState::STATE_HOLDING) << i;
     }
   }
-  EXPECT_THAT(states_.back().reason(), HasSubstr("odometry"));
+  EXPECT_THAT(states_.back().reason, HasSubstr("odometry"));
   EXPECT_EQ(counted(arm, "state"), "holding");
 }
 
 TEST_F(CameraArmTest, TellsWhereTheCameraIs) {
   start();
   run(2, 0);
-  const auto& transform = transforms_.back().transforms().at(0);
-  EXPECT_EQ(transform.header().frame_id(), "base_link");
-  EXPECT_EQ(transform.child_frame_id(), "camera_optical_frame");
+  const auto& transform = transforms_.back().transforms.at(0);
+  EXPECT_EQ(transform.header.frame_id, "base_link");
+  EXPECT_EQ(transform.child_frame_id, "camera_optical_frame");
   const manipulation::JointVector q = Eigen::Map<const Eigen::VectorXd>(position_.data(), 6);
-  EXPECT_TRUE(from_message(transform.transform())
-                  .matrix()
-                  .isApprox(model_.T_base_camera(q).matrix(), 1e-3));
+  EXPECT_TRUE(
+      from_message(transform.transform).matrix().isApprox(model_.T_base_camera(q).matrix(), 1e-3));
 }
 
 TEST_F(CameraArmTest, StowsWhenItIsToldTo) {
   start();
   run(20, 0);
   std_srvs::srv::SetBool::Request request;
-  request.data(true);
+  request.data = true;
   const auto answer = harness_.call<std_srvs::srv::SetBool>("arm/stow", request);
   ASSERT_TRUE(answer);
-  EXPECT_TRUE(answer->success());
+  EXPECT_TRUE(answer->success);
   run(5, 0);
-  EXPECT_EQ(states_.back().state(), states::STATE_STOWING);
+  EXPECT_EQ(states_.back().state, ArmState::STATE_STOWING);
 }
 
 TEST_F(CameraArmTest, BadInputIsCountedByNameAndNotUsed) {
   auto& arm = start();
   run(20, 0);
   JointState short_of_one = joints();
-  short_of_one.name().pop_back();
+  short_of_one.name.pop_back();
   send(topics::kJointStates, short_of_one);
   EXPECT_EQ(counted(arm, "joint_states.position.size"), "1");
   tick();
   JointState missing = joints();
-  missing.name().back() = "gripper_joint";
+  missing.name.back() = "gripper_joint";
   send(topics::kJointStates, missing);
   PipeTrack nonsense = track(0);
-  nonsense.estimate().v(std::numeric_limits<double>::quiet_NaN());
+  nonsense.estimate.v = std::numeric_limits<double>::quiet_NaN();
   send(topics::kPipeTrack, nonsense);
   PipeTrack other_size = track(0);
-  other_size.width(640);
+  other_size.width = 640;
   send(topics::kPipeTrack, other_size);
   nav_msgs::msg::Odometry turned = odometry();
-  turned.pose().pose().orientation().w(7);
+  turned.pose.pose.orientation.w = 7;
   send(topics::kOdometryFiltered, turned);
   nav_msgs::msg::Odometry elsewhere = odometry();
-  elsewhere.header().frame_id("odom");
+  elsewhere.header.frame_id = "odom";
   send(topics::kOdometryFiltered, elsewhere);
   const auto status = harness_.next_diagnostics(arm);
   const auto value = [&](const char* key) { return harness_.value(status, key).value_or("none"); };

@@ -114,23 +114,22 @@ void ThermalTracker::on_camera_info(const CameraInfo& message) {
 }
 
 void ThermalTracker::on_odometry(const Odometry& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
     report_fault(fault->counter, fault->text);
     if (fault->in_future) {
       return;
     }
   }
-  if (message.header().frame_id() != settings_->map_frame) {
-    report_fault("odometry.header.frame_id", "odometry is in frame '" +
-                                                 message.header().frame_id() + "', not in '" +
-                                                 settings_->map_frame + "'");
+  if (message.header.frame_id != settings_->map_frame) {
+    report_fault("odometry.header.frame_id", "odometry is in frame '" + message.header.frame_id +
+                                                 "', not in '" + settings_->map_frame + "'");
     return;
   }
   OdometryHistory::Entry entry;
   try {
     entry = odometry_entry(message);
-    entry.covariance = covariance_from_message(message.pose().covariance());
+    entry.covariance = covariance_from_message(message.pose.covariance);
   } catch (const std::invalid_argument& error) {
     report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
     return;
@@ -159,10 +158,10 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
     return known;
   }
   const geometry::CameraParameters& camera = camera_->parameters();
-  if (static_cast<std::int64_t>(message.width()) != camera.width ||
-      static_cast<std::int64_t>(message.height()) != camera.height) {
-    report_fault("camera_info.other_size", "a picture of " + std::to_string(message.width()) +
-                                               " x " + std::to_string(message.height()) +
+  if (static_cast<std::int64_t>(message.width) != camera.width ||
+      static_cast<std::int64_t>(message.height) != camera.height) {
+    report_fault("camera_info.other_size", "a picture of " + std::to_string(message.width) + " x " +
+                                               std::to_string(message.height) +
                                                " is not of the camera that is calibrated");
     return known;
   }
@@ -220,7 +219,7 @@ void ThermalTracker::take_regions(const Detections& detections) {
 
 void ThermalTracker::on_image(const Image& message) {
   image_heard_ = true;
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);
     return;
@@ -241,15 +240,15 @@ void ThermalTracker::on_image(const Image& message) {
   const Detections& detections = detect(*detector_, picture, celsius);
   if (detections.fault != FrameFault::kNone) {
     report_fault("image." + std::string(to_string(detections.fault)),
-                 "nothing can be detected in a picture of " + std::to_string(message.width()) +
-                     " x " + std::to_string(message.height()) + ": " +
+                 "nothing can be detected in a picture of " + std::to_string(message.width) +
+                     " x " + std::to_string(message.height) + ": " +
                      std::string(to_string(detections.fault)));
   }
   take_regions(detections);
   const Circumstances known = circumstances(stamp, message);
   const tracking::PipeTrack& track = tracker_->update(
       {.time = to_seconds(stamp.time_since_epoch()),
-       .image = {static_cast<int>(message.width()), static_cast<int>(message.height())},
+       .image = {static_cast<int>(message.width), static_cast<int>(message.height)},
        .regions = regions_,
        .motion = known.motion,
        .hint = known.hint});

@@ -10,23 +10,23 @@
 namespace pipescout {
 namespace {
 
+using pipescout_msgs::msg::PipeTrack;
 using pipescout_msgs::msg::PipeTrackParticles;
 using tracking::PipeShape;
 using tracking::TrackState;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
 
 std::uint8_t to_message(TrackState state) {
   switch (state) {
     case TrackState::kDetecting:
-      return states::STATE_DETECTING;
+      return PipeTrack::STATE_DETECTING;
     case TrackState::kLocked:
-      return states::STATE_LOCKED;
+      return PipeTrack::STATE_LOCKED;
     case TrackState::kCoasting:
-      return states::STATE_COASTING;
+      return PipeTrack::STATE_COASTING;
     case TrackState::kLost:
-      return states::STATE_LOST;
+      return PipeTrack::STATE_LOST;
   }
-  return states::STATE_LOST;
+  return PipeTrack::STATE_LOST;
 }
 
 std::string reason(const tracking::PipeTrack& track) {
@@ -46,23 +46,23 @@ std::string reason(const tracking::PipeTrack& track) {
 
 pipescout_msgs::msg::PipeTrack track_message(const tracking::PipeTrack& track) {
   pipescout_msgs::msg::PipeTrack message;
-  message.state(to_message(track.state));
-  message.reason(reason(track));
-  message.width(static_cast<std::uint32_t>(track.image.width));
-  message.height(static_cast<std::uint32_t>(track.image.height));
-  message.track(track.number);
-  message.confidence(track.confidence);
-  message.since_seen(track.since_seen);
-  message.estimate(section_message(track.estimate));
-  std::copy_n(track.covariance.data(), track.covariance.size(), message.covariance().begin());
-  message.rate(section_message(track.rate));
-  message.start_censored(track.start_censored);
-  message.end_censored(track.end_censored);
-  message.best_particle(section_message(track.best_particle));
-  message.robust_mean(section_message(track.robust_mean));
-  message.weighted_mean(section_message(track.weighted_mean));
-  message.effective_samples(track.effective_samples);
-  message.regions(static_cast<std::uint32_t>(track.regions));
+  message.state = to_message(track.state);
+  message.reason = reason(track);
+  message.width = static_cast<std::uint32_t>(track.image.width);
+  message.height = static_cast<std::uint32_t>(track.image.height);
+  message.track = track.number;
+  message.confidence = track.confidence;
+  message.since_seen = track.since_seen;
+  message.estimate = section_message(track.estimate);
+  std::copy_n(track.covariance.data(), track.covariance.size(), message.covariance.begin());
+  message.rate = section_message(track.rate);
+  message.start_censored = track.start_censored;
+  message.end_censored = track.end_censored;
+  message.best_particle = section_message(track.best_particle);
+  message.robust_mean = section_message(track.robust_mean);
+  message.weighted_mean = section_message(track.weighted_mean);
+  message.effective_samples = track.effective_samples;
+  message.regions = static_cast<std::uint32_t>(track.regions);
   return message;
 }
 
@@ -71,7 +71,7 @@ PipeTrackParticles particles_message(const tracking::ParticleFilter<PipeShape>& 
                                      std::size_t most) {
   PipeTrackParticles message;
   for (const tracking::PipeRegion& region : regions) {
-    message.regions().push_back(section_message(PipeShape::state_of(region)));
+    message.regions.push_back(section_message(PipeShape::state_of(region)));
   }
   if (!filter.started() || most == 0) {
     return message;
@@ -80,15 +80,15 @@ PipeTrackParticles particles_message(const tracking::ParticleFilter<PipeShape>& 
   const std::size_t step = (count + most - 1) / most;
   float sum = 0;
   for (std::size_t i = 0; i < count; i += step) {
-    message.u().push_back(filter.numbers(PipeShape::kX)[i]);
-    message.v().push_back(filter.numbers(PipeShape::kY)[i]);
-    message.length().push_back(filter.numbers(PipeShape::kLength)[i]);
-    message.angle().push_back(filter.numbers(PipeShape::kAngle)[i]);
-    message.weight().push_back(filter.weights()[i]);
+    message.u.push_back(filter.numbers(PipeShape::kX)[i]);
+    message.v.push_back(filter.numbers(PipeShape::kY)[i]);
+    message.length.push_back(filter.numbers(PipeShape::kLength)[i]);
+    message.angle.push_back(filter.numbers(PipeShape::kAngle)[i]);
+    message.weight.push_back(filter.weights()[i]);
     sum += filter.weights()[i];
   }
-  for (float& weight : message.weight()) {
-    weight = sum > 0 ? weight / sum : 1.0F / static_cast<float>(message.weight().size());
+  for (float& weight : message.weight) {
+    weight = sum > 0 ? weight / sum : 1.0F / static_cast<float>(message.weight.size());
   }
   return message;
 }

@@ -29,7 +29,6 @@ using pipescout_msgs::msg::PipeTrack;
 using sensor_msgs::msg::Image;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr double kPeriod = 0.04;  // s
@@ -83,28 +82,28 @@ class ThermalTrackerTest : public ::testing::Test {
     counts_.resize(static_cast<std::size_t>(camera_.camera.width * camera_.camera.height));
     renderer_.render({.T_map_camera = robot_at(place) * kMounting, .frame = frame_++}, counts_);
     Image message;
-    message.header().stamp(to_message(now_));
-    message.header().frame_id("thermal_optical");
-    message.width(static_cast<std::uint32_t>(camera_.camera.width));
-    message.height(static_cast<std::uint32_t>(camera_.camera.height));
-    message.step(2 * message.width());
-    message.encoding("mono16");
-    message.data().resize(2 * counts_.size());
-    std::memcpy(message.data().data(), counts_.data(), message.data().size());
+    message.header.stamp = to_message(now_);
+    message.header.frame_id = "thermal_optical";
+    message.width = static_cast<std::uint32_t>(camera_.camera.width);
+    message.height = static_cast<std::uint32_t>(camera_.camera.height);
+    message.step = 2 * message.width;
+    message.encoding = "mono16";
+    message.data.resize(2 * counts_.size());
+    std::memcpy(message.data.data(), counts_.data(), message.data.size());
     return message;
   }
 
   [[nodiscard]] nav_msgs::msg::Odometry odometry(double place) const {
     nav_msgs::msg::Odometry message;
-    message.header().stamp(to_message(now_));
-    message.header().frame_id("map");
-    message.child_frame_id("base_link");
-    message.pose().pose(to_message(robot_at(place)));
+    message.header.stamp = to_message(now_);
+    message.header.frame_id = "map";
+    message.child_frame_id = "base_link";
+    message.pose.pose = to_message(robot_at(place));
     geometry::Matrix6d covariance = geometry::Matrix6d::Identity();
     covariance.topLeftCorner<3, 3>() *= 1e-3;
     covariance.bottomRightCorner<3, 3>() *= 1e-6;
-    message.pose().covariance(to_message(covariance));
-    message.twist().twist(twist_message({kSpeed, 0, 0}, {0, 0, 0}));
+    message.pose.covariance = to_message(covariance);
+    message.twist.twist = twist_message({kSpeed, 0, 0}, {0, 0, 0});
     return message;
   }
 
@@ -130,7 +129,7 @@ class ThermalTrackerTest : public ::testing::Test {
                                             renderer_.camera(), robot_at(last_place_) * kMounting);
     const Eigen::Vector2d along = (seen->to - seen->from).normalized();
     const Eigen::Vector2d away =
-        Eigen::Vector2d(tracks_.back().estimate().u(), tracks_.back().estimate().v()) - seen->from;
+        Eigen::Vector2d(tracks_.back().estimate.u, tracks_.back().estimate.v) - seen->from;
     return std::abs(along.x() * away.y() - along.y() * away.x());
   }
 
@@ -155,19 +154,19 @@ TEST_F(ThermalTrackerTest, FollowsThePipe) {
   drive(20, 30);
   ASSERT_GT(tracks_.size(), 40U);
   const PipeTrack& track = tracks_.back();
-  EXPECT_EQ(track.state(), states::STATE_LOCKED);
-  EXPECT_EQ(track.track(), 1U);
-  EXPECT_EQ(track.fault(), "");
-  EXPECT_GT(track.confidence(), 0.9);
+  EXPECT_EQ(track.state, PipeTrack::STATE_LOCKED);
+  EXPECT_EQ(track.track, 1U);
+  EXPECT_EQ(track.fault, "");
+  EXPECT_GT(track.confidence, 0.9);
   EXPECT_LT(error(), 1.5);
-  EXPECT_NEAR(track.range(), kDistance, 1);
-  EXPECT_TRUE(track.whole_width());
-  EXPECT_GT(track.half_width(), 1);
-  EXPECT_EQ(track.width(), 320U);
-  EXPECT_GT(track.covariance()[5], 0) << "across; along it the borders of the picture tell";
-  EXPECT_EQ(track.header().frame_id(), "thermal_optical");
-  EXPECT_EQ(particles.back().u().size(), 200U);
-  EXPECT_FALSE(particles.back().regions().empty());
+  EXPECT_NEAR(track.range, kDistance, 1);
+  EXPECT_TRUE(track.whole_width);
+  EXPECT_GT(track.half_width, 1);
+  EXPECT_EQ(track.width, 320U);
+  EXPECT_GT(track.covariance[5], 0) << "across; along it the borders of the picture tell";
+  EXPECT_EQ(track.header.frame_id, "thermal_optical");
+  EXPECT_EQ(particles.back().u.size(), 200U);
+  EXPECT_FALSE(particles.back().regions.empty());
 }
 
 TEST_F(ThermalTrackerTest, PicturesAreHeardOnceEnoughListenToTheTrack) {
@@ -189,7 +188,7 @@ TEST_F(ThermalTrackerTest, FollowsItWithoutOdometryToo) {
   auto& tracker = start();
   send_calibration();
   drive(20, 30, false);
-  EXPECT_EQ(tracks_.back().state(), states::STATE_LOCKED);
+  EXPECT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
   EXPECT_LT(error(), 2);
   EXPECT_NE(counted(tracker, "odometry.missing"), "none");
 }
@@ -198,21 +197,21 @@ TEST_F(ThermalTrackerTest, CoastsIsLostAndTakesItUpAgain) {
   auto& tracker = start({{"max_coast", 0.5}});
   send_calibration();
   drive(20, 26);
-  ASSERT_EQ(tracks_.back().state(), states::STATE_LOCKED);
+  ASSERT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
   std::vector<std::uint8_t> states_seen;
   for (int i = 0; i < 25; ++i) {
     step();
     Image dark = picture(26);
-    std::ranges::fill(dark.data(), std::uint8_t{1});
+    std::ranges::fill(dark.data, std::uint8_t{1});
     send(topics::kThermalImage, dark);
-    states_seen.push_back(tracks_.back().state());
-    EXPECT_EQ(tracks_.back().fault(), "no_temperature");
+    states_seen.push_back(tracks_.back().state);
+    EXPECT_EQ(tracks_.back().fault, "no_temperature");
   }
-  EXPECT_EQ(states_seen.front(), states::STATE_COASTING);
-  EXPECT_EQ(states_seen.back(), states::STATE_LOST);
+  EXPECT_EQ(states_seen.front(), PipeTrack::STATE_COASTING);
+  EXPECT_EQ(states_seen.back(), PipeTrack::STATE_LOST);
   EXPECT_NE(counted(tracker, "image.no_temperature"), "none");
   drive(26, 30);
-  EXPECT_EQ(tracks_.back().state(), states::STATE_LOCKED);
+  EXPECT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
   EXPECT_LT(error(), 1.5);
 }
 
@@ -223,17 +222,17 @@ TEST_F(ThermalTrackerTest, WhereTheCameraIsOnTheRobotComesFromTf) {
   EXPECT_NE(counted(tracker, "tf.missing"), "none");
   for (double place = 22; place < 26; place += kSpeed * kPeriod) {
     geometry_msgs::msg::TransformStamped transform;
-    transform.header().stamp(to_message(now_ + from_seconds(kPeriod)));
-    transform.header().frame_id("base_link");
-    transform.child_frame_id("camera");
-    transform.transform(transform_message(kMounting));
+    transform.header.stamp = to_message(now_ + from_seconds(kPeriod));
+    transform.header.frame_id = "base_link";
+    transform.child_frame_id = "camera";
+    transform.transform = transform_message(kMounting);
     tf2_msgs::msg::TFMessage message;
-    message.transforms().push_back(transform);
+    message.transforms.push_back(transform);
     send(topics::kTf, message);
     drive(place, place + 0.01);
   }
-  EXPECT_EQ(tracks_.back().state(), states::STATE_LOCKED);
-  EXPECT_NEAR(tracks_.back().range(), kDistance, 1) << "by the line of the map";
+  EXPECT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
+  EXPECT_NEAR(tracks_.back().range, kDistance, 1) << "by the line of the map";
 }
 
 TEST_F(ThermalTrackerTest, ABadPictureIsCountedAndTheNextOneIsFine) {
@@ -247,18 +246,18 @@ TEST_F(ThermalTrackerTest, ABadPictureIsCountedAndTheNextOneIsFine) {
     spoil(bad);
     send(topics::kThermalImage, bad);
   };
-  send_bad([](Image& image) { image.encoding("rgb8"); });
-  send_bad([](Image& image) { image.height(0); });
-  send_bad([](Image& image) { image.data().resize(100); });
+  send_bad([](Image& image) { image.encoding = "rgb8"; });
+  send_bad([](Image& image) { image.height = 0; });
+  send_bad([](Image& image) { image.data.resize(100); });
   EXPECT_TRUE(tracks_.empty());
   EXPECT_EQ(counted(tracker, "image.refused"), "3");
-  send_bad([](Image& image) { image.header().stamp().sec(image.header().stamp().sec() - 100); });
-  send_bad([](Image& image) { image.header().stamp().sec(image.header().stamp().sec() + 100); });
+  send_bad([](Image& image) { image.header.stamp.sec = image.header.stamp.sec - 100; });
+  send_bad([](Image& image) { image.header.stamp.sec = image.header.stamp.sec + 100; });
   EXPECT_TRUE(tracks_.empty());
   EXPECT_EQ(counted(tracker, "image.header.stamp.stale"), "1");
   EXPECT_EQ(counted(tracker, "image.header.stamp.in_future"), "1");
   drive(24, 26);
-  EXPECT_EQ(tracks_.back().state(), states::STATE_LOCKED);
+  EXPECT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
 }
 
 TEST_F(ThermalTrackerTest, ASecondPictureOfTheSameTimeIsNotUsed) {
@@ -266,7 +265,7 @@ TEST_F(ThermalTrackerTest, ASecondPictureOfTheSameTimeIsNotUsed) {
   send_calibration();
   drive(20, 24);
   send(topics::kThermalImage, picture(24));
-  EXPECT_EQ(tracks_.back().fault(), "time_went_back");
+  EXPECT_EQ(tracks_.back().fault, "time_went_back");
   EXPECT_EQ(counted(tracker, "track.time_went_back"), "1");
 }
 
@@ -276,10 +275,10 @@ TEST_F(ThermalTrackerTest, PicturesOfAnotherSizeThanTheCalibrationAreTrackedWith
   other.width = 640;
   send(topics::kThermalCameraInfo, to_message(other));
   drive(20, 24);
-  EXPECT_EQ(tracks_.back().state(), states::STATE_LOCKED);
+  EXPECT_EQ(tracks_.back().state, PipeTrack::STATE_LOCKED);
   EXPECT_NE(counted(tracker, "camera_info.other_size"), "none");
   auto nonsense = to_message(other);
-  nonsense.k()[0] = std::numeric_limits<double>::quiet_NaN();
+  nonsense.k[0] = std::numeric_limits<double>::quiet_NaN();
   send(topics::kThermalCameraInfo, nonsense);
   EXPECT_EQ(counted(tracker, "camera_info.refused"), "1");
 }

@@ -20,8 +20,8 @@ using estimation::Outcome;
 using estimation::Phase;
 using estimation::Source;
 using estimation::SourceStatus;
-namespace odometer_constants = pipescout_msgs::msg::FusedOdometer_Constants;
-namespace fix_constants = sensor_msgs::msg::NavSatFix_Constants;
+using pipescout_msgs::msg::FusedOdometer;
+using sensor_msgs::msg::NavSatFix;
 
 /// m; a height that is not known.
 constexpr double kUnknownHeight = 1e4;
@@ -35,24 +35,24 @@ void add_sources(const estimation::EstimatorStatus& status,
                  pipescout_msgs::msg::EstimatorState& message) {
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
     const SourceStatus& source = status.sources[i];
-    message.source().emplace_back(to_string(static_cast<Source>(i)));
-    message.source_state().emplace_back(to_string(source.state));
-    message.source_accepted().push_back(source.accepted);
-    message.source_gated().push_back(source.gated);
-    message.source_held().push_back(source.held);
-    message.source_refused().push_back(source.refused);
+    message.source.emplace_back(to_string(static_cast<Source>(i)));
+    message.source_state.emplace_back(to_string(source.state));
+    message.source_accepted.push_back(source.accepted);
+    message.source_gated.push_back(source.gated);
+    message.source_held.push_back(source.held);
+    message.source_refused.push_back(source.refused);
   }
 }
 
 void add_factors(const estimation::UpdateReport& report, Time origin,
                  pipescout_msgs::msg::EstimatorState& message) {
   for (const FactorReport& factor : report.factors) {
-    message.factor().emplace_back(to_string(factor.kind));
-    message.factor_stamp().push_back(to_message(origin + from_seconds(factor.time)));
-    message.factor_outcome().emplace_back(to_string(factor.outcome));
-    message.factor_chi_square().push_back(factor.chi_square);
-    message.factor_degrees().push_back(static_cast<std::uint8_t>(factor.degrees));
-    message.factor_weight().push_back(factor.weight);
+    message.factor.emplace_back(to_string(factor.kind));
+    message.factor_stamp.push_back(to_message(origin + from_seconds(factor.time)));
+    message.factor_outcome.emplace_back(to_string(factor.outcome));
+    message.factor_chi_square.push_back(factor.chi_square);
+    message.factor_degrees.push_back(static_cast<std::uint8_t>(factor.degrees));
+    message.factor_weight.push_back(factor.weight);
   }
 }
 
@@ -61,42 +61,42 @@ void add_states(const estimation::FixedLagSmoother& smoother,
   const std::size_t newest = smoother.keyframes() - 1;
   const estimation::NavState& state = smoother.state(newest);
   const estimation::StateMatrix covariance = smoother.covariance(newest);
-  message.gyro_bias(to_message(state.gyro_bias));
-  message.gyro_bias_deviation(deviations(covariance.diagonal().segment<3>(estimation::kGyroBias)));
-  message.accelerometer_bias(to_message(state.accelerometer_bias));
-  message.accelerometer_bias_deviation(
-      deviations(covariance.diagonal().segment<3>(estimation::kAccelerometerBias)));
+  message.gyro_bias = to_message(state.gyro_bias);
+  message.gyro_bias_deviation = deviations(covariance.diagonal().segment<3>(estimation::kGyroBias));
+  message.accelerometer_bias = to_message(state.accelerometer_bias);
+  message.accelerometer_bias_deviation =
+      deviations(covariance.diagonal().segment<3>(estimation::kAccelerometerBias));
   const estimation::GlobalStates& globals = smoother.globals();
   const auto global_covariance = smoother.global_covariance();
-  message.odometer_scale(globals.odometer_scale);
-  message.odometer_scale_deviation(std::sqrt(
-      std::max(0.0, global_covariance(estimation::kOdometerScale, estimation::kOdometerScale))));
-  message.rack().pose(to_message(geometry::SE3(globals.R_map_rack, globals.rack_position)));
+  message.odometer_scale = globals.odometer_scale;
+  message.odometer_scale_deviation = std::sqrt(
+      std::max(0.0, global_covariance(estimation::kOdometerScale, estimation::kOdometerScale)));
+  message.rack.pose = to_message(geometry::SE3(globals.R_map_rack, globals.rack_position));
   // Rotations of the state are about the axes of the rack, those of the message about the map's.
   geometry::Matrix6d by_state = geometry::Matrix6d::Identity();
   by_state.bottomRightCorner<3, 3>() = globals.R_map_rack.matrix();
   const geometry::Matrix6d rack =
       global_covariance.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition);
-  message.rack().covariance(to_message(geometry::Matrix6d(by_state * rack * by_state.transpose())));
+  message.rack.covariance = to_message(geometry::Matrix6d(by_state * rack * by_state.transpose()));
 }
 
 }  // namespace
 
 estimation::ImuReading imu_reading(const sensor_msgs::msg::Imu& message, double time) {
   return {.time = time,
-          .specific_force = from_message(message.linear_acceleration()),
-          .angular_rate = from_message(message.angular_velocity())};
+          .specific_force = from_message(message.linear_acceleration),
+          .angular_rate = from_message(message.angular_velocity)};
 }
 
 std::optional<estimation::HeadingMeasurement> heading(const sensor_msgs::msg::Imu& message,
                                                       double time,
                                                       const EstimatorSettings& settings) {
-  const double variance = message.orientation_covariance()[8];
-  if (message.orientation_covariance()[0] == -1) {
+  const double variance = message.orientation_covariance[8];
+  if (message.orientation_covariance[0] == -1) {
     return std::nullopt;
   }
   geometry_msgs::msg::Pose pose;
-  pose.orientation(message.orientation());
+  pose.orientation = message.orientation;
   const geometry::SO3 R_map_body =
       from_message(pose).rotation() * settings.estimator.R_body_imu.inverse();
   const Eigen::Vector3d forwards = R_map_body * Eigen::Vector3d::UnitX();
@@ -109,14 +109,14 @@ std::optional<estimation::HeadingMeasurement> heading(const sensor_msgs::msg::Im
 estimation::OdometerReading odometer_reading(const pipescout_msgs::msg::FusedOdometer& message,
                                              double time) {
   estimation::OdometerReading result{
-      .time = time, .distance = message.distance(), .variance = message.independent_variance()};
+      .time = time, .distance = message.distance, .variance = message.independent_variance};
   if (!std::isfinite(result.variance)) {
-    result.variance = message.variance();
+    result.variance = message.variance;
   }
-  switch (message.status()) {
-    case odometer_constants::STATUS_OK:
+  switch (message.status) {
+    case FusedOdometer::STATUS_OK:
       break;
-    case odometer_constants::STATUS_NO_CONSENSUS:
+    case FusedOdometer::STATUS_NO_CONSENSUS:
       result.status = estimation::OdometerStatus::kNoConsensus;
       break;
     default:
@@ -126,9 +126,8 @@ estimation::OdometerReading odometer_reading(const pipescout_msgs::msg::FusedOdo
 }
 
 geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message) {
-  const geometry::GeodeticPosition result{
-      message.latitude(), message.longitude(),
-      std::isnan(message.altitude()) ? 0.0 : message.altitude()};
+  const geometry::GeodeticPosition result{message.latitude, message.longitude,
+                                          std::isnan(message.altitude) ? 0.0 : message.altitude};
   result.validate();
   return result;
 }
@@ -141,7 +140,7 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
   estimation::GpsMeasurement result;
   result.time = time;
   result.position = frame.position(place);
-  if (message.position_covariance_type() == fix_constants::COVARIANCE_TYPE_UNKNOWN) {
+  if (message.position_covariance_type == NavSatFix::COVARIANCE_TYPE_UNKNOWN) {
     if (settings.gps_deviation <= 0) {
       throw std::invalid_argument(
           "position_covariance_type is unknown, and parameter 'gps.deviation' is 0");
@@ -150,7 +149,7 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
   } else {
     const Eigen::Matrix3d axes = frame.axes_at(place);
     const Eigen::Matrix3d given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-        message.position_covariance().data());
+        message.position_covariance.data());
     result.covariance = axes * given * axes.transpose();
     result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
     // Added, not put in its place: a correlation stays one.
@@ -160,7 +159,7 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
       result.covariance.diagonal().array() += lacking;
     }
   }
-  if (std::isnan(message.altitude())) {
+  if (std::isnan(message.altitude)) {
     result.position.z() = expected_height;
     result.covariance.row(2).setZero();
     result.covariance.col(2).setZero();
@@ -174,11 +173,11 @@ geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_chi
                                                const std::string& child) {
   const geometry_msgs::msg::Pose pose = to_message(T_parent_child);
   geometry_msgs::msg::TransformStamped message;
-  message.header().stamp(to_message(stamp));
-  message.header().frame_id(parent);
-  message.child_frame_id(child);
-  message.transform().translation(to_message(T_parent_child.translation()));
-  message.transform().rotation(pose.orientation());
+  message.header.stamp = to_message(stamp);
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  message.transform.translation = to_message(T_parent_child.translation());
+  message.transform.rotation = pose.orientation;
   return message;
 }
 
@@ -186,12 +185,13 @@ pipescout_msgs::msg::EstimatorState state_message(const estimation::StateEstimat
                                                   const estimation::EstimatorStatus& status,
                                                   Time origin) {
   pipescout_msgs::msg::EstimatorState message;
-  message.phase(std::string(to_string(status.phase)));
-  message.waits_for(status.text);
-  message.standing_still(status.standing_still);
-  message.since_absolute_position(status.since_absolute_position);
-  message.restarts(std::accumulate(status.restarts.begin(), status.restarts.end(), std::size_t{0}));
-  message.restart_reason(std::string(to_string(status.last_restart)));
+  message.phase = std::string(to_string(status.phase));
+  message.waits_for = status.text;
+  message.standing_still = status.standing_still;
+  message.since_absolute_position = status.since_absolute_position;
+  message.restarts =
+      std::accumulate(status.restarts.begin(), status.restarts.end(), std::size_t{0});
+  message.restart_reason = std::string(to_string(status.last_restart));
   add_sources(status, message);
   add_factors(estimator.last_update(), origin, message);
   if ((status.phase == Phase::kRunning || status.phase == Phase::kCoasting) &&

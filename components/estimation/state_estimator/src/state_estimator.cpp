@@ -193,7 +193,7 @@ void StateEstimator::give_start() {
 
 void StateEstimator::on_imu(const Imu& message) {
   imu_heard_ = true;
-  const auto time = time_of("imu", message.header().stamp());
+  const auto time = time_of("imu", message.header.stamp);
   if (!time) {
     return;
   }
@@ -220,19 +220,19 @@ void StateEstimator::on_imu(const Imu& message) {
 }
 
 void StateEstimator::on_fix(const Fix& message) {
-  if (message.status().status() < sensor_msgs::msg::NavSatStatus_Constants::STATUS_FIX) {
+  if (message.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX) {
     diagnostics().count("gps.no_fix");
     return;
   }
-  const auto time = time_of("gps", message.header().stamp());
+  const auto time = time_of("gps", message.header.stamp);
   if (!time) {
     return;
   }
   try {
     if (!map_) {
       map_.emplace(geodetic(message));
-      logger().info("the map's origin is the first fix: " + std::to_string(message.latitude()) +
-                    ", " + std::to_string(message.longitude()));
+      logger().info("the map's origin is the first fix: " + std::to_string(message.latitude) +
+                    ", " + std::to_string(message.longitude));
     }
     const auto estimate = estimator_->estimate();
     const double height = estimate && estimate->in_map ? estimate->state.position.z() : 0.0;
@@ -248,27 +248,27 @@ void StateEstimator::on_fix(const Fix& message) {
 }
 
 void StateEstimator::on_odometer(const Odometer& message) {
-  if (const auto time = time_of("odometer", message.header().stamp())) {
+  if (const auto time = time_of("odometer", message.header.stamp)) {
     report_outcome(Source::kOdometer, estimator_->add(odometer_reading(message, *time)));
     publish_news();
   }
 }
 
 void StateEstimator::on_rack_pose(const Pose& message) {
-  const auto time = time_of("visual_pose", message.header().stamp());
+  const auto time = time_of("visual_pose", message.header.stamp);
   if (!time) {
     return;
   }
-  if (message.header().frame_id() != settings_.rack_frame) {
+  if (message.header.frame_id != settings_.rack_frame) {
     report_fault("visual_pose.header.frame_id", "rack/pose is in frame '" +
-                                                    message.header().frame_id() + "', not in '" +
+                                                    message.header.frame_id + "', not in '" +
                                                     settings_.rack_frame + "'");
     return;
   }
   try {
     report_outcome(Source::kVisualPose, estimator_->add(mounting(settings_).visual_pose(
-                                            *time, from_message(message.pose().pose()),
-                                            covariance_from_message(message.pose().covariance()))));
+                                            *time, from_message(message.pose.pose),
+                                            covariance_from_message(message.pose.covariance))));
   } catch (const std::invalid_argument& error) {
     report_fault("visual_pose.refused", std::string("rack/pose refused: ") + error.what());
   }
@@ -276,29 +276,28 @@ void StateEstimator::on_rack_pose(const Pose& message) {
 }
 
 void StateEstimator::on_rack_state(const RackState& message) {
-  namespace constants = pipescout_msgs::msg::RackState_Constants;
-  rack_is_lost_ = message.status() == constants::STATUS_LOST ||
-                  message.status() == constants::STATUS_NOT_STARTED;
+  using pipescout_msgs::msg::RackState;
+  rack_is_lost_ =
+      message.status == RackState::STATUS_LOST || message.status == RackState::STATUS_NOT_STARTED;
 }
 
 void StateEstimator::on_weld(const Weld& message) {
-  if (!settings_.estimator.centre_line || !std::isfinite(message.chainage()) ||
-      !(message.weld_probability() >= settings_.least_weld_probability)) {
+  if (!settings_.estimator.centre_line || !std::isfinite(message.chainage) ||
+      !(message.weld_probability >= settings_.least_weld_probability)) {
     return;  // which weld it is, or where that is, is not known
   }
-  const auto time = time_of("weld", message.header().stamp());
+  const auto time = time_of("weld", message.header.stamp);
   if (!time) {
     return;
   }
-  const double along =
-      std::hypot(message.standard_deviation(), std::sqrt(message.chainage_variance()));
+  const double along = std::hypot(message.standard_deviation, std::sqrt(message.chainage_variance));
   const auto weld = settings_.estimator.centre_line->weld(
-      *time, message.chainage(), along, settings_.weld_deviation,
+      *time, message.chainage, along, settings_.weld_deviation,
       mounting(settings_).in_body(settings_.weld_sensor));
   if (!weld) {
-    report_fault("weld.beyond_centre_line", "a weld at chainage " +
-                                                std::to_string(message.chainage()) +
-                                                " m is not on the centre line");
+    report_fault(
+        "weld.beyond_centre_line",
+        "a weld at chainage " + std::to_string(message.chainage) + " m is not on the centre line");
     return;
   }
   report_outcome(Source::kWeld, estimator_->add(*weld));
@@ -306,20 +305,20 @@ void StateEstimator::on_weld(const Weld& message) {
 }
 
 void StateEstimator::on_initial_pose(const Pose& message) {
-  const auto time = time_of("initialpose", message.header().stamp());
+  const auto time = time_of("initialpose", message.header.stamp);
   if (!time) {
     return;
   }
-  if (message.header().frame_id() != settings_.map_frame) {
+  if (message.header.frame_id != settings_.map_frame) {
     report_fault("initialpose.header.frame_id", "initialpose is in frame '" +
-                                                    message.header().frame_id() + "', not in '" +
+                                                    message.header.frame_id + "', not in '" +
                                                     settings_.map_frame + "'");
     return;
   }
   try {
-    const SE3 pose = from_message(message.pose().pose());
+    const SE3 pose = from_message(message.pose.pose);
     const double heading = pose.rotation().roll_pitch_yaw().z();
-    const auto& variances = message.pose().covariance();
+    const auto& variances = message.pose.covariance;
     estimation::GivenPose given{
         .time = *time,
         .position = pose.translation() + geometry::SO3::about_z(heading) * settings_.imu,

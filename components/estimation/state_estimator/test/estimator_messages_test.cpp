@@ -14,10 +14,10 @@
 namespace pipescout {
 namespace {
 
+using pipescout_msgs::msg::FusedOdometer;
+using sensor_msgs::msg::NavSatFix;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-namespace fix_constants = sensor_msgs::msg::NavSatFix_Constants;
-namespace odometer_constants = pipescout_msgs::msg::FusedOdometer_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -31,11 +31,11 @@ EstimatorSettings settings() {
 
 sensor_msgs::msg::NavSatFix fix() {
   sensor_msgs::msg::NavSatFix message;
-  message.latitude(47.0);
-  message.longitude(8.0);
-  message.altitude(500.0);
-  message.position_covariance({1, 0.2, 0, 0.2, 2, 0, 0, 0, 9});
-  message.position_covariance_type(fix_constants::COVARIANCE_TYPE_KNOWN);
+  message.latitude = 47.0;
+  message.longitude = 8.0;
+  message.altitude = 500.0;
+  message.position_covariance = {1, 0.2, 0, 0.2, 2, 0, 0, 0, 9};
+  message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_KNOWN;
   return message;
 }
 
@@ -51,7 +51,7 @@ TEST(GpsMeasurement, IsInTheMap) {
 
 TEST(GpsMeasurement, WithoutACovarianceHasThatOfTheParameter) {
   auto message = fix();
-  message.position_covariance_type(fix_constants::COVARIANCE_TYPE_UNKNOWN);
+  message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_UNKNOWN;
   EXPECT_EQ(gps_measurement(message, 0, kMap, 0, settings()).covariance,
             Eigen::Matrix3d(4 * Eigen::Matrix3d::Identity()));
   auto none = settings();
@@ -61,16 +61,16 @@ TEST(GpsMeasurement, WithoutACovarianceHasThatOfTheParameter) {
 
 TEST(GpsMeasurement, ClaimsNoMoreThanItMay) {
   auto message = fix();
-  message.position_covariance({1e-8, 0, 0, 0, 1e-8, 0, 0, 0, 1e-8});
+  message.position_covariance = {1e-8, 0, 0, 0, 1e-8, 0, 0, 0, 1e-8};
   const auto measured = gps_measurement(message, 0, kMap, 0, settings());
   EXPECT_NEAR(measured.covariance(0, 0), 0.01, 1e-9);
-  message.position_covariance({});
+  message.position_covariance = {};
   EXPECT_NEAR(gps_measurement(message, 0, kMap, 0, settings()).covariance(2, 2), 0.01, 1e-9);
 }
 
 TEST(GpsMeasurement, WithoutAnAltitudeSaysNothingOfTheHeight) {
   auto message = fix();
-  message.altitude(kNan);
+  message.altitude = kNan;
   const auto measured = gps_measurement(message, 0, kMap, 7, settings());
   EXPECT_EQ(measured.position.z(), 7);
   EXPECT_GT(measured.covariance(2, 2), 1e6);
@@ -81,7 +81,7 @@ TEST(GpsMeasurement, WithoutAnAltitudeSaysNothingOfTheHeight) {
 TEST(GpsMeasurement, RefusesPlacesThatAreNone) {
   for (const double bad : {kNan, 91.0}) {
     auto message = fix();
-    message.latitude(bad);
+    message.latitude = bad;
     try {
       (void)gps_measurement(message, 0, kMap, 0, settings());
       FAIL() << "latitude " << bad;
@@ -93,11 +93,11 @@ TEST(GpsMeasurement, RefusesPlacesThatAreNone) {
 
 TEST(OdometerReading, HasTheIndependentPartOfTheVariance) {
   pipescout_msgs::msg::FusedOdometer message;
-  message.distance(12);
-  message.variance(4);
-  message.independent_variance(0.25);
+  message.distance = 12;
+  message.variance = 4;
+  message.independent_variance = 0.25;
   EXPECT_EQ(odometer_reading(message, 1).variance, 0.25);
-  message.independent_variance(kNan);
+  message.independent_variance = kNan;
   EXPECT_EQ(odometer_reading(message, 1).variance, 4);
   EXPECT_EQ(odometer_reading(message, 1).distance, 12);
 }
@@ -105,10 +105,10 @@ TEST(OdometerReading, HasTheIndependentPartOfTheVariance) {
 TEST(OdometerReading, SaysWhetherTheOdometersAgree) {
   pipescout_msgs::msg::FusedOdometer message;
   EXPECT_EQ(odometer_reading(message, 0).status, estimation::OdometerStatus::kGood);
-  message.status(odometer_constants::STATUS_NO_CONSENSUS);
+  message.status = FusedOdometer::STATUS_NO_CONSENSUS;
   EXPECT_EQ(odometer_reading(message, 0).status, estimation::OdometerStatus::kNoConsensus);
-  for (const std::uint8_t status : {odometer_constants::STATUS_NO_DATA, std::uint8_t{200}}) {
-    message.status(status);
+  for (const std::uint8_t status : {FusedOdometer::STATUS_NO_DATA, std::uint8_t{200}}) {
+    message.status = status;
     EXPECT_EQ(odometer_reading(message, 0).status, estimation::OdometerStatus::kNoData);
   }
 }
@@ -117,43 +117,43 @@ TEST(Heading, IsThatOfTheBody) {
   auto turned = settings();
   turned.estimator.R_body_imu = geometry::SO3::about_z(M_PI_2);  // the IMU looks to the left
   sensor_msgs::msg::Imu message;
-  message.orientation().w(std::cos(0.6));
-  message.orientation().z(std::sin(0.6));
+  message.orientation.w = std::cos(0.6);
+  message.orientation.z = std::sin(0.6);
   const auto measured = heading(message, 4, turned);
   ASSERT_TRUE(measured);
   EXPECT_NEAR(measured->heading, 1.2 - M_PI_2, 1e-12);
   EXPECT_EQ(measured->standard_deviation, 0.2);
-  message.orientation_covariance()[8] = 0.01;
+  message.orientation_covariance[8] = 0.01;
   EXPECT_NEAR(heading(message, 4, turned)->standard_deviation, 0.1, 1e-12);
 }
 
 TEST(Heading, IsNotThereWhereTheDriverSaysSo) {
   sensor_msgs::msg::Imu message;
-  message.orientation_covariance()[0] = -1;
+  message.orientation_covariance[0] = -1;
   EXPECT_FALSE(heading(message, 0, settings()));
-  message.orientation_covariance()[0] = 0;
-  message.orientation().w(0);
+  message.orientation_covariance[0] = 0;
+  message.orientation.w = 0;
   EXPECT_THROW((void)heading(message, 0, settings()), std::invalid_argument);  // a zero quaternion
 }
 
 TEST(StateMessage, BeforeTheStartSaysWhatItWaitsFor) {
   const estimation::StateEstimator estimator(estimation::StateEstimatorParameters::ground_robot());
   const auto message = state_message(estimator, estimator.status(), Time{});
-  EXPECT_EQ(message.phase(), "starting");
-  EXPECT_THAT(message.waits_for(), HasSubstr("IMU"));
-  EXPECT_EQ(message.source().size(), estimation::kSources);
-  EXPECT_EQ(message.source_state().size(), estimation::kSources);
-  EXPECT_TRUE(message.factor().empty());
+  EXPECT_EQ(message.phase, "starting");
+  EXPECT_THAT(message.waits_for, HasSubstr("IMU"));
+  EXPECT_EQ(message.source.size(), estimation::kSources);
+  EXPECT_EQ(message.source_state.size(), estimation::kSources);
+  EXPECT_TRUE(message.factor.empty());
 }
 
 TEST(Transform, NamesItsFrames) {
   const auto message = transform(geometry::SE3(geometry::SO3::about_z(M_PI_2), {1, 2, 3}),
                                  Time(std::chrono::seconds(5)), "map", "odom");
-  EXPECT_EQ(message.header().frame_id(), "map");
-  EXPECT_EQ(message.child_frame_id(), "odom");
-  EXPECT_EQ(message.header().stamp().sec(), 5);
-  EXPECT_EQ(message.transform().translation().y(), 2);
-  EXPECT_NEAR(message.transform().rotation().z(), std::sqrt(0.5), 1e-12);
+  EXPECT_EQ(message.header.frame_id, "map");
+  EXPECT_EQ(message.child_frame_id, "odom");
+  EXPECT_EQ(message.header.stamp.sec, 5);
+  EXPECT_EQ(message.transform.translation.y, 2);
+  EXPECT_NEAR(message.transform.rotation.z, std::sqrt(0.5), 1e-12);
 }
 
 }  // namespace

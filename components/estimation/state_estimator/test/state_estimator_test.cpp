@@ -56,33 +56,32 @@ class Drive {
   }
   [[nodiscard]] static Imu imu(double time) {
     Imu message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.header().frame_id("imu");
-    message.orientation_covariance()[0] = -1;
-    message.angular_velocity().z(speed(time) / kRadius);
-    message.linear_acceleration().x(time > kStill && time < kStill + 2 ? kSpeed / 2 : 0);
-    message.linear_acceleration().y(speed(time) * speed(time) / kRadius);
-    message.linear_acceleration().z(kGravity);
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.header.frame_id = "imu";
+    message.orientation_covariance[0] = -1;
+    message.angular_velocity.z = speed(time) / kRadius;
+    message.linear_acceleration.x = time > kStill && time < kStill + 2 ? kSpeed / 2 : 0;
+    message.linear_acceleration.y = speed(time) * speed(time) / kRadius;
+    message.linear_acceleration.z = kGravity;
     return message;
   }
   [[nodiscard]] static NavSatFix fix(double time) {
     const geometry::GeodeticPosition place = kMap.geodetic(pose(time).translation());
     NavSatFix message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.latitude(place.latitude);
-    message.longitude(place.longitude);
-    message.altitude(place.altitude);
-    message.position_covariance({0.04, 0, 0, 0, 0.04, 0, 0, 0, 0.16});
-    message.position_covariance_type(
-        sensor_msgs::msg::NavSatFix_Constants::COVARIANCE_TYPE_DIAGONAL_KNOWN);
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.latitude = place.latitude;
+    message.longitude = place.longitude;
+    message.altitude = place.altitude;
+    message.position_covariance = {0.04, 0, 0, 0, 0.04, 0, 0, 0, 0.16};
+    message.position_covariance_type = sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN;
     return message;
   }
   [[nodiscard]] static pipescout_msgs::msg::FusedOdometer odometer(double time) {
     pipescout_msgs::msg::FusedOdometer message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.distance(distance(time));
-    message.variance(1e-6 * distance(time));
-    message.independent_variance(1e-6 * distance(time));
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.distance = distance(time);
+    message.variance = 1e-6 * distance(time);
+    message.independent_variance = 1e-6 * distance(time);
     return message;
   }
 };
@@ -142,17 +141,17 @@ TEST_F(StateEstimatorTest, FindsPlaceAndHeadingFromMotionWithGps) {
   drive(0, 20);
   ASSERT_FALSE(odometry_.empty());
   const auto& last = odometry_.back();
-  EXPECT_EQ(last.header().frame_id(), "map");
-  EXPECT_EQ(last.child_frame_id(), "base_link");
-  const SE3 error = Drive::pose(19.99).inverse() * from_message(last.pose().pose());
+  EXPECT_EQ(last.header.frame_id, "map");
+  EXPECT_EQ(last.child_frame_id, "base_link");
+  const SE3 error = Drive::pose(19.99).inverse() * from_message(last.pose.pose);
   EXPECT_LT(error.translation().norm(), 0.1);
   EXPECT_LT(error.rotation().log().norm(), 0.02);
-  EXPECT_NEAR(last.twist().twist().linear().x(), Drive::kSpeed, 0.02);
-  EXPECT_NEAR(last.twist().twist().linear().y(), 0, 0.02);
-  EXPECT_NEAR(last.twist().twist().angular().z(), Drive::kSpeed / Drive::kRadius, 1e-3);
-  EXPECT_NO_THROW((void)covariance_from_message(last.pose().covariance()));
-  EXPECT_NO_THROW((void)covariance_from_message(last.twist().covariance()));
-  EXPECT_EQ(states_.back().phase(), "running");
+  EXPECT_NEAR(last.twist.twist.linear.x, Drive::kSpeed, 0.02);
+  EXPECT_NEAR(last.twist.twist.linear.y, 0, 0.02);
+  EXPECT_NEAR(last.twist.twist.angular.z, Drive::kSpeed / Drive::kRadius, 1e-3);
+  EXPECT_NO_THROW((void)covariance_from_message(last.pose.covariance));
+  EXPECT_NO_THROW((void)covariance_from_message(last.twist.covariance));
+  EXPECT_EQ(states_.back().phase, "running");
 }
 
 TEST_F(StateEstimatorTest, PublishesAtTheRateOfTheImu) {
@@ -163,7 +162,7 @@ TEST_F(StateEstimatorTest, PublishesAtTheRateOfTheImu) {
   drive(7, 8);
   EXPECT_EQ(odometry_.size() - before, 100U);
   const auto& messages = odometry_.messages();
-  EXPECT_EQ(to_seconds(from_message(messages.back()->header().stamp()) - kStart), 7.99);
+  EXPECT_EQ(to_seconds(from_message(messages.back()->header.stamp) - kStart), 7.99);
 }
 
 TEST_F(StateEstimatorTest, PublishesLessOftenWhenAsked) {
@@ -178,13 +177,13 @@ TEST_F(StateEstimatorTest, SaysWhatItWaitsFor) {
   start(known_datum());
   drive(0, 3, false);
   ASSERT_FALSE(states_.empty());
-  EXPECT_EQ(states_.back().phase(), "aligning");
-  EXPECT_FALSE(states_.back().waits_for().empty());
+  EXPECT_EQ(states_.back().phase, "aligning");
+  EXPECT_FALSE(states_.back().waits_for.empty());
   EXPECT_TRUE(odometry_.empty());
   // In its own frame it knows where it is.
   ASSERT_FALSE(transforms_.empty());
-  ASSERT_EQ(transforms_.back().transforms().size(), 1U);
-  EXPECT_EQ(transforms_.back().transforms()[0].header().frame_id(), "odom");
+  ASSERT_EQ(transforms_.back().transforms.size(), 1U);
+  EXPECT_EQ(transforms_.back().transforms[0].header.frame_id, "odom");
 }
 
 TEST_F(StateEstimatorTest, TransformsAgreeWithTheState) {
@@ -193,53 +192,53 @@ TEST_F(StateEstimatorTest, TransformsAgreeWithTheState) {
                              {"base_frame", "robot/base"},
                              {"imu.position", std::vector<double>{0.5, 0.0, 0.3}}}));
   drive(0, 8);
-  const auto& sent = transforms_.back().transforms();
+  const auto& sent = transforms_.back().transforms;
   ASSERT_EQ(sent.size(), 2U);
-  EXPECT_EQ(sent[0].header().frame_id(), "m");
-  EXPECT_EQ(sent[0].child_frame_id(), "robot/odom");
-  EXPECT_EQ(sent[1].child_frame_id(), "robot/base");
+  EXPECT_EQ(sent[0].header.frame_id, "m");
+  EXPECT_EQ(sent[0].child_frame_id, "robot/odom");
+  EXPECT_EQ(sent[1].child_frame_id, "robot/base");
   const auto read = [](const geometry_msgs::msg::TransformStamped& message) {
     geometry_msgs::msg::Pose pose;
-    pose.orientation(message.transform().rotation());
-    pose.position().x(message.transform().translation().x());
-    pose.position().y(message.transform().translation().y());
-    pose.position().z(message.transform().translation().z());
+    pose.orientation = message.transform.rotation;
+    pose.position.x = message.transform.translation.x;
+    pose.position.y = message.transform.translation.y;
+    pose.position.z = message.transform.translation.z;
     return from_message(pose);
   };
   const SE3 chained = read(sent[0]) * read(sent[1]);
-  EXPECT_LT((chained.inverse() * from_message(odometry_.back().pose().pose())).log().norm(), 1e-9);
+  EXPECT_LT((chained.inverse() * from_message(odometry_.back().pose.pose)).log().norm(), 1e-9);
 }
 
 TEST_F(StateEstimatorTest, GoesOnWithoutGps) {
   start(known_start());
   drive(0, 8);
   drive(8, 40, false);
-  const SE3 error = Drive::pose(39.99).inverse() * from_message(odometry_.back().pose().pose());
+  const SE3 error = Drive::pose(39.99).inverse() * from_message(odometry_.back().pose.pose);
   EXPECT_LT(error.translation().norm(), 0.01 * Drive::distance(40));
-  EXPECT_GT(states_.back().since_absolute_position(), 30);
+  EXPECT_GT(states_.back().since_absolute_position, 30);
 }
 
 TEST_F(StateEstimatorTest, ShowsWhichMeasurementsItBelieves) {
   start(known_start());
   drive(0, 10);
   NavSatFix wrong = Drive::fix(10);
-  wrong.latitude(wrong.latitude() + 0.001);  // 111 m
+  wrong.latitude = wrong.latitude + 0.001;  // 111 m
   send(topics::kGpsFix, wrong);
   states_.clear();
   drive(10, 10.3, false);
   bool gated = false;
   for (const auto& state : states_.messages()) {
-    ASSERT_EQ(state->factor().size(), state->factor_outcome().size());
-    ASSERT_EQ(state->factor().size(), state->factor_chi_square().size());
-    for (std::size_t i = 0; i < state->factor().size(); ++i) {
-      if (state->factor()[i] == "gps") {
-        gated = gated || (state->factor_outcome()[i] == "gated" && state->factor_weight()[i] == 0 &&
-                          state->factor_chi_square()[i] > 100);
+    ASSERT_EQ(state->factor.size(), state->factor_outcome.size());
+    ASSERT_EQ(state->factor.size(), state->factor_chi_square.size());
+    for (std::size_t i = 0; i < state->factor.size(); ++i) {
+      if (state->factor[i] == "gps") {
+        gated = gated || (state->factor_outcome[i] == "gated" && state->factor_weight[i] == 0 &&
+                          state->factor_chi_square[i] > 100);
       }
     }
   }
   EXPECT_TRUE(gated);
-  const SE3 error = Drive::pose(10.29).inverse() * from_message(odometry_.back().pose().pose());
+  const SE3 error = Drive::pose(10.29).inverse() * from_message(odometry_.back().pose.pose);
   EXPECT_LT(error.translation().norm(), 0.2);
 }
 
@@ -253,37 +252,36 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
     const double time = 0.01 * i;
     harness_.set_time(kStart + from_seconds(time));
     Imu imu = Drive::imu(0);
-    imu.header().stamp(to_message(kStart + from_seconds(time)));
+    imu.header.stamp = to_message(kStart + from_seconds(time));
     send(topics::kImu, imu);
     if (i % 4 == 0) {
       geometry_msgs::msg::PoseWithCovarianceStamped pose;
-      pose.header().stamp(imu.header().stamp());
-      pose.header().frame_id("rack");
-      pose.pose().pose(to_message(SE3(SO3(), {5, 0, 0}).inverse() * T_map_base * T_base_camera));
-      pose.pose().covariance(to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity())));
+      pose.header.stamp = imu.header.stamp;
+      pose.header.frame_id = "rack";
+      pose.pose.pose = to_message(SE3(SO3(), {5, 0, 0}).inverse() * T_map_base * T_base_camera);
+      pose.pose.covariance = to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
       send(topics::kRackPose, pose);
     }
   }
   ASSERT_FALSE(odometry_.empty());
-  EXPECT_LT((T_map_base.inverse() * from_message(odometry_.back().pose().pose())).log().norm(),
-            0.01);
-  EXPECT_EQ(states_.back().phase(), "running");
+  EXPECT_LT((T_map_base.inverse() * from_message(odometry_.back().pose.pose)).log().norm(), 0.01);
+  EXPECT_EQ(states_.back().phase, "running");
   // A localizer that has lost the rack is told where the camera is.
   const auto hints = harness_.collect(topics::kRackPoseHint);
   pipescout_msgs::msg::RackState lost;
-  lost.status(pipescout_msgs::msg::RackState_Constants::STATUS_LOST);
+  lost.status = pipescout_msgs::msg::RackState::STATUS_LOST;
   send(topics::kRackState, lost);
   for (int i = 400; i < 420; ++i) {
     const double time = 0.01 * i;
     harness_.set_time(kStart + from_seconds(time));
     Imu imu = Drive::imu(0);
-    imu.header().stamp(to_message(kStart + from_seconds(time)));
+    imu.header.stamp = to_message(kStart + from_seconds(time));
     send(topics::kImu, imu);
   }
   ASSERT_EQ(hints.size(), 1U);
-  const SE3 hinted = from_message(hints.back().pose().pose());
+  const SE3 hinted = from_message(hints.back().pose.pose);
   EXPECT_LT((hinted.translation() - Eigen::Vector3d(1.1, 2, 2.8)).norm(), 0.02);
-  EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose().covariance()));
+  EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose.covariance));
 }
 
 TEST_F(StateEstimatorTest, TellsALocalizerThatHasNoPoseHowTheCameraIsTilted) {
@@ -296,10 +294,10 @@ TEST_F(StateEstimatorTest, TellsALocalizerThatHasNoPoseHowTheCameraIsTilted) {
       const Time time = kStart + from_seconds(0.01 * i);
       harness_.set_time(time);
       Imu imu = Drive::imu(0);
-      imu.header().stamp(to_message(time));
-      imu.linear_acceleration().x(force.x());
-      imu.linear_acceleration().y(force.y());
-      imu.linear_acceleration().z(force.z());
+      imu.header.stamp = to_message(time);
+      imu.linear_acceleration.x = force.x();
+      imu.linear_acceleration.y = force.y();
+      imu.linear_acceleration.z = force.z();
       send(topics::kImu, imu);
     }
   };
@@ -307,23 +305,23 @@ TEST_F(StateEstimatorTest, TellsALocalizerThatHasNoPoseHowTheCameraIsTilted) {
   hover(0, 150, tilted);
   EXPECT_TRUE(hints.messages().empty());  // nobody has asked
   pipescout_msgs::msg::RackState state;
-  state.status(pipescout_msgs::msg::RackState_Constants::STATUS_NOT_STARTED);
+  state.status = pipescout_msgs::msg::RackState::STATUS_NOT_STARTED;
   send(topics::kRackState, state);
   hover(150, 200, tilted);
   ASSERT_FALSE(hints.messages().empty());
   const auto& hint = hints.back();
-  EXPECT_EQ(hint.header().frame_id(), "rack");
-  const SO3 R_rack_camera = from_message(hint.pose().pose()).rotation();
+  EXPECT_EQ(hint.header.frame_id, "rack");
+  const SO3 R_rack_camera = from_message(hint.pose.pose).rotation();
   const Eigen::Vector3d up = R_rack_camera.inverse() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d truly_up =
       (tilted * T_base_camera.rotation()).inverse() * Eigen::Vector3d::UnitZ();
   EXPECT_LT(std::acos(std::min(1.0, up.dot(truly_up))), 0.02);
-  const geometry::Matrix6d covariance = covariance_from_message(hint.pose().covariance());
+  const geometry::Matrix6d covariance = covariance_from_message(hint.pose.covariance);
   EXPECT_GT(covariance(0, 0), 1e4);
   EXPECT_LT(std::sqrt(covariance.diagonal().segment<2>(3).maxCoeff()), 0.1);
   EXPECT_GT(covariance(5, 5), 1);
 
-  state.status(pipescout_msgs::msg::RackState_Constants::STATUS_TRACKING);
+  state.status = pipescout_msgs::msg::RackState::STATUS_TRACKING;
   send(topics::kRackState, state);
   const std::size_t before = hints.size();
   hover(200, 250, tilted);
@@ -345,62 +343,62 @@ TEST_F(StateEstimatorTest, PlacesACrawlerByItsWelds) {
       const double time = 0.01 * i;
       harness_.set_time(kStart + from_seconds(time));
       Imu imu = Drive::imu(0);
-      imu.header().stamp(to_message(kStart + from_seconds(time)));
-      imu.linear_acceleration().x(time > 2 && time < 4 ? 0.25 : 0.0);
+      imu.header.stamp = to_message(kStart + from_seconds(time));
+      imu.linear_acceleration.x = time > 2 && time < 4 ? 0.25 : 0.0;
       send(topics::kImu, imu);
       if (i % 10 == 0) {
         auto odometer = Drive::odometer(time);
-        odometer.distance(crept(time));
-        odometer.variance(1e-6);
-        odometer.independent_variance(1e-6);
+        odometer.distance = crept(time);
+        odometer.variance = 1e-6;
+        odometer.independent_variance = 1e-6;
         send(topics::kOdometerFused, odometer);
       }
       if (i == 1200) {
         pipescout_msgs::msg::WeldDetection weld;
-        weld.header().stamp(to_message(kStart + from_seconds(time)));
-        weld.chainage(35.0);
-        weld.chainage_variance(1e-4);
-        weld.standard_deviation(0.01);
-        weld.weld(3);
-        weld.weld_probability(0.999);
+        weld.header.stamp = to_message(kStart + from_seconds(time));
+        weld.chainage = 35.0;
+        weld.chainage_variance = 1e-4;
+        weld.standard_deviation = 0.01;
+        weld.weld = 3;
+        weld.weld_probability = 0.999;
         send(topics::kWeld, weld);
       }
     }
   };
   crawl(0, 11.9);
   EXPECT_TRUE(odometry_.empty());
-  EXPECT_EQ(states_.back().phase(), "aligning");
+  EXPECT_EQ(states_.back().phase, "aligning");
   crawl(11.9, 20);
-  ASSERT_FALSE(odometry_.empty()) << states_.back().waits_for();
-  EXPECT_NEAR(odometry_.back().pose().pose().position().x(), 35 + 0.5 * (19.99 - 12), 0.2);
-  EXPECT_NEAR(odometry_.back().pose().pose().position().y(), 0, 0.2);
+  ASSERT_FALSE(odometry_.empty()) << states_.back().waits_for;
+  EXPECT_NEAR(odometry_.back().pose.pose.position.x, 35 + 0.5 * (19.99 - 12), 0.2);
+  EXPECT_NEAR(odometry_.back().pose.pose.position.y, 0, 0.2);
 }
 
 TEST_F(StateEstimatorTest, BadMessagesAreNamedAndLoseNothingElse) {
   auto& estimator = start(known_start());
   drive(0, 8);
   Imu imu = Drive::imu(8);
-  imu.linear_acceleration().x(kNan);
+  imu.linear_acceleration.x = kNan;
   send(topics::kImu, imu);
   NavSatFix fix = Drive::fix(8);
-  fix.latitude(kNan);
+  fix.latitude = kNan;
   send(topics::kGpsFix, fix);
   fix = Drive::fix(8);
-  fix.position_covariance()[4] = kNan;
+  fix.position_covariance[4] = kNan;
   send(topics::kGpsFix, fix);
   fix = Drive::fix(8);
-  fix.status().status(sensor_msgs::msg::NavSatStatus_Constants::STATUS_NO_FIX);
+  fix.status.status = sensor_msgs::msg::NavSatStatus::STATUS_NO_FIX;
   send(topics::kGpsFix, fix);
   fix = Drive::fix(100);
   send(topics::kGpsFix, fix);
   auto odometer = Drive::odometer(8);
-  odometer.distance(kNan);
+  odometer.distance = kNan;
   send(topics::kOdometerFused, odometer);
   geometry_msgs::msg::PoseWithCovarianceStamped pose;
-  pose.header().stamp(to_message(kStart + from_seconds(8)));
-  pose.header().frame_id("elsewhere");
+  pose.header.stamp = to_message(kStart + from_seconds(8));
+  pose.header.frame_id = "elsewhere";
   send(topics::kRackPose, pose);
-  pose.header().frame_id("rack");
+  pose.header.frame_id = "rack";
   send(topics::kRackPose, pose);  // no covariance, no orientation
   send(topics::kInitialPose, pose);
   const Diagnostics& diagnostics = estimator.diagnostics();
@@ -414,7 +412,7 @@ TEST_F(StateEstimatorTest, BadMessagesAreNamedAndLoseNothingElse) {
   EXPECT_EQ(diagnostics.counter("visual_pose.refused"), 1U);
   EXPECT_EQ(diagnostics.counter("initialpose.header.frame_id"), 1U);
   drive(8, 12);
-  const SE3 error = Drive::pose(11.99).inverse() * from_message(odometry_.back().pose().pose());
+  const SE3 error = Drive::pose(11.99).inverse() * from_message(odometry_.back().pose.pose);
   EXPECT_LT(error.translation().norm(), 0.1);
 }
 
@@ -422,8 +420,8 @@ TEST_F(StateEstimatorTest, AnImuThatIsMountedOtherwiseIsAFault) {
   auto& estimator = start(known_start());
   for (int i = 0; i < 300; ++i) {
     Imu imu = Drive::imu(0);
-    imu.header().stamp(to_message(kStart + from_seconds(0.01 * i)));
-    imu.linear_acceleration().z(-kGravity);
+    imu.header.stamp = to_message(kStart + from_seconds(0.01 * i));
+    imu.linear_acceleration.z = -kGravity;
     harness_.set_time(kStart + from_seconds(0.01 * i));
     send(topics::kImu, imu);
   }
@@ -436,23 +434,22 @@ TEST_F(StateEstimatorTest, AnOperatorPutsItElsewhere) {
   start(known_start());
   drive(0, 8, false);
   geometry_msgs::msg::PoseWithCovarianceStamped pose;
-  pose.header().stamp(to_message(kStart + from_seconds(7.99)));
-  pose.header().frame_id("map");
-  pose.pose().pose(to_message(SE3(SO3::about_z(1.5), {50, 60, 0})));
-  pose.pose().covariance(to_message(geometry::Matrix6d(0.01 * geometry::Matrix6d::Identity())));
+  pose.header.stamp = to_message(kStart + from_seconds(7.99));
+  pose.header.frame_id = "map";
+  pose.pose.pose = to_message(SE3(SO3::about_z(1.5), {50, 60, 0}));
+  pose.pose.covariance = to_message(geometry::Matrix6d(0.01 * geometry::Matrix6d::Identity()));
   send(topics::kInitialPose, pose);
   odometry_.clear();
   // Stands again, so that it can level.
   for (int i = 800; i < 1100; ++i) {
     Imu imu = Drive::imu(0);
-    imu.header().stamp(to_message(kStart + from_seconds(0.01 * i)));
+    imu.header.stamp = to_message(kStart + from_seconds(0.01 * i));
     harness_.set_time(kStart + from_seconds(0.01 * i));
     send(topics::kImu, imu);
   }
   ASSERT_FALSE(odometry_.empty());
-  EXPECT_NEAR(odometry_.back().pose().pose().position().x(), 50, 0.5);
-  EXPECT_NEAR(from_message(odometry_.back().pose().pose()).rotation().roll_pitch_yaw().z(), 1.5,
-              0.1);
+  EXPECT_NEAR(odometry_.back().pose.pose.position.x, 50, 0.5);
+  EXPECT_NEAR(from_message(odometry_.back().pose.pose).rotation().roll_pitch_yaw().z(), 1.5, 0.1);
 }
 
 TEST_F(StateEstimatorTest, TwoRobotsInOneProcessDoNotMix) {

@@ -61,9 +61,8 @@ NodeName find_container(Session& session, const std::string& name) {
 void list_container(Session& session, const NodeName& container, const char* indent) {
   const auto nodes =
       session.call<ListNodes>(container.fully_qualified() + "/_container/list_nodes");
-  for (std::size_t i = 0; i < nodes->unique_ids().size() && i < nodes->full_node_names().size();
-       ++i) {
-    std::cout << indent << nodes->unique_ids()[i] << "  " << nodes->full_node_names()[i] << '\n';
+  for (std::size_t i = 0; i < nodes->unique_ids.size() && i < nodes->full_node_names.size(); ++i) {
+    std::cout << indent << nodes->unique_ids[i] << "  " << nodes->full_node_names[i] << '\n';
   }
 }
 
@@ -135,22 +134,22 @@ std::uint8_t to_log_level(const std::string& text) {
 
 int load(Session& session, const LoadOptions& options) {
   LoadNode::Request request;
-  request.package_name(options.package);
-  request.plugin_name(options.plugin);
-  request.node_name(options.name);
-  request.node_namespace(options.ns);
-  request.log_level(to_log_level(options.log_level));
-  request.remap_rules(options.remap_rules);
-  request.parameters(to_parameters(options.parameters));
-  request.extra_arguments(to_parameters(options.extra_arguments));
+  request.package_name = options.package;
+  request.plugin_name = options.plugin;
+  request.node_name = options.name;
+  request.node_namespace = options.ns;
+  request.log_level = to_log_level(options.log_level);
+  request.remap_rules = options.remap_rules;
+  request.parameters = to_parameters(options.parameters);
+  request.extra_arguments = to_parameters(options.extra_arguments);
   const auto container = find_container(session, options.container);
   const auto response = session.call<LoadNode>(
       container.fully_qualified() + "/_container/load_node", std::move(request));
-  if (!response->success()) {
-    throw CommandError("Failed to load component: " + response->error_message());
+  if (!response->success) {
+    throw CommandError("Failed to load component: " + response->error_message);
   }
-  std::cout << "Loaded component " << response->unique_id() << " into '" << options.container
-            << "' container node as '" << response->full_node_name() << "'\n";
+  std::cout << "Loaded component " << response->unique_id << " into '" << options.container
+            << "' container node as '" << response->full_node_name << "'\n";
   return kExitOk;
 }
 
@@ -165,12 +164,12 @@ int unload(Session& session, const UnloadOptions& options) {
   const auto container = find_container(session, options.container);
   for (const auto id : options.ids) {
     UnloadNode::Request request;
-    request.unique_id(id);
+    request.unique_id = id;
     const auto response = session.call<UnloadNode>(
         container.fully_qualified() + "/_container/unload_node", std::move(request));
-    if (!response->success()) {
+    if (!response->success) {
       throw CommandError("Failed to unload component " + std::to_string(id) + " from '" +
-                         options.container + "' container node\n    " + response->error_message());
+                         options.container + "' container node\n    " + response->error_message);
     }
     if (options.quiet) {
       std::cout << id << '\n';

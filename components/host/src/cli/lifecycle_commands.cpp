@@ -35,8 +35,8 @@ std::vector<NodeName> managed_nodes(Session& session, bool hidden) {
 
 std::string state_of(Session& session, const NodeName& node) {
   const auto response = session.call<GetState>(node.fully_qualified() + "/get_state");
-  const auto& state = response->current_state();
-  return state.label() + " [" + std::to_string(state.id()) + "]";
+  const auto& state = response->current_state;
+  return state.label + " [" + std::to_string(state.id) + "]";
 }
 
 int get_state(Session& session, const std::string& name, bool hidden) {
@@ -61,26 +61,26 @@ int set_state(Session& session, const std::string& name, const std::string& want
   const auto available =
       session.call<GetAvailableTransitions>(node.fully_qualified() + "/get_available_transitions");
   const lifecycle_msgs::msg::Transition* found = nullptr;
-  for (const auto& description : available->available_transitions()) {
-    const auto& transition = description.transition();
-    if (transition.label() == wanted || std::to_string(transition.id()) == wanted) {
+  for (const auto& description : available->available_transitions) {
+    const auto& transition = description.transition;
+    if (transition.label == wanted || std::to_string(transition.id) == wanted) {
       found = &transition;
       break;
     }
   }
   if (found == nullptr) {
     std::string text = "Unknown transition requested, available ones are:";
-    for (const auto& description : available->available_transitions()) {
-      text += "\n- " + description.transition().label() + " [" +
-              std::to_string(description.transition().id()) + "]";
+    for (const auto& description : available->available_transitions) {
+      text += "\n- " + description.transition.label + " [" +
+              std::to_string(description.transition.id) + "]";
     }
     throw CommandError(text);
   }
   ChangeState::Request request;
-  request.transition(*found);
+  request.transition = *found;
   const auto response =
       session.call<ChangeState>(node.fully_qualified() + "/change_state", std::move(request));
-  if (!response->success()) {
+  if (!response->success) {
     throw CommandError("Transitioning failed");
   }
   std::cout << "Transitioning successful\n";
@@ -91,11 +91,11 @@ int list_transitions(Session& session, const std::string& name, bool all) {
   const auto node = find_managed(session, name);
   const auto response = session.call<GetAvailableTransitions>(
       node.fully_qualified() + (all ? "/get_transition_graph" : "/get_available_transitions"));
-  for (const auto& description : response->available_transitions()) {
-    std::cout << "- " << description.transition().label() << " ["
-              << std::to_string(description.transition().id())
-              << "]\n\tStart: " << description.start_state().label()
-              << "\n\tGoal: " << description.goal_state().label() << '\n';
+  for (const auto& description : response->available_transitions) {
+    std::cout << "- " << description.transition.label << " ["
+              << std::to_string(description.transition.id)
+              << "]\n\tStart: " << description.start_state.label
+              << "\n\tGoal: " << description.goal_state.label << '\n';
   }
   return kExitOk;
 }

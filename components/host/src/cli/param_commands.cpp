@@ -35,10 +35,10 @@ std::string service_of(const NodeName& node, const char* service) {
 std::vector<std::string> list_names(Session& session, const NodeName& node,
                                     const std::vector<std::string>& prefixes) {
   ListParameters::Request request;
-  request.prefixes(prefixes);
+  request.prefixes = prefixes;
   const auto response =
       session.call<ListParameters>(service_of(node, "list_parameters"), std::move(request));
-  auto names = response->result().names();
+  auto names = response->result.names;
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -46,11 +46,11 @@ std::vector<std::string> list_names(Session& session, const NodeName& node,
 std::vector<ParameterDescriptor> describe(Session& session, const NodeName& node,
                                           const std::vector<std::string>& names) {
   DescribeParameters::Request request;
-  request.names(names);
+  request.names = names;
   const auto response =
       session.call<DescribeParameters>(service_of(node, "describe_parameters"), std::move(request));
   std::vector<ParameterDescriptor> descriptors;
-  for (const auto& descriptor : response->descriptors()) {
+  for (const auto& descriptor : response->descriptors) {
     descriptors.push_back(from_message(descriptor));
   }
   return descriptors;
@@ -59,11 +59,11 @@ std::vector<ParameterDescriptor> describe(Session& session, const NodeName& node
 std::vector<ParameterValue> get_values(Session& session, const NodeName& node,
                                        const std::vector<std::string>& names) {
   GetParameters::Request request;
-  request.names(names);
+  request.names = names;
   const auto response =
       session.call<GetParameters>(service_of(node, "get_parameters"), std::move(request));
   std::vector<ParameterValue> values;
-  for (const auto& value : response->values()) {
+  for (const auto& value : response->values) {
     values.push_back(from_message(value));
   }
   return values;
@@ -142,16 +142,16 @@ int set(Session& session, const Options& options) {
   }
   const auto node = session.find_node(options.node);
   SetParameters::Request request;
-  request.parameters({to_message(parameter)});
+  request.parameters = {to_message(parameter)};
   const auto response =
       session.call<SetParameters>(service_of(node, "set_parameters"), std::move(request));
-  if (response->results().size() != 1) {
+  if (response->results.size() != 1) {
     throw CommandError("Setting parameter failed: the node gave " +
-                       std::to_string(response->results().size()) + " results instead of one");
+                       std::to_string(response->results.size()) + " results instead of one");
   }
-  const auto& result = response->results().front();
-  const auto reason = result.reason().empty() ? "" : ": " + result.reason();
-  if (!result.successful()) {
+  const auto& result = response->results.front();
+  const auto reason = result.reason.empty() ? "" : ": " + result.reason;
+  if (!result.successful) {
     throw CommandError("Setting parameter failed" + reason);
   }
   std::cout << "Set parameter successful" << reason << '\n';

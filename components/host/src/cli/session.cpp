@@ -61,20 +61,20 @@ class Session::Announcements {
 
   static Gid to_gid(const rmw_dds_common::msg::Gid& message) {
     Gid gid;
-    std::copy_n(message.data().begin(), gid.bytes.size(), gid.bytes.begin());
+    std::copy_n(message.data.begin(), gid.bytes.size(), gid.bytes.begin());
     return gid;
   }
 
   void keep(const ParticipantEntitiesInfo& info) {
     std::set<Gid> endpoints;
-    for (const auto& node : info.node_entities_info_seq()) {
-      for (const auto* gids : {&node.reader_gid_seq(), &node.writer_gid_seq()}) {
+    for (const auto& node : info.node_entities_info_seq) {
+      for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
         std::transform(gids->begin(), gids->end(), std::inserter(endpoints, endpoints.end()),
                        to_gid);
       }
     }
     const std::lock_guard lock(mutex_);
-    endpoints_[to_gid(info.gid())] = std::move(endpoints);
+    endpoints_[to_gid(info.gid)] = std::move(endpoints);
     on_new_();
   }
 

@@ -13,21 +13,21 @@ namespace pipescout::host {
 namespace {
 
 ComponentReport to_report(const pipescout_msgs::msg::MissionStatus& message) {
-  using namespace pipescout_msgs::msg::MissionStatus_Constants;
+  using pipescout_msgs::msg::MissionStatus;
   ComponentReport report;
-  switch (message.state()) {
-    case COMPLETE:
+  switch (message.state) {
+    case MissionStatus::COMPLETE:
       report.state = ComponentReport::State::kComplete;
       break;
-    case FAILED:
+    case MissionStatus::FAILED:
       report.state = ComponentReport::State::kFailed;
       break;
     default:
       break;
   }
-  report.done = message.done();
-  report.total = message.total();
-  report.message = message.message();
+  report.done = message.done;
+  report.total = message.total;
+  report.message = message.message;
   return report;
 }
 
@@ -46,7 +46,7 @@ ErrorWatch watch_errors(Node& node, const std::shared_ptr<CallbackGroup>& group,
       component.fully_qualified() + "/transition_event", QoS::reliable(),
       [broke = std::move(broke)](const lifecycle_msgs::msg::TransitionEvent& event) {
         constexpr auto kError = static_cast<std::uint8_t>(LifecycleState::kErrorProcessing);
-        if (event.goal_state().id() == kError) {
+        if (event.goal_state.id == kError) {
           broke();
         }
       },
@@ -74,7 +74,7 @@ HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
         [this, reported = callbacks.reported](const pipescout_msgs::msg::MissionStatus& message) {
           const auto component = std::find_if(
               components_.begin(), components_.end(),
-              [&](const NodeName& name) { return name.fully_qualified() == message.node(); });
+              [&](const NodeName& name) { return name.fully_qualified() == message.node; });
           if (component != components_.end()) {
             reported(*component, to_report(message));
           }
@@ -95,9 +95,9 @@ void HostNode::log_into(MissionFolder& folder) {
   rosout_ = node_.create_subscription(
       topics::kRosout,
       [&folder, names = std::move(names)](const rcl_interfaces::msg::Log& log) {
-        if (names.contains(log.name())) {
-          folder.log(static_cast<LogSeverity>(log.level()), from_message(log.stamp()), log.name(),
-                     log.msg());
+        if (names.contains(log.name)) {
+          folder.log(static_cast<LogSeverity>(log.level), from_message(log.stamp), log.name,
+                     log.msg);
         }
       },
       {.group = group_, .managed = false});
@@ -110,8 +110,8 @@ void HostNode::when_logged(std::function<void()> done) {
 
 void HostNode::publish_diagnostics(std::vector<diagnostic_msgs::msg::DiagnosticStatus> status) {
   diagnostic_msgs::msg::DiagnosticArray array;
-  array.header().stamp() = to_message(node_.now());
-  array.status() = std::move(status);
+  array.header.stamp = to_message(node_.now());
+  array.status = std::move(status);
   diagnostics_.publish(std::move(array));
 }
 

@@ -337,17 +337,17 @@ class Run {
       const auto& supervisor = *component.supervisor;
       diagnostic_msgs::msg::DiagnosticStatus status;
       const bool failed = supervisor.state() == ChildSupervisor::State::kFailed;
-      status.level(static_cast<std::uint8_t>(failed                      ? DiagnosticLevel::kError
-                                             : supervisor.restarts() > 0 ? DiagnosticLevel::kWarn
-                                                                         : DiagnosticLevel::kOk));
-      status.name(container_->node().node_name().fully_qualified().substr(1) + ": process of " +
-                  supervisor.name());
-      status.message(failed ? supervisor.error() : to_string(supervisor.state()));
+      status.level = static_cast<std::uint8_t>(failed                      ? DiagnosticLevel::kError
+                                               : supervisor.restarts() > 0 ? DiagnosticLevel::kWarn
+                                                                           : DiagnosticLevel::kOk);
+      status.name = container_->node().node_name().fully_qualified().substr(1) + ": process of " +
+                    supervisor.name();
+      status.message = failed ? supervisor.error() : to_string(supervisor.state());
       const auto add = [&](const char* key, std::string value) {
         diagnostic_msgs::msg::KeyValue pair;
-        pair.key(key);
-        pair.value(std::move(value));
-        status.values().push_back(std::move(pair));
+        pair.key = key;
+        pair.value = std::move(value);
+        status.values.push_back(std::move(pair));
       };
       add("state", to_string(supervisor.state()));
       add("process",

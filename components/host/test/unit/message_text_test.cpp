@@ -127,16 +127,16 @@ TEST(YamlText, ReplacesWhatIsNoUtf8) {
 
 pipescout_msgs::msg::FusedOdometer fused() {
   pipescout_msgs::msg::FusedOdometer message;
-  message.header().stamp().sec(12);
-  message.header().stamp().nanosec(500);
-  message.distance(5.51);
-  message.variance(1e-7);
-  message.speed(0.5);
-  message.name({"left", "1"});
-  message.in_fusion_set({true, false});
-  message.support({1, 0});
-  message.confidence_distance({std::numeric_limits<double>::quiet_NaN(),
-                               -std::numeric_limits<double>::infinity(), 1e16, 2.0});
+  message.header.stamp.sec = 12;
+  message.header.stamp.nanosec = 500;
+  message.distance = 5.51;
+  message.variance = 1e-7;
+  message.speed = 0.5;
+  message.name = {"left", "1"};
+  message.in_fusion_set = {true, false};
+  message.support = {1, 0};
+  message.confidence_distance = {std::numeric_limits<double>::quiet_NaN(),
+                                 -std::numeric_limits<double>::infinity(), 1e16, 2.0};
   return message;
 }
 
@@ -175,13 +175,13 @@ scale_standard_deviation: []
 TEST(ToYaml, WritesSequencesOfMessages) {
   diagnostic_msgs::msg::DiagnosticArray message;
   diagnostic_msgs::msg::DiagnosticStatus status;
-  status.level(2);
-  status.name("fusion: status");
+  status.level = 2;
+  status.name = "fusion: status";
   diagnostic_msgs::msg::KeyValue value;
-  value.key("restarts");
-  value.value("3");
-  status.values({value, value});
-  message.status({status});
+  value.key = "restarts";
+  value.value = "3";
+  status.values = {value, value};
+  message.status = {status};
   EXPECT_EQ(to_yaml(read(message), {}), R"(header:
   stamp:
     sec: 0
@@ -202,9 +202,9 @@ status:
 
 TEST(ToYaml, CutsWhatIsLong) {
   sensor_msgs::msg::Image image;
-  image.encoding("mono16");
-  image.data().resize(5);
-  image.header().frame_id(std::string(130, 'x'));
+  image.encoding = "mono16";
+  image.data.resize(5);
+  image.header.frame_id = std::string(130, 'x');
   const auto text = to_yaml(read(image), {.truncate = 3});
   EXPECT_THAT(text, ::testing::HasSubstr("data:\n- 0\n- 0\n- 0\n- '...'\n"));
   EXPECT_THAT(text, ::testing::HasSubstr("frame_id: xxx...\n"));
@@ -218,7 +218,7 @@ TEST(ToYaml, CutsWhatIsLong) {
 
 TEST(ToYaml, CutsBetweenCharacters) {
   std_msgs::msg::String message;
-  message.data("\xc3\xa9\xc3\xa9\xc3\xa9");
+  message.data = "\xc3\xa9\xc3\xa9\xc3\xa9";
   EXPECT_EQ(to_yaml(read(message), {.truncate = 2}), "data: \xc3\xa9\xc3\xa9...\n");
 }
 
@@ -233,7 +233,7 @@ TEST(ToYaml, LeavesArraysAndTextsOut) {
                   "floating_point_range: "
                   "'<sequence type: rcl_interfaces/msg/FloatingPointRange[1], length: 0>'\n"));
   std_msgs::msg::String text;
-  text.data("hello");
+  text.data = "hello";
   EXPECT_EQ(to_yaml(read(text), {.no_strings = true}), "data: '<string length: <5>>'\n");
 }
 

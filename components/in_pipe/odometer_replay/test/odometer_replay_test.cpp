@@ -26,7 +26,6 @@ using testing::ComponentHarness;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
-namespace states = pipescout_msgs::msg::MissionStatus_Constants;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 
@@ -55,14 +54,14 @@ class OdometerReplayTest : public ::testing::Test {
   std::vector<double> first_distances(const Collector<OdometerReadings>& readings) const {
     std::vector<double> result;
     for (const auto& message : readings.messages()) {
-      result.push_back(message->distance().at(0));
+      result.push_back(message->distance.at(0));
     }
     return result;
   }
   std::size_t count(std::uint8_t state) const {
     std::size_t result = 0;
     for (const auto& status : statuses_.messages()) {
-      result += status->state() == state ? 1U : 0U;
+      result += status->state == state ? 1U : 0U;
     }
     return result;
   }
@@ -80,22 +79,22 @@ TEST_F(OdometerReplayTest, PublishesEveryRowAndSaysSo) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::milliseconds(150));
   EXPECT_THAT(first_distances(readings), ElementsAre(1.5, 2.5));
-  EXPECT_EQ(count(states::COMPLETE), 0U);
+  EXPECT_EQ(count(MissionStatus::COMPLETE), 0U);
   pass(std::chrono::seconds(1));
   EXPECT_THAT(first_distances(readings), ElementsAre(1.5, 2.5, 3.5));
-  EXPECT_EQ(count(states::COMPLETE), 1U);
+  EXPECT_EQ(count(MissionStatus::COMPLETE), 1U);
 
   const OdometerReadings& first = readings.at(0);
-  EXPECT_THAT(first.name(), ElementsAre("left", "right"));
-  EXPECT_THAT(first.distance(), ElementsAre(1.5, 1.0));
-  EXPECT_THAT(first.standard_deviation(), ElementsAre(0.06, 0.055));
-  EXPECT_THAT(first.valid(), ElementsAre(true, true));
-  EXPECT_EQ(first.header().frame_id(), "base_link");
-  EXPECT_EQ(from_message(first.header().stamp()), kStart);
+  EXPECT_THAT(first.name, ElementsAre("left", "right"));
+  EXPECT_THAT(first.distance, ElementsAre(1.5, 1.0));
+  EXPECT_THAT(first.standard_deviation, ElementsAre(0.06, 0.055));
+  EXPECT_THAT(first.valid, ElementsAre(true, true));
+  EXPECT_EQ(first.header.frame_id, "base_link");
+  EXPECT_EQ(from_message(first.header.stamp), kStart);
   for (std::size_t i = 1; i < 3; ++i) {
-    EXPECT_EQ(from_message(readings.at(i).header().stamp()) -
-                  from_message(readings.at(i - 1).header().stamp()),
-              std::chrono::milliseconds(100));
+    EXPECT_EQ(
+        from_message(readings.at(i).header.stamp) - from_message(readings.at(i - 1).header.stamp),
+        std::chrono::milliseconds(100));
   }
 }
 
@@ -106,10 +105,10 @@ TEST_F(OdometerReplayTest, TellsItsProgress) {
   pass(std::chrono::seconds(1));
   ASSERT_GE(statuses_.size(), 4U);
   const MissionStatus& last_running = statuses_.at(statuses_.size() - 2);
-  EXPECT_EQ(last_running.state(), states::RUNNING);
-  EXPECT_EQ(last_running.done(), 3U);
-  EXPECT_EQ(last_running.total(), 3U);
-  EXPECT_EQ(statuses_.back().node(), "/replay");
+  EXPECT_EQ(last_running.state, MissionStatus::RUNNING);
+  EXPECT_EQ(last_running.done, 3U);
+  EXPECT_EQ(last_running.total, 3U);
+  EXPECT_EQ(statuses_.back().node, "/replay");
 }
 
 TEST_F(OdometerReplayTest, ReportsAtMostAHundredTimes) {
@@ -122,7 +121,7 @@ TEST_F(OdometerReplayTest, ReportsAtMostAHundredTimes) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(11));
   EXPECT_EQ(readings.size(), 1000U);
-  EXPECT_LE(count(states::RUNNING), 100U);
+  EXPECT_LE(count(MissionStatus::RUNNING), 100U);
 }
 
 TEST_F(OdometerReplayTest, WaitsForSubscribers) {
@@ -131,7 +130,7 @@ TEST_F(OdometerReplayTest, WaitsForSubscribers) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   EXPECT_TRUE(first.empty());
-  EXPECT_THAT(statuses_.back().message(), HasSubstr("waiting for 2 subscriptions"));
+  EXPECT_THAT(statuses_.back().message, HasSubstr("waiting for 2 subscriptions"));
   const auto second = harness_.collect(topics::kOdometerReadings);
   pass(std::chrono::seconds(1));
   EXPECT_EQ(first.size(), 3U);
@@ -142,7 +141,7 @@ TEST_F(OdometerReplayTest, NeedsNobodyWhenToldSo) {
   auto& replay = make(write(kThreeRows), {{"wait_for_subscribers", 0}});
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
-  EXPECT_EQ(count(states::COMPLETE), 1U);
+  EXPECT_EQ(count(MissionStatus::COMPLETE), 1U);
 }
 
 TEST_F(OdometerReplayTest, KeepsTheRhythmOfTheStamps) {
@@ -151,8 +150,8 @@ TEST_F(OdometerReplayTest, KeepsTheRhythmOfTheStamps) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 3U);
-  EXPECT_EQ(from_message(readings.at(1).header().stamp()), kStart + std::chrono::milliseconds(150));
-  EXPECT_EQ(from_message(readings.at(2).header().stamp()), kStart + std::chrono::milliseconds(750));
+  EXPECT_EQ(from_message(readings.at(1).header.stamp), kStart + std::chrono::milliseconds(150));
+  EXPECT_EQ(from_message(readings.at(2).header.stamp), kStart + std::chrono::milliseconds(750));
 }
 
 TEST_F(OdometerReplayTest, PublishesRecordedStamps) {
@@ -162,7 +161,7 @@ TEST_F(OdometerReplayTest, PublishesRecordedStamps) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 2U);
-  EXPECT_EQ(from_message(readings.at(0).header().stamp()), Time(std::chrono::milliseconds(50500)));
+  EXPECT_EQ(from_message(readings.at(0).header.stamp), Time(std::chrono::milliseconds(50500)));
 }
 
 TEST_F(OdometerReplayTest, RateMayChangeWhileItPlays) {
@@ -198,10 +197,10 @@ TEST_F(OdometerReplayTest, TheFirstClockMessageIsNoDelay) {
   harness_.set_time(start);
   pass(std::chrono::milliseconds(50));
   ASSERT_EQ(readings.size(), 1U);
-  EXPECT_EQ(from_message(readings.at(0).header().stamp()), start);
+  EXPECT_EQ(from_message(readings.at(0).header.stamp), start);
   pass(std::chrono::milliseconds(100));
   ASSERT_EQ(readings.size(), 2U);
-  EXPECT_EQ(from_message(readings.at(1).header().stamp()), start + std::chrono::milliseconds(100));
+  EXPECT_EQ(from_message(readings.at(1).header.stamp), start + std::chrono::milliseconds(100));
 }
 
 TEST_F(OdometerReplayTest, AClockSetForwardDoesNotHurryIt) {
@@ -214,10 +213,10 @@ TEST_F(OdometerReplayTest, AClockSetForwardDoesNotHurryIt) {
   harness_.set_time(later);
   pass(std::chrono::milliseconds(50));
   ASSERT_EQ(readings.size(), 2U);
-  EXPECT_EQ(from_message(readings.at(1).header().stamp()), later);
+  EXPECT_EQ(from_message(readings.at(1).header.stamp), later);
   pass(std::chrono::milliseconds(100));
   ASSERT_EQ(readings.size(), 3U);
-  EXPECT_EQ(from_message(readings.at(2).header().stamp()), later + std::chrono::milliseconds(100));
+  EXPECT_EQ(from_message(readings.at(2).header.stamp), later + std::chrono::milliseconds(100));
 }
 
 TEST_F(OdometerReplayTest, ALateRowDoesNotDelayTheOthers) {
@@ -228,9 +227,8 @@ TEST_F(OdometerReplayTest, ALateRowDoesNotDelayTheOthers) {
   harness_.advance(std::chrono::milliseconds(500));
   harness_.advance(std::chrono::milliseconds(10));
   ASSERT_EQ(readings.size(), 3U);
-  EXPECT_EQ(
-      from_message(readings.at(2).header().stamp()) - from_message(readings.at(0).header().stamp()),
-      std::chrono::milliseconds(200));
+  EXPECT_EQ(from_message(readings.at(2).header.stamp) - from_message(readings.at(0).header.stamp),
+            std::chrono::milliseconds(200));
 }
 
 TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
@@ -247,9 +245,9 @@ TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
   ASSERT_TRUE(harness_.activate(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 2U);
-  EXPECT_EQ(from_message(readings.at(0).header().stamp()), kStart);
-  EXPECT_EQ(readings.at(0).header().frame_id(), "base_link");
-  EXPECT_THAT(readings.at(0).standard_deviation(), ElementsAre(0.06, 0.055));
+  EXPECT_EQ(from_message(readings.at(0).header.stamp), kStart);
+  EXPECT_EQ(readings.at(0).header.frame_id, "base_link");
+  EXPECT_THAT(readings.at(0).standard_deviation, ElementsAre(0.06, 0.055));
 
   ASSERT_TRUE(harness_.deactivate(replay).success);
   ASSERT_TRUE(harness_.cleanup(replay).success);
@@ -257,9 +255,9 @@ TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 4U);
-  EXPECT_EQ(from_message(readings.at(2).header().stamp()), Time(std::chrono::milliseconds(50500)));
-  EXPECT_EQ(readings.at(2).header().frame_id(), "other");
-  EXPECT_THAT(readings.at(2).standard_deviation(), ElementsAre(0.5, 0.5));
+  EXPECT_EQ(from_message(readings.at(2).header.stamp), Time(std::chrono::milliseconds(50500)));
+  EXPECT_EQ(readings.at(2).header.frame_id, "other");
+  EXPECT_THAT(readings.at(2).standard_deviation, ElementsAre(0.5, 0.5));
 }
 
 TEST_F(OdometerReplayTest, PausesAndGoesOn) {
@@ -295,8 +293,8 @@ TEST_F(OdometerReplayTest, ReadingsThatAreNoNumbersArePublished) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 1U);
-  EXPECT_TRUE(std::isnan(readings.at(0).distance()[0]));
-  EXPECT_THAT(readings.at(0).valid(), ElementsAre(true, true));
+  EXPECT_TRUE(std::isnan(readings.at(0).distance[0]));
+  EXPECT_THAT(readings.at(0).valid, ElementsAre(true, true));
 }
 
 TEST_F(OdometerReplayTest, StandardDeviationsMayComeFromTheFile) {
@@ -307,7 +305,7 @@ TEST_F(OdometerReplayTest, StandardDeviationsMayComeFromTheFile) {
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 1U);
-  EXPECT_THAT(readings.at(0).standard_deviation(), ElementsAre(0.1, -1.0));
+  EXPECT_THAT(readings.at(0).standard_deviation, ElementsAre(0.1, -1.0));
 }
 
 TEST_F(OdometerReplayTest, BadInputIsRefusedWithFileAndLine) {

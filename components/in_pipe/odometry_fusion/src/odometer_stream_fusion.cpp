@@ -182,7 +182,7 @@ void OdometerStreamFusion::declare_message_parameters() {
 
 OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
   OdometerStreamParameters result;
-  result.odometers.resize(odometers_.share()->size());
+  result.odometers.resize(odometers_.share()->size);
   assign_each("kinds", *kinds_.share(), result.odometers,
               [](auto& odometer, const std::string& name) { odometer.kind = kind(name); });
   assign_each("resolutions", *resolutions_.share(), result.odometers,
@@ -281,7 +281,7 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
     diagnostics().count("readings.refused");
     return;
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   // The stream follows the stamps whatever the clock says; whoever uses the result sees them too.
   if (const auto fault = settings_.stamp_limits.find_fault("readings", stamp, now())) {
     report_fault(fault->counter, fault->text);
@@ -294,11 +294,11 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
   if (!origin_) {
     origin_ = stamp;
   }
-  frame_id_ = message.header().frame_id();
-  for (std::size_t k = 0; k < message.name().size(); ++k) {
-    const auto place = std::find(settings_.names.begin(), settings_.names.end(), message.name()[k]);
+  frame_id_ = message.header.frame_id;
+  for (std::size_t k = 0; k < message.name.size(); ++k) {
+    const auto place = std::find(settings_.names.begin(), settings_.names.end(), message.name[k]);
     if (place == settings_.names.end()) {
-      report_fault("readings.name.unexpected", "readings of '" + message.name()[k] +
+      report_fault("readings.name.unexpected", "readings of '" + message.name[k] +
                                                    "', which parameter 'odometers' does not have");
       continue;
     }
@@ -370,7 +370,7 @@ void OdometerStreamFusion::publish_state() {
   for (std::size_t i = 0; i < settings_.names.size(); ++i) {
     // The stream measures wear against the others, from one calibration to the next.
     if (state.odometers[i].health == OdometerHealth::kOk && calibration_->is_worn(i)) {
-      message->health()[i] = pipescout_msgs::msg::FusedOdometer_Constants::HEALTH_WORN;
+      message->health()[i] = pipescout_msgs::msg::FusedOdometer::HEALTH_WORN;
     }
   }
   message->header().stamp(to_message(*origin_ + from_seconds(state.time)));
@@ -401,18 +401,18 @@ void OdometerStreamFusion::report_health() {
 }
 
 void OdometerStreamFusion::on_weld(const Weld& message) {
-  if (!origin_ || message.weld() < 0 || std::isnan(message.spacing())) {
+  if (!origin_ || message.weld < 0 || std::isnan(message.spacing)) {
     return;  // not known which weld it is, or the first one that is
   }
-  if (!(message.weld_probability() >= settings_.least_weld_probability)) {
+  if (!(message.weld_probability >= settings_.least_weld_probability)) {
     return;
   }
   const SpacingOutcome outcome =
-      calibration_->observe({.from = stream_time(from_message(message.spacing_since())),
-                             .to = stream_time(from_message(message.header().stamp())),
-                             .length = message.spacing(),
-                             .standard_deviation = message.spacing_standard_deviation(),
-                             .joints = message.spacing_joints()},
+      calibration_->observe({.from = stream_time(from_message(message.spacing_since)),
+                             .to = stream_time(from_message(message.header.stamp)),
+                             .length = message.spacing,
+                             .standard_deviation = message.spacing_standard_deviation,
+                             .joints = message.spacing_joints},
                             *stream_);
   switch (outcome) {
     case SpacingOutcome::kUsed:

@@ -171,7 +171,7 @@ void OdometryFusion::on_readings(const Readings& message) {
 
 bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fusion,
                                    const std::vector<double>& standard_deviations) {
-  const std::size_t odometers = message.name().size();
+  const std::size_t odometers = message.name.size();
   const auto refuse = [this](const ReadingsFault& fault) {
     report_fault(fault.counter, fault.text);
     return false;
@@ -187,7 +187,7 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
   // A driver that does not know its precision leaves this list empty.
   const bool stand_in = message.standard_deviation().empty() && !standard_deviations.empty();
   const auto size_fault =
-      find_size_fault("standard_deviation", message.standard_deviation().size(), odometers);
+      find_size_fault("standard_deviation", message.standard_deviation.size(), odometers);
   if (!stand_in && size_fault) {
     return refuse(*size_fault);
   }
@@ -211,7 +211,7 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
 /// A wrong stamp changes no distance: the readings are fused, and whoever uses the result sees the
 /// stamp too.
 void OdometryFusion::check_stamp(const Readings& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   const StampLimits limits{.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   if (const auto fault = limits.find_fault("readings", stamp, now())) {
     report_fault(fault->counter, fault->text);
@@ -224,9 +224,9 @@ void OdometryFusion::check_stamp(const Readings& message) {
 }
 
 void OdometryFusion::count_rejections(const Fused& fused) {
-  for (std::size_t i = 0; i < fused.rejection_reason().size(); ++i) {
-    const std::string& name = fused.name()[i];
-    switch (static_cast<RejectionReason>(fused.rejection_reason()[i])) {
+  for (std::size_t i = 0; i < fused.rejection_reason.size(); ++i) {
+    const std::string& name = fused.name[i];
+    switch (static_cast<RejectionReason>(fused.rejection_reason[i])) {
       case RejectionReason::kNone:
       case RejectionReason::kUnsupported:  // a wheel that slips: what the fusion is for
         break;
@@ -244,7 +244,7 @@ void OdometryFusion::count_rejections(const Fused& fused) {
         break;
     }
   }
-  if (fused.status() == pipescout_msgs::msg::FusedOdometer_Constants::STATUS_NO_CONSENSUS) {
+  if (fused.status == pipescout_msgs::msg::FusedOdometer::STATUS_NO_CONSENSUS) {
     report_fault("no_consensus", "no group of odometers agrees");
   }
 }

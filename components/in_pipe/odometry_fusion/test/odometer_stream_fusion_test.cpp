@@ -25,7 +25,6 @@ using testing::ComponentHarness;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -47,11 +46,11 @@ class OdometerStreamFusionTest : public ::testing::Test {
 
   static OdometerReadings readings(double time, const std::vector<double>& distance) {
     OdometerReadings message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.header().frame_id("base_link");
-    message.name(kWheels);
-    message.distance(distance);
-    message.valid({true, true, true});
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.header.frame_id = "base_link";
+    message.name = kWheels;
+    message.distance = distance;
+    message.valid = {true, true, true};
     return message;
   }
 
@@ -83,24 +82,23 @@ TEST_F(OdometerStreamFusionTest, FollowsTheWheels) {
   drive(0.0, 20.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
   ASSERT_GT(fused_.size(), 150U);
   const FusedOdometer& fused = fused_.back();
-  const double time = to_seconds(from_message(fused.header().stamp()) - kStart);
-  EXPECT_NEAR(fused.distance(), kSpeed * time, 0.005);
-  EXPECT_NEAR(fused.speed(), kSpeed, 0.01);
-  EXPECT_EQ(fused.header().frame_id(), "base_link");
-  EXPECT_EQ(fused.name(), kWheels);
-  EXPECT_EQ(fused.status(), constants::STATUS_OK);
-  EXPECT_THAT(fused.in_fusion_set(), ElementsAre(true, true, true));
-  EXPECT_THAT(fused.rejection_reason(), Each(constants::REJECTED_NONE));
-  EXPECT_THAT(fused.health(), Each(constants::HEALTH_OK));
-  EXPECT_THAT(fused.scale(), Each(1.0));
-  EXPECT_EQ(fused.support().size(), 9U);
-  EXPECT_EQ(fused.confidence_distance().size(), 9U);
-  EXPECT_GT(fused.variance(), 0.0);
-  EXPECT_LE(fused.independent_variance(), fused.variance());
+  const double time = to_seconds(from_message(fused.header.stamp) - kStart);
+  EXPECT_NEAR(fused.distance, kSpeed * time, 0.005);
+  EXPECT_NEAR(fused.speed, kSpeed, 0.01);
+  EXPECT_EQ(fused.header.frame_id, "base_link");
+  EXPECT_EQ(fused.name, kWheels);
+  EXPECT_EQ(fused.status, FusedOdometer::STATUS_OK);
+  EXPECT_THAT(fused.in_fusion_set, ElementsAre(true, true, true));
+  EXPECT_THAT(fused.rejection_reason, Each(FusedOdometer::REJECTED_NONE));
+  EXPECT_THAT(fused.health, Each(FusedOdometer::HEALTH_OK));
+  EXPECT_THAT(fused.scale, Each(1.0));
+  EXPECT_EQ(fused.support.size(), 9U);
+  EXPECT_EQ(fused.confidence_distance.size(), 9U);
+  EXPECT_GT(fused.variance, 0.0);
+  EXPECT_LE(fused.independent_variance, fused.variance);
   // One for each tick.
   for (std::size_t i = 1; i < fused_.size(); ++i) {
-    EXPECT_LT(from_message(fused_.at(i - 1).header().stamp()),
-              from_message(fused_.at(i).header().stamp()));
+    EXPECT_LT(from_message(fused_.at(i - 1).header.stamp), from_message(fused_.at(i).header.stamp));
   }
 }
 
@@ -113,15 +111,15 @@ TEST_F(OdometerStreamFusionTest, SaysWhoSlipsAndWhy) {
   bool rejected = false;
   bool slipping = false;
   for (const auto& message : fused_.messages()) {
-    rejected |= message->rejection_reason()[1] == constants::REJECTED_UNSUPPORTED;
-    slipping |= message->health()[1] == constants::HEALTH_SLIPPING;
-    EXPECT_EQ(message->health()[0], constants::HEALTH_OK);
+    rejected |= message->rejection_reason[1] == FusedOdometer::REJECTED_UNSUPPORTED;
+    slipping |= message->health[1] == FusedOdometer::HEALTH_SLIPPING;
+    EXPECT_EQ(message->health[0], FusedOdometer::HEALTH_OK);
   }
   EXPECT_TRUE(rejected);
   EXPECT_TRUE(slipping);
-  EXPECT_EQ(fused_.back().health()[1], constants::HEALTH_OK);
-  const double time = to_seconds(from_message(fused_.back().header().stamp()) - kStart);
-  EXPECT_NEAR(fused_.back().distance(), kSpeed * time, 0.03);
+  EXPECT_EQ(fused_.back().health[1], FusedOdometer::HEALTH_OK);
+  const double time = to_seconds(from_message(fused_.back().header.stamp) - kStart);
+  EXPECT_NEAR(fused_.back().distance, kSpeed * time, 0.03);
   bool told = false;
   for (const auto& entry : harness_.logs()) {
     told |= entry.text == "odometer 'right': slipping";
@@ -135,21 +133,21 @@ TEST_F(OdometerStreamFusionTest, TakesWheelsWithRatesOfTheirOwnAndIncrements) {
     const double time = k / 20.0;
     harness_.set_time(kStart + from_seconds(time));
     OdometerReadings message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.name({"right"});
-    message.distance({kSpeed / 20.0});
-    message.valid({true});
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.name = {"right"};
+    message.distance = {kSpeed / 20.0};
+    message.valid = {true};
     send(message);
     if (k % 2 == 0) {
-      message.name({"top", "left"});
-      message.distance({7.0 + kSpeed * time, kSpeed * time});
-      message.valid({true, true});
+      message.name = {"top", "left"};
+      message.distance = {7.0 + kSpeed * time, kSpeed * time};
+      message.valid = {true, true};
       send(message);
     }
   }
   ASSERT_FALSE(fused_.empty());
-  EXPECT_THAT(fused_.back().in_fusion_set(), ElementsAre(true, true, true));
-  EXPECT_NEAR(fused_.back().speed(), kSpeed, 0.01);
+  EXPECT_THAT(fused_.back().in_fusion_set, ElementsAre(true, true, true));
+  EXPECT_NEAR(fused_.back().speed, kSpeed, 0.01);
 }
 
 /// A spoilt message, the counter that must say so, and whether the message is refused as a whole.
@@ -167,27 +165,26 @@ TEST_F(OdometerStreamFusionTest, CountsWhatItCannotUseAndGoesOn) {
       {"readings.name.wrong_count", true,
        [](auto& message) {
          for (int i = 0; i < 17; ++i) {
-           message.name().push_back(std::to_string(i));
+           message.name.push_back(std::to_string(i));
          }
        }},
-      {"readings.name.not_unique", true, [](auto& message) { message.name()[1] = "left"; }},
-      {"readings.name.unexpected", false, [](auto& message) { message.name()[1] = "bottom"; }},
-      {"readings.distance.wrong_size", true, [](auto& message) { message.distance().pop_back(); }},
-      {"readings.valid.wrong_size", true, [](auto& message) { message.valid().push_back(true); }},
-      {"readings.valid.false", false, [](auto& message) { message.valid()[0] = false; }},
+      {"readings.name.not_unique", true, [](auto& message) { message.name[1] = "left"; }},
+      {"readings.name.unexpected", false, [](auto& message) { message.name[1] = "bottom"; }},
+      {"readings.distance.wrong_size", true, [](auto& message) { message.distance.pop_back(); }},
+      {"readings.valid.wrong_size", true, [](auto& message) { message.valid.push_back(true); }},
+      {"readings.valid.false", false, [](auto& message) { message.valid[0] = false; }},
+      {"readings.distance.not_a_number", false, [](auto& message) { message.distance[0] = kNan; }},
       {"readings.distance.not_a_number", false,
-       [](auto& message) { message.distance()[0] = kNan; }},
-      {"readings.distance.not_a_number", false,
-       [](auto& message) { message.distance()[2] = -kInfinity; }},
-      {"readings.distance.implausible", false, [](auto& message) { message.distance()[2] = 1e6; }},
+       [](auto& message) { message.distance[2] = -kInfinity; }},
+      {"readings.distance.implausible", false, [](auto& message) { message.distance[2] = 1e6; }},
       {"readings.header.stamp.not_increasing", false,
-       [](auto& message) { message.header().stamp(to_message(kStart + from_seconds(4.9))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart + from_seconds(4.9)); }},
       {"readings.header.stamp.stale", false,
-       [](auto& message) { message.header().stamp(to_message(kStart - from_seconds(10.0))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart - from_seconds(10.0)); }},
       {"readings.header.stamp.in_future", false,
-       [](auto& message) { message.header().stamp(to_message(kStart + from_seconds(5000.0))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart + from_seconds(5000.0)); }},
       {"readings.header.stamp.leap", false,
-       [](auto& message) { message.header().stamp(to_message(kStart + from_seconds(5000.0))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart + from_seconds(5000.0)); }},
   };
   double time = 5.0;
   for (const Fault& fault : faults) {
@@ -206,20 +203,20 @@ TEST_F(OdometerStreamFusionTest, CountsWhatItCannotUseAndGoesOn) {
   fused_.clear();
   drive(time + 0.05, time + 10.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
   ASSERT_FALSE(fused_.empty());
-  EXPECT_EQ(fused_.back().status(), constants::STATUS_OK);
+  EXPECT_EQ(fused_.back().status, FusedOdometer::STATUS_OK);
 }
 
 TEST_F(OdometerStreamFusionTest, FollowsAClockThatIsSet) {
   start({{"maximum_age", 0.0}, {"maximum_lead", 86400.0}});
   drive(0.0, 10.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
-  const double before = fused_.back().distance();
+  const double before = fused_.back().distance;
   for (int k = 0; k <= 200; ++k) {  // from here on an hour later
     const double distance = kSpeed * (10.05 + k / 20.0);
     send(readings(3610.0 + k / 20.0, {distance, distance, distance}));
   }
-  EXPECT_EQ(fused_.back().status(), constants::STATUS_OK);
-  EXPECT_GT(from_message(fused_.back().header().stamp()), kStart + std::chrono::seconds(3600));
-  EXPECT_NEAR(fused_.back().distance() - before, kSpeed * 10.0, 0.3);
+  EXPECT_EQ(fused_.back().status, FusedOdometer::STATUS_OK);
+  EXPECT_GT(from_message(fused_.back().header.stamp), kStart + std::chrono::seconds(3600));
+  EXPECT_NEAR(fused_.back().distance - before, kSpeed * 10.0, 0.3);
 }
 
 TEST_F(OdometerStreamFusionTest, NoticesADeadDriver) {
@@ -236,13 +233,13 @@ class CalibrationTest : public OdometerStreamFusionTest {
  protected:
   static WeldDetection weld(double since, double time) {
     WeldDetection message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.weld(3);
-    message.weld_probability(1.0);
-    message.spacing_since(to_message(kStart + from_seconds(since)));
-    message.spacing(kSpeed * (time - since));
-    message.spacing_standard_deviation(0.01);
-    message.spacing_joints(1);
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.weld = 3;
+    message.weld_probability = 1.0;
+    message.spacing_since = to_message(kStart + from_seconds(since));
+    message.spacing = kSpeed * (time - since);
+    message.spacing_standard_deviation = 0.01;
+    message.spacing_joints = 1;
     return message;
   }
   void send_weld(const WeldDetection& message) {
@@ -263,30 +260,30 @@ class CalibrationTest : public OdometerStreamFusionTest {
 TEST_F(CalibrationTest, LearnsScalesFromWelds) {
   start();
   drive_along_welds();
-  ASSERT_EQ(fused_.back().scale().size(), 3U);
-  EXPECT_NEAR(fused_.back().scale()[0], 1.0 / 0.99, 1.5e-3);
-  EXPECT_NEAR(fused_.back().scale()[1], 1.0 / 0.98, 1.5e-3);
-  EXPECT_LT(fused_.back().scale_standard_deviation()[1], 2e-3);
-  EXPECT_GT(fused_.back().scale_standard_deviation()[1], 0.0);
+  ASSERT_EQ(fused_.back().scale.size(), 3U);
+  EXPECT_NEAR(fused_.back().scale[0], 1.0 / 0.99, 1.5e-3);
+  EXPECT_NEAR(fused_.back().scale[1], 1.0 / 0.98, 1.5e-3);
+  EXPECT_LT(fused_.back().scale_standard_deviation[1], 2e-3);
+  EXPECT_GT(fused_.back().scale_standard_deviation[1], 0.0);
 }
 
 TEST_F(CalibrationTest, LearnsNothingFromWeldsThatAreNotCertain) {
   auto& fusion = start();
   drive(0.0, 60.0, {scaled(0.98), scaled(0.98), scaled(0.98)});
   WeldDetection message = weld(10.0, 34.0);
-  message.weld_probability(0.9);
+  message.weld_probability = 0.9;
   send_weld(message);
   message = weld(10.0, 34.0);
-  message.weld(-1);
+  message.weld = -1;
   send_weld(message);
   message = weld(10.0, 34.0);
-  message.spacing(kNan);
+  message.spacing = kNan;
   send_weld(message);
   message = weld(10.0, 34.0);
-  message.weld_probability(kNan);
+  message.weld_probability = kNan;
   send_weld(message);
   drive(60.05, 62.0, {scaled(0.98), scaled(0.98), scaled(0.98)});
-  EXPECT_THAT(fused_.back().scale(), Each(1.0));
+  EXPECT_THAT(fused_.back().scale, Each(1.0));
   EXPECT_EQ(fusion.diagnostics().counter("weld.spacing.bad_value"), 0U);
 }
 
@@ -294,12 +291,12 @@ TEST_F(CalibrationTest, CountsSpacingsThatMakeNoSense) {
   auto& fusion = start();
   drive(0.0, 40.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
   const std::vector<std::function<void(WeldDetection&)>> spoils{
-      [](auto& message) { message.spacing(-12.0); },
-      [](auto& message) { message.spacing(kInfinity); },
-      [](auto& message) { message.spacing_standard_deviation(-0.01); },
-      [](auto& message) { message.spacing_standard_deviation(kNan); },
-      [](auto& message) { message.spacing_joints(0); },
-      [](auto& message) { message.spacing_since(message.header().stamp()); },
+      [](auto& message) { message.spacing = -12.0; },
+      [](auto& message) { message.spacing = kInfinity; },
+      [](auto& message) { message.spacing_standard_deviation = -0.01; },
+      [](auto& message) { message.spacing_standard_deviation = kNan; },
+      [](auto& message) { message.spacing_joints = 0; },
+      [](auto& message) { message.spacing_since = message.header.stamp; },
   };
   std::uint64_t count = 0;
   for (const auto& spoil : spoils) {
@@ -315,7 +312,7 @@ TEST_F(CalibrationTest, CountsSpacingsThatMakeNoSense) {
 TEST_F(CalibrationTest, CanBeSwitchedOff) {
   start({{"calibrate", false}});
   drive_along_welds();
-  EXPECT_THAT(fused_.back().scale(), Each(1.0));
+  EXPECT_THAT(fused_.back().scale, Each(1.0));
 }
 
 std::string refusal(const std::vector<NamedParameter>& parameters) {

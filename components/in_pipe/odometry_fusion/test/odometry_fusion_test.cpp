@@ -22,7 +22,6 @@ using pipescout_msgs::msg::OdometerReadings;
 using testing::ComponentHarness;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kStart{std::chrono::seconds(1000)};
@@ -30,12 +29,12 @@ constexpr Time kStart{std::chrono::seconds(1000)};
 /// First row of Table 1 of the paper, with its standard deviations.
 OdometerReadings first_row() {
   OdometerReadings message;
-  message.header().stamp(to_message(kStart));
-  message.header().frame_id("base_link");
-  message.name({"odometer_1", "odometer_2", "odometer_3"});
-  message.distance({5.45, 5.34, 5.36});
-  message.standard_deviation({0.06, 0.055, 0.056});
-  message.valid({true, true, true});
+  message.header.stamp = to_message(kStart);
+  message.header.frame_id = "base_link";
+  message.name = {"odometer_1", "odometer_2", "odometer_3"};
+  message.distance = {5.45, 5.34, 5.36};
+  message.standard_deviation = {0.06, 0.055, 0.056};
+  message.valid = {true, true, true};
   return message;
 }
 
@@ -64,23 +63,23 @@ TEST_F(OdometryFusionTest, FusesThePapersFirstRow) {
   send(first_row());
   ASSERT_EQ(fused_.size(), 1U);
   const FusedOdometer& fused = fused_.back();
-  EXPECT_NEAR(fused.distance(), 5.5099, 5e-5);
-  EXPECT_GT(fused.variance(), 0.0);
-  EXPECT_EQ(fused.status(), constants::STATUS_OK);
-  EXPECT_EQ(fused.header(), first_row().header());
-  EXPECT_EQ(fused.name(), first_row().name());
-  EXPECT_THAT(fused.in_fusion_set(), ElementsAre(false, true, true));
-  EXPECT_THAT(fused.rejection_reason(),
-              ElementsAre(constants::REJECTED_UNSUPPORTED, constants::REJECTED_NONE,
-                          constants::REJECTED_NONE));
+  EXPECT_NEAR(fused.distance, 5.5099, 5e-5);
+  EXPECT_GT(fused.variance, 0.0);
+  EXPECT_EQ(fused.status, FusedOdometer::STATUS_OK);
+  EXPECT_EQ(fused.header, first_row().header);
+  EXPECT_EQ(fused.name, first_row().name);
+  EXPECT_THAT(fused.in_fusion_set, ElementsAre(false, true, true));
+  EXPECT_THAT(fused.rejection_reason,
+              ElementsAre(FusedOdometer::REJECTED_UNSUPPORTED, FusedOdometer::REJECTED_NONE,
+                          FusedOdometer::REJECTED_NONE));
   // r_ij, row-major: 1 and 2 are too far apart, the 3rd supports all, the 1st supports itself only.
-  ASSERT_EQ(fused.support().size(), 9U);
-  EXPECT_EQ(fused.support()[0], 1);
-  EXPECT_EQ(fused.support()[1], 0);
-  EXPECT_EQ(fused.support()[5], 1);
-  ASSERT_EQ(fused.confidence_distance().size(), 9U);
+  ASSERT_EQ(fused.support.size(), 9U);
+  EXPECT_EQ(fused.support[0], 1);
+  EXPECT_EQ(fused.support[1], 0);
+  EXPECT_EQ(fused.support[5], 1);
+  ASSERT_EQ(fused.confidence_distance.size(), 9U);
   // Row 2, column 1 of D: erf(0.11 / (sqrt(2) 0.055)).
-  EXPECT_NEAR(fused.confidence_distance()[3], std::erf(0.11 / (std::sqrt(2.0) * 0.055)), 1e-12);
+  EXPECT_NEAR(fused.confidence_distance[3], std::erf(0.11 / (std::sqrt(2.0) * 0.055)), 1e-12);
 }
 
 TEST_F(OdometryFusionTest, WeightsBySquaredSigmaByDefault) {
@@ -89,46 +88,46 @@ TEST_F(OdometryFusionTest, WeightsBySquaredSigmaByDefault) {
   ASSERT_EQ(fused_.size(), 1U);
   const double w2 = 1.0 / (0.055 * 0.055);
   const double w3 = 1.0 / (0.056 * 0.056);
-  EXPECT_NEAR(fused_.back().distance(), (w2 * 5.495 + w3 * 5.525) / (w2 + w3), 1e-12);
-  EXPECT_NEAR(fused_.back().variance(), 1.0 / (w2 + w3), 1e-15);
+  EXPECT_NEAR(fused_.back().distance, (w2 * 5.495 + w3 * 5.525) / (w2 + w3), 1e-12);
+  EXPECT_NEAR(fused_.back().variance, 1.0 / (w2 + w3), 1e-15);
 }
 
 TEST_F(OdometryFusionTest, AnswersEveryMessageInOrder) {
   start();
   for (int i = 0; i < 50; ++i) {
     OdometerReadings message = first_row();
-    message.header().stamp(to_message(kStart + std::chrono::milliseconds(i)));
+    message.header.stamp = to_message(kStart + std::chrono::milliseconds(i));
     harness_.publish(topics::kOdometerReadings, message);
   }
   harness_.spin();
   ASSERT_EQ(fused_.size(), 50U);
   for (std::size_t i = 0; i < 50; ++i) {
-    EXPECT_EQ(from_message(fused_.at(i).header().stamp()), kStart + std::chrono::milliseconds(i));
+    EXPECT_EQ(from_message(fused_.at(i).header.stamp), kStart + std::chrono::milliseconds(i));
   }
 }
 
 TEST_F(OdometryFusionTest, LeavesOutReadingsThatCannotBeUsed) {
   auto& fusion = start();
   OdometerReadings message = first_row();
-  message.distance()[0] = kNan;
+  message.distance[0] = kNan;
   send(message);
   ASSERT_EQ(fused_.size(), 1U);
-  EXPECT_EQ(fused_.back().rejection_reason()[0], constants::REJECTED_NOT_A_NUMBER);
-  EXPECT_THAT(fused_.back().in_fusion_set(), ElementsAre(false, true, true));
+  EXPECT_EQ(fused_.back().rejection_reason[0], FusedOdometer::REJECTED_NOT_A_NUMBER);
+  EXPECT_THAT(fused_.back().in_fusion_set, ElementsAre(false, true, true));
   EXPECT_EQ(fusion.diagnostics().counter("readings.distance.not_a_number"), 1U);
 
   message = first_row();
-  message.standard_deviation()[0] = -0.06;
-  message.header().stamp().sec(1001);
+  message.standard_deviation[0] = -0.06;
+  message.header.stamp.sec = 1001;
   send(message);
-  EXPECT_EQ(fused_.back().rejection_reason()[0], constants::REJECTED_BAD_SIGMA);
+  EXPECT_EQ(fused_.back().rejection_reason[0], FusedOdometer::REJECTED_BAD_SIGMA);
   EXPECT_EQ(fusion.diagnostics().counter("readings.standard_deviation.not_positive"), 1U);
 
   message = first_row();
-  message.valid()[0] = false;
-  message.header().stamp().sec(1002);
+  message.valid[0] = false;
+  message.header.stamp.sec = 1002;
   send(message);
-  EXPECT_EQ(fused_.back().rejection_reason()[0], constants::REJECTED_INVALID);
+  EXPECT_EQ(fused_.back().rejection_reason[0], FusedOdometer::REJECTED_INVALID);
   EXPECT_EQ(fusion.diagnostics().counter("readings.valid.false"), 1U);
   EXPECT_EQ(fusion.diagnostics().counter("readings.refused"), 0U);
 }
@@ -136,12 +135,12 @@ TEST_F(OdometryFusionTest, LeavesOutReadingsThatCannotBeUsed) {
 TEST_F(OdometryFusionTest, SaysWhenThereIsNoConsensus) {
   auto& fusion = start();
   OdometerReadings message = first_row();
-  message.distance({1.0, 2.0, 3.0});
+  message.distance = {1.0, 2.0, 3.0};
   send(message);
   ASSERT_EQ(fused_.size(), 1U);
-  EXPECT_EQ(fused_.back().status(), constants::STATUS_NO_CONSENSUS);
-  EXPECT_TRUE(std::isnan(fused_.back().distance()));
-  EXPECT_TRUE(std::isnan(fused_.back().variance()));
+  EXPECT_EQ(fused_.back().status, FusedOdometer::STATUS_NO_CONSENSUS);
+  EXPECT_TRUE(std::isnan(fused_.back().distance));
+  EXPECT_TRUE(std::isnan(fused_.back().variance));
   EXPECT_EQ(fusion.diagnostics().counter("no_consensus"), 1U);
 }
 
@@ -157,31 +156,31 @@ TEST_F(OdometryFusionTest, RefusesMessagesThatMakeNoSense) {
       {"readings.name.wrong_count", [](auto& message) { message = OdometerReadings(); }},
       {"readings.name.wrong_count",
        [](auto& message) {
-         message.name({"one"});
-         message.distance({1.0});
-         message.standard_deviation({0.1});
-         message.valid({true});
+         message.name = {"one"};
+         message.distance = {1.0};
+         message.standard_deviation = {0.1};
+         message.valid = {true};
        }},
       {"readings.name.wrong_count",
        [](auto& message) {
          for (int i = 0; i < 17; ++i) {
-           message.name().push_back("more_" + std::to_string(i));
+           message.name.push_back("more_" + std::to_string(i));
          }
        }},
-      {"readings.name.not_unique", [](auto& message) { message.name()[1] = message.name()[0]; }},
-      {"readings.distance.wrong_size", [](auto& message) { message.distance().pop_back(); }},
-      {"readings.distance.wrong_size", [](auto& message) { message.distance().push_back(1.0); }},
-      {"readings.valid.wrong_size", [](auto& message) { message.valid().clear(); }},
+      {"readings.name.not_unique", [](auto& message) { message.name[1] = message.name[0]; }},
+      {"readings.distance.wrong_size", [](auto& message) { message.distance.pop_back(); }},
+      {"readings.distance.wrong_size", [](auto& message) { message.distance.push_back(1.0); }},
+      {"readings.valid.wrong_size", [](auto& message) { message.valid.clear(); }},
       {"readings.standard_deviation.wrong_size",
-       [](auto& message) { message.standard_deviation().clear(); }},
+       [](auto& message) { message.standard_deviation.clear(); }},
       {"readings.standard_deviation.wrong_size",
-       [](auto& message) { message.standard_deviation().pop_back(); }},
+       [](auto& message) { message.standard_deviation.pop_back(); }},
       {"readings.name.unlike_offsets",
        [](auto& message) {
-         message.name().push_back("odometer_4");
-         message.distance().push_back(5.4);
-         message.standard_deviation().push_back(0.06);
-         message.valid().push_back(true);
+         message.name.push_back("odometer_4");
+         message.distance.push_back(5.4);
+         message.standard_deviation.push_back(0.06);
+         message.valid.push_back(true);
        }},
   };
   std::uint64_t refused = 0;
@@ -202,18 +201,18 @@ TEST_F(OdometryFusionTest, RefusesMessagesThatMakeNoSense) {
 TEST_F(OdometryFusionTest, TellsFaultsOnDiagnostics) {
   auto& fusion = start();
   OdometerReadings message = first_row();
-  message.distance().pop_back();
+  message.distance.pop_back();
   send(message);
   // A change of level is told at once.
   const auto status = harness_.diagnostics(fusion).back();
-  EXPECT_EQ(status.level(), static_cast<std::uint8_t>(DiagnosticLevel::kWarn));
+  EXPECT_EQ(status.level, static_cast<std::uint8_t>(DiagnosticLevel::kWarn));
   EXPECT_EQ(ComponentHarness::value(status, "readings.distance.wrong_size"), "1");
 }
 
 TEST_F(OdometryFusionTest, LogsAFaultOnce) {
   start();
   OdometerReadings message = first_row();
-  message.distance().pop_back();
+  message.distance.pop_back();
   for (int i = 0; i < 5; ++i) {
     send(message);
   }
@@ -228,12 +227,12 @@ TEST_F(OdometryFusionTest, StandsInForMissingStandardDeviations) {
   auto& fusion = start({{"standard_deviations", std::vector<double>{0.06, 0.055, 0.056}}});
   send(first_row());
   OdometerReadings message = first_row();
-  message.header().stamp().sec(1001);
-  message.standard_deviation().clear();
+  message.header.stamp.sec = 1001;
+  message.standard_deviation.clear();
   send(message);
   ASSERT_EQ(fused_.size(), 2U);
-  EXPECT_EQ(fused_.at(0).distance(), fused_.at(1).distance());
-  EXPECT_EQ(fused_.at(0).variance(), fused_.at(1).variance());
+  EXPECT_EQ(fused_.at(0).distance, fused_.at(1).distance);
+  EXPECT_EQ(fused_.at(0).variance, fused_.at(1).variance);
 
   ASSERT_TRUE(
       harness_.set_parameter(fusion, "standard_deviations", std::vector<double>{0.06, 0.055})
@@ -249,7 +248,7 @@ TEST_F(OdometryFusionTest, InsistsOnTheExpectedOdometers) {
   send(first_row());
   EXPECT_EQ(fused_.size(), 1U);
   OdometerReadings message = first_row();
-  message.name({"odometer_2", "odometer_1", "odometer_3"});
+  message.name = {"odometer_2", "odometer_1", "odometer_3"};
   send(message);
   EXPECT_EQ(fused_.size(), 1U);
   EXPECT_EQ(fusion.diagnostics().counter("readings.name.unexpected"), 1U);
@@ -259,7 +258,7 @@ TEST_F(OdometryFusionTest, CountsStrangeStampsAndFusesAllTheSame) {
   auto& fusion = start();
   const auto send_at = [this](Time stamp) {
     OdometerReadings message = first_row();
-    message.header().stamp(to_message(stamp));
+    message.header.stamp = to_message(stamp);
     send(message);
   };
   send_at(kStart - std::chrono::milliseconds(1100));
@@ -284,9 +283,9 @@ TEST_F(OdometryFusionTest, ParametersTakeEffectAtOnce) {
   ASSERT_TRUE(harness_.set_parameter(fusion, "offsets", std::vector<double>{}).successful);
   send(first_row());
   ASSERT_EQ(fused_.size(), 2U);
-  EXPECT_THAT(fused_.at(0).in_fusion_set(), ElementsAre(false, true, true));
-  EXPECT_THAT(fused_.at(1).in_fusion_set(), ElementsAre(true, true, true));
-  EXPECT_LT(fused_.at(1).distance(), 5.45);
+  EXPECT_THAT(fused_.at(0).in_fusion_set, ElementsAre(false, true, true));
+  EXPECT_THAT(fused_.at(1).in_fusion_set, ElementsAre(true, true, true));
+  EXPECT_LT(fused_.at(1).distance, 5.45);
 }
 
 TEST_F(OdometryFusionTest, RefusesParametersWithTheAlgorithmsReason) {

@@ -23,13 +23,13 @@ using odometry::Orientation;
 using odometry::WeldDetectorParameters;
 using odometry::WeldPositionEstimate;
 using odometry::WeldPositioningParameters;
-namespace position_constants = pipescout_msgs::msg::PipePosition_Constants;
-namespace weld_constants = pipescout_msgs::msg::WeldDetection_Constants;
+using pipescout_msgs::msg::PipePosition;
+using pipescout_msgs::msg::WeldDetection;
 
 constexpr auto kNumber = [](auto enumerator) { return static_cast<std::uint8_t>(enumerator); };
-static_assert(kNumber(Orientation::kForward) == position_constants::ORIENTATION_FORWARD);
-static_assert(kNumber(Orientation::kBackward) == position_constants::ORIENTATION_BACKWARD);
-static_assert(kNumber(Orientation::kUnknown) == position_constants::ORIENTATION_UNKNOWN);
+static_assert(kNumber(Orientation::kForward) == PipePosition::ORIENTATION_FORWARD);
+static_assert(kNumber(Orientation::kBackward) == PipePosition::ORIENTATION_BACKWARD);
+static_assert(kNumber(Orientation::kUnknown) == PipePosition::ORIENTATION_UNKNOWN);
 
 /// Fused distances that are remembered, to find when a weld was passed.
 constexpr std::size_t kHistory = 8192;
@@ -59,15 +59,15 @@ Orientation orientation(const std::string& name) {
 
 /// When the last of the samples was taken. Not for a message without samples.
 Time last_stamp(const pipescout_msgs::msg::EddyCurrentSamples& message) {
-  const auto samples = static_cast<double>(message.x().size() / message.channels());
-  return from_message(message.header().stamp()) +
-         from_seconds((samples - 1.0) * message.sample_interval());
+  const auto samples = static_cast<double>(message.x.size() / message.channels);
+  return from_message(message.header.stamp) +
+         from_seconds((samples - 1.0) * message.sample_interval);
 }
 
 /// What the calibration makes of the distance of all odometers together. The positioning learns
 /// this scale itself, from the same welds: it gets the distance without it.
 double common_scale(const pipescout_msgs::msg::FusedOdometer& message) {
-  const auto& scales = message.scale();
+  const auto& scales = message.scale;
   return scales.empty() ? 1.0
                         : std::accumulate(scales.begin(), scales.end(), 0.0) /
                               static_cast<double>(scales.size());
@@ -309,12 +309,11 @@ void WeldLocator::on_fused(const Fused& message) {
     diagnostics().count("fused.refused");
     return;
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   check_stamp("fused", stamp);
   // A fusion that does not say which part is independent from stretch to stretch: all of it.
-  const double variance = std::isfinite(message.independent_variance())
-                              ? message.independent_variance()
-                              : message.variance();
+  const double variance =
+      std::isfinite(message.independent_variance) ? message.independent_variance : message.variance;
   if (!history_->empty() && stamp <= history_->latest().time) {
     if (history_->latest().time - stamp < kLeap) {
       report_fault("fused.header.stamp.not_increasing",
@@ -326,7 +325,7 @@ void WeldLocator::on_fused(const Fused& message) {
     last_weld_.reset();
   }
   if (!history_->empty()) {
-    const double step = (message.distance() - history_->latest().distance) / common_scale(message);
+    const double step = (message.distance - history_->latest().distance) / common_scale(message);
     const auto& estimate = positioning_->add_increment(
         {.distance = step, .variance = std::max(0.0, variance - independent_variance_)});
     if (estimate.status != odometry::PositioningStatus::kAccepted) {
@@ -336,27 +335,27 @@ void WeldLocator::on_fused(const Fused& message) {
   }
   independent_variance_ = variance;
   history_->add({.time = stamp,
-                 .distance = message.distance(),
+                 .distance = message.distance,
                  .uncalibrated = positioning_->odometer_distance()});
   if (frame_id_.empty()) {
-    frame_id_ = message.header().frame_id();
+    frame_id_ = message.header.frame_id;
   }
   process_waiting();
   publish_position(stamp);
 }
 
 bool WeldLocator::is_acceptable(const Fused& message) {
-  if (!std::isfinite(message.distance())) {
+  if (!std::isfinite(message.distance)) {
     report_fault("fused.distance.not_a_number", "a fused distance is no finite number");
     return false;
   }
-  if (!std::isfinite(message.variance()) || message.variance() < 0.0) {
+  if (!std::isfinite(message.variance) || message.variance < 0.0) {
     report_fault("fused.variance.bad_value",
                  "the variance of a fused distance is no finite number above zero");
     return false;
   }
   const auto is_bad = [](double scale) { return !(scale > 0.1 && scale < 10.0); };
-  if (std::any_of(message.scale().begin(), message.scale().end(), is_bad)) {
+  if (std::any_of(message.scale.begin(), message.scale.end(), is_bad)) {
     report_fault("fused.scale.bad_value", "the scale of an odometer is not near 1");
     return false;
   }
@@ -385,25 +384,24 @@ bool WeldLocator::is_acceptable(const Samples& message) {
     return false;
   };
   const std::size_t channels = detector_->parameters().channels;
-  if (message.channels() != channels) {
-    return refuse("channels.unexpected", "of " + std::to_string(message.channels()) +
+  if (message.channels != channels) {
+    return refuse("channels.unexpected", "of " + std::to_string(message.channels) +
                                              " channels; parameter 'channels' is " +
                                              std::to_string(channels));
   }
-  if (message.x().empty() || message.x().size() % channels != 0 ||
-      message.x().size() > kMaximumSamples * channels) {
-    return refuse("x.wrong_size", "with " + std::to_string(message.x().size()) + " values of x");
+  if (message.x.empty() || message.x.size() % channels != 0 ||
+      message.x.size() > kMaximumSamples * channels) {
+    return refuse("x.wrong_size", "with " + std::to_string(message.x.size()) + " values of x");
   }
-  if (message.y().size() != message.x().size()) {
-    return refuse("y.wrong_size", "with " + std::to_string(message.y().size()) +
-                                      " values of y for " + std::to_string(message.x().size()) +
-                                      " of x");
+  if (message.y.size() != message.x.size()) {
+    return refuse("y.wrong_size", "with " + std::to_string(message.y.size()) + " values of y for " +
+                                      std::to_string(message.x.size()) + " of x");
   }
-  if (!(message.sample_interval() > 0.0 && message.sample_interval() <= 60.0)) {
+  if (!(message.sample_interval > 0.0 && message.sample_interval <= 60.0)) {
     return refuse("sample_interval.bad_value",
-                  "every " + std::to_string(message.sample_interval()) + " s");
+                  "every " + std::to_string(message.sample_interval) + " s");
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (samples_until_ && stamp <= *samples_until_) {
     if (*samples_until_ - stamp < kLeap) {
       return refuse("header.stamp.not_increasing", "from before the end of those before");
@@ -434,14 +432,14 @@ void WeldLocator::process_waiting() {
 }
 
 void WeldLocator::process(const Samples& message) {
-  frame_id_ = message.header().frame_id();
-  const Time stamp = from_message(message.header().stamp());
-  const std::size_t channels = message.channels();
+  frame_id_ = message.header.frame_id;
+  const Time stamp = from_message(message.header.stamp);
+  const std::size_t channels = message.channels;
   std::array<odometry::Impedance, odometry::kMaxEddyCurrentChannels> values{};
   std::uint64_t without_distance = 0;
-  for (std::size_t k = 0; k * channels < message.x().size(); ++k) {
+  for (std::size_t k = 0; k * channels < message.x.size(); ++k) {
     const auto place =
-        history_->at_time(stamp + from_seconds(static_cast<double>(k) * message.sample_interval()));
+        history_->at_time(stamp + from_seconds(static_cast<double>(k) * message.sample_interval));
     if (!place) {
       ++without_distance;
       continue;
@@ -476,7 +474,7 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
   message->confidence(event.confidence);
   message->amplitude(event.amplitude);
   message->width(event.width);
-  message->weld(weld_constants::UNKNOWN_WELD);
+  message->weld(WeldDetection::UNKNOWN_WELD);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   message->chainage(nan);
   message->chainage_variance(nan);
@@ -529,7 +527,7 @@ void WeldLocator::identify(const odometry::WeldEvent& event, const DistanceHisto
   }
   message.weld(static_cast<std::int32_t>(weld));
   message.weld_id(tally_->ids[weld]);
-  message.weld_probability(estimate.probability);
+  message.weld_probability = estimate.probability;
   message.chainage(*nearest);
   message.chainage_variance(tally_->variances[weld]);
   if (last_weld_ && last_weld_->weld != weld && last_weld_->time < passage.time &&
@@ -538,9 +536,9 @@ void WeldLocator::identify(const odometry::WeldEvent& event, const DistanceHisto
     const double variance = tally_->variances[high] - tally_->variances[low] +
                             event.standard_deviation * event.standard_deviation +
                             last_weld_->standard_deviation * last_weld_->standard_deviation;
-    message.spacing_since(to_message(last_weld_->time));
+    message.spacing_since = to_message(last_weld_->time);
     message.spacing(chainages[high] - chainages[low]);
-    message.spacing_standard_deviation(std::sqrt(variance));
+    message.spacing_standard_deviation = std::sqrt(variance);
     message.spacing_joints(static_cast<std::uint32_t>(high - low));
   }
   last_weld_ = {.weld = weld, .time = passage.time, .standard_deviation = event.standard_deviation};

@@ -66,22 +66,22 @@ class WeldLocatorTest : public ::testing::Test {
 
   static FusedOdometer fused(double time, double distance) {
     FusedOdometer message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.header().frame_id("base_link");
-    message.distance(distance);
-    message.variance(1e-6 * std::abs(distance) + 1e-8);
-    message.independent_variance(1e-6 * std::abs(distance));
-    message.scale({1.0, 1.0});
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.header.frame_id = "base_link";
+    message.distance = distance;
+    message.variance = 1e-6 * std::abs(distance) + 1e-8;
+    message.independent_variance = 1e-6 * std::abs(distance);
+    message.scale = {1.0, 1.0};
     return message;
   }
 
   /// A tenth of a second from `time` on.
   EddyCurrentSamples samples(double time) {
     EddyCurrentSamples message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.header().frame_id("probe");
-    message.sample_interval(1.0 / kSampleRate);
-    message.channels(1);
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.header.frame_id = "probe";
+    message.sample_interval = 1.0 / kSampleRate;
+    message.channels = 1;
     for (int k = 0; k < 20; ++k) {
       const double at = chainage(time + k / kSampleRate);
       double value = 0.0;
@@ -89,8 +89,8 @@ class WeldLocatorTest : public ::testing::Test {
         const double u = (at - weld) / 0.0133;
         value += std::exp(-(u - 1.5) * (u - 1.5) / 2.0) - std::exp(-(u + 1.5) * (u + 1.5) / 2.0);
       }
-      message.x().push_back(value + noise_(engine_));
-      message.y().push_back(noise_(engine_));
+      message.x.push_back(value + noise_(engine_));
+      message.y.push_back(noise_(engine_));
     }
     return message;
   }
@@ -128,38 +128,38 @@ TEST_F(WeldLocatorTest, FindsOutWhereItIs) {
   ASSERT_GT(welds_seen_.size(), 10U);
   ASSERT_FALSE(positions_.empty());
   const PipePosition& position = positions_.back();
-  EXPECT_TRUE(position.known());
-  EXPECT_TRUE(position.locked());
-  EXPECT_GT(position.joint_probability(), 0.999);
-  const double time = to_seconds(from_message(position.header().stamp()) - kStart);
+  EXPECT_TRUE(position.known);
+  EXPECT_TRUE(position.locked);
+  EXPECT_GT(position.joint_probability, 0.999);
+  const double time = to_seconds(from_message(position.header.stamp) - kStart);
   const double truth = chainage(time);
-  EXPECT_NEAR(position.chainage(), truth, 0.05);
-  ASSERT_LT(position.joint() + 1, welds_.size());
-  EXPECT_NEAR(position.distance_into_joint(), truth - welds_[position.joint()], 0.05);
-  EXPECT_EQ(position.orientation(), 0);
-  EXPECT_NEAR(position.scale(), 1.0, 0.005);
-  EXPECT_EQ(position.header().frame_id(), "probe");
-  EXPECT_GT(position.covariance()[0], 0.0);
-  EXPECT_LT(position.covariance()[0], 0.01);
+  EXPECT_NEAR(position.chainage, truth, 0.05);
+  ASSERT_LT(position.joint + 1, welds_.size());
+  EXPECT_NEAR(position.distance_into_joint, truth - welds_[position.joint], 0.05);
+  EXPECT_EQ(position.orientation, 0);
+  EXPECT_NEAR(position.scale, 1.0, 0.005);
+  EXPECT_EQ(position.header.frame_id, "probe");
+  EXPECT_GT(position.covariance[0], 0.0);
+  EXPECT_LT(position.covariance[0], 0.01);
 
   std::size_t recognised = 0;
   for (const auto& message : welds_seen_.messages()) {
-    const double passed = to_seconds(from_message(message->header().stamp()) - kStart);
-    EXPECT_NEAR(kSpeed * passed, message->distance(), 1e-3);
-    if (message->weld() < 0) {
-      EXPECT_TRUE(std::isnan(message->chainage()));
+    const double passed = to_seconds(from_message(message->header.stamp) - kStart);
+    EXPECT_NEAR(kSpeed * passed, message->distance, 1e-3);
+    if (message->weld < 0) {
+      EXPECT_TRUE(std::isnan(message->chainage));
       continue;
     }
     ++recognised;
-    const auto weld = static_cast<std::size_t>(message->weld());
-    EXPECT_EQ(message->weld_id(), "W" + std::to_string(weld));
-    EXPECT_NEAR(message->chainage(), welds_[weld], 1e-4);
+    const auto weld = static_cast<std::size_t>(message->weld);
+    EXPECT_EQ(message->weld_id, "W" + std::to_string(weld));
+    EXPECT_NEAR(message->chainage, welds_[weld], 1e-4);
     EXPECT_NEAR(chainage(passed), welds_[weld], 0.01);
-    if (!std::isnan(message->spacing())) {
-      const double since = to_seconds(from_message(message->spacing_since()) - kStart);
-      EXPECT_NEAR(message->spacing(), kSpeed * (passed - since), 0.02);
-      EXPECT_EQ(message->spacing_joints(), 1U);
-      EXPECT_GE(message->spacing_standard_deviation(), 0.01);
+    if (!std::isnan(message->spacing)) {
+      const double since = to_seconds(from_message(message->spacing_since) - kStart);
+      EXPECT_NEAR(message->spacing, kSpeed * (passed - since), 0.02);
+      EXPECT_EQ(message->spacing_joints, 1U);
+      EXPECT_GE(message->spacing_standard_deviation, 0.01);
     }
   }
   EXPECT_GE(recognised, 5U);
@@ -171,8 +171,8 @@ TEST_F(WeldLocatorTest, LearnsATallyWithoutOne) {
   auto& locator =
       start_without_tally({{"start.joint", 0}, {"start.distance", 2.0}, {"learnt_tally", learnt}});
   drive(200.0);
-  EXPECT_TRUE(positions_.back().locked());
-  EXPECT_LT(welds_seen_.back().weld(), 0);
+  EXPECT_TRUE(positions_.back().locked);
+  EXPECT_LT(welds_seen_.back().weld, 0);
   ASSERT_TRUE(harness_.deactivate(locator).success);
   const Tally tally = read_tally(learnt);
   ASSERT_GE(tally.joints.size(), 5U);
@@ -196,19 +196,20 @@ TEST_F(WeldLocatorTest, CountsSamplesThatItCannotUseAndGoesOn) {
   auto& locator = start();
   drive(5.0);
   const std::vector<Fault<EddyCurrentSamples>> faults{
-      {"eddy_current.channels.unexpected", [](auto& message) { message.channels(0); }},
-      {"eddy_current.channels.unexpected", [](auto& message) { message.channels(2); }},
-      {"eddy_current.x.wrong_size", [](auto& message) { message.x().clear(); }},
-      {"eddy_current.y.wrong_size", [](auto& message) { message.y().pop_back(); }},
-      {"eddy_current.sample_interval.bad_value", [](auto& message) { message.sample_interval(0); }},
+      {"eddy_current.channels.unexpected", [](auto& message) { message.channels = 0; }},
+      {"eddy_current.channels.unexpected", [](auto& message) { message.channels = 2; }},
+      {"eddy_current.x.wrong_size", [](auto& message) { message.x.clear(); }},
+      {"eddy_current.y.wrong_size", [](auto& message) { message.y.pop_back(); }},
       {"eddy_current.sample_interval.bad_value",
-       [](auto& message) { message.sample_interval(-0.005); }},
+       [](auto& message) { message.sample_interval = 0; }},
       {"eddy_current.sample_interval.bad_value",
-       [](auto& message) { message.sample_interval(kNan); }},
+       [](auto& message) { message.sample_interval = -0.005; }},
       {"eddy_current.sample_interval.bad_value",
-       [](auto& message) { message.sample_interval(1e9); }},
+       [](auto& message) { message.sample_interval = kNan; }},
+      {"eddy_current.sample_interval.bad_value",
+       [](auto& message) { message.sample_interval = 1e9; }},
       {"eddy_current.header.stamp.not_increasing",
-       [](auto& message) { message.header().stamp(to_message(kStart + from_seconds(4.0))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart + from_seconds(4.0)); }},
   };
   std::uint64_t refused = 0;
   for (const auto& fault : faults) {
@@ -220,8 +221,8 @@ TEST_F(WeldLocatorTest, CountsSamplesThatItCannotUseAndGoesOn) {
     EXPECT_EQ(locator.diagnostics().counter("eddy_current.refused"), ++refused);
   }
   EddyCurrentSamples holes = samples(time_);
-  holes.x()[3] = kNan;
-  holes.y()[4] = std::numeric_limits<double>::infinity();
+  holes.x[3] = kNan;
+  holes.y[4] = std::numeric_limits<double>::infinity();
   send(topics::kEddyCurrent, holes);
   EXPECT_EQ(locator.diagnostics().counter("eddy_current.refused"), refused);
   time_ += 0.1;
@@ -235,16 +236,16 @@ TEST_F(WeldLocatorTest, CountsDistancesThatItCannotUseAndGoesOn) {
   drive(5.0);
   const auto published = positions_.size();
   const std::vector<Fault<FusedOdometer>> faults{
-      {"fused.distance.not_a_number", [](auto& message) { message.distance(kNan); }},
-      {"fused.variance.bad_value", [](auto& message) { message.variance(kNan); }},
-      {"fused.variance.bad_value", [](auto& message) { message.variance(-1.0); }},
+      {"fused.distance.not_a_number", [](auto& message) { message.distance = kNan; }},
+      {"fused.variance.bad_value", [](auto& message) { message.variance = kNan; }},
+      {"fused.variance.bad_value", [](auto& message) { message.variance = -1.0; }},
       {"fused.scale.bad_value",
        [](auto& message) {
-         message.scale({1.0, 0.0});
+         message.scale = {1.0, 0.0};
        }},
-      {"fused.scale.bad_value", [](auto& message) { message.scale({kNan}); }},
+      {"fused.scale.bad_value", [](auto& message) { message.scale = {kNan}; }},
       {"fused.header.stamp.not_increasing",
-       [](auto& message) { message.header().stamp(to_message(kStart + from_seconds(4.0))); }},
+       [](auto& message) { message.header.stamp = to_message(kStart + from_seconds(4.0)); }},
   };
   for (const auto& fault : faults) {
     const auto before = locator.diagnostics().counter(fault.counter);

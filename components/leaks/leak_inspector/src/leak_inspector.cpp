@@ -181,23 +181,22 @@ void LeakInspector::on_camera_info(const CameraInfo& message) {
 }
 
 void LeakInspector::on_odometry(const Odometry& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
     report_fault(fault->counter, fault->text);
     if (fault->in_future) {
       return;
     }
   }
-  if (message.header().frame_id() != settings_->map_frame) {
-    report_fault("odometry.header.frame_id", "odometry is in frame '" +
-                                                 message.header().frame_id() + "', not in '" +
-                                                 settings_->map_frame + "'");
+  if (message.header.frame_id != settings_->map_frame) {
+    report_fault("odometry.header.frame_id", "odometry is in frame '" + message.header.frame_id +
+                                                 "', not in '" + settings_->map_frame + "'");
     return;
   }
   OdometryHistory::Entry entry;
   try {
     entry = odometry_entry(message);
-    entry.covariance = covariance_from_message(message.pose().covariance());
+    entry.covariance = covariance_from_message(message.pose.covariance);
   } catch (const std::invalid_argument& error) {
     report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
     return;
@@ -232,7 +231,7 @@ std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
 
 void LeakInspector::on_image(const Image& message) {
   image_heard_ = true;
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);
     return;
@@ -269,8 +268,8 @@ void LeakInspector::on_image(const Image& message) {
   if (detections.fault != FrameFault::kNone) {
     ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),
-                 "nothing can be detected in a picture of " + std::to_string(message.width()) +
-                     " x " + std::to_string(message.height()) + ": " +
+                 "nothing can be detected in a picture of " + std::to_string(message.width) +
+                     " x " + std::to_string(message.height) + ": " +
                      std::string(to_string(detections.fault)));
   }
   with_pipe_ += detections.pipes.empty() ? 0 : 1;
@@ -380,7 +379,7 @@ void LeakInspector::tell_counts() {
   const auto raised = [](const Finding& finding) {
     return finding.state == leak_findings::FindingState::kRaised;
   };
-  tell("findings", findings_->findings().size());
+  tell("findings", findings_->findings().size);
   tell("findings.raised",
        static_cast<std::uint64_t>(std::ranges::count_if(findings_->findings(), raised)));
   tell("findings.refused", findings_->counters().findings_refused);

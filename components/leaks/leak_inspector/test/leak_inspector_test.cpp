@@ -35,7 +35,6 @@ using pipescout_msgs::msg::LeakEvent;
 using sensor_msgs::msg::Image;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace event_constants = pipescout_msgs::msg::LeakEvent_Constants;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr double kPeriod = 0.04;  // s
@@ -95,28 +94,28 @@ class LeakInspectorTest : public ::testing::Test {
          .frame = frame_++},
         counts_);
     Image message;
-    message.header().stamp(to_message(now_));
-    message.header().frame_id("thermal_optical");
-    message.width(static_cast<std::uint32_t>(camera_.camera.width));
-    message.height(static_cast<std::uint32_t>(camera_.camera.height));
-    message.step(2 * message.width());
-    message.encoding("mono16");
-    message.data().resize(2 * counts_.size());
-    std::memcpy(message.data().data(), counts_.data(), message.data().size());
+    message.header.stamp = to_message(now_);
+    message.header.frame_id = "thermal_optical";
+    message.width = static_cast<std::uint32_t>(camera_.camera.width);
+    message.height = static_cast<std::uint32_t>(camera_.camera.height);
+    message.step = 2 * message.width;
+    message.encoding = "mono16";
+    message.data.resize(2 * counts_.size());
+    std::memcpy(message.data.data(), counts_.data(), message.data.size());
     return message;
   }
 
   [[nodiscard]] nav_msgs::msg::Odometry odometry(double place) const {
     nav_msgs::msg::Odometry message;
-    message.header().stamp(to_message(now_));
-    message.header().frame_id("map");
-    message.child_frame_id("base_link");
-    message.pose().pose(to_message(robot_at(place)));
+    message.header.stamp = to_message(now_);
+    message.header.frame_id = "map";
+    message.child_frame_id = "base_link";
+    message.pose.pose = to_message(robot_at(place));
     geometry::Matrix6d covariance = geometry::Matrix6d::Identity();
     covariance.topLeftCorner<3, 3>() *= 1e-4;
     covariance.bottomRightCorner<3, 3>() *= 1e-6;
-    message.pose().covariance(to_message(covariance));
-    message.twist().twist(twist_message({kSpeed, 0, 0}, {0, 0, 0}));
+    message.pose.covariance = to_message(covariance);
+    message.twist.twist = twist_message({kSpeed, 0, 0}, {0, 0, 0});
     return message;
   }
 
@@ -137,7 +136,7 @@ class LeakInspectorTest : public ::testing::Test {
   [[nodiscard]] std::vector<LeakEvent> events(std::uint8_t kind) const {
     std::vector<LeakEvent> result;
     for (const auto& event : events_.messages()) {
-      if (event->kind() == kind) {
+      if (event->kind == kind) {
         result.push_back(*event);
       }
     }
@@ -162,27 +161,27 @@ TEST_F(LeakInspectorTest, RaisesALeakWhereItIs) {
   start();
   send_calibration();
   drive(10, 32);
-  const auto raised = events(event_constants::RAISED);
+  const auto raised = events(LeakEvent::RAISED);
   ASSERT_EQ(raised.size(), 1U);
-  const auto& finding = events_.back().finding();
-  EXPECT_TRUE(finding.position_known());
-  EXPECT_NEAR(finding.position().x(), kLeak, 0.2);
-  EXPECT_NEAR(finding.position().y(), 0, 0.2);
-  EXPECT_NEAR(finding.position().z(), 3, 0.2);
-  EXPECT_NEAR(finding.delta(), 110, 25);
-  EXPECT_LT(finding.delta_low(), finding.delta());
-  EXPECT_GT(finding.delta_high(), finding.delta());
-  EXPECT_NEAR(finding.length(), 0.8, 0.3);
-  EXPECT_EQ(finding.passes(), 1U);
-  EXPECT_GT(finding.probability(), 0.9);
-  EXPECT_EQ(finding.thumbnail().format(), "png");
-  EXPECT_GT(finding.thumbnail().data().size(), 100U);
-  EXPECT_EQ(events_.back().header().frame_id(), "map");
+  const auto& finding = events_.back().finding;
+  EXPECT_TRUE(finding.position_known);
+  EXPECT_NEAR(finding.position.x, kLeak, 0.2);
+  EXPECT_NEAR(finding.position.y, 0, 0.2);
+  EXPECT_NEAR(finding.position.z, 3, 0.2);
+  EXPECT_NEAR(finding.delta, 110, 25);
+  EXPECT_LT(finding.delta_low, finding.delta);
+  EXPECT_GT(finding.delta_high, finding.delta);
+  EXPECT_NEAR(finding.length, 0.8, 0.3);
+  EXPECT_EQ(finding.passes, 1U);
+  EXPECT_GT(finding.probability, 0.9);
+  EXPECT_EQ(finding.thumbnail.format, "png");
+  EXPECT_GT(finding.thumbnail.data.size(), 100U);
+  EXPECT_EQ(events_.back().header.frame_id, "map");
 
   std::size_t detected = 0;
   for (const auto& message : detections_.messages()) {
-    EXPECT_EQ(message->fault(), "");
-    detected += message->leaks().empty() ? 0 : 1;
+    EXPECT_EQ(message->fault, "");
+    detected += message->leaks.empty() ? 0 : 1;
   }
   EXPECT_GE(detected, 10U);
 }
@@ -192,14 +191,14 @@ TEST_F(LeakInspectorTest, RaisesItWithinThreePicturesOfSeeingIt) {
   send_calibration();
   drive(10, 32);
   std::size_t first = 0;
-  while (first < detections_.size() && detections_.at(first).leaks().empty()) {
+  while (first < detections_.size() && detections_.at(first).leaks.empty()) {
     ++first;
   }
   ASSERT_LT(first + 2, detections_.size());
-  const auto raised = events(event_constants::RAISED);
+  const auto raised = events(LeakEvent::RAISED);
   ASSERT_EQ(raised.size(), 1U);
-  EXPECT_LE(from_message(raised.front().header().stamp()),
-            from_message(detections_.at(first + 2).header().stamp()));
+  EXPECT_LE(from_message(raised.front().header.stamp),
+            from_message(detections_.at(first + 2).header.stamp));
 }
 
 TEST_F(LeakInspectorTest, KnowsALeakAgainOnAnotherDayAndReports) {
@@ -212,7 +211,7 @@ TEST_F(LeakInspectorTest, KnowsALeakAgainOnAnotherDayAndReports) {
   auto& first_day = start(kept);
   send_calibration();
   drive(10, 32);
-  ASSERT_EQ(events(event_constants::RAISED).size(), 1U);
+  ASSERT_EQ(events(LeakEvent::RAISED).size(), 1U);
   ASSERT_TRUE(harness_.deactivate(first_day).success);
   harness_.destroy(first_day);
 
@@ -222,9 +221,9 @@ TEST_F(LeakInspectorTest, KnowsALeakAgainOnAnotherDayAndReports) {
   send_calibration();
   drive(10, 32);
   ASSERT_FALSE(events_.empty());
-  EXPECT_TRUE(events(event_constants::RAISED).empty()) << "it is known";
-  EXPECT_EQ(events_.back().finding().id(), 1U);
-  EXPECT_EQ(events_.back().finding().passes(), 2U);
+  EXPECT_TRUE(events(LeakEvent::RAISED).empty()) << "it is known";
+  EXPECT_EQ(events_.back().finding.id, 1U);
+  EXPECT_EQ(events_.back().finding.passes, 2U);
 
   for (const char* file : {"report.html", "leaks.geojson", "leaks.kml", "leaks.csv"}) {
     EXPECT_GT(std::filesystem::file_size(report / file), 100U) << file;
@@ -243,7 +242,7 @@ TEST_F(LeakInspectorTest, KeepsPicturesOfWhichASurveyFindsTheSame) {
   send_calibration();
   const std::size_t before = detections_.size();
   drive(10, 32);
-  const auto& live = events_.back().finding();
+  const auto& live = events_.back().finding;
   const std::size_t kept = detections_.size() - before;
 
   LeakSurveyOptions options;
@@ -256,13 +255,13 @@ TEST_F(LeakInspectorTest, KeepsPicturesOfWhichASurveyFindsTheSame) {
   ASSERT_EQ(found.size(), 1U);
   ASSERT_TRUE(found[0].position.has_value());
   const auto& position = found[0].position->point;
-  EXPECT_NEAR(position.x(), live.position().x(), 0.02);
-  EXPECT_NEAR(position.y(), live.position().y(), 0.02);
-  EXPECT_NEAR(position.z(), live.position().z(), 0.02);
-  EXPECT_NEAR(found[0].mean_delta, live.delta(), 0.5);
-  EXPECT_NEAR(found[0].mean_delta_interval.low, live.delta_low(), 1.0);
-  EXPECT_NEAR(found[0].mean_delta_interval.high, live.delta_high(), 1.0);
-  EXPECT_NEAR(found[0].length, live.length(), 0.05);
+  EXPECT_NEAR(position.x(), live.position.x, 0.02);
+  EXPECT_NEAR(position.y(), live.position.y, 0.02);
+  EXPECT_NEAR(position.z(), live.position.z, 0.02);
+  EXPECT_NEAR(found[0].mean_delta, live.delta, 0.5);
+  EXPECT_NEAR(found[0].mean_delta_interval.low, live.delta_low, 1.0);
+  EXPECT_NEAR(found[0].mean_delta_interval.high, live.delta_high, 1.0);
+  EXPECT_NEAR(found[0].length, live.length, 0.05);
 }
 
 TEST_F(LeakInspectorTest, PicturesAreKeptInAFolderOfTheirOwn) {
@@ -284,7 +283,7 @@ TEST_F(LeakInspectorTest, APictureThatIsNotKeptIsCountedAndTheInspectionGoesOn) 
   std::filesystem::remove_all(pictures);
   drive(10, 32);
   EXPECT_NE(counted(inspector, "pictures.failed"), "none");
-  EXPECT_EQ(events(event_constants::RAISED).size(), 1U);
+  EXPECT_EQ(events(LeakEvent::RAISED).size(), 1U);
 }
 
 TEST_F(LeakInspectorTest, AStoreThatIsNoneIsNamed) {
@@ -302,7 +301,7 @@ TEST_F(LeakInspectorTest, WithoutACalibrationLeaksAreDetectedAndHaveNoPlace) {
   auto& inspector = start();
   drive(18, 22);
   EXPECT_TRUE(events_.empty());
-  EXPECT_FALSE(detections_.back().pipes().empty());
+  EXPECT_FALSE(detections_.back().pipes.empty());
   EXPECT_NE(counted(inspector, "camera_info.missing"), "none");
 }
 
@@ -316,37 +315,37 @@ TEST_F(LeakInspectorTest, ABadPictureIsCountedAndTheNextOneIsFine) {
     spoil(bad);
     send(topics::kThermalImage, bad);
   };
-  send_bad([](Image& image) { image.encoding("rgb8"); });
-  send_bad([](Image& image) { image.height(0); });
-  send_bad([](Image& image) { image.step(3); });
-  send_bad([](Image& image) { image.data().resize(100); });
+  send_bad([](Image& image) { image.encoding = "rgb8"; });
+  send_bad([](Image& image) { image.height = 0; });
+  send_bad([](Image& image) { image.step = 3; });
+  send_bad([](Image& image) { image.data.resize(100); });
   EXPECT_TRUE(detections_.empty());
   EXPECT_EQ(counted(inspector, "image.refused"), "4");
-  send_bad([](Image& image) { std::ranges::fill(image.data(), std::uint8_t{0xff}); });
+  send_bad([](Image& image) { std::ranges::fill(image.data, std::uint8_t{0xff}); });
   ASSERT_EQ(detections_.size(), 1U);
-  EXPECT_EQ(detections_.back().fault(), "saturated");
+  EXPECT_EQ(detections_.back().fault, "saturated");
   send_bad([](Image& image) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    image.encoding("32FC1");
-    image.step(4 * image.width());
-    image.data().resize(std::size_t{image.step()} * image.height());
-    for (std::size_t i = 0; i < image.data().size(); i += sizeof(nan)) {
-      std::memcpy(image.data().data() + i, &nan, sizeof(nan));
+    image.encoding = "32FC1";
+    image.step = 4 * image.width;
+    image.data.resize(std::size_t{image.step} * image.height);
+    for (std::size_t i = 0; i < image.data.size(); i += sizeof(nan)) {
+      std::memcpy(image.data.data() + i, &nan, sizeof(nan));
     }
   });
-  EXPECT_EQ(detections_.back().fault(), "no_temperature");
+  EXPECT_EQ(detections_.back().fault, "no_temperature");
   drive(20, 20.3);
-  EXPECT_EQ(detections_.back().fault(), "");
-  EXPECT_FALSE(detections_.back().pipes().empty());
+  EXPECT_EQ(detections_.back().fault, "");
+  EXPECT_FALSE(detections_.back().pipes.empty());
 }
 
 TEST_F(LeakInspectorTest, RefusesStampsThatAreNotOfNow) {
   auto& inspector = start();
   send_calibration();
   Image early = picture(20);
-  early.header().stamp(to_message(now_ + std::chrono::seconds(5)));
+  early.header.stamp = to_message(now_ + std::chrono::seconds(5));
   send(topics::kThermalImage, early);
-  early.header().stamp(to_message(now_ - std::chrono::seconds(50)));
+  early.header.stamp = to_message(now_ - std::chrono::seconds(50));
   send(topics::kThermalImage, early);
   EXPECT_TRUE(detections_.empty());
   EXPECT_EQ(counted(inspector, "image.header.stamp.in_future"), "1");
@@ -359,12 +358,12 @@ TEST_F(LeakInspectorTest, PosesOfAnotherFrameAreNotUsed) {
   for (double place = 10; place < 30; place += kSpeed * kPeriod) {
     step();
     auto pose = odometry(place);
-    pose.header().frame_id("odom");
+    pose.header.frame_id = "odom";
     send(topics::kOdometryFiltered, pose);
     send(topics::kThermalImage, picture(place));
   }
   for (const auto& event : events_.messages()) {
-    EXPECT_FALSE(event->finding().position_known());
+    EXPECT_FALSE(event->finding.position_known);
   }
   EXPECT_NE(counted(inspector, "odometry.header.frame_id"), "none");
   EXPECT_NE(counted(inspector, "findings.no_pose"), "none");
@@ -381,7 +380,7 @@ TEST_F(LeakInspectorTest, CountsMeanNothingWithoutACamera) {
 TEST_F(LeakInspectorTest, ATurnedOverCalibrationIsRefused) {
   auto& inspector = start();
   auto calibration = to_message(camera_.camera);
-  calibration.k()[0] = std::numeric_limits<double>::quiet_NaN();
+  calibration.k[0] = std::numeric_limits<double>::quiet_NaN();
   send(topics::kThermalCameraInfo, calibration);
   drive(20, 20.3);
   EXPECT_EQ(counted(inspector, "camera_info.refused"), "1");

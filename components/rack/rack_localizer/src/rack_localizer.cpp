@@ -24,10 +24,10 @@ namespace {
 
 using geometry::Matrix6d;
 using geometry::SE3;
+using pipescout_msgs::msg::RackState;
 using rack_vision::MotionPrediction;
 using rack_vision::RackTrackerResult;
 using rack_vision::TrackStatus;
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 
 constexpr FloatingPointRange kPositive{1e-9, 1e6};
 constexpr std::size_t kOdometryHistory = 2000;
@@ -37,17 +37,17 @@ constexpr double kOdometryReach = 0.2;
 std::uint8_t to_message(TrackStatus status) {
   switch (status) {
     case TrackStatus::kNotStarted:
-      return state_constants::STATUS_NOT_STARTED;
+      return RackState::STATUS_NOT_STARTED;
     case TrackStatus::kTracking:
-      return state_constants::STATUS_TRACKING;
+      return RackState::STATUS_TRACKING;
     case TrackStatus::kLost:
-      return state_constants::STATUS_LOST;
+      return RackState::STATUS_LOST;
     case TrackStatus::kCoasting:
     case TrackStatus::kBadImage:
     case TrackStatus::kBadStamp:
-      return state_constants::STATUS_BAD_IMAGE;
+      return RackState::STATUS_BAD_IMAGE;
   }
-  return state_constants::STATUS_LOST;
+  return RackState::STATUS_LOST;
 }
 
 Matrix6d diagonal(double position_deviation, double rotation_deviation) {
@@ -327,15 +327,15 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
     report_fault(fault->counter, fault->text);
     return;
   }
-  if (!message.header().frame_id().empty() && message.header().frame_id() != frame_) {
+  if (!message.header.frame_id.empty() && message.header.frame_id != frame_) {
     report_fault("pose_hint.header.frame_id", "a pose to start from is in frame '" +
-                                                  message.header().frame_id() + "', not in '" +
-                                                  frame_ + "'");
+                                                  message.header.frame_id + "', not in '" + frame_ +
+                                                  "'");
     return;
   }
   try {
-    const Start suggestion{from_message(message.pose().pose()),
-                           covariance_from_message(message.pose().covariance())};
+    const Start suggestion{from_message(message.pose.pose),
+                           covariance_from_message(message.pose.covariance)};
     if (localization_) {
       check_start(localization_->suggest_pose(suggestion.T_rack_camera, suggestion.covariance));
     } else if (!suggestion_ || knows_place_better(suggestion.covariance, suggestion_->covariance)) {
@@ -347,7 +347,7 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
 }
 
 void RackLocalizer::on_odometry(const Odometry& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = stamp_limits_.find_fault("odometry", stamp, now())) {
     report_fault(fault->counter, fault->text);
     if (fault->in_future) {
@@ -384,7 +384,7 @@ std::optional<MotionPrediction> RackLocalizer::motion_until(Time stamp) {
 
 void RackLocalizer::on_image(const Image& message) {
   image_heard_ = true;
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (const auto fault = stamp_limits_.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);
     return;
@@ -406,8 +406,8 @@ void RackLocalizer::on_image(const Image& message) {
   if (result.status == TrackStatus::kBadImage) {
     report_fault("image.unusable", "an image of " + std::to_string(view.width) + " x " +
                                        std::to_string(view.height) +
-                                       " (calibrated: " + std::to_string(camera.width()) + " x " +
-                                       std::to_string(camera.height()) +
+                                       " (calibrated: " + std::to_string(camera.width) + " x " +
+                                       std::to_string(camera.height) +
                                        ") cannot be used: " + std::string(result.reason));
   } else if (result.status == TrackStatus::kBadStamp) {
     report_fault("image.header.stamp.not_increasing",

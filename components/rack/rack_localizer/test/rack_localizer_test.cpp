@@ -24,11 +24,11 @@ namespace {
 
 using geometry::SE3;
 using geometry::SO3;
+using pipescout_msgs::msg::RackState;
 using sensor_msgs::msg::CameraInfo;
 using sensor_msgs::msg::Image;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kStart{std::chrono::seconds(1000)};
@@ -76,16 +76,16 @@ class RackLocalizerTest : public ::testing::Test {
 
   [[nodiscard]] Image image(double time) {
     Image message;
-    message.header().stamp(to_message(kStart + from_seconds(time)));
-    message.header().frame_id("camera_optical");
-    message.width(static_cast<std::uint32_t>(camera_.parameters().width));
-    message.height(static_cast<std::uint32_t>(camera_.parameters().height));
-    message.encoding("mono8");
-    message.step(message.width());
-    message.data().resize(std::size_t{message.step()} * message.height());
+    message.header.stamp = to_message(kStart + from_seconds(time));
+    message.header.frame_id = "camera_optical";
+    message.width = static_cast<std::uint32_t>(camera_.parameters().width);
+    message.height = static_cast<std::uint32_t>(camera_.parameters().height);
+    message.encoding = "mono8";
+    message.step = message.width;
+    message.data.resize(std::size_t{message.step} * message.height);
     renderer_.render({.T_camera_rack = truth(time).inverse(),
                       .frame = static_cast<std::uint64_t>(std::llround(time / kPeriod))},
-                     message.data());
+                     message.data);
     return message;
   }
 
@@ -123,19 +123,19 @@ TEST_F(RackLocalizerTest, FollowsTheCamera) {
   calibrate();
   fly(0, 25);
   ASSERT_GE(poses_.size(), 23U);
-  const SE3 pose = from_message(poses_.back().pose().pose());
+  const SE3 pose = from_message(poses_.back().pose.pose);
   const SE3 expected = truth(24 * kPeriod);
   // Along the pipes it started where it was told.
   EXPECT_NEAR(pose.translation().x(), expected.translation().x(), 0.01);
   EXPECT_NEAR(pose.translation().y(), expected.translation().y(), 0.05);
   EXPECT_NEAR(pose.translation().z(), expected.translation().z(), 0.01);
   EXPECT_LT((pose.rotation().inverse() * expected.rotation()).log().norm(), 0.005);
-  EXPECT_EQ(poses_.back().header().frame_id(), "rack");
-  EXPECT_EQ(poses_.back().header().stamp(), to_message(kStart + from_seconds(24 * kPeriod)));
-  EXPECT_NO_THROW((void)covariance_from_message(poses_.back().pose().covariance()));
-  EXPECT_EQ(states_.back().status(), state_constants::STATUS_TRACKING);
-  EXPECT_THAT(states_.back().pipe(), ::testing::ElementsAre("a", "b", "c", "d"));
-  EXPECT_GT(states_.back().edge_samples_found(), 50U);
+  EXPECT_EQ(poses_.back().header.frame_id, "rack");
+  EXPECT_EQ(poses_.back().header.stamp, to_message(kStart + from_seconds(24 * kPeriod)));
+  EXPECT_NO_THROW((void)covariance_from_message(poses_.back().pose.covariance));
+  EXPECT_EQ(states_.back().status, RackState::STATUS_TRACKING);
+  EXPECT_THAT(states_.back().pipe, ::testing::ElementsAre("a", "b", "c", "d"));
+  EXPECT_GT(states_.back().edge_samples_found, 50U);
 }
 
 TEST_F(RackLocalizerTest, TellsTheIntrinsicsThatItEstimates) {
@@ -160,7 +160,7 @@ TEST_F(RackLocalizerTest, CountsImagesWithoutACalibration) {
 TEST_F(RackLocalizerTest, RefusesACalibrationThatIsNone) {
   auto& localizer = start_near_truth();
   auto info = to_message(camera_.parameters());
-  info.k()[0] = kNan;
+  info.k[0] = kNan;
   send(topics::kCameraInfo, info);
   EXPECT_EQ(localizer.diagnostics().counter("camera_info.refused"), 1U);
   calibrate();
@@ -174,19 +174,19 @@ TEST_F(RackLocalizerTest, RefusesImagesThatItCannotUse) {
   fly(0, 3);
   const std::size_t poses = poses_.size();
   Image wrong = image(3 * kPeriod);
-  wrong.encoding("yuv422");
+  wrong.encoding = "yuv422";
   harness_.set_time(kStart + from_seconds(3 * kPeriod));
   send(topics::kCameraImage, wrong);
   EXPECT_EQ(localizer.diagnostics().counter("image.refused"), 1U);
   wrong = image(3 * kPeriod);
-  wrong.height(wrong.height() - 2);
+  wrong.height = wrong.height - 2;
   send(topics::kCameraImage, wrong);
   EXPECT_EQ(localizer.diagnostics().counter("image.unusable"), 1U);
   Image black = image(3 * kPeriod);
-  std::fill(black.data().begin(), black.data().end(), std::uint8_t{0});
+  std::fill(black.data.begin(), black.data.end(), std::uint8_t{0});
   send(topics::kCameraImage, black);
   EXPECT_EQ(localizer.diagnostics().counter("image.unusable"), 2U);
-  EXPECT_EQ(states_.back().status(), state_constants::STATUS_BAD_IMAGE);
+  EXPECT_EQ(states_.back().status, RackState::STATUS_BAD_IMAGE);
   EXPECT_EQ(poses_.size(), poses);
   fly(4, 2);
   EXPECT_EQ(poses_.size(), poses + 2);
@@ -213,23 +213,23 @@ TEST_F(RackLocalizerTest, StartsFromAPoseOnATopic) {
   calibrate();
   fly(0, 2);
   EXPECT_TRUE(poses_.empty());
-  EXPECT_EQ(states_.back().status(), state_constants::STATUS_NOT_STARTED);
-  EXPECT_FALSE(states_.back().reason().empty());
+  EXPECT_EQ(states_.back().status, RackState::STATUS_NOT_STARTED);
+  EXPECT_FALSE(states_.back().reason.empty());
 
   geometry_msgs::msg::PoseWithCovarianceStamped hint;
-  hint.header().stamp(to_message(kStart + from_seconds(kPeriod)));
-  hint.header().frame_id("rack");
-  hint.pose().pose(to_message(truth(2 * kPeriod)));
+  hint.header.stamp = to_message(kStart + from_seconds(kPeriod));
+  hint.header.frame_id = "rack";
+  hint.pose.pose = to_message(truth(2 * kPeriod));
   geometry::Matrix6d covariance = geometry::Matrix6d::Identity() * 1e-3;
-  hint.pose().covariance(to_message(covariance));
-  hint.pose().pose().position().x(kNan);
+  hint.pose.covariance = to_message(covariance);
+  hint.pose.pose.position.x = kNan;
   send(topics::kRackPoseHint, hint);
   EXPECT_EQ(localizer.diagnostics().counter("pose_hint.refused"), 1U);
-  hint.pose().pose(to_message(truth(2 * kPeriod)));
-  hint.header().frame_id("map");
+  hint.pose.pose = to_message(truth(2 * kPeriod));
+  hint.header.frame_id = "map";
   send(topics::kRackPoseHint, hint);
   EXPECT_EQ(localizer.diagnostics().counter("pose_hint.header.frame_id"), 1U);
-  hint.header().frame_id("rack");
+  hint.header.frame_id = "rack";
   send(topics::kRackPoseHint, hint);
   fly(2, 3);
   EXPECT_FALSE(poses_.empty());
@@ -247,13 +247,13 @@ TEST_F(RackLocalizerTest, StartsWhereItWasToldToBeTiltedAsATopicSays) {
   EXPECT_TRUE(poses_.empty());
 
   geometry_msgs::msg::PoseWithCovarianceStamped tilt;
-  tilt.header().stamp(to_message(kStart + from_seconds(kPeriod)));
-  tilt.header().frame_id("rack");
-  tilt.pose().pose(to_message(SE3(truth(2 * kPeriod).rotation(), {0, 0, 0})));
+  tilt.header.stamp = to_message(kStart + from_seconds(kPeriod));
+  tilt.header.frame_id = "rack";
+  tilt.pose.pose = to_message(SE3(truth(2 * kPeriod).rotation(), {0, 0, 0}));
   geometry::Matrix6d covariance = geometry::Matrix6d::Identity() * 1e8;
   covariance(3, 3) = covariance(4, 4) = 1e-4;
   covariance(5, 5) = 10;
-  tilt.pose().covariance(to_message(covariance));
+  tilt.pose.covariance = to_message(covariance);
   send(topics::kRackPoseHint, tilt);
   fly(2, 8);
   EXPECT_FALSE(poses_.empty());
@@ -268,7 +268,7 @@ TEST_F(RackLocalizerTest, FindsItselfInTheImage) {
   constexpr int kImages = 16;  // several attempts
   fly(0, kImages);
   ASSERT_FALSE(poses_.empty());
-  const SE3 pose = from_message(poses_.back().pose().pose());
+  const SE3 pose = from_message(poses_.back().pose.pose);
   EXPECT_NEAR(pose.translation().x(), truth((kImages - 1) * kPeriod).translation().x(), 0.02);
   EXPECT_NEAR(pose.translation().z(), truth((kImages - 1) * kPeriod).translation().z(), 0.02);
 }

@@ -17,6 +17,7 @@ namespace pipescout {
 
 namespace {
 
+using pipescout_msgs::msg::RackState;
 using rack_vision::CameraPose;
 using rack_vision::PoseVerdict;
 using rack_vision::ServoCommand;
@@ -27,7 +28,6 @@ using rack_vision::WayPointMissionParameters;
 using rack_vision::WayPointOutcome;
 using rack_vision::WayPointPath;
 using rack_vision::WayPointPathParameters;
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 
 constexpr std::size_t kValuesPerWayPoint = 4;
 /// The clock was set back by more: a simulation that begins again.
@@ -50,11 +50,11 @@ std::optional<Eigen::Vector3d> three(const char* name, const std::vector<double>
 }
 
 CameraPose to_camera_pose(const geometry_msgs::msg::Pose& pose, double time, double quality) {
-  const auto& p = pose.position();
-  const auto& q = pose.orientation();
+  const auto& p = pose.position;
+  const auto& q = pose.orientation;
   return {.time = time,
-          .position = {p.x(), p.y(), p.z()},
-          .orientation = {q.w(), q.x(), q.y(), q.z()},
+          .position = {p.x, p.y, p.z},
+          .orientation = {q.w, q.x, q.y, q.z},
           .quality = quality};
 }
 
@@ -291,19 +291,19 @@ CallbackReturn VisualServo::on_cleanup() {
 }
 
 void VisualServo::on_pose(const Pose& message) {
-  if (!message.header().frame_id().empty() && message.header().frame_id() != frame_) {
-    report_fault("pose.header.frame_id", "a pose is in frame '" + message.header().frame_id() +
-                                             "', not in '" + frame_ + "'");
+  if (!message.header.frame_id.empty() && message.header.frame_id != frame_) {
+    report_fault("pose.header.frame_id",
+                 "a pose is in frame '" + message.header.frame_id + "', not in '" + frame_ + "'");
     return;
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   // The state of this image may still be on its way: that of the one before does as well, unless it
   // says that the rack was lost, since a pose says that it was found again.
   const bool judged =
       quality_ && (quality_->tracking || quality_->stamp >= stamp) &&
       std::abs(to_seconds(stamp - quality_->stamp)) <= servo_->parameters().stale_after;
   const PoseVerdict verdict = servo_->observe(
-      to_camera_pose(message.pose().pose(), seconds(stamp), judged ? quality_->value : 1.0),
+      to_camera_pose(message.pose.pose, seconds(stamp), judged ? quality_->value : 1.0),
       seconds(now()));
   if (verdict != PoseVerdict::kTaken) {
     report_fault(counter(verdict), std::string("a pose is not used: ") + to_string(verdict));
@@ -317,7 +317,7 @@ void VisualServo::on_pose(const Pose& message) {
 }
 
 VisualServo::Deviation VisualServo::deviation_of(const Pose& message) {
-  const auto& entries = message.pose().covariance();
+  const auto& entries = message.pose.covariance;
   if (std::ranges::all_of(entries, [](double entry) { return entry == 0; })) {
     return {};  // not stated: the pose is taken at its word
   }
@@ -335,14 +335,14 @@ VisualServo::Deviation VisualServo::deviation_of(const Pose& message) {
 }
 
 void VisualServo::on_state(const State& message) {
-  const double quality = message.quality();
-  const bool tracking = message.status() == state_constants::STATUS_TRACKING;
+  const double quality = message.quality;
+  const bool tracking = message.status == RackState::STATUS_TRACKING;
   const bool sound = std::isfinite(quality) && quality >= 0 && quality <= 1;
   if (!sound) {
     report_fault("state.quality",
                  "a quality of " + std::to_string(quality) + " is outside [0, 1]: it counts as 0");
   }
-  quality_ = {.stamp = from_message(message.header().stamp()),
+  quality_ = {.stamp = from_message(message.header.stamp),
               .value = tracking && sound ? quality : 0.0,
               .tracking = tracking};
   if (!tracking) {

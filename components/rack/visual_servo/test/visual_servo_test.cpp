@@ -25,11 +25,10 @@ using Eigen::Vector3d;
 using geometry::SE3;
 using geometry::SO3;
 using pipescout_msgs::msg::MissionStatus;
+using pipescout_msgs::msg::RackState;
 using testing::Collector;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
 
 using Pose = geometry_msgs::msg::PoseWithCovarianceStamped;
 using State = pipescout_msgs::msg::RackState;
@@ -47,26 +46,26 @@ std::vector<NamedParameter> two_way_points(std::vector<NamedParameter> extra = {
 Pose pose_message(Time stamp, const SE3& T_rack_base) {
   const SE3 T_rack_camera = T_rack_base * rack_vision::downward_camera();
   Pose message;
-  message.header().stamp(to_message(stamp));
-  message.header().frame_id("rack");
-  auto& pose = message.pose().pose();
-  pose.position().x(T_rack_camera.translation().x());
-  pose.position().y(T_rack_camera.translation().y());
-  pose.position().z(T_rack_camera.translation().z());
+  message.header.stamp = to_message(stamp);
+  message.header.frame_id = "rack";
+  auto& pose = message.pose.pose;
+  pose.position.x = T_rack_camera.translation().x();
+  pose.position.y = T_rack_camera.translation().y();
+  pose.position.z = T_rack_camera.translation().z();
   const Eigen::Quaterniond q = T_rack_camera.rotation().quaternion();
-  pose.orientation().w(q.w());
-  pose.orientation().x(q.x());
-  pose.orientation().y(q.y());
-  pose.orientation().z(q.z());
+  pose.orientation.w = q.w();
+  pose.orientation.x = q.x();
+  pose.orientation.y = q.y();
+  pose.orientation.z = q.z();
   return message;
 }
 
 State state_message(Time stamp, std::uint8_t status, double quality) {
   State message;
-  message.header().stamp(to_message(stamp));
-  message.header().frame_id("rack");
-  message.status(status);
-  message.quality(quality);
+  message.header.stamp = to_message(stamp);
+  message.header.frame_id = "rack";
+  message.status = status;
+  message.quality = quality;
   return message;
 }
 
@@ -89,22 +88,21 @@ class VisualServoTest : public ::testing::Test {
 
   void send_pose() {
     harness_.publish(topics::kRackPose, pose_message(now_, T_rack_base_));
-    harness_.publish(topics::kRackState,
-                     state_message(now_, state_constants::STATUS_TRACKING, 0.9));
+    harness_.publish(topics::kRackState, state_message(now_, RackState::STATUS_TRACKING, 0.9));
     harness_.spin();
   }
 
   void obey() {
-    const auto& twist = commands_.back().twist();
+    const auto& twist = commands_.back().twist;
     geometry::Vector6d motion;
-    motion << twist.linear().x(), twist.linear().y(), twist.linear().z(), twist.angular().x(),
-        twist.angular().y(), twist.angular().z();
+    motion << twist.linear.x, twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y,
+        twist.angular.z;
     T_rack_base_ = T_rack_base_ * SE3::exp(motion * to_seconds(kFrame));
   }
 
   [[nodiscard]] double speed() const {
-    const auto& linear = commands_.back().twist().linear();
-    return Vector3d(linear.x(), linear.y(), linear.z()).norm();
+    const auto& linear = commands_.back().twist.linear;
+    return Vector3d(linear.x, linear.y, linear.z).norm();
   }
 
   ComponentHarness harness_{{.simulated_time = true}};
@@ -122,7 +120,7 @@ TEST_F(VisualServoTest, ReachesNoWayPointByAPoseThatIsNotKnownSoWell) {
     for (int i = 0; i < 50; ++i) {
       next_frame();
       Pose message = pose_message(now_, T_rack_base_);
-      message.pose().covariance(covariance);
+      message.pose.covariance = covariance;
       harness_.publish(topics::kRackPose, message);
       harness_.spin();
     }
@@ -147,24 +145,24 @@ TEST_F(VisualServoTest, ReachesNoWayPointByAPoseThatIsNotKnownSoWell) {
   EXPECT_EQ(servo_->diagnostics().counter("pose.covariance"), 50U);
   stay(known_to(0.014, 0.001));
   ASSERT_FALSE(progress_.empty());
-  EXPECT_THAT(progress_.back().message(), HasSubstr("1 of 2 way-points reached"));
+  EXPECT_THAT(progress_.back().message, HasSubstr("1 of 2 way-points reached"));
 }
 
 TEST_F(VisualServoTest, FliesAlongTheWayPointsAndSaysSo) {
   bring_up();
-  for (int i = 0; i < 1000 && (progress_.empty() || progress_.back().state() != status::COMPLETE);
-       ++i) {
+  for (int i = 0;
+       i < 1000 && (progress_.empty() || progress_.back().state != MissionStatus::COMPLETE); ++i) {
     next_frame();
     send_pose();
-    ASSERT_EQ(from_message(commands_.back().header().stamp()), now_);
+    ASSERT_EQ(from_message(commands_.back().header.stamp), now_);
     obey();
   }
   ASSERT_FALSE(progress_.empty());
-  EXPECT_EQ(progress_.back().state(), status::COMPLETE);
-  EXPECT_EQ(progress_.at(progress_.size() - 2).done(), 2U);
-  EXPECT_EQ(progress_.at(progress_.size() - 2).total(), 2U);
-  EXPECT_THAT(progress_.back().message(), HasSubstr("2 of 2 way-points reached, 0 missed"));
-  EXPECT_EQ(commands_.back().header().frame_id(), "base_stabilized");
+  EXPECT_EQ(progress_.back().state, MissionStatus::COMPLETE);
+  EXPECT_EQ(progress_.at(progress_.size() - 2).done, 2U);
+  EXPECT_EQ(progress_.at(progress_.size() - 2).total, 2U);
+  EXPECT_THAT(progress_.back().message, HasSubstr("2 of 2 way-points reached, 0 missed"));
+  EXPECT_EQ(commands_.back().header.frame_id, "base_stabilized");
   EXPECT_LT((T_rack_base_.translation() - Vector3d(1, 5.5, 3)).norm(), 0.03);
   // It stays there.
   for (int i = 0; i < 50; ++i) {
@@ -188,8 +186,8 @@ TEST_F(VisualServoTest, HoldsAndClimbsWithoutAPoseAndWarns) {
   double highest = 0;
   for (int i = 0; i < 60; ++i) {
     harness_.advance(std::chrono::milliseconds(100));
-    climbed += commands_.back().twist().linear().z() * 0.1;
-    highest = std::max(highest, commands_.back().twist().linear().z());
+    climbed += commands_.back().twist.linear.z * 0.1;
+    highest = std::max(highest, commands_.back().twist.linear.z);
   }
   // The timer keeps commanding, ten times a second.
   EXPECT_NEAR(static_cast<double>(commands_.size() - before), 60, 2);
@@ -197,8 +195,8 @@ TEST_F(VisualServoTest, HoldsAndClimbsWithoutAPoseAndWarns) {
   EXPECT_NEAR(climbed, 0.5, 0.1);
   EXPECT_LT(speed(), 1e-9);
   const auto diagnostics = harness_.next_diagnostics(*servo_);
-  EXPECT_EQ(diagnostics.level(), diagnostic_msgs::msg::DiagnosticStatus_Constants::WARN);
-  EXPECT_THAT(diagnostics.message(), HasSubstr("no pose"));
+  EXPECT_EQ(diagnostics.level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_THAT(diagnostics.message, HasSubstr("no pose"));
 }
 
 TEST_F(VisualServoTest, AnswersImagesWithoutAPoseToo) {
@@ -207,10 +205,10 @@ TEST_F(VisualServoTest, AnswersImagesWithoutAPoseToo) {
   send_pose();
   const std::size_t before = commands_.size();
   next_frame();
-  harness_.publish(topics::kRackState, state_message(now_, state_constants::STATUS_LOST, 0));
+  harness_.publish(topics::kRackState, state_message(now_, RackState::STATUS_LOST, 0));
   harness_.spin();
   EXPECT_EQ(commands_.size(), before + 1);
-  EXPECT_EQ(from_message(commands_.back().header().stamp()), now_);
+  EXPECT_EQ(from_message(commands_.back().header.stamp), now_);
   // Found again: the pose counts before its own state has come.
   next_frame();
   harness_.publish(topics::kRackPose, pose_message(now_, T_rack_base_));
@@ -254,18 +252,18 @@ TEST_F(VisualServoTest, CountsWhatItDoesNotUse) {
   send(pose_message(now_ - std::chrono::seconds(1), T_rack_base_));
   send(pose_message(now_ + std::chrono::seconds(1), T_rack_base_));
   Pose message = pose_message(now_ + std::chrono::milliseconds(1), T_rack_base_);
-  message.pose().pose().position().x(std::numeric_limits<double>::quiet_NaN());
+  message.pose.pose.position.x = std::numeric_limits<double>::quiet_NaN();
   send(message);
   message = pose_message(now_ + std::chrono::milliseconds(1), T_rack_base_);
-  message.pose().pose().orientation().w(3);
+  message.pose.pose.orientation.w = 3;
   send(message);
   message = pose_message(now_ + std::chrono::milliseconds(1), T_rack_base_);
-  message.header().frame_id("map");
+  message.header.frame_id = "map";
   send(message);
-  harness_.publish(topics::kRackState, state_message(now_, state_constants::STATUS_TRACKING, 0.1));
+  harness_.publish(topics::kRackState, state_message(now_, RackState::STATUS_TRACKING, 0.1));
   harness_.spin();
   send(pose_message(now_ + std::chrono::milliseconds(1), T_rack_base_));
-  harness_.publish(topics::kRackState, state_message(now_, state_constants::STATUS_TRACKING, 7));
+  harness_.publish(topics::kRackState, state_message(now_, RackState::STATUS_TRACKING, 7));
   harness_.spin();
   // Only the image whose pose was not good enough is answered.
   EXPECT_EQ(commands_.size(), before + 1);
@@ -280,14 +278,14 @@ TEST_F(VisualServoTest, CountsWhatItDoesNotUse) {
 TEST_F(VisualServoTest, IsCompleteAfterTheHoldAtAWayPointThatWasReachedBefore) {
   bring_up(two_way_points({{"reached_for", 0.1}}));
   const auto complete = [this] {
-    return !progress_.empty() && progress_.back().state() == status::COMPLETE;
+    return !progress_.empty() && progress_.back().state == MissionStatus::COMPLETE;
   };
   std::optional<Time> reached;
   for (int i = 0; i < 1000 && !complete(); ++i) {
     next_frame();
     send_pose();
     obey();
-    if (!reached && !progress_.empty() && progress_.back().done() == 2U) {
+    if (!reached && !progress_.empty() && progress_.back().done == 2U) {
       reached = now_;
     }
   }
@@ -302,26 +300,26 @@ TEST_F(VisualServoTest, IsCompleteAfterTheHoldAtAWayPointThatWasReachedBefore) {
 
 TEST_F(VisualServoTest, BeginsAgainWithTheClock) {
   bring_up();
-  for (int i = 0; i < 1000 && (progress_.empty() || progress_.back().state() != status::COMPLETE);
-       ++i) {
+  for (int i = 0;
+       i < 1000 && (progress_.empty() || progress_.back().state != MissionStatus::COMPLETE); ++i) {
     next_frame();
     send_pose();
     obey();
   }
   ASSERT_FALSE(progress_.empty());
-  EXPECT_EQ(progress_.back().state(), status::COMPLETE);
+  EXPECT_EQ(progress_.back().state, MissionStatus::COMPLETE);
   now_ = Time(std::chrono::seconds(10));
   T_rack_base_ = SE3(SO3(), {1, 5, 3});
   progress_.clear();
-  for (int i = 0; i < 1000 && (progress_.empty() || progress_.back().state() != status::COMPLETE);
-       ++i) {
+  for (int i = 0;
+       i < 1000 && (progress_.empty() || progress_.back().state != MissionStatus::COMPLETE); ++i) {
     next_frame();
     send_pose();
     obey();
   }
   ASSERT_FALSE(progress_.empty());
-  EXPECT_EQ(progress_.at(0).done(), 1U);
-  EXPECT_EQ(progress_.back().state(), status::COMPLETE);
+  EXPECT_EQ(progress_.at(0).done, 1U);
+  EXPECT_EQ(progress_.back().state, MissionStatus::COMPLETE);
 }
 
 std::string refusal(std::vector<NamedParameter> parameters) {

@@ -19,12 +19,12 @@ constexpr std::size_t kMaximumOdometers = 64;
 constexpr std::size_t kMaximumChannels = 64;
 
 CrawlerReport::Position to_report(const pipescout_msgs::msg::PipePosition& message) {
-  return {.stamp = from_message(message.header().stamp()),
-          .locked = message.locked(),
-          .joint = message.joint(),
-          .into_joint = message.distance_into_joint(),
-          .standard_deviation = std::sqrt(message.covariance()[0]),
-          .odometer_distance = message.odometer_distance()};
+  return {.stamp = from_message(message.header.stamp),
+          .locked = message.locked,
+          .joint = message.joint,
+          .into_joint = message.distance_into_joint,
+          .standard_deviation = std::sqrt(message.covariance[0]),
+          .odometer_distance = message.odometer_distance};
 }
 
 }  // namespace
@@ -72,20 +72,20 @@ Subscription<T> CrawlerRecorder::record(const Topic<T>& topic,
 }
 
 void CrawlerRecorder::on_fused(const Fused& message) {
-  const std::size_t odometers = message.name().size();
+  const std::size_t odometers = message.name.size();
   const auto fits = [odometers](std::size_t size) { return size == odometers || size == 0; };
   if (odometers == 0 || odometers > kMaximumOdometers ||
-      message.rejection_reason().size() != odometers ||
-      message.support().size() != odometers * odometers || !fits(message.health().size()) ||
-      message.scale().size() != message.health().size() ||
-      message.scale_standard_deviation().size() != message.health().size()) {
+      message.rejection_reason.size() != odometers ||
+      message.support.size() != odometers * odometers || !fits(message.health.size()) ||
+      message.scale.size() != message.health.size() ||
+      message.scale_standard_deviation.size() != message.health.size()) {
     report_fault("fused.malformed",
                  "fused distances whose lists are not of one length are not recorded");
     return;
   }
   if (odometers_.empty()) {
-    odometers_ = message.name();
-  } else if (odometers_ != message.name()) {
+    odometers_ = message.name;
+  } else if (odometers_ != message.name) {
     report_fault("fused.other_odometers",
                  "fused distances of other odometers than before are not recorded");
     return;
@@ -95,9 +95,9 @@ void CrawlerRecorder::on_fused(const Fused& message) {
 }
 
 void CrawlerRecorder::on_samples(const Samples& message) {
-  const std::size_t channels = message.channels();
-  if (channels == 0 || channels > kMaximumChannels || message.x().size() % channels != 0 ||
-      message.y().size() != message.x().size() || !(message.sample_interval() > 0.0)) {
+  const std::size_t channels = message.channels;
+  if (channels == 0 || channels > kMaximumChannels || message.x.size() % channels != 0 ||
+      message.y.size() != message.x.size() || !(message.sample_interval > 0.0)) {
     report_fault("eddy_current.malformed",
                  "eddy-current samples whose lists do not fit together are not recorded");
     return;
@@ -113,22 +113,22 @@ void CrawlerRecorder::on_samples(const Samples& message) {
     return;
   }
   LineFile& lines = file(samples_file_, "eddy_current.csv", samples_csv_header(channels));
-  for (std::size_t k = 0; k < message.x().size() / channels; ++k) {
+  for (std::size_t k = 0; k < message.x.size() / channels; ++k) {
     lines.write(samples_csv_line(message, k));
   }
 }
 
 void CrawlerRecorder::on_weld(const Weld& message) {
   file(welds_file_, "welds.csv", weld_csv_header()).write(weld_csv_line(message));
-  const bool known = message.weld() >= 0;
-  report_->add_weld({.id = !known                      ? ""
-                           : message.weld_id().empty() ? std::to_string(message.weld())
-                                                       : message.weld_id(),
-                     .chainage = message.chainage(),
-                     .distance = message.distance(),
-                     .standard_deviation = message.standard_deviation(),
-                     .confidence = message.confidence(),
-                     .probability = message.weld_probability()});
+  const bool known = message.weld >= 0;
+  report_->add_weld({.id = !known                    ? ""
+                           : message.weld_id.empty() ? std::to_string(message.weld)
+                                                     : message.weld_id,
+                     .chainage = message.chainage,
+                     .distance = message.distance,
+                     .standard_deviation = message.standard_deviation,
+                     .confidence = message.confidence,
+                     .probability = message.weld_probability});
 }
 
 void CrawlerRecorder::on_position(const Position& message) {
@@ -142,11 +142,11 @@ void CrawlerRecorder::on_truth(const Position& message) {
 }
 
 void CrawlerRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
-  namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
-  if (status.state() == constants::COMPLETE && !settle_timer_) {
+  using pipescout_msgs::msg::MissionStatus;
+  if (status.state == MissionStatus::COMPLETE && !settle_timer_) {
     wait_for_the_last();
-  } else if (status.state() == constants::RUNNING && status.total() != 0) {
-    report_progress(status.done(), status.total());
+  } else if (status.state == MissionStatus::RUNNING && status.total != 0) {
+    report_progress(status.done, status.total);
   }
 }
 

@@ -15,7 +15,7 @@ namespace pipescout {
 
 namespace {
 
-namespace position_constants = pipescout_msgs::msg::PipePosition_Constants;
+using pipescout_msgs::msg::PipePosition;
 
 std::string stamp_text(const builtin_interfaces::msg::Time& stamp) {
   return format_stamp(from_message(stamp).time_since_epoch());
@@ -64,11 +64,11 @@ void append(std::string& line, const Values&... values) {
 
 /// "1>2 2>1 2>3": who supports whom, odometers counted from 1.
 std::string support_text(const pipescout_msgs::msg::FusedOdometer& message) {
-  const std::size_t m = message.name().size();
+  const std::size_t m = message.name.size();
   std::string text;
   for (std::size_t i = 0; i < m; ++i) {
     for (std::size_t j = 0; j < m; ++j) {
-      if (i != j && message.support()[i * m + j] != 0) {
+      if (i != j && message.support[i * m + j] != 0) {
         text += (text.empty() ? "" : " ") + std::to_string(i + 1) + ">" + std::to_string(j + 1);
       }
     }
@@ -88,16 +88,16 @@ std::string fused_csv_header(const std::vector<std::string>& columns) {
 }
 
 std::string fused_csv_line(const pipescout_msgs::msg::FusedOdometer& message) {
-  std::string line = stamp_text(message.header().stamp());
-  append(line, message.distance(), std::sqrt(message.variance()), message.speed(),
-         std::string(fusion_status_text(message.status())), support_text(message));
-  for (std::size_t i = 0; i < message.name().size(); ++i) {
-    append(line, std::string(rejection_text(message.rejection_reason()[i])));
-    if (message.health().empty()) {
+  std::string line = stamp_text(message.header.stamp);
+  append(line, message.distance, std::sqrt(message.variance), message.speed,
+         std::string(fusion_status_text(message.status)), support_text(message));
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    append(line, std::string(rejection_text(message.rejection_reason[i])));
+    if (message.health.empty()) {
       line += ",,,";
     } else {
-      append(line, std::string(health_text(message.health()[i])), message.scale()[i],
-             message.scale_standard_deviation()[i]);
+      append(line, std::string(health_text(message.health[i])), message.scale[i],
+             message.scale_standard_deviation[i]);
     }
   }
   return line;
@@ -109,14 +109,14 @@ std::string weld_csv_header() {
 }
 
 std::string weld_csv_line(const pipescout_msgs::msg::WeldDetection& message) {
-  std::string line = stamp_text(message.header().stamp()) + ",girth weld";
-  append(line, message.distance(), message.standard_deviation(), message.confidence(),
-         message.amplitude(), message.width());
-  if (message.weld() < 0) {
+  std::string line = stamp_text(message.header.stamp) + ",girth weld";
+  append(line, message.distance, message.standard_deviation, message.confidence, message.amplitude,
+         message.width);
+  if (message.weld < 0) {
     return line + ",,,,,";
   }
-  append(line, message.weld(), quoted(message.weld_id()), message.weld_probability(),
-         message.chainage(), std::sqrt(message.chainage_variance()));
+  append(line, message.weld, quoted(message.weld_id), message.weld_probability, message.chainage,
+         std::sqrt(message.chainage_variance));
   return line;
 }
 
@@ -127,23 +127,22 @@ std::string position_csv_header() {
 }
 
 std::string position_csv_line(const pipescout_msgs::msg::PipePosition& message) {
-  std::string line = stamp_text(message.header().stamp());
-  append(line, message.odometer_distance(), message.known(), message.locked(), message.joint(),
-         message.joint_probability());
-  switch (message.orientation()) {
-    case position_constants::ORIENTATION_FORWARD:
+  std::string line = stamp_text(message.header.stamp);
+  append(line, message.odometer_distance, message.known, message.locked, message.joint,
+         message.joint_probability);
+  switch (message.orientation) {
+    case PipePosition::ORIENTATION_FORWARD:
       line += ",forward";
       break;
-    case position_constants::ORIENTATION_BACKWARD:
+    case PipePosition::ORIENTATION_BACKWARD:
       line += ",backward";
       break;
     default:
       line += ",unknown";
   }
-  append(line, message.distance_into_joint(), message.chainage(),
-         std::sqrt(message.covariance()[0]), message.scale(), std::sqrt(message.covariance()[3]),
-         message.hypotheses(), message.double_slip_detected(), message.tally_error_detected(),
-         message.spacing_error());
+  append(line, message.distance_into_joint, message.chainage, std::sqrt(message.covariance[0]),
+         message.scale, std::sqrt(message.covariance[3]), message.hypotheses,
+         message.double_slip_detected, message.tally_error_detected, message.spacing_error);
   return line;
 }
 
@@ -158,12 +157,12 @@ std::string samples_csv_header(std::size_t channels) {
 std::string samples_csv_line(const pipescout_msgs::msg::EddyCurrentSamples& message,
                              std::size_t sample) {
   std::string line =
-      format_stamp((from_message(message.header().stamp()) +
-                    from_seconds(static_cast<double>(sample) * message.sample_interval()))
+      format_stamp((from_message(message.header.stamp) +
+                    from_seconds(static_cast<double>(sample) * message.sample_interval))
                        .time_since_epoch());
-  for (std::size_t c = 0; c < message.channels(); ++c) {
-    const std::size_t k = sample * message.channels() + c;
-    line += "," + short_number(message.x()[k]) + "," + short_number(message.y()[k]);
+  for (std::size_t c = 0; c < message.channels; ++c) {
+    const std::size_t k = sample * message.channels + c;
+    line += "," + short_number(message.x[k]) + "," + short_number(message.y[k]);
   }
   return line;
 }

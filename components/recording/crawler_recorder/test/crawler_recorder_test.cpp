@@ -26,7 +26,6 @@ using pipescout_msgs::msg::WeldDetection;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 class CrawlerRecorderTest : public ::testing::Test {
  protected:
@@ -45,35 +44,35 @@ class CrawlerRecorderTest : public ::testing::Test {
   }
   static FusedOdometer fused() {
     FusedOdometer message;
-    message.name({"a", "b"});
-    message.support({1, 1, 1, 1});
-    message.rejection_reason({0, 0});
+    message.name = {"a", "b"};
+    message.support = {1, 1, 1, 1};
+    message.rejection_reason = {0, 0};
     return message;
   }
   static EddyCurrentSamples samples() {
     EddyCurrentSamples message;
-    message.sample_interval(0.01);
-    message.channels(1);
-    message.x({1.0, 2.0});
-    message.y({1.0, 2.0});
+    message.sample_interval = 0.01;
+    message.channels = 1;
+    message.x = {1.0, 2.0};
+    message.y = {1.0, 2.0};
     return message;
   }
   static WeldDetection weld() {
     WeldDetection message;
-    message.weld(3);
-    message.weld_id("W3");
+    message.weld = 3;
+    message.weld_id = "W3";
     return message;
   }
   static PipePosition position() {
     PipePosition message;
-    message.locked(true);
+    message.locked = true;
     return message;
   }
   void say(std::uint8_t state) {
     MissionStatus message;
-    message.node("/driver");
-    message.state(state);
-    message.message("why");
+    message.node = "/driver";
+    message.state = state;
+    message.message = "why";
     harness_.publish(topics::kMissionStatus, message);
     harness_.spin();
   }
@@ -88,7 +87,7 @@ class CrawlerRecorderTest : public ::testing::Test {
   /// The recorder's last word.
   [[nodiscard]] const MissionStatus* own_status() const {
     for (std::size_t k = statuses_.size(); k-- > 0;) {
-      if (statuses_.at(k).node() == "/recorder") {
+      if (statuses_.at(k).node == "/recorder") {
         return &statuses_.at(k);
       }
     }
@@ -118,27 +117,27 @@ TEST_F(CrawlerRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_EQ(lines("truth.csv").size(), 2U);
   EXPECT_EQ(lines("positions.csv").size(), 3U);
   EXPECT_EQ(own_status(), nullptr);
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::COMPLETE);
-  EXPECT_THAT(own_status()->message(), HasSubstr("2 positions and 1 welds"));
+  EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
+  EXPECT_THAT(own_status()->message, HasSubstr("2 positions and 1 welds"));
   EXPECT_THAT(section(), HasSubstr("\"crawler_welds\""));
   EXPECT_TRUE(harness_.shutdown(recorder).success);
 }
 
 TEST_F(CrawlerRecorderTest, FailsWithItsSourceOrWithoutAnyPosition) {
   start();
-  say(status::FAILED);
+  say(MissionStatus::FAILED);
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_THAT(own_status()->message(), HasSubstr("/driver failed: why"));
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_THAT(own_status()->message, HasSubstr("/driver failed: why"));
 }
 
 TEST_F(CrawlerRecorderTest, ARunWithoutPositionsIsNotComplete) {
   start();
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::FAILED);
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
 }
 
 TEST_F(CrawlerRecorderTest, CountsWhatItCannotRecord) {
@@ -146,22 +145,22 @@ TEST_F(CrawlerRecorderTest, CountsWhatItCannotRecord) {
   send(topics::kOdometerFused, fused());
   send(topics::kEddyCurrent, samples());
   const std::vector<std::pair<const char*, std::function<void(FusedOdometer&)>>> fused_faults{
-      {"fused.malformed", [](auto& message) { message.name().clear(); }},
-      {"fused.malformed", [](auto& message) { message.support().pop_back(); }},
-      {"fused.malformed", [](auto& message) { message.rejection_reason().clear(); }},
-      {"fused.malformed", [](auto& message) { message.health({0}); }},
+      {"fused.malformed", [](auto& message) { message.name.clear(); }},
+      {"fused.malformed", [](auto& message) { message.support.pop_back(); }},
+      {"fused.malformed", [](auto& message) { message.rejection_reason.clear(); }},
+      {"fused.malformed", [](auto& message) { message.health = {0}; }},
       {"fused.malformed",
        [](auto& message) {
-         message.scale({1.0, 1.0});
+         message.scale = {1.0, 1.0};
        }},
       {"fused.malformed",
        [](auto& message) {
-         message.health({0, 0});
-         message.scale({1.0, 1.0});
+         message.health = {0, 0};
+         message.scale = {1.0, 1.0};
        }},
       {"fused.other_odometers",
        [](auto& message) {
-         message.name({"a", "c"});
+         message.name = {"a", "c"};
        }},
   };
   for (const auto& [counter, spoil] : fused_faults) {
@@ -173,10 +172,10 @@ TEST_F(CrawlerRecorderTest, CountsWhatItCannotRecord) {
   }
   EXPECT_EQ(lines("fused.csv").size(), 2U);
   const std::vector<std::pair<const char*, std::function<void(EddyCurrentSamples&)>>> faults{
-      {"eddy_current.malformed", [](auto& message) { message.channels(0); }},
-      {"eddy_current.malformed", [](auto& message) { message.y().pop_back(); }},
-      {"eddy_current.malformed", [](auto& message) { message.sample_interval(-1.0); }},
-      {"eddy_current.other_channels", [](auto& message) { message.channels(2); }},
+      {"eddy_current.malformed", [](auto& message) { message.channels = 0; }},
+      {"eddy_current.malformed", [](auto& message) { message.y.pop_back(); }},
+      {"eddy_current.malformed", [](auto& message) { message.sample_interval = -1.0; }},
+      {"eddy_current.other_channels", [](auto& message) { message.channels = 2; }},
   };
   for (const auto& [counter, spoil] : faults) {
     const auto before = recorder.diagnostics().counter(counter);
@@ -199,8 +198,8 @@ TEST_F(CrawlerRecorderTest, FailsWhenItCannotWrite) {
   std::ofstream(folder_.path() / "crawler" / "welds.csv") << "somebody else's\n";
   send(topics::kWeld, weld());
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_THAT(own_status()->message(), HasSubstr("welds.csv"));
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_THAT(own_status()->message, HasSubstr("welds.csv"));
   send(topics::kPipePosition, position());
   EXPECT_EQ(recorder.diagnostics().counter("not_recorded"), 1U);
   EXPECT_EQ(recorder.state(), LifecycleState::kActive);

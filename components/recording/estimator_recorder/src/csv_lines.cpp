@@ -38,13 +38,13 @@ void add_deviations(CsvLine& line, const std::array<double, Size>& covariance) {
 }
 
 void add_rack(CsvLine& line, const geometry_msgs::msg::PoseWithCovariance& rack) {
-  if (!(rack.covariance()[0] > 0)) {
+  if (!(rack.covariance[0] > 0)) {
     line.add_empty(12);
     return;
   }
-  const geometry::SE3 T_map_rack = from_message(rack.pose());
+  const geometry::SE3 T_map_rack = from_message(rack.pose);
   line.add_each(T_map_rack.translation()).add_each(T_map_rack.rotation().roll_pitch_yaw());
-  add_deviations(line, rack.covariance());
+  add_deviations(line, rack.covariance);
 }
 
 }  // namespace
@@ -58,10 +58,10 @@ std::string estimate_csv_line(const nav_msgs::msg::Odometry& message,
                               const geometry::SE3& T_map_base,
                               const geometry::Matrix6d& covariance) {
   CsvLine line =
-      uncertain_pose_csv_line(from_message(message.header().stamp()), T_map_base, covariance);
-  line.add_each(from_message(message.twist().twist().linear()))
-      .add_each(from_message(message.twist().twist().angular()));
-  add_deviations(line, message.twist().covariance());
+      uncertain_pose_csv_line(from_message(message.header.stamp), T_map_base, covariance);
+  line.add_each(from_message(message.twist.twist.linear))
+      .add_each(from_message(message.twist.twist.angular));
+  add_deviations(line, message.twist.covariance);
   return line.text();
 }
 
@@ -91,26 +91,26 @@ std::string estimator_state_csv_header() {
 }
 
 std::string estimator_state_csv_line(const pipescout_msgs::msg::EstimatorState& message) {
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(message.phase())
-      .add(message.waits_for())
-      .add(message.standing_still())
-      .add(message.since_absolute_position())
-      .add(std::uint64_t{message.restarts()})
-      .add(message.restart_reason());
-  if (message.phase() != "running" && message.phase() != "coasting") {
+  CsvLine line(from_message(message.header.stamp));
+  line.add(message.phase)
+      .add(message.waits_for)
+      .add(message.standing_still)
+      .add(message.since_absolute_position)
+      .add(std::uint64_t{message.restarts})
+      .add(message.restart_reason);
+  if (message.phase != "running" && message.phase != "coasting") {
     return line.add_empty(26).text();
   }
-  line.add_each(from_message(message.gyro_bias()))
-      .add_each_short(from_message(message.gyro_bias_deviation()))
-      .add_each(from_message(message.accelerometer_bias()))
-      .add_each_short(from_message(message.accelerometer_bias_deviation()));
-  if (message.odometer_scale_deviation() > 0) {
-    line.add(message.odometer_scale()).add_short(message.odometer_scale_deviation());
+  line.add_each(from_message(message.gyro_bias))
+      .add_each_short(from_message(message.gyro_bias_deviation))
+      .add_each(from_message(message.accelerometer_bias))
+      .add_each_short(from_message(message.accelerometer_bias_deviation));
+  if (message.odometer_scale_deviation > 0) {
+    line.add(message.odometer_scale).add_short(message.odometer_scale_deviation);
   } else {
     line.add_empty(2);
   }
-  add_rack(line, message.rack());
+  add_rack(line, message.rack);
   return line.text();
 }
 
@@ -120,12 +120,12 @@ std::string factor_csv_header() {
 
 std::string factor_csv_line(const pipescout_msgs::msg::EstimatorState& message,
                             std::size_t factor) {
-  return CsvLine(from_message(message.factor_stamp()[factor]))
-      .add(message.factor()[factor])
-      .add(message.factor_outcome()[factor])
-      .add_short(message.factor_chi_square()[factor])
-      .add(std::uint64_t{message.factor_degrees()[factor]})
-      .add_short(message.factor_weight()[factor])
+  return CsvLine(from_message(message.factor_stamp[factor]))
+      .add(message.factor[factor])
+      .add(message.factor_outcome[factor])
+      .add_short(message.factor_chi_square[factor])
+      .add(std::uint64_t{message.factor_degrees[factor]})
+      .add_short(message.factor_weight[factor])
       .text();
 }
 
@@ -135,13 +135,13 @@ std::string source_csv_header() {
 
 std::string source_csv_line(const pipescout_msgs::msg::EstimatorState& message,
                             std::size_t source) {
-  return CsvLine(from_message(message.header().stamp()))
-      .add(message.source()[source])
-      .add(message.source_state()[source])
-      .add(std::uint64_t{message.source_accepted()[source]})
-      .add(std::uint64_t{message.source_gated()[source]})
-      .add(std::uint64_t{message.source_held()[source]})
-      .add(std::uint64_t{message.source_refused()[source]})
+  return CsvLine(from_message(message.header.stamp))
+      .add(message.source[source])
+      .add(message.source_state[source])
+      .add(std::uint64_t{message.source_accepted[source]})
+      .add(std::uint64_t{message.source_gated[source]})
+      .add(std::uint64_t{message.source_held[source]})
+      .add(std::uint64_t{message.source_refused[source]})
       .text();
 }
 
@@ -151,10 +151,10 @@ std::string gps_csv_header() {
 
 std::string gps_csv_line(const sensor_msgs::msg::NavSatFix& message,
                          const Eigen::Vector3d& position) {
-  return CsvLine(from_message(message.header().stamp()))
-      .add(message.latitude())
-      .add(message.longitude())
-      .add(message.altitude())
+  return CsvLine(from_message(message.header.stamp))
+      .add(message.latitude)
+      .add(message.longitude)
+      .add(message.altitude)
       .add_each(position)
       .text();
 }

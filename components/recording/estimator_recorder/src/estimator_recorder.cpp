@@ -37,20 +37,18 @@ bool is_name(const std::string& text) {
 }
 
 void require_lists(const pipescout_msgs::msg::EstimatorState& message) {
-  const std::size_t sources = message.source().size();
-  const std::size_t factors = message.factor().size();
-  require(sources <= kMaximumSources && message.source_state().size() == sources &&
-              message.source_accepted().size() == sources &&
-              message.source_gated().size() == sources && message.source_held().size() == sources &&
-              message.source_refused().size() == sources,
+  const std::size_t sources = message.source.size();
+  const std::size_t factors = message.factor.size();
+  require(sources <= kMaximumSources && message.source_state.size() == sources &&
+              message.source_accepted.size() == sources && message.source_gated.size() == sources &&
+              message.source_held.size() == sources && message.source_refused.size() == sources,
           "the lists of its sources are not of one length, or of more than 32");
-  require(factors <= kMaximumFactors && message.factor_stamp().size() == factors &&
-              message.factor_outcome().size() == factors &&
-              message.factor_chi_square().size() == factors &&
-              message.factor_degrees().size() == factors &&
-              message.factor_weight().size() == factors,
+  require(factors <= kMaximumFactors && message.factor_stamp.size() == factors &&
+              message.factor_outcome.size() == factors &&
+              message.factor_chi_square.size() == factors &&
+              message.factor_degrees.size() == factors && message.factor_weight.size() == factors,
           "the lists of its factors are not of one length, or of more than 4096");
-  require(std::all_of(message.source().begin(), message.source().end(), is_name),
+  require(std::all_of(message.source.begin(), message.source.end(), is_name),
           "the name of a source is none of a-z, 0-9 and _");
 }
 
@@ -113,11 +111,11 @@ void EstimatorRecorder::begin_map() {
 }
 
 void EstimatorRecorder::on_estimate(const Odometry& message) {
-  require_finite(message.twist().twist());
+  require_finite(message.twist.twist);
   EstimatorReport::Estimate estimate{
-      .stamp = from_message(message.header().stamp()),
-      .T_map_base = from_message(message.pose().pose()),
-      .covariance = covariance_from_message(message.pose().covariance()),
+      .stamp = from_message(message.header.stamp),
+      .T_map_base = from_message(message.pose.pose),
+      .covariance = covariance_from_message(message.pose.covariance),
   };
   estimate.recorded = estimate_thinning_.due(estimate.stamp);
   if (estimate.recorded) {
@@ -129,8 +127,8 @@ void EstimatorRecorder::on_estimate(const Odometry& message) {
 }
 
 void EstimatorRecorder::on_truth(const Odometry& message) {
-  const Time stamp = from_message(message.header().stamp());
-  const geometry::SE3 T_map_base = from_message(message.pose().pose());
+  const Time stamp = from_message(message.header.stamp);
+  const geometry::SE3 T_map_base = from_message(message.pose.pose);
   if (truth_thinning_.due(stamp)) {
     file("truth.csv", pose_csv_header).write(pose_csv_line(stamp, T_map_base).text());
     truth_thinning_.keep(stamp);
@@ -141,7 +139,7 @@ void EstimatorRecorder::on_truth(const Odometry& message) {
 void EstimatorRecorder::on_state(const State& message) {
   require_lists(message);
   file("state.csv", estimator_state_csv_header).write(estimator_state_csv_line(message));
-  for (std::size_t factor = 0; factor < message.factor().size(); ++factor) {
+  for (std::size_t factor = 0; factor < message.factor.size(); ++factor) {
     file("factors.csv", factor_csv_header).write(factor_csv_line(message, factor));
   }
   for (const std::size_t source : report_->add_state(message)) {
@@ -150,11 +148,11 @@ void EstimatorRecorder::on_state(const State& message) {
 }
 
 void EstimatorRecorder::on_fix(const Fix& message) {
-  if (message.status().status() < sensor_msgs::msg::NavSatStatus_Constants::STATUS_FIX) {
+  if (message.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX) {
     return;
   }
-  const geometry::GeodeticPosition place{message.latitude(), message.longitude(),
-                                         std::isnan(message.altitude()) ? 0.0 : message.altitude()};
+  const geometry::GeodeticPosition place{message.latitude, message.longitude,
+                                         std::isnan(message.altitude) ? 0.0 : message.altitude};
   place.validate();
   if (!map_) {
     map_.emplace(place);

@@ -60,45 +60,45 @@ void EstimatorReport::compare(const Estimate& estimate, const geometry::SE3& tru
 
 std::vector<std::size_t> EstimatorReport::add_state(const State& state) {
   follow_phase(state);
-  const bool runs = state.phase() == "running" || state.phase() == "coasting";
+  const bool runs = state.phase == "running" || state.phase == "coasting";
   keyframes_ += runs ? 1 : 0;
   std::vector<std::size_t> changed;
-  for (std::size_t k = 0; k < state.source().size(); ++k) {
-    auto found = sources_.find(state.source()[k]);
+  for (std::size_t k = 0; k < state.source.size(); ++k) {
+    auto found = sources_.find(state.source[k]);
     if (found == sources_.end()) {
       if (sources_.size() == kMaximumSources) {
         continue;
       }
-      found = sources_.try_emplace(state.source()[k]).first;
+      found = sources_.try_emplace(state.source[k]).first;
     }
     Source& source = found->second;
-    if (source.state != state.source_state()[k]) {
-      source.state = state.source_state()[k];
+    if (source.state != state.source_state[k]) {
+      source.state = state.source_state[k];
       changed.push_back(k);
     }
     source.trusted += runs && source.state == "trusted" ? 1 : 0;
-    source.accepted.said(state.source_accepted()[k]);
-    source.gated.said(state.source_gated()[k]);
-    source.held.said(state.source_held()[k]);
-    source.refused.said(state.source_refused()[k]);
+    source.accepted.said(state.source_accepted[k]);
+    source.gated.said(state.source_gated[k]);
+    source.held.said(state.source_held[k]);
+    source.refused.said(state.source_refused[k]);
   }
   return changed;
 }
 
 void EstimatorReport::follow_phase(const State& state) {
-  const Time stamp = from_message(state.header().stamp());
+  const Time stamp = from_message(state.header.stamp);
   // Before its first message an estimator knows no time.
   if (!first_state_ && stamp != Time{}) {
     first_state_ = stamp;
   }
-  if (!until_running_ && first_state_ && state.phase() == "running") {
+  if (!until_running_ && first_state_ && state.phase == "running") {
     until_running_ = stamp - *first_state_;
   }
-  waits_for_ = state.waits_for();
+  waits_for_ = state.waits_for;
   const std::uint64_t before = restarts_.total();
-  restarts_.said(state.restarts());
+  restarts_.said(state.restarts);
   if (restarts_.total() > before) {
-    restart_reason_ = state.restart_reason();
+    restart_reason_ = state.restart_reason;
   }
 }
 

@@ -27,10 +27,10 @@ auto columns(const std::string& line) {
 
 TEST(CsvLines, Estimate) {
   nav_msgs::msg::Odometry message;
-  message.header().stamp(to_message(Time{} + std::chrono::seconds(3)));
-  message.twist().twist(twist_message({1.5, 0.0, -0.5}, {0.0, 0.0, 0.25}));
-  message.twist().covariance()[0] = 0.0625;
-  message.twist().covariance()[35] = -1e-12;
+  message.header.stamp = to_message(Time{} + std::chrono::seconds(3));
+  message.twist.twist = twist_message({1.5, 0.0, -0.5}, {0.0, 0.0, 0.25});
+  message.twist.covariance[0] = 0.0625;
+  message.twist.covariance[35] = -1e-12;
   const std::string line =
       estimate_csv_line(message, geometry::SE3(geometry::SO3(), {1.0, 2.0, 3.0}),
                         geometry::Matrix6d(geometry::Matrix6d::Identity() * 0.25));
@@ -50,20 +50,20 @@ TEST(CsvLines, Error) {
 
 TEST(CsvLines, State) {
   EstimatorState message;
-  message.phase("starting");
-  message.waits_for("a heading");
-  message.since_absolute_position(std::numeric_limits<double>::quiet_NaN());
-  message.restart_reason("none");
-  message.gyro_bias(to_message(Eigen::Vector3d(1.0, 2.0, 3.0)));
+  message.phase = "starting";
+  message.waits_for = "a heading";
+  message.since_absolute_position = std::numeric_limits<double>::quiet_NaN();
+  message.restart_reason = "none";
+  message.gyro_bias = to_message(Eigen::Vector3d(1.0, 2.0, 3.0));
   std::string line = estimator_state_csv_line(message);
   EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line, StartsWith("0.000000000,starting,a heading,0,nan,0,none,,,,"))
       << "its biases are void";
-  message.phase("running");
-  message.waits_for("");
-  message.standing_still(true);
-  message.since_absolute_position(0.5);
-  message.gyro_bias_deviation(to_message(Eigen::Vector3d(0.25, 0.25, 0.5)));
+  message.phase = "running";
+  message.waits_for = "";
+  message.standing_still = true;
+  message.since_absolute_position = 0.5;
+  message.gyro_bias_deviation = to_message(Eigen::Vector3d(0.25, 0.25, 0.5));
   line = estimator_state_csv_line(message);
   EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line,
@@ -73,40 +73,40 @@ TEST(CsvLines, State) {
 
 TEST(CsvLines, StateOfARobotWithOdometerOverARack) {
   EstimatorState message;
-  message.phase("coasting");
-  message.odometer_scale(1.01);
-  message.odometer_scale_deviation(0.005);
-  message.rack().pose(to_message(geometry::SE3(geometry::SO3::about_z(0.5), {7.0, 8.0, 9.0})));
-  message.rack().covariance(to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 0.04)));
+  message.phase = "coasting";
+  message.odometer_scale = 1.01;
+  message.odometer_scale_deviation = 0.005;
+  message.rack.pose = to_message(geometry::SE3(geometry::SO3::about_z(0.5), {7.0, 8.0, 9.0}));
+  message.rack.covariance = to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 0.04));
   const std::string line = estimator_state_csv_line(message);
   EXPECT_EQ(columns(line), columns(estimator_state_csv_header()));
   EXPECT_THAT(line, HasSubstr(",1.01,0.005,7,8,9,0,0,0.5,0.2,0.2,"));
-  message.rack().pose().position().x(std::numeric_limits<double>::quiet_NaN());
+  message.rack.pose.position.x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW((void)estimator_state_csv_line(message), std::invalid_argument);
 }
 
 TEST(CsvLines, FactorSourceAndFix) {
   EstimatorState message;
-  message.factor({"gps", "odometer"});
-  message.factor_stamp({to_message(Time{}), to_message(Time{} + std::chrono::seconds(2))});
-  message.factor_outcome({"gated", "accepted"});
-  message.factor_chi_square({100.0, 1.5});
-  message.factor_degrees({3, 1});
-  message.factor_weight({0.0, 0.75});
+  message.factor = {"gps", "odometer"};
+  message.factor_stamp = {to_message(Time{}), to_message(Time{} + std::chrono::seconds(2))};
+  message.factor_outcome = {"gated", "accepted"};
+  message.factor_chi_square = {100.0, 1.5};
+  message.factor_degrees = {3, 1};
+  message.factor_weight = {0.0, 0.75};
   EXPECT_EQ(columns(factor_csv_line(message, 0)), columns(factor_csv_header()));
   EXPECT_EQ(factor_csv_line(message, 1), "2.000000000,odometer,accepted,1.5,1,0.75");
-  message.source({"gps"});
-  message.source_state({"doubted"});
-  message.source_accepted({5});
-  message.source_gated({6});
-  message.source_held({7});
-  message.source_refused({8});
+  message.source = {"gps"};
+  message.source_state = {"doubted"};
+  message.source_accepted = {5};
+  message.source_gated = {6};
+  message.source_held = {7};
+  message.source_refused = {8};
   EXPECT_EQ(columns(source_csv_line(message, 0)), columns(source_csv_header()));
   EXPECT_EQ(source_csv_line(message, 0), "0.000000000,gps,doubted,5,6,7,8");
   sensor_msgs::msg::NavSatFix fix;
-  fix.latitude(46.5);
-  fix.longitude(-8.25);
-  fix.altitude(std::numeric_limits<double>::quiet_NaN());
+  fix.latitude = 46.5;
+  fix.longitude = -8.25;
+  fix.altitude = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(columns(gps_csv_line(fix, {})), columns(gps_csv_header()));
   EXPECT_EQ(gps_csv_line(fix, {1.0, 2.0, 3.0}), "0.000000000,46.5,-8.25,nan,1,2,3");
 }

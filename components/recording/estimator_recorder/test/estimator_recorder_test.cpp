@@ -32,7 +32,6 @@ using testing::ComponentHarness;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -59,43 +58,42 @@ class EstimatorRecorderTest : public ::testing::Test {
   }
   static Odometry odometry(double time = 1.0, double x = 1.0) {
     Odometry message;
-    message.header().stamp(stamp(time));
-    message.pose().pose(to_message(geometry::SE3(geometry::SO3(), {x, 2.0, 3.0})));
-    message.pose().covariance(
-        to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 1e-4)));
+    message.header.stamp = stamp(time);
+    message.pose.pose = to_message(geometry::SE3(geometry::SO3(), {x, 2.0, 3.0}));
+    message.pose.covariance = to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 1e-4));
     return message;
   }
   static EstimatorState state(double time = 1.0) {
     EstimatorState message;
-    message.header().stamp(stamp(time));
-    message.phase("running");
-    message.source({"gps", "odometer"});
-    message.source_state({"trusted", "trusted"});
-    message.source_accepted({5, 6});
-    message.source_gated({1, 0});
-    message.source_held({0, 0});
-    message.source_refused({0, 0});
-    message.factor({"gps", "odometer", "odometer"});
-    message.factor_stamp({stamp(0.9), stamp(0.95), stamp(1.0)});
-    message.factor_outcome({"gated", "accepted", "accepted"});
-    message.factor_chi_square({90.0, 1.0, 0.5});
-    message.factor_degrees({3, 1, 1});
-    message.factor_weight({0.0, 1.0, 1.0});
+    message.header.stamp = stamp(time);
+    message.phase = "running";
+    message.source = {"gps", "odometer"};
+    message.source_state = {"trusted", "trusted"};
+    message.source_accepted = {5, 6};
+    message.source_gated = {1, 0};
+    message.source_held = {0, 0};
+    message.source_refused = {0, 0};
+    message.factor = {"gps", "odometer", "odometer"};
+    message.factor_stamp = {stamp(0.9), stamp(0.95), stamp(1.0)};
+    message.factor_outcome = {"gated", "accepted", "accepted"};
+    message.factor_chi_square = {90.0, 1.0, 0.5};
+    message.factor_degrees = {3, 1, 1};
+    message.factor_weight = {0.0, 1.0, 1.0};
     return message;
   }
   static NavSatFix fix(double latitude = 46.5) {
     NavSatFix message;
-    message.header().stamp(stamp(1.0));
-    message.latitude(latitude);
-    message.longitude(8.25);
-    message.altitude(500.0);
+    message.header.stamp = stamp(1.0);
+    message.latitude = latitude;
+    message.longitude = 8.25;
+    message.altitude = 500.0;
     return message;
   }
   void say(std::uint8_t state) {
     MissionStatus message;
-    message.node("/robot");
-    message.state(state);
-    message.message("why");
+    message.node = "/robot";
+    message.state = state;
+    message.message = "why";
     send(topics::kMissionStatus, message);
   }
   [[nodiscard]] std::string content(const fs::path& name) const {
@@ -109,7 +107,7 @@ class EstimatorRecorderTest : public ::testing::Test {
   /// The recorder's last word.
   [[nodiscard]] const MissionStatus* own_status() const {
     for (std::size_t k = statuses_.size(); k-- > 0;) {
-      if (statuses_.at(k).node() == "/recorder") {
+      if (statuses_.at(k).node == "/recorder") {
         return &statuses_.at(k);
       }
     }
@@ -137,10 +135,10 @@ TEST_F(EstimatorRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_EQ(lines("sources.csv"), 3U) << "nothing has changed in the second message";
   EXPECT_EQ(lines("gps.csv"), 2U);
   EXPECT_EQ(own_status(), nullptr);
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::COMPLETE);
-  EXPECT_EQ(own_status()->message(), "1 estimates and 2 keyframes heard of");
+  EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
+  EXPECT_EQ(own_status()->message, "1 estimates and 2 keyframes heard of");
   EXPECT_THAT(section(), HasSubstr("\"estimator_position_rmse_m\": 0.01"));
   EXPECT_THAT(section(), HasSubstr("\"estimator_gps_accepted\": 5"));
   EXPECT_THAT(section(), HasSubstr("estimator/estimate.csv"));
@@ -156,7 +154,7 @@ TEST_F(EstimatorRecorderTest, KeepsAPoseOfEachPeriodAndJudgesAll) {
   EXPECT_EQ(lines("estimate.csv"), 6U);
   EXPECT_EQ(lines("truth.csv"), 6U);
   EXPECT_EQ(lines("errors.csv"), 6U);
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
   EXPECT_THAT(section(), HasSubstr("Errors of 21 estimates"));
 }
@@ -176,11 +174,11 @@ TEST_F(EstimatorRecorderTest, FixesAreInTheMap) {
   EXPECT_THAT(content("estimator/gps.csv"), HasSubstr("1.000000000,46.5,8.25,500,0,0,0\n"))
       << "the first is its origin";
   auto none = fix();
-  none.status().status(-1);
+  none.status.status = -1;
   send(topics::kGpsFix, none);
   EXPECT_EQ(lines("gps.csv"), 2U);
   auto flat = fix(46.501);
-  flat.altitude(kNan);
+  flat.altitude = kNan;
   send(topics::kGpsFix, flat);
   EXPECT_THAT(content("estimator/gps.csv"), HasSubstr("1.000000000,46.501,8.25,nan,"));
 }
@@ -194,17 +192,17 @@ TEST_F(EstimatorRecorderTest, TheDatumIsThatOfTheEstimator) {
 TEST_F(EstimatorRecorderTest, ARunWithoutEstimatesIsNotComplete) {
   start();
   send(topics::kEstimatorState, state());
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::FAILED);
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
 }
 
 TEST_F(EstimatorRecorderTest, ASourceThatDiesFailsTheMission) {
   start({{"silent_after", 0.02}});
   send(topics::kOdometryFiltered, odometry());
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_EQ(own_status()->message(),
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_EQ(own_status()->message,
             "nothing has arrived for 0.02 s, and 'robot' has not said that it is complete: 1 "
             "estimates and 0 keyframes heard of");
 }
@@ -219,24 +217,24 @@ TEST_F(EstimatorRecorderTest, CountsWhatItCannotRecordAndLosesNothingElse) {
     EXPECT_EQ(recorder.diagnostics().counter(counter), before + 1) << counter;
   };
   expect_counted("estimate.malformed", topics::kOdometryFiltered, odometry(),
-                 [](auto& m) { m.pose().pose().position().x(kNan); });
+                 [](auto& m) { m.pose.pose.position.x = kNan; });
   expect_counted("estimate.malformed", topics::kOdometryFiltered, odometry(),
-                 [](auto& m) { m.pose().covariance()[0] = 0.0; });
+                 [](auto& m) { m.pose.covariance[0] = 0.0; });
   expect_counted("estimate.malformed", topics::kOdometryFiltered, odometry(),
-                 [](auto& m) { m.twist().twist().angular().z(kNan); });
+                 [](auto& m) { m.twist.twist.angular.z = kNan; });
   expect_counted("truth.malformed", topics::kTrueOdometry, odometry(),
-                 [](auto& m) { m.pose().pose().orientation().w(0.5); });
+                 [](auto& m) { m.pose.pose.orientation.w = 0.5; });
   expect_counted("state.malformed", topics::kEstimatorState, state(),
-                 [](auto& m) { m.source_gated().pop_back(); });
+                 [](auto& m) { m.source_gated.pop_back(); });
   expect_counted("state.malformed", topics::kEstimatorState, state(),
-                 [](auto& m) { m.factor_weight().pop_back(); });
+                 [](auto& m) { m.factor_weight.pop_back(); });
   expect_counted("state.malformed", topics::kEstimatorState, state(),
-                 [](auto& m) { m.source()[0] = "g p s"; });
+                 [](auto& m) { m.source[0] = "g p s"; });
   expect_counted("state.malformed", topics::kEstimatorState, state(), [](auto& m) {
-    m.rack().covariance()[0] = 1.0;
-    m.rack().pose().position().x(kNan);
+    m.rack.covariance[0] = 1.0;
+    m.rack.pose.position.x = kNan;
   });
-  expect_counted("fix.malformed", topics::kGpsFix, fix(), [](auto& m) { m.latitude(91.0); });
+  expect_counted("fix.malformed", topics::kGpsFix, fix(), [](auto& m) { m.latitude = 91.0; });
   send(topics::kOdometryFiltered, odometry());
   send(topics::kEstimatorState, state());
   send(topics::kGpsFix, fix());
@@ -254,8 +252,8 @@ TEST_F(EstimatorRecorderTest, FailsWhenItCannotWrite) {
   send(topics::kOdometryFiltered, odometry());
   send(topics::kTrueOdometry, odometry());
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_THAT(own_status()->message(), HasSubstr("errors.csv"));
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_THAT(own_status()->message, HasSubstr("errors.csv"));
   EXPECT_EQ(recorder.state(), LifecycleState::kActive);
 }
 

@@ -42,19 +42,19 @@ EstimatorReport::Estimate estimate(double time, const SE3& T_map_base, double de
 
 EstimatorReport::State state(double time, const std::string& phase) {
   EstimatorReport::State message;
-  message.header().stamp(to_message(at(time)));
-  message.phase(phase);
+  message.header.stamp = to_message(at(time));
+  message.phase = phase;
   return message;
 }
 
 void add_source(EstimatorReport::State& message, const std::string& name, const std::string& state,
                 std::uint64_t accepted, std::uint64_t gated) {
-  message.source().push_back(name);
-  message.source_state().push_back(state);
-  message.source_accepted().push_back(accepted);
-  message.source_gated().push_back(gated);
-  message.source_held().push_back(0);
-  message.source_refused().push_back(0);
+  message.source.push_back(name);
+  message.source_state.push_back(state);
+  message.source_accepted.push_back(accepted);
+  message.source_gated.push_back(gated);
+  message.source_held.push_back(0);
+  message.source_refused.push_back(0);
 }
 
 class EstimatorReportTest : public ::testing::Test {
@@ -135,10 +135,10 @@ TEST_F(EstimatorReportTest, WithoutTruthThereAreNoErrors) {
 
 TEST_F(EstimatorReportTest, HowLongItTookToRun) {
   auto waiting = state(0.0, "starting");
-  waiting.waits_for("a place");
+  waiting.waits_for = "a place";
   (void)report_.add_state(waiting);
   EXPECT_THAT(report_.section("").notes, IsEmpty()) << "it has not said a time";
-  waiting.header().stamp(to_message(at(100.0)));
+  waiting.header.stamp = to_message(at(100.0));
   (void)report_.add_state(waiting);
   EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("never ran; it waits for: a place")));
   (void)report_.add_state(state(101.0, "aligning"));
@@ -154,8 +154,8 @@ TEST_F(EstimatorReportTest, CountsGoOnWhenTheEstimatorIsStartedAgain) {
   const auto say = [&](double time, std::uint64_t restarts, std::uint64_t accepted,
                        std::uint64_t gated) {
     auto message = state(time, "running");
-    message.restarts(restarts);
-    message.restart_reason("lost");
+    message.restarts = restarts;
+    message.restart_reason = "lost";
     add_source(message, "gps", "trusted", accepted, gated);
     (void)report_.add_state(message);
   };
@@ -191,7 +191,7 @@ TEST_F(EstimatorReportTest, StaysSmall) {
   auto message = state(1.0, "starting");
   add_source(message, "s", "absent", 0, 0);
   for (int k = 0; k < 100; ++k) {
-    message.source()[0] = "s" + std::to_string(k);
+    message.source[0] = "s" + std::to_string(k);
     (void)report_.add_state(message);
   }
   EXPECT_EQ(report_.section("").rows.size(), 32U);

@@ -18,8 +18,8 @@ namespace pipescout {
 
 namespace {
 
+using pipescout_msgs::msg::LeakEvent;
 using pipescout_msgs::msg::LeakFinding;
-namespace kinds = pipescout_msgs::msg::LeakEvent_Constants;
 
 /// In one message; more than any camera sees.
 constexpr std::size_t kMaximumPipes = 1000;
@@ -33,11 +33,11 @@ void require(bool good, const char* what) {
 
 const char* kind_name(std::uint8_t kind) {
   switch (kind) {
-    case kinds::RAISED:
+    case LeakEvent::RAISED:
       return "raised";
-    case kinds::UPDATED:
+    case LeakEvent::UPDATED:
       return "updated";
-    case kinds::CLEARED:
+    case LeakEvent::CLEARED:
       return "cleared";
     default:
       throw std::invalid_argument("kind is none of RAISED, UPDATED, CLEARED");
@@ -45,12 +45,12 @@ const char* kind_name(std::uint8_t kind) {
 }
 
 void require_finding(const LeakFinding& finding) {
-  require(finding.id() > 0, "the id of the finding is 0");
-  require(finding.probability() >= 0 && finding.probability() <= 1,
+  require(finding.id > 0, "the id of the finding is 0");
+  require(finding.probability >= 0 && finding.probability <= 1,
           "the probability of the finding is not in [0, 1]");
-  require(!finding.position_known() ||
-              (std::isfinite(finding.position().x()) && std::isfinite(finding.position().y()) &&
-               std::isfinite(finding.position().z())),
+  require(!finding.position_known ||
+              (std::isfinite(finding.position.x) && std::isfinite(finding.position.y) &&
+               std::isfinite(finding.position.z)),
           "the position of the finding is not finite");
 }
 
@@ -100,19 +100,19 @@ CallbackReturn LeakRecorder::on_configure() {
 }
 
 void LeakRecorder::on_detections(const Detections& message) {
-  require(message.pipes().size() <= kMaximumPipes && message.leaks().size() <= kMaximumLeaks,
+  require(message.pipes.size() <= kMaximumPipes && message.leaks.size() <= kMaximumLeaks,
           "more than 1000 pipes or 10000 leaks");
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(message.fault())
-      .add(std::uint64_t{message.pipes().size()})
-      .add(std::uint64_t{message.leaks().size()});
-  add(line, message.threshold());
-  if (message.pipes().empty()) {
+  CsvLine line(from_message(message.header.stamp));
+  line.add(message.fault)
+      .add(std::uint64_t{message.pipes.size()})
+      .add(std::uint64_t{message.leaks.size()});
+  add(line, message.threshold);
+  if (message.pipes.empty()) {
     line.add_empty(2);
   } else {
-    const auto& pipe = message.pipes().front();
-    add(line, std::hypot(pipe.end_u() - pipe.start_u(), pipe.end_v() - pipe.start_v()));
-    add(line, pipe.reference_temperature());
+    const auto& pipe = message.pipes.front();
+    add(line, std::hypot(pipe.end_u - pipe.start_u, pipe.end_v - pipe.start_v));
+    add(line, pipe.reference_temperature);
   }
   double largest = std::nan("");
   for (const auto& leak : message.leaks()) {
@@ -124,16 +124,16 @@ void LeakRecorder::on_detections(const Detections& message) {
 }
 
 void LeakRecorder::on_event(const Event& message) {
-  const LeakFinding& finding = message.finding();
+  const LeakFinding& finding = message.finding;
   require_finding(finding);
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(kind_name(message.kind()))
-      .add(finding.id())
-      .add(finding.state())
-      .add(finding.severity())
-      .add(finding.probability());
-  if (finding.position_known()) {
-    line.add(finding.position().x()).add(finding.position().y()).add(finding.position().z());
+  CsvLine line(from_message(message.header.stamp));
+  line.add(kind_name(message.kind))
+      .add(finding.id)
+      .add(finding.state)
+      .add(finding.severity)
+      .add(finding.probability);
+  if (finding.position_known) {
+    line.add(finding.position.x).add(finding.position.y).add(finding.position.z);
     for (const std::size_t variance : {0U, 4U, 8U}) {
       add(line, std::sqrt(finding.position_covariance()[variance]));
     }
@@ -141,26 +141,26 @@ void LeakRecorder::on_event(const Event& message) {
     line.add_empty(6);
   }
   for (const double value :
-       {finding.length(), finding.length_deviation(), finding.delta(), finding.delta_low(),
-        finding.delta_high(), finding.peak_delta(), finding.peak_delta_low(),
-        finding.peak_delta_high(), finding.delta_growth(), finding.length_growth()}) {
+       {finding.length, finding.length_deviation, finding.delta, finding.delta_low,
+        finding.delta_high, finding.peak_delta, finding.peak_delta_low, finding.peak_delta_high,
+        finding.delta_growth, finding.length_growth}) {
     add(line, value);
   }
-  line.add(seconds(finding.first_seen()))
-      .add(seconds(finding.last_seen()))
-      .add(finding.frames())
-      .add(finding.passes());
+  line.add(seconds(finding.first_seen))
+      .add(seconds(finding.last_seen))
+      .add(finding.frames)
+      .add(finding.passes);
   file("events.csv", events_header).write(line.text());
   tally_->add(message);
 }
 
 void LeakRecorder::on_truth(const Event& message) {
-  const LeakFinding& leak = message.finding();
+  const LeakFinding& leak = message.finding;
   require_finding(leak);
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(leak.id()).add(leak.position().x()).add(leak.position().y()).add(leak.position().z());
-  add(line, leak.length());
-  add(line, leak.delta());
+  CsvLine line(from_message(message.header.stamp));
+  line.add(leak.id).add(leak.position.x).add(leak.position.y).add(leak.position.z);
+  add(line, leak.length);
+  add(line, leak.delta);
   file("truth.csv", truth_header).write(line.text());
   tally_->add_truth(leak);
 }

@@ -19,7 +19,7 @@ using pipescout_msgs::msg::LeakFinding;
 constexpr double kNinetyFivePercent = 7.815;
 
 Eigen::Vector3d position(const LeakFinding& finding) {
-  return {finding.position().x(), finding.position().y(), finding.position().z()};
+  return {finding.position.x, finding.position.y, finding.position.z};
 }
 
 double rounded(double value, double steps) {
@@ -42,7 +42,7 @@ double percent(std::size_t part, std::size_t whole) {
 double normalised_square(const Eigen::Vector3d& error, const LeakFinding& finding) {
   Eigen::Matrix3d covariance;
   for (Eigen::Index i = 0; i < 9; ++i) {
-    covariance(i / 3, i % 3) = finding.position_covariance()[static_cast<std::size_t>(i)];
+    covariance(i / 3, i % 3) = finding.position_covariance[static_cast<std::size_t>(i)];
   }
   const Eigen::LLT<Eigen::Matrix3d> factor(covariance);
   return factor.info() == Eigen::Success ? error.dot(factor.solve(error))
@@ -53,18 +53,18 @@ double normalised_square(const Eigen::Vector3d& error, const LeakFinding& findin
 
 void LeakTally::add(const pipescout_msgs::msg::LeakDetections& detections) {
   ++pictures_;
-  with_pipe_ += detections.pipes().empty() ? 0 : 1;
-  with_leak_ += detections.leaks().empty() ? 0 : 1;
-  failed_ += detections.fault().empty() ? 0 : 1;
+  with_pipe_ += detections.pipes.empty() ? 0 : 1;
+  with_leak_ += detections.leaks.empty() ? 0 : 1;
+  failed_ += detections.fault.empty() ? 0 : 1;
 }
 
 void LeakTally::add(const pipescout_msgs::msg::LeakEvent& event) {
   ++events_;
-  findings_[event.finding().id()] = event.finding();
+  findings_[event.finding.id] = event.finding;
 }
 
 void LeakTally::add_truth(const LeakFinding& leak) {
-  truth_[leak.id()] = leak;
+  truth_[leak.id] = leak;
 }
 
 MissionSection LeakTally::section(const std::string& figure_prefix) const {
@@ -75,15 +75,15 @@ MissionSection LeakTally::section(const std::string& figure_prefix) const {
                      "passes", "pictures",   "growth [K/h]"};
   std::uint64_t raised = 0;
   for (const auto& [id, finding] : findings_) {
-    raised += finding.state() == "raised" ? 1 : 0;
-    std::vector<MissionCell> row{number(id), finding.state(), finding.severity()};
+    raised += finding.state == "raised" ? 1 : 0;
+    std::vector<MissionCell> row{number(id), finding.state, finding.severity};
     for (const double coordinate : position(finding)) {
-      row.push_back(finding.position_known() ? cell(coordinate, 100) : MissionCell());
+      row.push_back(finding.position_known ? cell(coordinate, 100) : MissionCell());
     }
-    row.insert(row.end(), {cell(finding.length(), 100), cell(finding.delta(), 10),
-                           cell(finding.delta_low(), 10), cell(finding.delta_high(), 10),
-                           number(finding.passes()), number(finding.frames()),
-                           cell(finding.delta_growth(), 10)});
+    row.insert(row.end(),
+               {cell(finding.length, 100), cell(finding.delta, 10), cell(finding.delta_low, 10),
+                cell(finding.delta_high, 10), number(finding.passes), number(finding.frames),
+                cell(finding.delta_growth, 10)});
     section.rows.push_back(std::move(row));
   }
   const auto set = [&](const std::string& name, std::uint64_t value) {
@@ -107,14 +107,14 @@ void LeakTally::add_figures_of_truth(MissionSection& section, const std::string&
   std::size_t wrong = 0;
   std::vector<std::uint64_t> taken;
   for (const auto& [id, finding] : findings_) {
-    if (finding.state() != "raised") {
+    if (finding.state != "raised") {
       continue;
     }
     std::optional<std::uint64_t> nearest;
     Eigen::Vector3d error = Eigen::Vector3d::Constant(kSame);
     for (const auto& [true_id, leak] : truth_) {
       const Eigen::Vector3d away = position(finding) - position(leak);
-      if (finding.position_known() && away.norm() < std::min(kSame, error.norm()) &&
+      if (finding.position_known && away.norm() < std::min(kSame, error.norm()) &&
           std::ranges::find(taken, true_id) == taken.end()) {
         nearest = true_id;
         error = away;
@@ -138,7 +138,7 @@ void LeakTally::add_figures_of_truth(MissionSection& section, const std::string&
   for (const auto& [id, leak] : truth_) {
     if (std::ranges::find(taken, id) == taken.end()) {
       section.notes.push_back("Not found: the true leak " + std::to_string(id) + " at x " +
-                              std::to_string(rounded(leak.position().x(), 10)) + " m.");
+                              std::to_string(rounded(leak.position.x, 10)) + " m.");
     }
   }
 }

@@ -26,8 +26,6 @@ using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-namespace kinds = pipescout_msgs::msg::LeakEvent_Constants;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 class LeakRecorderTest : public ::testing::Test {
  protected:
@@ -47,33 +45,33 @@ class LeakRecorderTest : public ::testing::Test {
   }
   static LeakDetections detections() {
     LeakDetections message;
-    message.header().stamp(to_message(Time{} + from_seconds(1.0)));
-    message.threshold(100);
-    message.pipes().resize(1);
-    message.pipes()[0].end_u(300);
-    message.pipes()[0].reference_temperature(150);
-    message.leaks().resize(1);
-    message.leaks()[0].delta(80);
+    message.header.stamp = to_message(Time{} + from_seconds(1.0));
+    message.threshold = 100;
+    message.pipes.resize(1);
+    message.pipes[0].end_u = 300;
+    message.pipes[0].reference_temperature = 150;
+    message.leaks.resize(1);
+    message.leaks[0].delta = 80;
     return message;
   }
   static LeakEvent event() {
     LeakEvent message;
-    message.header().stamp(to_message(Time{} + from_seconds(1.0)));
-    message.kind(kinds::RAISED);
-    message.finding().id(1);
-    message.finding().state("raised");
-    message.finding().severity("minor");
-    message.finding().probability(0.95);
-    message.finding().position_known(true);
-    message.finding().position().x(12.5);
-    message.finding().length(std::numeric_limits<double>::quiet_NaN());
-    message.finding().delta(80);
+    message.header.stamp = to_message(Time{} + from_seconds(1.0));
+    message.kind = LeakEvent::RAISED;
+    message.finding.id = 1;
+    message.finding.state = "raised";
+    message.finding.severity = "minor";
+    message.finding.probability = 0.95;
+    message.finding.position_known = true;
+    message.finding.position.x = 12.5;
+    message.finding.length = std::numeric_limits<double>::quiet_NaN();
+    message.finding.delta = 80;
     return message;
   }
   void say(std::uint8_t state) {
     MissionStatus message;
-    message.node("/robot");
-    message.state(state);
+    message.node = "/robot";
+    message.state = state;
     send(topics::kMissionStatus, message);
   }
   [[nodiscard]] std::string content(const fs::path& name) const {
@@ -86,7 +84,7 @@ class LeakRecorderTest : public ::testing::Test {
   }
   [[nodiscard]] bool complete() const {
     return std::ranges::any_of(statuses_.messages(), [](const auto& message) {
-      return message->node() == "/recorder" && message->state() == status::COMPLETE;
+      return message->node == "/recorder" && message->state == MissionStatus::COMPLETE;
     });
   }
 
@@ -103,7 +101,7 @@ TEST_F(LeakRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_EQ(lines("truth.csv"), 2U);
   EXPECT_EQ(lines("detections.csv"), 2U);
   EXPECT_EQ(lines("events.csv"), 2U);
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([this] { return complete(); }));
   const std::string section = content("sections/recorder.json");
   EXPECT_THAT(section, HasSubstr("leaks_found_percent"));
@@ -116,10 +114,10 @@ TEST_F(LeakRecorderTest, EachLineHasAsManyCellsAsTheHeader) {
   send(topics::kLeakDetections, detections());
   send(topics::kLeakEvents, event());
   LeakDetections empty;
-  empty.fault("saturated");
+  empty.fault = "saturated";
   send(topics::kLeakDetections, empty);
   LeakEvent nowhere = event();
-  nowhere.finding().position_known(false);
+  nowhere.finding.position_known = false;
   send(topics::kLeakEvents, nowhere);
   for (const char* name : {"truth.csv", "detections.csv", "events.csv"}) {
     std::ifstream stream(folder_.path() / "leaks" / name);
@@ -134,16 +132,16 @@ TEST_F(LeakRecorderTest, EachLineHasAsManyCellsAsTheHeader) {
 TEST_F(LeakRecorderTest, NonsenseIsCountedAndNotRecorded) {
   auto& recorder = start();
   LeakEvent bad = event();
-  bad.kind(9);
+  bad.kind = 9;
   send(topics::kLeakEvents, bad);
   bad = event();
-  bad.finding().id(0);
+  bad.finding.id = 0;
   send(topics::kLeakEvents, bad);
   bad = event();
-  bad.finding().position().y(std::numeric_limits<double>::infinity());
+  bad.finding.position.y = std::numeric_limits<double>::infinity();
   send(topics::kLeakEvents, bad);
   LeakDetections many;
-  many.pipes().resize(1001);
+  many.pipes.resize(1001);
   send(topics::kLeakDetections, many);
   EXPECT_EQ(lines("events.csv"), 0U);
   EXPECT_EQ(lines("detections.csv"), 0U);

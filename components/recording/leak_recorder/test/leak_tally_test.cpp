@@ -16,20 +16,20 @@ using ::testing::HasSubstr;
 LeakFinding finding(std::uint64_t id, double x, const char* state = "raised",
                     double deviation = 0.1) {
   LeakFinding result;
-  result.id(id);
-  result.state(state);
-  result.severity("minor");
-  result.position_known(true);
-  result.position().x(x);
+  result.id = id;
+  result.state = state;
+  result.severity = "minor";
+  result.position_known = true;
+  result.position.x = x;
   for (const std::size_t variance : {0U, 4U, 8U}) {
-    result.position_covariance()[variance] = deviation * deviation;
+    result.position_covariance[variance] = deviation * deviation;
   }
   return result;
 }
 
 LeakEvent event(const LeakFinding& finding) {
   LeakEvent result;
-  result.finding(finding);
+  result.finding = finding;
   return result;
 }
 
@@ -37,12 +37,12 @@ TEST(LeakTally, CountsPictures) {
   LeakTally tally;
   LeakDetections detections;
   tally.add(detections);
-  detections.pipes().resize(1);
+  detections.pipes.resize(1);
   tally.add(detections);
-  detections.leaks().resize(2);
+  detections.leaks.resize(2);
   tally.add(detections);
   detections = {};
-  detections.fault("saturated");
+  detections.fault = "saturated";
   tally.add(detections);
   const auto figures = tally.section("robot.").figures;
   EXPECT_EQ(figures.at("robot.leak_pictures"), 4);
@@ -86,7 +86,7 @@ TEST(LeakTally, AFindingWithoutAPlaceIsNotTheTrueOne) {
   LeakTally tally;
   tally.add_truth(finding(1, 0));
   LeakFinding nowhere = finding(5, 0);
-  nowhere.position_known(false);
+  nowhere.position_known = false;
   tally.add(event(nowhere));
   const MissionSection section = tally.section("");
   EXPECT_EQ(section.figures.at("leaks_found_percent"), 0);

@@ -111,47 +111,46 @@ void OdometryRecorder::read_reference() {
 }
 
 void OdometryRecorder::on_readings(const Readings& message) {
-  const std::size_t odometers = message.name().size();
-  const bool has_standard_deviations = !message.standard_deviation().empty();
-  if (odometers == 0 || odometers > kMaximumOdometers || message.distance().size() != odometers ||
-      message.valid().size() != odometers ||
-      (has_standard_deviations && message.standard_deviation().size() != odometers)) {
+  const std::size_t odometers = message.name.size();
+  const bool has_standard_deviations = !message.standard_deviation.empty();
+  if (odometers == 0 || odometers > kMaximumOdometers || message.distance.size() != odometers ||
+      message.valid.size() != odometers ||
+      (has_standard_deviations && message.standard_deviation.size() != odometers)) {
     report_fault("readings.malformed",
                  "readings whose lists are not of one length are not recorded");
     return;
   }
-  if (!accepts(message.name()) ||
+  if (!accepts(message.name) ||
       (recording_->readings && recording_->has_standard_deviations != has_standard_deviations)) {
     report_fault("readings.other_odometers",
                  "readings of other odometers than before are not recorded");
     return;
   }
   write_readings(
-      recording_->report.add_reading(from_message(message.header().stamp()), message.distance()),
+      recording_->report.add_reading(from_message(message.header.stamp), message.distance),
       message);
   judge(false);
 }
 
 void OdometryRecorder::on_fused(const Fused& message) {
-  const std::size_t odometers = message.name().size();
+  const std::size_t odometers = message.name.size();
   if (odometers == 0 || odometers > kMaximumOdometers ||
-      message.in_fusion_set().size() != odometers ||
-      message.rejection_reason().size() != odometers) {
+      message.in_fusion_set.size() != odometers || message.rejection_reason.size() != odometers) {
     report_fault("fused.malformed",
                  "fused distances whose lists are not of one length are not recorded");
     return;
   }
-  if (!accepts(message.name())) {
+  if (!accepts(message.name)) {
     report_fault("fused.other_odometers",
                  "fused distances of other odometers than before are not recorded");
     return;
   }
   const OdometryReport::Fused fused{
-      .stamp = from_message(message.header().stamp()),
-      .has_consensus = message.status() == pipescout_msgs::msg::FusedOdometer_Constants::STATUS_OK,
-      .distance = message.distance(),
-      .standard_deviation = std::sqrt(message.variance()),
-      .fusion_set = format_fusion_set(message.in_fusion_set())};
+      .stamp = from_message(message.header.stamp),
+      .has_consensus = message.status == pipescout_msgs::msg::FusedOdometer::STATUS_OK,
+      .distance = message.distance,
+      .standard_deviation = std::sqrt(message.variance),
+      .fusion_set = format_fusion_set(message.in_fusion_set)};
   const auto reading = recording_->report.add_fused(fused);
   section_has_changed();
   if (!recording_->fused) {
@@ -164,11 +163,10 @@ void OdometryRecorder::on_fused(const Fused& message) {
 }
 
 void OdometryRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
-  if (status.total() != 0) {
-    expected_ = status.total();
+  if (status.total != 0) {
+    expected_ = status.total;
   }
-  if (status.state() == pipescout_msgs::msg::MissionStatus_Constants::COMPLETE &&
-      !source_is_complete_) {
+  if (status.state == pipescout_msgs::msg::MissionStatus::COMPLETE && !source_is_complete_) {
     source_is_complete_ = true;
     timeout_ = create_timer(settings_.completion_timeout, [this] {
       timeout_.reset();
@@ -195,17 +193,17 @@ bool OdometryRecorder::accepts(const std::vector<std::string>& odometers) {
 void OdometryRecorder::write_readings(std::uint64_t number, const Readings& message) {
   section_has_changed();
   if (!recording_->readings) {
-    recording_->has_standard_deviations = !message.standard_deviation().empty();
+    recording_->has_standard_deviations = !message.standard_deviation.empty();
     recording_->readings = std::make_unique<LineFile>(data_folder() / "readings.csv");
     recording_->readings->write(
         format_readings_header(recording_->columns, recording_->has_standard_deviations));
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   recording_->readings->write(
       format_readings_row(number, {.stamp = stamp.time_since_epoch(),
-                                   .distance = message.distance(),
-                                   .standard_deviation = message.standard_deviation(),
-                                   .valid = message.valid()}));
+                                   .distance = message.distance,
+                                   .standard_deviation = message.standard_deviation,
+                                   .valid = message.valid}));
 }
 
 void OdometryRecorder::progress() {

@@ -45,27 +45,26 @@ using pipescout_msgs::msg::OdometerReadings;
 using testing::ComponentHarness;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-namespace states = pipescout_msgs::msg::MissionStatus_Constants;
 namespace fs = std::filesystem;
 
 OdometerReadings readings_at(int second, std::vector<double> distance = {5.45, 5.34}) {
   OdometerReadings message;
-  message.header().stamp(to_message(Time(std::chrono::seconds(second))));
-  message.name({"left", "right"});
-  message.distance(std::move(distance));
-  message.standard_deviation({0.06, 0.055});
-  message.valid({true, false});
+  message.header.stamp = to_message(Time(std::chrono::seconds(second)));
+  message.name = {"left", "right"};
+  message.distance = std::move(distance);
+  message.standard_deviation = {0.06, 0.055};
+  message.valid = {true, false};
   return message;
 }
 
 FusedOdometer fused_at(int second, double distance = 5.5) {
   FusedOdometer message;
-  message.header().stamp(to_message(Time(std::chrono::seconds(second))));
-  message.name({"left", "right"});
-  message.distance(distance);
-  message.variance(0.0004);
-  message.in_fusion_set({true, false});
-  message.rejection_reason({0, 2});
+  message.header.stamp = to_message(Time(std::chrono::seconds(second)));
+  message.name = {"left", "right"};
+  message.distance = distance;
+  message.variance = 0.0004;
+  message.in_fusion_set = {true, false};
+  message.rejection_reason = {0, 2};
   return message;
 }
 
@@ -93,10 +92,10 @@ class OdometryRecorderTest : public ::testing::Test {
   }
   void say(std::uint8_t state, std::uint32_t total, const std::string& node = "/replay") {
     MissionStatus status;
-    status.node(node);
-    status.state(state);
-    status.total(total);
-    status.message("because");
+    status.node = node;
+    status.state = state;
+    status.total = total;
+    status.message = "because";
     harness_.publish(topics::kMissionStatus, status);
     harness_.spin();
   }
@@ -104,7 +103,7 @@ class OdometryRecorderTest : public ::testing::Test {
   std::optional<MissionStatus> reported() const {
     std::optional<MissionStatus> latest;
     for (const auto& status : statuses_.messages()) {
-      if (status->node() == "/recorder") {
+      if (status->node == "/recorder") {
         latest = *status;
       }
     }
@@ -151,16 +150,16 @@ TEST_F(OdometryRecorderTest, WhatItWritesTheReplayReads) {
 
 TEST_F(OdometryRecorderTest, CompleteWhenTheSourceIsAndAllIsThere) {
   start();
-  say(states::RUNNING, 2);
+  say(MissionStatus::RUNNING, 2);
   for (int i = 1; i <= 2; ++i) {
     send(readings_at(i));
     send(fused_at(i));
   }
-  EXPECT_NE(reported()->state(), states::COMPLETE);
-  EXPECT_EQ(reported()->done(), 2U);
-  EXPECT_EQ(reported()->total(), 2U);
-  say(states::COMPLETE, 0);
-  EXPECT_EQ(reported()->state(), states::COMPLETE);
+  EXPECT_NE(reported()->state, MissionStatus::COMPLETE);
+  EXPECT_EQ(reported()->done, 2U);
+  EXPECT_EQ(reported()->total, 2U);
+  say(MissionStatus::COMPLETE, 0);
+  EXPECT_EQ(reported()->state, MissionStatus::COMPLETE);
   EXPECT_EQ(first_note(), "Complete: 2 of 2 readings recorded, 2 fused distances.");
   EXPECT_EQ(section().at("table").at("rows").size(), 2U);
   EXPECT_EQ(section().at("figures").at("odometry_readings"), 2.0);
@@ -170,27 +169,27 @@ TEST_F(OdometryRecorderTest, WaitsForWhatIsStillUnderWay) {
   start();
   send(fused_at(1));
   send(readings_at(1));
-  say(states::RUNNING, 2);
-  say(states::COMPLETE, 0);
-  EXPECT_NE(reported().value_or(MissionStatus()).state(), states::COMPLETE);
+  say(MissionStatus::RUNNING, 2);
+  say(MissionStatus::COMPLETE, 0);
+  EXPECT_NE(reported().value_or(MissionStatus()).state, MissionStatus::COMPLETE);
   send(fused_at(2));
   send(readings_at(2));
-  EXPECT_EQ(reported()->state(), states::COMPLETE);
+  EXPECT_EQ(reported()->state, MissionStatus::COMPLETE);
   EXPECT_EQ(lines(data("fused.csv"))[1], ",1.000000000,5.5,0.02,ok,1,none,marked invalid");
 }
 
 TEST_F(OdometryRecorderTest, FailsWithTheCountsWhenSomethingIsLost) {
   auto& recorder = start({{"completion_timeout", 2.0}});
-  say(states::RUNNING, 3);
+  say(MissionStatus::RUNNING, 3);
   send(readings_at(1));
   send(fused_at(1));
   send(readings_at(2));
-  say(states::COMPLETE, 0);
+  say(MissionStatus::COMPLETE, 0);
   harness_.advance(std::chrono::milliseconds(1900));
-  EXPECT_NE(reported()->state(), states::FAILED);
+  EXPECT_NE(reported()->state, MissionStatus::FAILED);
   harness_.advance(std::chrono::milliseconds(200));
-  ASSERT_EQ(reported()->state(), states::FAILED);
-  EXPECT_EQ(reported()->message(),
+  ASSERT_EQ(reported()->state, MissionStatus::FAILED);
+  EXPECT_EQ(reported()->message,
             "2 of 3 readings recorded, 1 fused distances, 1 of them with their readings");
   EXPECT_THAT(first_note(), HasSubstr("Failed: 2 of 3"));
   // Late is better than lost.
@@ -202,30 +201,30 @@ TEST_F(OdometryRecorderTest, FailsWithTheCountsWhenSomethingIsLost) {
 
 TEST_F(OdometryRecorderTest, FailsWhenTheSourceSaysNothingOfItsReadings) {
   start();
-  say(states::COMPLETE, 0);
+  say(MissionStatus::COMPLETE, 0);
   harness_.advance(std::chrono::seconds(6));
-  EXPECT_EQ(reported()->state(), states::FAILED);
-  EXPECT_EQ(reported()->message(), "0 readings recorded, 0 fused distances");
+  EXPECT_EQ(reported()->state, MissionStatus::FAILED);
+  EXPECT_EQ(reported()->message, "0 readings recorded, 0 fused distances");
 }
 
 TEST_F(OdometryRecorderTest, FailsWithItsSource) {
   start();
-  say(states::FAILED, 0);
-  EXPECT_EQ(reported()->state(), states::FAILED);
-  EXPECT_EQ(reported()->message(), "/replay failed: because");
+  say(MissionStatus::FAILED, 0);
+  EXPECT_EQ(reported()->state, MissionStatus::FAILED);
+  EXPECT_EQ(reported()->message, "/replay failed: because");
 }
 
 TEST_F(OdometryRecorderTest, OnlyItsSourceCounts) {
   start();
-  say(states::FAILED, 0, "/other");
-  say(states::COMPLETE, 1, "/robot_2/replay");
+  say(MissionStatus::FAILED, 0, "/other");
+  say(MissionStatus::COMPLETE, 1, "/robot_2/replay");
   harness_.advance(std::chrono::seconds(10));
   EXPECT_EQ(reported(), std::nullopt);
 }
 
 TEST_F(OdometryRecorderTest, WithoutASourceItRecordsUntilItIsStopped) {
   auto& recorder = start({{"source", ""}});
-  say(states::COMPLETE, 1);
+  say(MissionStatus::COMPLETE, 1);
   send(readings_at(1));
   send(fused_at(1));
   EXPECT_EQ(reported(), std::nullopt);
@@ -249,12 +248,12 @@ TEST_F(OdometryRecorderTest, KeepsItsSectionUpToDate) {
 TEST_F(OdometryRecorderTest, WaitsForTheDiskOnlyWhenItIsStopped) {
   auto& recorder = start();
   syncs = 0;
-  say(states::RUNNING, 1);
+  say(MissionStatus::RUNNING, 1);
   send(readings_at(1));
   harness_.advance(std::chrono::seconds(5));
   send(fused_at(1));
-  say(states::COMPLETE, 0);
-  ASSERT_EQ(reported()->state(), states::COMPLETE);
+  say(MissionStatus::COMPLETE, 0);
+  ASSERT_EQ(reported()->state, MissionStatus::COMPLETE);
   EXPECT_EQ(section().at("table").at("rows").size(), 1U);
   EXPECT_EQ(syncs, 0);
   ASSERT_TRUE(harness_.deactivate(recorder).success);
@@ -276,12 +275,12 @@ TEST_F(OdometryRecorderTest, ParametersTakeEffectWhenItIsConfigured) {
   set("reference_column", "other");
   set("table_rows", 1);
   set("notes", std::vector<std::string>{"Another remark."});
-  say(states::RUNNING, 3);
+  say(MissionStatus::RUNNING, 3);
   send(readings_at(1));
   send(readings_at(2));
-  say(states::COMPLETE, 0);
+  say(MissionStatus::COMPLETE, 0);
   harness_.advance(std::chrono::milliseconds(2100));
-  EXPECT_EQ(reported()->state(), states::FAILED);
+  EXPECT_EQ(reported()->state, MissionStatus::FAILED);
   EXPECT_TRUE(fs::is_empty(elsewhere.path()));
   const auto json = section();
   EXPECT_EQ(json.at("table").at("rows").size(), 2U);
@@ -365,27 +364,27 @@ TEST_F(OdometryRecorderTest, MalformedMessagesAreCountedAndLeftOut) {
   auto& recorder = start();
   send(OdometerReadings());
   OdometerReadings readings = readings_at(1);
-  readings.valid().clear();
+  readings.valid.clear();
   send(readings);
   readings = readings_at(1);
-  readings.standard_deviation().pop_back();
+  readings.standard_deviation.pop_back();
   send(readings);
   EXPECT_EQ(recorder.diagnostics().counter("readings.malformed"), 3U);
   FusedOdometer fused = fused_at(1);
-  fused.rejection_reason().clear();
+  fused.rejection_reason.clear();
   send(fused);
   EXPECT_EQ(recorder.diagnostics().counter("fused.malformed"), 1U);
   EXPECT_FALSE(fs::exists(data("readings.csv")));
 
   send(readings_at(1));
   readings = readings_at(2);
-  readings.name()[0] = "middle";
+  readings.name[0] = "middle";
   send(readings);
   readings = readings_at(2);
-  readings.standard_deviation().clear();
+  readings.standard_deviation.clear();
   send(readings);
   fused = fused_at(1);
-  fused.name()[0] = "middle";
+  fused.name[0] = "middle";
   send(fused);
   EXPECT_EQ(recorder.diagnostics().counter("readings.other_odometers"), 2U);
   EXPECT_EQ(recorder.diagnostics().counter("fused.other_odometers"), 1U);
@@ -395,7 +394,7 @@ TEST_F(OdometryRecorderTest, MalformedMessagesAreCountedAndLeftOut) {
 TEST_F(OdometryRecorderTest, HostileNamesDoNotBreakTheFile) {
   start();
   OdometerReadings readings = readings_at(1);
-  readings.name({"a,b\n", "\"\xFF"});
+  readings.name = {"a,b\n", "\"\xFF"};
   send(readings);
   EXPECT_THAT(lines(data("readings.csv")).at(0), HasSubstr(",a_b_,_\xFF,"));
   EXPECT_EQ(lines(data("readings.csv")).size(), 2U);
@@ -417,8 +416,8 @@ TEST_F(OdometryRecorderTest, AFullDiskFailsTheMissionAndNothingElse) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
   std::signal(SIGXFSZ, old_handler);
   ASSERT_TRUE(reported().has_value());
-  EXPECT_EQ(reported()->state(), states::FAILED);
-  EXPECT_THAT(reported()->message(), HasSubstr("readings.csv"));
+  EXPECT_EQ(reported()->state, MissionStatus::FAILED);
+  EXPECT_THAT(reported()->message, HasSubstr("readings.csv"));
   EXPECT_EQ(content(data("readings.csv")), before);
   harness_.advance(std::chrono::seconds(20));
   EXPECT_EQ(recorder.diagnostics().counter("not_recorded"), 1U) << "messages, and nothing else";

@@ -36,13 +36,11 @@ std::string pgm_file(const rack_vision::ImageView& image) {
 
 std::string camera_yaml(const geometry::CameraParameters& camera) {
   const auto message = to_message(camera);
-  return "image_width: " + std::to_string(message.width()) +
-         "\nimage_height: " + std::to_string(message.height()) + "\ncamera_name: camera\n" +
-         matrix("camera_matrix", 3, message.k()) +
-         "distortion_model: " + message.distortion_model() + "\n" +
-         matrix("distortion_coefficients", 1, message.d()) +
-         matrix("rectification_matrix", 3, message.r()) +
-         matrix("projection_matrix", 3, message.p());
+  return "image_width: " + std::to_string(message.width) +
+         "\nimage_height: " + std::to_string(message.height) + "\ncamera_name: camera\n" +
+         matrix("camera_matrix", 3, message.k) + "distortion_model: " + message.distortion_model +
+         "\n" + matrix("distortion_coefficients", 1, message.d) +
+         matrix("rectification_matrix", 3, message.r) + matrix("projection_matrix", 3, message.p);
 }
 
 }  // namespace pipescout

@@ -11,17 +11,17 @@ namespace pipescout {
 
 namespace {
 
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
+using pipescout_msgs::msg::RackState;
 
 const char* status_text(std::uint8_t status) {
   switch (status) {
-    case state_constants::STATUS_NOT_STARTED:
+    case RackState::STATUS_NOT_STARTED:
       return "not started";
-    case state_constants::STATUS_TRACKING:
+    case RackState::STATUS_TRACKING:
       return "tracking";
-    case state_constants::STATUS_LOST:
+    case RackState::STATUS_LOST:
       return "lost";
-    case state_constants::STATUS_BAD_IMAGE:
+    case RackState::STATUS_BAD_IMAGE:
       return "bad image";
     default:
       return "unknown";
@@ -36,15 +36,15 @@ std::string state_csv_header() {
 }
 
 std::string state_csv_line(const pipescout_msgs::msg::RackState& message) {
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(status_text(message.status())).add(message.quality()).add(message.reason());
-  line.add(message.inlier_share());
+  CsvLine line(from_message(message.header.stamp));
+  line.add(status_text(message.status)).add(message.quality).add(message.reason);
+  line.add(message.inlier_share);
   for (const std::uint64_t count :
-       {message.edges(), message.edge_samples(), message.edge_samples_found(),
-        message.texture_points(), message.texture_points_matched(), message.map_points()}) {
+       {message.edges, message.edge_samples, message.edge_samples_found, message.texture_points,
+        message.texture_points_matched, message.map_points}) {
     line.add(count);
   }
-  return line.add(message.along_standard_deviation()).add(message.losses()).text();
+  return line.add(message.along_standard_deviation).add(message.losses).text();
 }
 
 std::string offset_csv_header() {
@@ -52,11 +52,11 @@ std::string offset_csv_header() {
 }
 
 std::string offset_csv_line(const pipescout_msgs::msg::RackState& message, std::size_t pipe) {
-  return CsvLine(from_message(message.header().stamp()))
-      .add(message.pipe()[pipe])
-      .add(message.offset()[pipe])
-      .add(std::sqrt(message.offset_variance()[pipe]))
-      .add(static_cast<bool>(message.offset_observed()[pipe]))
+  return CsvLine(from_message(message.header.stamp))
+      .add(message.pipe[pipe])
+      .add(message.offset[pipe])
+      .add(std::sqrt(message.offset_variance[pipe]))
+      .add(static_cast<bool>(message.offset_observed[pipe]))
       .text();
 }
 
@@ -65,9 +65,9 @@ std::string command_csv_header() {
 }
 
 std::string command_csv_line(const geometry_msgs::msg::TwistStamped& message) {
-  CsvLine line(from_message(message.header().stamp()));
-  for (const auto& vector : {message.twist().linear(), message.twist().angular()}) {
-    line.add(vector.x()).add(vector.y()).add(vector.z());
+  CsvLine line(from_message(message.header.stamp));
+  for (const auto& vector : {message.twist.linear, message.twist.angular}) {
+    line.add(vector.x).add(vector.y).add(vector.z);
   }
   return line.text();
 }
@@ -77,10 +77,10 @@ std::string way_point_csv_header() {
 }
 
 std::string way_point_csv_line(const pipescout_msgs::msg::MissionStatus& message) {
-  return CsvLine(from_message(message.header().stamp()))
-      .add(std::uint64_t{message.done()})
-      .add(std::uint64_t{message.total()})
-      .add(message.message())
+  return CsvLine(from_message(message.header.stamp))
+      .add(std::uint64_t{message.done})
+      .add(std::uint64_t{message.total})
+      .add(message.message)
       .text();
 }
 

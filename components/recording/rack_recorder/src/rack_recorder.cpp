@@ -27,7 +27,7 @@ namespace pipescout {
 namespace {
 
 namespace fs = std::filesystem;
-namespace state_constants = pipescout_msgs::msg::RackState_Constants;
+using pipescout_msgs::msg::RackState;
 
 /// Bytes; a rack file has a few kB.
 constexpr std::uintmax_t kLargestRackFile = 1 << 20;
@@ -105,9 +105,9 @@ void RackRecorder::copy_rack_file() {
 }
 
 void RackRecorder::on_pose(const Pose& message) {
-  const geometry::SE3 T_rack_camera = from_message(message.pose().pose());
+  const geometry::SE3 T_rack_camera = from_message(message.pose.pose);
   const geometry::Matrix6d covariance = covariance_from_message(message.pose().covariance());
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   file("pose.csv", uncertain_pose_csv_header)
       .write(uncertain_pose_csv_line(stamp, T_rack_camera, covariance).text());
   report_->add_pose({.stamp = stamp,
@@ -116,16 +116,16 @@ void RackRecorder::on_pose(const Pose& message) {
 }
 
 void RackRecorder::on_truth(const TruePose& message) {
-  const geometry::SE3 T_rack_camera = from_message(message.pose());
-  const Time stamp = from_message(message.header().stamp());
+  const geometry::SE3 T_rack_camera = from_message(message.pose);
+  const Time stamp = from_message(message.header.stamp);
   file("truth.csv", pose_csv_header).write(pose_csv_line(stamp, T_rack_camera).text());
   report_->add_truth(stamp, T_rack_camera);
 }
 
 void RackRecorder::on_state(const State& message) {
-  const std::size_t pipes = message.pipe().size();
-  if (pipes > rack_vision::kMaxPipes || message.offset().size() != pipes ||
-      message.offset_variance().size() != pipes || message.offset_observed().size() != pipes) {
+  const std::size_t pipes = message.pipe.size();
+  if (pipes > rack_vision::kMaxPipes || message.offset.size() != pipes ||
+      message.offset_variance.size() != pipes || message.offset_observed.size() != pipes) {
     throw std::invalid_argument("its lists are not of one length, or of more pipes than " +
                                 std::to_string(rack_vision::kMaxPipes));
   }
@@ -133,8 +133,8 @@ void RackRecorder::on_state(const State& message) {
   for (std::size_t pipe = 0; pipe < pipes; ++pipe) {
     file("offsets.csv", offset_csv_header).write(offset_csv_line(message, pipe));
   }
-  report_->add_state(from_message(message.header().stamp()),
-                     message.status() == state_constants::STATUS_TRACKING, message.losses());
+  report_->add_state(from_message(message.header.stamp),
+                     message.status == RackState::STATUS_TRACKING, message.losses);
 }
 
 void RackRecorder::on_command(const Command& message) {
@@ -147,7 +147,7 @@ void RackRecorder::on_command(const Command& message) {
 }
 
 void RackRecorder::on_image(const Image& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (!image_thinning_.due(stamp) || images_ == most_images_) {
     return;
   }
@@ -177,11 +177,11 @@ bool RackRecorder::has_data() const {
 }
 
 void RackRecorder::on_progress(const pipescout_msgs::msg::MissionStatus& status) {
-  if (status.total() == 0 || way_points_done_ == status.done()) {
+  if (status.total == 0 || way_points_done_ == status.done) {
     return;
   }
-  way_points_done_ = status.done();
-  report_->set_way_points(status.done(), status.total(), status.message());
+  way_points_done_ = status.done;
+  report_->set_way_points(status.done, status.total, status.message);
   file("way_points.csv", way_point_csv_header).write(way_point_csv_line(status));
 }
 

@@ -34,7 +34,6 @@ using sensor_msgs::msg::Image;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -60,44 +59,43 @@ class RackRecorderTest : public ::testing::Test {
   }
   static PoseWithCovarianceStamped pose(double time = 1.0) {
     PoseWithCovarianceStamped message;
-    message.header().stamp(stamp(time));
-    message.pose().pose(to_message(geometry::SE3(geometry::SO3(), {1.0, 2.0, 3.0})));
-    message.pose().covariance(
-        to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 1e-4)));
+    message.header.stamp = stamp(time);
+    message.pose.pose = to_message(geometry::SE3(geometry::SO3(), {1.0, 2.0, 3.0}));
+    message.pose.covariance = to_message(geometry::Matrix6d(geometry::Matrix6d::Identity() * 1e-4));
     return message;
   }
   static PoseStamped truth(double time = 1.0) {
     PoseStamped message;
-    message.header().stamp(stamp(time));
-    message.pose(to_message(geometry::SE3(geometry::SO3(), {1.0, 2.0, 3.01})));
+    message.header.stamp = stamp(time);
+    message.pose = to_message(geometry::SE3(geometry::SO3(), {1.0, 2.0, 3.01}));
     return message;
   }
   static RackState state() {
     RackState message;
-    message.status(1);
-    message.pipe({"a", "b"});
-    message.offset({0.0, 0.1});
-    message.offset_variance({0.0, 1e-4});
-    message.offset_observed({false, true});
+    message.status = 1;
+    message.pipe = {"a", "b"};
+    message.offset = {0.0, 0.1};
+    message.offset_variance = {0.0, 1e-4};
+    message.offset_observed = {false, true};
     return message;
   }
   static Image image(double time) {
     Image message;
-    message.header().stamp(stamp(time));
-    message.encoding("mono8");
-    message.width(4);
-    message.height(2);
-    message.step(4);
-    message.data({1, 2, 3, 4, 5, 6, 7, 8});
+    message.header.stamp = stamp(time);
+    message.encoding = "mono8";
+    message.width = 4;
+    message.height = 2;
+    message.step = 4;
+    message.data = {1, 2, 3, 4, 5, 6, 7, 8};
     return message;
   }
   void say(std::uint8_t state, std::uint32_t done = 0, std::uint32_t total = 0) {
     MissionStatus message;
-    message.node("/servo");
-    message.state(state);
-    message.done(done);
-    message.total(total);
-    message.message("why");
+    message.node = "/servo";
+    message.state = state;
+    message.done = done;
+    message.total = total;
+    message.message = "why";
     harness_.publish(topics::kMissionStatus, message);
     harness_.spin();
   }
@@ -112,7 +110,7 @@ class RackRecorderTest : public ::testing::Test {
   /// The recorder's last word.
   [[nodiscard]] const MissionStatus* own_status() const {
     for (std::size_t k = statuses_.size(); k-- > 0;) {
-      if (statuses_.at(k).node() == "/recorder") {
+      if (statuses_.at(k).node == "/recorder") {
         return &statuses_.at(k);
       }
     }
@@ -135,9 +133,9 @@ TEST_F(RackRecorderTest, WritesEverythingAndEndsWithItsSource) {
   send(topics::kVelocityCommand, TwistStamped{});
   send(topics::kCameraInfo, to_message(geometry::CameraParameters{}));
   send(topics::kCameraImage, image(1.0));
-  say(status::RUNNING, 1, 4);
-  say(status::RUNNING, 1, 4);
-  say(status::RUNNING, 2, 4);
+  say(MissionStatus::RUNNING, 1, 4);
+  say(MissionStatus::RUNNING, 1, 4);
+  say(MissionStatus::RUNNING, 2, 4);
   EXPECT_EQ(lines("pose.csv"), 2U);
   EXPECT_EQ(lines("truth.csv"), 2U);
   EXPECT_EQ(lines("state.csv"), 2U);
@@ -149,12 +147,12 @@ TEST_F(RackRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_THAT(content("rack/camera.yaml"), HasSubstr("camera_matrix:"));
   EXPECT_EQ(content("rack/images/000000.pgm"), "P5\n4 2\n255\n\x01\x02\x03\x04\x05\x06\x07\x08");
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::RUNNING);
-  EXPECT_EQ(own_status()->done(), 2U);
-  say(status::COMPLETE, 4, 4);
-  ASSERT_TRUE(harness_.spin_until([&] { return own_status()->state() != status::RUNNING; }));
-  EXPECT_EQ(own_status()->state(), status::COMPLETE);
-  EXPECT_THAT(own_status()->message(), HasSubstr("1 poses and 1 images"));
+  EXPECT_EQ(own_status()->state, MissionStatus::RUNNING);
+  EXPECT_EQ(own_status()->done, 2U);
+  say(MissionStatus::COMPLETE, 4, 4);
+  ASSERT_TRUE(harness_.spin_until([&] { return own_status()->state != MissionStatus::RUNNING; }));
+  EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
+  EXPECT_THAT(own_status()->message, HasSubstr("1 poses and 1 images"));
   EXPECT_THAT(section(), HasSubstr("\"rack_position_median_m\""));
   EXPECT_THAT(section(), HasSubstr("\"rack_way_points_done\": 4"));
   EXPECT_TRUE(harness_.shutdown(recorder).success);
@@ -162,38 +160,38 @@ TEST_F(RackRecorderTest, WritesEverythingAndEndsWithItsSource) {
 
 TEST_F(RackRecorderTest, FailsWithItsSourceOrWithoutAnyPose) {
   start();
-  say(status::FAILED);
+  say(MissionStatus::FAILED);
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_THAT(own_status()->message(), HasSubstr("/servo failed: why"));
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_THAT(own_status()->message, HasSubstr("/servo failed: why"));
 }
 
 TEST_F(RackRecorderTest, AFlightWithoutPosesIsNotComplete) {
   start();
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::FAILED);
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
 }
 
 TEST_F(RackRecorderTest, AStreamThatGoesOnDoesNotKeepItFromEnding) {
   start();
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   double time = 1.0;
   ASSERT_TRUE(harness_.spin_until([&] {
     harness_.publish(topics::kRackPose, pose(time += 0.04));
     return own_status() != nullptr;
   }));
-  EXPECT_EQ(own_status()->state(), status::COMPLETE);
+  EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
 }
 
 TEST_F(RackRecorderTest, ASourceThatDiesFailsTheMissionAndTheRecordingIsWhole) {
   auto& recorder = start({{"silent_after", 0.02}});
   send(topics::kTrueRackPose, truth());
   send(topics::kRackPose, pose());
-  say(status::RUNNING, 1, 4);
+  say(MissionStatus::RUNNING, 1, 4);
   ASSERT_TRUE(harness_.spin_until(
-      [&] { return own_status() != nullptr && own_status()->state() == status::FAILED; }));
-  EXPECT_EQ(own_status()->message(),
+      [&] { return own_status() != nullptr && own_status()->state == MissionStatus::FAILED; }));
+  EXPECT_EQ(own_status()->message,
             "nothing has arrived for 0.02 s, and 'servo' has not said that it is complete: 1 poses "
             "and 0 images recorded");
   EXPECT_THAT(section(), HasSubstr("Failed: nothing has arrived"));
@@ -214,9 +212,9 @@ TEST_F(RackRecorderTest, AFlightThatHasNotBegunIsWaitedFor) {
   ASSERT_TRUE(harness_.activate(recorder).success);
   EXPECT_FALSE(
       harness_.spin_until([&] { return own_status() != nullptr; }, std::chrono::milliseconds(50)));
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
-  EXPECT_EQ(own_status()->state(), status::COMPLETE);
+  EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
 }
 
 TEST_F(RackRecorderTest, WithoutASourceSilenceIsCountedAndTheUserEndsIt) {
@@ -259,37 +257,37 @@ TEST_F(RackRecorderTest, CountsWhatItCannotRecordAndLosesNothingElse) {
     EXPECT_EQ(recorder.diagnostics().counter(counter), before + 1) << counter;
   };
   expect_counted("pose.malformed", topics::kRackPose, pose(),
-                 [](auto& m) { m.pose().pose().position().x(kNan); });
+                 [](auto& m) { m.pose.pose.position.x = kNan; });
   expect_counted("pose.malformed", topics::kRackPose, pose(),
-                 [](auto& m) { m.pose().pose().orientation().w(0.5); });
+                 [](auto& m) { m.pose.pose.orientation.w = 0.5; });
   expect_counted("pose.malformed", topics::kRackPose, pose(),
-                 [](auto& m) { m.pose().covariance()[7] = -1.0; });
+                 [](auto& m) { m.pose.covariance[7] = -1.0; });
   expect_counted("truth.malformed", topics::kTrueRackPose, truth(),
-                 [](auto& m) { m.pose().position().z(kNan); });
+                 [](auto& m) { m.pose.position.z = kNan; });
   expect_counted("state.malformed", topics::kRackState, state(),
-                 [](auto& m) { m.offset().pop_back(); });
+                 [](auto& m) { m.offset.pop_back(); });
   expect_counted("state.malformed", topics::kRackState, state(),
-                 [](auto& m) { m.offset_observed().clear(); });
+                 [](auto& m) { m.offset_observed.clear(); });
   expect_counted("state.malformed", topics::kRackState, state(), [](auto& m) {
-    m.pipe().resize(100);
-    m.offset().resize(100);
-    m.offset_variance().resize(100);
-    m.offset_observed().resize(100);
+    m.pipe.resize(100);
+    m.offset.resize(100);
+    m.offset_variance.resize(100);
+    m.offset_observed.resize(100);
   });
   expect_counted("command.malformed", topics::kVelocityCommand, TwistStamped{},
-                 [](auto& m) { m.twist().angular().y(kNan); });
+                 [](auto& m) { m.twist.angular.y = kNan; });
   expect_counted("image.malformed", topics::kCameraImage, image(1.0),
-                 [](auto& m) { m.data().pop_back(); });
+                 [](auto& m) { m.data.pop_back(); });
   expect_counted("image.malformed", topics::kCameraImage, image(1.0),
-                 [](auto& m) { m.encoding("mono16"); });
+                 [](auto& m) { m.encoding = "mono16"; });
   const CameraInfo calibration = to_message(geometry::CameraParameters{});
   expect_counted("camera_info.malformed", topics::kCameraInfo, calibration,
-                 [](auto& m) { m.k()[0] = kNan; });
+                 [](auto& m) { m.k[0] = kNan; });
   send(topics::kCameraInfo, calibration);
   send(topics::kCameraInfo, calibration);
   EXPECT_EQ(recorder.diagnostics().counter("camera_info.changed"), 0U);
   expect_counted("camera_info.changed", topics::kCameraInfo, calibration,
-                 [](auto& m) { m.k()[2] += 1.0; });
+                 [](auto& m) { m.k[2] += 1.0; });
   send(topics::kRackPose, pose());
   send(topics::kRackState, state());
   send(topics::kCameraImage, image(1.0));
@@ -306,8 +304,8 @@ TEST_F(RackRecorderTest, FailsWhenItCannotWrite) {
   std::ofstream(folder_.path() / "rack" / "pose.csv") << "somebody else's\n";
   send(topics::kRackPose, pose());
   ASSERT_NE(own_status(), nullptr);
-  EXPECT_EQ(own_status()->state(), status::FAILED);
-  EXPECT_THAT(own_status()->message(), HasSubstr("pose.csv"));
+  EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
+  EXPECT_THAT(own_status()->message, HasSubstr("pose.csv"));
   send(topics::kRackState, state());
   EXPECT_EQ(recorder.diagnostics().counter("not_recorded"), 1U);
   EXPECT_EQ(recorder.state(), LifecycleState::kActive);

@@ -19,9 +19,9 @@ namespace pipescout {
 
 namespace {
 
+using pipescout_msgs::msg::ArmState;
+using pipescout_msgs::msg::PipeTrack;
 using pipescout_msgs::msg::TrackedSection;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
-namespace arm_states = pipescout_msgs::msg::ArmState_Constants;
 
 /// In one message; more than any arm or tracker has.
 constexpr std::size_t kMostJoints = 1000;
@@ -33,7 +33,7 @@ constexpr std::array kArmStates{"idle",    "tracking", "holding", "searching",
 
 template <class Names>
 const char* name_of(const Names& names, std::uint8_t state) {
-  if (state >= names.size()) {
+  if (state >= names.size) {
     throw std::invalid_argument("the state is none of STATE_*");
   }
   return names.at(state);
@@ -78,7 +78,7 @@ void add(CsvLine& line, double value) {
 }
 
 void add(CsvLine& line, const TrackedSection& section) {
-  for (const double value : {section.u(), section.v(), section.length(), section.angle()}) {
+  for (const double value : {section.u, section.v, section.length, section.angle}) {
     add(line, value);
   }
 }
@@ -118,59 +118,59 @@ CallbackReturn TrackingRecorder::on_configure() {
 }
 
 void TrackingRecorder::on_track(const Track& message) {
-  CsvLine line(from_message(message.header().stamp()));
+  CsvLine line(from_message(message.header.stamp));
   line.add(message.fault())
       .add(name_of(kTrackStates, message.state()))
       .add(message.track())
       .add(message.confidence());
-  add(line, message.since_seen());
-  if (message.state() == states::STATE_DETECTING) {
+  add(line, message.since_seen);
+  if (message.state == PipeTrack::STATE_DETECTING) {
     line.add_empty(8);
   } else {
-    add(line, message.estimate());
+    add(line, message.estimate);
     for (std::size_t i = 0; i < 4; ++i) {
-      add(line, std::sqrt(message.covariance()[5 * i]));
+      add(line, std::sqrt(message.covariance[5 * i]));
     }
   }
-  add(line, message.half_width());
-  line.add(message.whole_width());
-  add(line, message.range());
-  if (message.state() == states::STATE_DETECTING) {
+  add(line, message.half_width);
+  line.add(message.whole_width);
+  add(line, message.range);
+  if (message.state == PipeTrack::STATE_DETECTING) {
     line.add_empty(12);
   } else {
-    add(line, message.best_particle());
-    add(line, message.robust_mean());
-    add(line, message.weighted_mean());
+    add(line, message.best_particle);
+    add(line, message.robust_mean);
+    add(line, message.weighted_mean);
   }
-  line.add(message.effective_samples()).add(std::uint64_t{message.regions()});
+  line.add(message.effective_samples).add(std::uint64_t{message.regions});
   file("track.csv", track_header).write(line.text());
   tally_->add(message);
 }
 
 void TrackingRecorder::on_truth(const Track& message) {
-  const bool in_view = message.state() == states::STATE_LOCKED;
-  CsvLine line(from_message(message.header().stamp()));
-  line.add(message.track() > 0).add(in_view);
+  const bool in_view = message.state == PipeTrack::STATE_LOCKED;
+  CsvLine line(from_message(message.header.stamp));
+  line.add(message.track > 0).add(in_view);
   if (in_view) {
-    add(line, message.estimate());
+    add(line, message.estimate);
   } else {
     line.add_empty(4);
   }
-  add(line, message.half_width());
-  line.add(message.whole_width());
-  add(line, message.range());
-  line.add(std::uint64_t{message.width()}).add(std::uint64_t{message.height()});
+  add(line, message.half_width);
+  line.add(message.whole_width);
+  add(line, message.range);
+  line.add(std::uint64_t{message.width}).add(std::uint64_t{message.height});
   file("truth.csv", truth_header).write(line.text());
   tally_->add_truth(message);
 }
 
 void TrackingRecorder::on_particles(const Particles& message) {
-  const std::size_t count = message.u().size();
-  if (count > kMostParticles || message.v().size() != count || message.length().size() != count ||
-      message.angle().size() != count || message.weight().size() != count) {
+  const std::size_t count = message.u.size();
+  if (count > kMostParticles || message.v.size() != count || message.length.size() != count ||
+      message.angle.size() != count || message.weight.size() != count) {
     throw std::invalid_argument("more than 100000 particles, or arrays of other sizes");
   }
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (stamp != last_picture_ || pictures_ == 0) {
     return;
   }
@@ -185,13 +185,13 @@ void TrackingRecorder::on_particles(const Particles& message) {
 }
 
 void TrackingRecorder::on_arm(const ArmState& message) {
-  CsvLine line(from_message(message.header().stamp()));
+  CsvLine line(from_message(message.header.stamp));
   line.add(name_of(kArmStates, message.state())).add(message.reason());
-  for (const double value : {message.error_u(), message.error_v(), message.error_angle()}) {
+  for (const double value : {message.error_u, message.error_v, message.error_angle}) {
     add(line, value);
   }
-  line.add(message.feed_forward());
-  add(line, message.manipulability());
+  line.add(message.feed_forward);
+  add(line, message.manipulability);
   std::string limited;
   for (const std::string& limit : message.limited()) {
     limited += (limited.empty() ? "" : "; ") + limit;
@@ -202,22 +202,22 @@ void TrackingRecorder::on_arm(const ArmState& message) {
 }
 
 void TrackingRecorder::on_joints(const JointState& message) {
-  const std::size_t count = message.name().size();
-  if (count > kMostJoints || message.position().size() != count ||
-      (!message.velocity().empty() && message.velocity().size() != count)) {
+  const std::size_t count = message.name.size();
+  if (count > kMostJoints || message.position.size() != count ||
+      (!message.velocity.empty() && message.velocity.size() != count)) {
     throw std::invalid_argument("more than 1000 joints, or arrays of other sizes");
   }
   for (std::size_t i = 0; i < count; ++i) {
-    CsvLine line(from_message(message.header().stamp()));
-    line.add(message.name()[i]);
-    add(line, message.position()[i]);
-    add(line, message.velocity().empty() ? std::nan("") : message.velocity()[i]);
+    CsvLine line(from_message(message.header.stamp));
+    line.add(message.name[i]);
+    add(line, message.position[i]);
+    add(line, message.velocity.empty() ? std::nan("") : message.velocity[i]);
     file("joints.csv", joints_header).write(line.text());
   }
 }
 
 void TrackingRecorder::on_image(const Image& message) {
-  const Time stamp = from_message(message.header().stamp());
+  const Time stamp = from_message(message.header.stamp);
   if (pictures_ >= most_pictures_ || !picture_thinning_.due(stamp)) {
     return;
   }

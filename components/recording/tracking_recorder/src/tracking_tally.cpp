@@ -11,10 +11,9 @@ namespace pipescout {
 
 namespace {
 
+using pipescout_msgs::msg::ArmState;
 using pipescout_msgs::msg::PipeTrack;
 using pipescout_msgs::msg::TrackedSection;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
-namespace arm_states = pipescout_msgs::msg::ArmState_Constants;
 
 /// Of truths that wait for their track: two seconds at 50 Hz.
 constexpr std::size_t kMostTruths = 100;
@@ -32,19 +31,18 @@ double percent(std::uint64_t part, std::uint64_t whole) {
 
 /// px, across the pipe, from the middle of the picture to the axis of the pipe.
 double offset(const PipeTrack& truth) {
-  const double u = (truth.width() - 1) / 2.0 - truth.estimate().u();
-  const double v = (truth.height() - 1) / 2.0 - truth.estimate().v();
-  return u * std::sin(truth.estimate().angle()) - v * std::cos(truth.estimate().angle());
+  const double u = (truth.width - 1) / 2.0 - truth.estimate.u;
+  const double v = (truth.height - 1) / 2.0 - truth.estimate.v;
+  return u * std::sin(truth.estimate.angle) - v * std::cos(truth.estimate.angle);
 }
 
 }  // namespace
 
 void TrackingTally::Errors::add(const TrackedSection& estimate, const TrackedSection& truth) {
-  const std::array values{
-      std::hypot(estimate.u() - truth.u(), estimate.v() - truth.v()),
-      std::abs(std::remainder(estimate.angle() - truth.angle(), std::numbers::pi)) * 180 /
-          std::numbers::pi,
-      std::abs(estimate.length() - truth.length())};
+  const std::array values{std::hypot(estimate.u - truth.u, estimate.v - truth.v),
+                          std::abs(std::remainder(estimate.angle - truth.angle, std::numbers::pi)) *
+                              180 / std::numbers::pi,
+                          std::abs(estimate.length - truth.length)};
   ++count;
   for (std::size_t i = 0; i < values.size(); ++i) {
     sum[i] += values[i];
@@ -54,13 +52,12 @@ void TrackingTally::Errors::add(const TrackedSection& estimate, const TrackedSec
 
 void TrackingTally::add(const PipeTrack& track) {
   ++pictures_;
-  locked_ += track.state() == states::STATE_LOCKED ? 1 : 0;
-  lost_ += track.state() == states::STATE_LOST && last_state_ != states::STATE_LOST ? 1 : 0;
-  last_state_ = track.state();
-  last_track_ = std::max(last_track_, track.track());
-  const auto same = std::ranges::find_if(truths_, [&](const PipeTrack& truth) {
-    return truth.header().stamp() == track.header().stamp();
-  });
+  locked_ += track.state == PipeTrack::STATE_LOCKED ? 1 : 0;
+  lost_ += track.state == PipeTrack::STATE_LOST && last_state_ != PipeTrack::STATE_LOST ? 1 : 0;
+  last_state_ = track.state;
+  last_track_ = std::max(last_track_, track.track);
+  const auto same = std::ranges::find_if(
+      truths_, [&](const PipeTrack& truth) { return truth.header.stamp == track.header.stamp; });
   if (same != truths_.end()) {
     compare(track, *same);
     truths_.erase(truths_.begin(), std::next(same));
@@ -68,10 +65,10 @@ void TrackingTally::add(const PipeTrack& track) {
 }
 
 void TrackingTally::add_truth(const PipeTrack& truth) {
-  if (truth.track() > 0) {
+  if (truth.track > 0) {
     ++beside_pipe_;
-    whole_width_ += truth.whole_width() ? 1 : 0;
-    if (truth.state() == states::STATE_LOCKED) {
+    whole_width_ += truth.whole_width ? 1 : 0;
+    if (truth.state == PipeTrack::STATE_LOCKED) {
       ++in_view_;
       const double away = offset(truth);
       sum_of_square_offsets_ += away * away;
@@ -85,21 +82,21 @@ void TrackingTally::add_truth(const PipeTrack& truth) {
 
 void TrackingTally::compare(const PipeTrack& track, const PipeTrack& truth) {
   const bool told =
-      track.state() == states::STATE_LOCKED || track.state() == states::STATE_COASTING;
-  if (!told || truth.state() != states::STATE_LOCKED || truth.track() == 0) {
+      track.state == PipeTrack::STATE_LOCKED || track.state == PipeTrack::STATE_COASTING;
+  if (!told || truth.state != PipeTrack::STATE_LOCKED || truth.track == 0) {
     return;
   }
   const std::array<const TrackedSection*, kEstimates> estimates{
-      &track.estimate(), &track.best_particle(), &track.robust_mean(), &track.weighted_mean()};
+      &track.estimate, &track.best_particle, &track.robust_mean, &track.weighted_mean};
   for (std::size_t i = 0; i < kEstimates; ++i) {
-    errors_[i].add(*estimates[i], truth.estimate());
+    errors_[i].add(*estimates[i], truth.estimate);
   }
 }
 
 void TrackingTally::add(const pipescout_msgs::msg::ArmState& state) {
   ++arm_cycles_;
-  ++arm_states_[state.state()];
-  limited_ += state.limited().empty() ? 0 : 1;
+  ++arm_states_[state.state];
+  limited_ += state.limited.empty() ? 0 : 1;
 }
 
 MissionSection TrackingTally::section(const std::string& figure_prefix) const {
@@ -127,8 +124,8 @@ MissionSection TrackingTally::section(const std::string& figure_prefix) const {
       return found == arm_states_.end() ? std::uint64_t{0} : found->second;
     };
     set("arm_cycles", static_cast<double>(arm_cycles_));
-    set("arm_tracking_percent", percent(of_state(arm_states::STATE_TRACKING), arm_cycles_));
-    set("arm_fault_cycles", static_cast<double>(of_state(arm_states::STATE_FAULT)));
+    set("arm_tracking_percent", percent(of_state(ArmState::STATE_TRACKING), arm_cycles_));
+    set("arm_fault_cycles", static_cast<double>(of_state(ArmState::STATE_FAULT)));
     set("arm_limited_percent", percent(limited_, arm_cycles_));
   }
   if (errors_[0].count > 0) {

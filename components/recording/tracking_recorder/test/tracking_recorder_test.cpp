@@ -29,8 +29,6 @@ using sensor_msgs::msg::JointState;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 const auto kStamp = to_message(Time{} + from_seconds(1.0));
 
@@ -52,41 +50,41 @@ class TrackingRecorderTest : public ::testing::Test {
   }
   static PipeTrack track() {
     PipeTrack message;
-    message.header().stamp(kStamp);
-    message.state(states::STATE_LOCKED);
-    message.track(1);
-    message.width(8);
-    message.height(6);
-    message.estimate().length(8);
-    message.whole_width(true);
-    message.range(std::numeric_limits<double>::quiet_NaN());
+    message.header.stamp = kStamp;
+    message.state = PipeTrack::STATE_LOCKED;
+    message.track = 1;
+    message.width = 8;
+    message.height = 6;
+    message.estimate.length = 8;
+    message.whole_width = true;
+    message.range = std::numeric_limits<double>::quiet_NaN();
     return message;
   }
   static Image image() {
     Image message;
-    message.header().stamp(kStamp);
-    message.width(8);
-    message.height(6);
-    message.encoding("mono8");
-    message.step(8);
-    message.data().assign(48, 7);
+    message.header.stamp = kStamp;
+    message.width = 8;
+    message.height = 6;
+    message.encoding = "mono8";
+    message.step = 8;
+    message.data.assign(48, 7);
     return message;
   }
   static PipeTrackParticles particles() {
     PipeTrackParticles message;
-    message.header().stamp(kStamp);
-    message.u({1, 2});
-    message.v({1, 2});
-    message.length({8, 8});
-    message.angle({0, 0.1F});
-    message.weight({0.5F, 0.5F});
+    message.header.stamp = kStamp;
+    message.u = {1, 2};
+    message.v = {1, 2};
+    message.length = {8, 8};
+    message.angle = {0, 0.1F};
+    message.weight = {0.5F, 0.5F};
     return message;
   }
   static JointState joints() {
     JointState message;
-    message.header().stamp(kStamp);
-    message.name({"shoulder_joint", "elbow_joint"});
-    message.position({0.1, 0.2});
+    message.header.stamp = kStamp;
+    message.name = {"shoulder_joint", "elbow_joint"};
+    message.position = {0.1, 0.2};
     return message;
   }
   void send_all() {
@@ -95,16 +93,16 @@ class TrackingRecorderTest : public ::testing::Test {
     send(topics::kPipeTrack, track());
     send(topics::kPipeTrackParticles, particles());
     ArmState arm;
-    arm.header().stamp(kStamp);
-    arm.reason("no pipe, yet");
-    arm.limited({"a", "b"});
+    arm.header.stamp = kStamp;
+    arm.reason = "no pipe, yet";
+    arm.limited = {"a", "b"};
     send(topics::kArmState, arm);
     send(topics::kJointStates, joints());
   }
   void say(std::uint8_t state) {
     MissionStatus message;
-    message.node("/robot");
-    message.state(state);
+    message.node = "/robot";
+    message.state = state;
     send(topics::kMissionStatus, message);
   }
   [[nodiscard]] std::string content(const fs::path& name) const {
@@ -117,7 +115,7 @@ class TrackingRecorderTest : public ::testing::Test {
   }
   [[nodiscard]] bool complete() const {
     return std::ranges::any_of(statuses_.messages(), [](const auto& message) {
-      return message->node() == "/recorder" && message->state() == status::COMPLETE;
+      return message->node == "/recorder" && message->state == MissionStatus::COMPLETE;
     });
   }
 
@@ -136,7 +134,7 @@ TEST_F(TrackingRecorderTest, WritesEverythingAndEndsWithItsSource) {
   EXPECT_EQ(lines("joints.csv"), 3U);
   EXPECT_EQ(lines("pictures.csv"), 2U);
   EXPECT_THAT(content("tracking/pictures/000000.png"), HasSubstr("PNG"));
-  say(status::COMPLETE);
+  say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([this] { return complete(); }));
   const std::string section = content("sections/recorder.json");
   EXPECT_THAT(section, HasSubstr("track_in_view_percent"));
@@ -147,9 +145,9 @@ TEST_F(TrackingRecorderTest, EachLineHasAsManyCellsAsTheHeader) {
   start();
   send_all();
   PipeTrack none = track();
-  none.state(states::STATE_DETECTING);
+  none.state = PipeTrack::STATE_DETECTING;
   send(topics::kPipeTrack, none);
-  none.state(states::STATE_LOST);
+  none.state = PipeTrack::STATE_LOST;
   send(topics::kTruePipeTrack, none);
   for (const char* name :
        {"truth.csv", "track.csv", "particles.csv", "joints.csv", "pictures.csv"}) {
@@ -168,7 +166,7 @@ TEST_F(TrackingRecorderTest, PicturesAreKeptOnceInAnInterval) {
   start();
   for (int i = 0; i < 50; ++i) {
     Image message = image();
-    message.header().stamp(to_message(Time{} + from_seconds(1 + 0.04 * i)));
+    message.header.stamp = to_message(Time{} + from_seconds(1 + 0.04 * i));
     send(topics::kThermalImage, message);
   }
   EXPECT_EQ(lines("pictures.csv"), 4U) << "at 0, 0.8 and 1.6 s";
@@ -177,16 +175,16 @@ TEST_F(TrackingRecorderTest, PicturesAreKeptOnceInAnInterval) {
 TEST_F(TrackingRecorderTest, NonsenseIsCountedAndNotRecorded) {
   auto& recorder = start();
   PipeTrack bad = track();
-  bad.state(9);
+  bad.state = 9;
   send(topics::kPipeTrack, bad);
   JointState unequal = joints();
-  unequal.position().pop_back();
+  unequal.position.pop_back();
   send(topics::kJointStates, unequal);
   PipeTrackParticles ragged = particles();
-  ragged.weight().pop_back();
+  ragged.weight.pop_back();
   send(topics::kPipeTrackParticles, ragged);
   Image broken = image();
-  broken.data().resize(3);
+  broken.data.resize(3);
   send(topics::kThermalImage, broken);
   EXPECT_EQ(lines("track.csv"), 0U);
   EXPECT_EQ(lines("joints.csv"), 0U);

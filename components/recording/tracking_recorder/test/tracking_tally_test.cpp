@@ -13,28 +13,26 @@ namespace {
 
 using pipescout_msgs::msg::ArmState;
 using pipescout_msgs::msg::PipeTrack;
-namespace states = pipescout_msgs::msg::PipeTrack_Constants;
-namespace arm_states = pipescout_msgs::msg::ArmState_Constants;
 
 PipeTrack truth(double seconds, double v, bool whole = true) {
   PipeTrack message;
-  message.header().stamp(to_message(Time{} + from_seconds(seconds)));
-  message.state(states::STATE_LOCKED);
-  message.track(1);
-  message.width(320);
-  message.height(240);
-  message.estimate().u(159.5);
-  message.estimate().v(v);
-  message.estimate().length(320);
-  message.whole_width(whole);
+  message.header.stamp = to_message(Time{} + from_seconds(seconds));
+  message.state = PipeTrack::STATE_LOCKED;
+  message.track = 1;
+  message.width = 320;
+  message.height = 240;
+  message.estimate.u = 159.5;
+  message.estimate.v = v;
+  message.estimate.length = 320;
+  message.whole_width = whole;
   return message;
 }
 
 PipeTrack track(double seconds, double v, double angle) {
   PipeTrack message = truth(seconds, v);
-  message.estimate().angle(angle);
-  message.best_particle(message.estimate());
-  message.best_particle().length(317);
+  message.estimate.angle = angle;
+  message.best_particle = message.estimate;
+  message.best_particle.length = 317;
   return message;
 }
 
@@ -57,11 +55,11 @@ TEST(TrackingTally, InViewIsWhatIsWholeOfPicturesBesideThePipe) {
   tally.add_truth(truth(1, 119.5));
   tally.add_truth(truth(2, 2.5, false));
   PipeTrack away = truth(3, 0, false);
-  away.state(states::STATE_LOST);
+  away.state = PipeTrack::STATE_LOST;
   tally.add_truth(away);
   tally.add_truth(truth(4, 119.5));
   PipeTrack before = away;
-  before.track(0);
+  before.track = 0;
   tally.add_truth(before);
   const auto figures = tally.section("").figures;
   EXPECT_DOUBLE_EQ(figures.at("track_in_view_percent"), 50);
@@ -70,17 +68,18 @@ TEST(TrackingTally, InViewIsWhatIsWholeOfPicturesBesideThePipe) {
 
 TEST(TrackingTally, CountsLossesAndWhatTheArmDid) {
   TrackingTally tally;
-  for (const auto state : {states::STATE_DETECTING, states::STATE_LOCKED, states::STATE_COASTING,
-                           states::STATE_LOST, states::STATE_LOST, states::STATE_LOCKED}) {
+  for (const auto state :
+       {PipeTrack::STATE_DETECTING, PipeTrack::STATE_LOCKED, PipeTrack::STATE_COASTING,
+        PipeTrack::STATE_LOST, PipeTrack::STATE_LOST, PipeTrack::STATE_LOCKED}) {
     PipeTrack message = track(1, 0, 0);
-    message.state(state);
+    message.state = state;
     tally.add(message);
   }
   ArmState arm;
-  arm.state(arm_states::STATE_TRACKING);
+  arm.state = ArmState::STATE_TRACKING;
   tally.add(arm);
-  arm.state(arm_states::STATE_FAULT);
-  arm.limited({"elbow_joint velocity"});
+  arm.state = ArmState::STATE_FAULT;
+  arm.limited = {"elbow_joint velocity"};
   tally.add(arm);
   const auto figures = tally.section("").figures;
   EXPECT_EQ(figures.at("track_lost"), 1);

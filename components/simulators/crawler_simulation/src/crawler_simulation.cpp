@@ -210,7 +210,7 @@ void CrawlerSimulation::declare_signal_parameters() {
 SimulatedRunParameters CrawlerSimulation::run_parameters() const {
   SimulatedRunParameters result;
   auto& wheels = result.crawler.wheels;
-  wheels.resize(wheels_.share()->size());
+  wheels.resize(wheels_.share()->size);
   for (WheelParameters& wheel : wheels) {
     wheel.resolution = resolution_.get();
     wheel.noise_per_sqrt_metre = noise_.get();
@@ -322,7 +322,7 @@ void CrawlerSimulation::step() {
   const double until =
       kStep * (static_cast<double>(++steps_) - static_cast<double>(standing_steps_));
   Clock clock;
-  clock.clock(to_message(at(until)));
+  clock.clock = to_message(at(until));
   clock_publisher_.publish(std::move(clock));
   publish_truth(until);
   publish_imu(until);

@@ -19,7 +19,6 @@ namespace {
 using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 std::vector<NamedParameter> short_run(std::vector<NamedParameter> extra = {}) {
   extra.push_back({"tally", std::string(TALLY_FILE)});
@@ -39,31 +38,31 @@ TEST(CrawlerSimulation, DrivesToTheEndAndSaysSo) {
   const auto progress = harness.collect(topics::kMissionStatus);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until(
-      [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
-  EXPECT_EQ(progress.back().done(), progress.back().total());
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
+  EXPECT_EQ(progress.back().done, progress.back().total);
 
-  EXPECT_NEAR(truth.back().odometer_distance(), 3.0, 1e-6);
+  EXPECT_NEAR(truth.back().odometer_distance, 3.0, 1e-6);
   EXPECT_EQ(truth.size(), clock.size());
   Time last{};
   std::size_t values = 0;
   for (const auto& message : readings.messages()) {
-    const Time stamp = from_message(message->header().stamp());
+    const Time stamp = from_message(message->header.stamp);
     EXPECT_GE(stamp, last);
-    EXPECT_LE(stamp, from_message(clock.back().clock()));
+    EXPECT_LE(stamp, from_message(clock.back().clock));
     last = stamp;
-    EXPECT_EQ(message->name().size(), message->distance().size());
-    EXPECT_EQ(message->name().size(), message->valid().size());
-    values += message->name().size();
+    EXPECT_EQ(message->name.size(), message->distance.size());
+    EXPECT_EQ(message->name.size(), message->valid.size());
+    values += message->name.size();
   }
   EXPECT_GT(values, 100U);
   std::size_t sample_count = 0;
   for (const auto& message : samples.messages()) {
-    EXPECT_EQ(message->channels(), 1U);
-    EXPECT_EQ(message->x().size(), message->y().size());
-    EXPECT_NEAR(to_seconds(from_message(message->header().stamp()) -
-                           from_message(samples.at(0).header().stamp())),
-                static_cast<double>(sample_count) * message->sample_interval(), 1e-6);
-    sample_count += message->x().size();
+    EXPECT_EQ(message->channels, 1U);
+    EXPECT_EQ(message->x.size(), message->y.size());
+    EXPECT_NEAR(
+        to_seconds(from_message(message->header.stamp) - from_message(samples.at(0).header.stamp)),
+        static_cast<double>(sample_count) * message->sample_interval, 1e-6);
+    sample_count += message->x.size();
   }
   EXPECT_GT(sample_count, 1000U);
 }
@@ -77,7 +76,7 @@ TEST(CrawlerSimulation, WaitsForThoseWhoListen) {
   harness.spin();
   EXPECT_TRUE(clock.empty());
   ASSERT_FALSE(progress.empty());
-  EXPECT_THAT(progress.back().message(), HasSubstr("waiting"));
+  EXPECT_THAT(progress.back().message, HasSubstr("waiting"));
   const auto readings = harness.collect(topics::kOdometerReadings);
   const auto samples = harness.collect(topics::kEddyCurrent);
   EXPECT_TRUE(harness.spin_until([&] { return readings.size() > 10; }));
@@ -88,7 +87,7 @@ TEST(CrawlerSimulation, WaitsForThoseWhoListen) {
   // It goes on where it was.
   ASSERT_TRUE(harness.activate(simulation).success);
   EXPECT_TRUE(harness.spin_until([&] { return clock.size() > sent; }));
-  EXPECT_GT(from_message(clock.back().clock()), from_message(clock.at(sent - 1).clock()));
+  EXPECT_GT(from_message(clock.back().clock), from_message(clock.at(sent - 1).clock));
 }
 
 std::string refusal(std::vector<NamedParameter> parameters) {

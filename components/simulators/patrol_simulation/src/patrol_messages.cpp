@@ -10,9 +10,9 @@
 namespace pipescout {
 namespace {
 
-namespace fix_constants = sensor_msgs::msg::NavSatFix_Constants;
-namespace status_constants = sensor_msgs::msg::NavSatStatus_Constants;
-namespace track_constants = pipescout_msgs::msg::PipeTrack_Constants;
+using pipescout_msgs::msg::PipeTrack;
+using sensor_msgs::msg::NavSatFix;
+using sensor_msgs::msg::NavSatStatus;
 
 }  // namespace
 
@@ -23,13 +23,13 @@ sensor_msgs::msg::NavSatFix fix_message(const simulation::GpsFix& fix,
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> covariance =
       axes.transpose() * fix.covariance * axes;
   sensor_msgs::msg::NavSatFix message;
-  message.status().status(status_constants::STATUS_FIX);
-  message.status().service(status_constants::SERVICE_GPS);
-  message.latitude(place.latitude);
-  message.longitude(place.longitude);
-  message.altitude(place.altitude);
-  std::copy_n(covariance.data(), covariance.size(), message.position_covariance().begin());
-  message.position_covariance_type(fix_constants::COVARIANCE_TYPE_KNOWN);
+  message.status.status = NavSatStatus::STATUS_FIX;
+  message.status.service = NavSatStatus::SERVICE_GPS;
+  message.latitude = place.latitude;
+  message.longitude = place.longitude;
+  message.altitude = place.altitude;
+  std::copy_n(covariance.data(), covariance.size(), message.position_covariance.begin());
+  message.position_covariance_type = NavSatFix::COVARIANCE_TYPE_KNOWN;
   return message;
 }
 
@@ -39,16 +39,16 @@ std::vector<pipescout_msgs::msg::LeakEvent> true_leak_messages(
   for (const simulation::ThermalLeak& leak : scene.parameters().leaks) {
     const Eigen::Vector3d place = scene.on_tube(leak.place);
     pipescout_msgs::msg::LeakEvent& message = messages.emplace_back();
-    message.kind(pipescout_msgs::msg::LeakEvent_Constants::RAISED);
-    message.finding().id(messages.size());
-    message.finding().state("raised");
-    message.finding().probability(1);
-    message.finding().position_known(true);
-    message.finding().position().x(place.x());
-    message.finding().position().y(place.y());
-    message.finding().position().z(place.z());
-    message.finding().length(leak.length);
-    message.finding().delta(leak.rise);
+    message.kind = pipescout_msgs::msg::LeakEvent::RAISED;
+    message.finding.id = messages.size();
+    message.finding.state = "raised";
+    message.finding.probability = 1;
+    message.finding.position_known = true;
+    message.finding.position.x = place.x();
+    message.finding.position.y = place.y();
+    message.finding.position.z = place.z();
+    message.finding.length = leak.length;
+    message.finding.delta = leak.rise;
   }
   return messages;
 }
@@ -58,26 +58,26 @@ pipescout_msgs::msg::PipeTrack true_track_message(const std::optional<simulation
                                                   double radius, bool beside) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   pipescout_msgs::msg::PipeTrack message;
-  message.width(static_cast<std::uint32_t>(camera.width));
-  message.height(static_cast<std::uint32_t>(camera.height));
-  message.track(beside ? 1 : 0);
+  message.width = static_cast<std::uint32_t>(camera.width);
+  message.height = static_cast<std::uint32_t>(camera.height);
+  message.track = beside ? 1 : 0;
   if (!view) {
-    message.state(track_constants::STATE_LOST);
-    message.reason("not in view");
-    message.since_seen(kNaN);
-    message.half_width(kNaN);
-    message.range(kNaN);
+    message.state = PipeTrack::STATE_LOST;
+    message.reason = "not in view";
+    message.since_seen = kNaN;
+    message.half_width = kNaN;
+    message.range = kNaN;
     return message;
   }
   const Eigen::Vector2d middle = (view->from + view->to) / 2;
   const Eigen::Vector2d along = view->to - view->from;
-  message.state(track_constants::STATE_LOCKED);
-  message.confidence(1);
-  message.estimate(
-      section_message({middle.x(), middle.y(), along.norm(), std::atan(along.y() / along.x())}));
-  message.range(view->range);
-  message.half_width(camera.focal_length * radius / view->range);
-  message.whole_width(view->whole_width);
+  message.state = PipeTrack::STATE_LOCKED;
+  message.confidence = 1;
+  message.estimate =
+      section_message({middle.x(), middle.y(), along.norm(), std::atan(along.y() / along.x())});
+  message.range = view->range;
+  message.half_width = camera.focal_length * radius / view->range;
+  message.whole_width = view->whole_width;
   return message;
 }
 

@@ -221,11 +221,11 @@ void PatrolSimulation::hear(Answer& answer, Time stamp) {
 
 void PatrolSimulation::on_command(const JointTrajectory& message) {
   const manipulation::ArmModel& arm = *drive_->arm();
-  if (message.points().empty()) {
+  if (message.points.empty()) {
     report_fault("command.points.empty", "a command has no points: it is not taken");
     return;
   }
-  const auto& point = message.points().back();
+  const auto& point = message.points.back();
   std::vector<double> positions;
   std::vector<double> rates;
   for (const manipulation::ArmJoint& joint : arm.joints()) {
@@ -246,7 +246,7 @@ void PatrolSimulation::on_command(const JointTrajectory& message) {
     report_fault("command.refused", std::string("a command is refused: ") + error.what());
     return;
   }
-  hear(command_, from_message(message.header().stamp()));
+  hear(command_, from_message(message.header.stamp));
 }
 
 void PatrolSimulation::next_step() {
@@ -258,7 +258,7 @@ void PatrolSimulation::next_step() {
   last_stamp_ = stamp;
   next_step_not_before_ = steady_now() + real_period_;
   Clock clock;
-  clock.clock(to_message(stamp));
+  clock.clock = to_message(stamp);
   clock_publisher_.publish(std::move(clock));
   if (steps_ == 0) {
     publish_true_leaks();

@@ -22,7 +22,6 @@ namespace {
 using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 /// A short row, small images, as fast as can be.
 std::vector<NamedParameter> short_patrol(std::vector<NamedParameter> extra = {},
@@ -52,7 +51,7 @@ TEST(PatrolSimulation, DrivesAlongTheRowAndTellsAll) {
     ASSERT_TRUE(harness.bring_up(simulation).success);
     const auto images = harness.collect(topics::kThermalImage);
     ASSERT_TRUE(harness.spin_until(
-        [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
+        [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
 
     harness.spin();  // what came with the last image
     // 31 m, most of them at 5.5 m/s, after a second.
@@ -66,26 +65,26 @@ TEST(PatrolSimulation, DrivesAlongTheRowAndTellsAll) {
     EXPECT_NEAR(static_cast<double>(fixes.size()), static_cast<double>(images.size()), 4);
     for (std::size_t i = 0; i < images.size(); ++i) {
       const auto& image = images.at(i);
-      EXPECT_EQ(image.encoding(), "mono16");
-      EXPECT_EQ(image.step(), 160U);
-      EXPECT_EQ(image.data().size(), 80U * 60U * 2U);
-      const Time stamp = from_message(image.header().stamp());
-      EXPECT_EQ(stamp - from_message(images.at(0).header().stamp()),
+      EXPECT_EQ(image.encoding, "mono16");
+      EXPECT_EQ(image.step, 160U);
+      EXPECT_EQ(image.data.size(), 80U * 60U * 2U);
+      const Time stamp = from_message(image.header.stamp);
+      EXPECT_EQ(stamp - from_message(images.at(0).header.stamp),
                 static_cast<std::int64_t>(i) * Duration(std::chrono::milliseconds(200)));
-      EXPECT_EQ(from_message(truth.at(i).header().stamp()), stamp);
+      EXPECT_EQ(from_message(truth.at(i).header.stamp), stamp);
     }
     EXPECT_NEAR(from_message(info.back()).focal_length, 180.4, 0.1);
-    EXPECT_EQ(truth.back().header().frame_id(), "map");
-    EXPECT_NEAR(truth.at(0).pose().pose().position().x(), -14, 0.1);
-    EXPECT_GT(truth.back().pose().pose().position().x(), 12);
-    ASSERT_EQ(wheels.back().name().size(), 4U);
-    EXPECT_NEAR(wheels.back().distance()[0], truth.back().pose().pose().position().x() + 14, 0.7);
-    EXPECT_NEAR(fixes.back().latitude(), 36.66, 1e-3);
-    EXPECT_GT(fixes.back().position_covariance()[0], 0);
+    EXPECT_EQ(truth.back().header.frame_id, "map");
+    EXPECT_NEAR(truth.at(0).pose.pose.position.x, -14, 0.1);
+    EXPECT_GT(truth.back().pose.pose.position.x, 12);
+    ASSERT_EQ(wheels.back().name.size(), 4U);
+    EXPECT_NEAR(wheels.back().distance[0], truth.back().pose.pose.position.x + 14, 0.7);
+    EXPECT_NEAR(fixes.back().latitude, 36.66, 1e-3);
+    EXPECT_GT(fixes.back().position_covariance[0], 0);
     if (run == 0) {
-      last_image = images.back().data();
+      last_image = images.back().data;
     } else {
-      EXPECT_EQ(images.back().data(), last_image);
+      EXPECT_EQ(images.back().data, last_image);
     }
   }
 }
@@ -99,12 +98,12 @@ TEST(PatrolSimulation, TellsWhereTheLeaksAre) {
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until([&] { return !images.empty() && !leaks.empty(); }));
   ASSERT_EQ(leaks.size(), 1U);
-  EXPECT_EQ(leaks.back().header().frame_id(), "map");
-  EXPECT_EQ(leaks.back().finding().id(), 1U);
-  EXPECT_NEAR(leaks.back().finding().position().x(), 1, 1e-9);
-  EXPECT_NEAR(leaks.back().finding().position().y(), 10, 1e-9);
-  EXPECT_EQ(leaks.back().finding().length(), 0.3);
-  EXPECT_EQ(leaks.back().finding().delta(), 80);
+  EXPECT_EQ(leaks.back().header.frame_id, "map");
+  EXPECT_EQ(leaks.back().finding.id, 1U);
+  EXPECT_NEAR(leaks.back().finding.position.x, 1, 1e-9);
+  EXPECT_NEAR(leaks.back().finding.position.y, 10, 1e-9);
+  EXPECT_EQ(leaks.back().finding.length, 0.3);
+  EXPECT_EQ(leaks.back().finding.delta, 80);
 }
 
 TEST(PatrolSimulation, ShowsGreyLevelsWhenAskedTo) {
@@ -116,14 +115,14 @@ TEST(PatrolSimulation, ShowsGreyLevelsWhenAskedTo) {
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until(
-      [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
   ASSERT_FALSE(images.empty());
-  EXPECT_EQ(images.back().encoding(), "mono8");
-  EXPECT_EQ(images.back().data().size(), 320U * 240U);
+  EXPECT_EQ(images.back().encoding, "mono8");
+  EXPECT_EQ(images.back().data.size(), 320U * 240U);
   // Somewhere on the way the leak is seen: 230 degC are 166 of 255.
   std::uint8_t brightest = 0;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const auto& data = images.at(i).data();
+    const auto& data = images.at(i).data;
     // Dead pixels shine alone.
     for (std::size_t k = 1; k + 1 < data.size(); ++k) {
       brightest = std::max(brightest, std::min({data[k - 1], data[k], data[k + 1]}));
@@ -141,7 +140,7 @@ TEST(PatrolSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   harness.spin();
   EXPECT_TRUE(clock.empty());
   ASSERT_FALSE(progress.empty());
-  EXPECT_THAT(progress.back().message(), HasSubstr("waits"));
+  EXPECT_THAT(progress.back().message, HasSubstr("waits"));
   const auto images = harness.collect(topics::kThermalImage);
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.spin_until([&] { return images.size() > 3; }));
@@ -151,19 +150,19 @@ TEST(PatrolSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   EXPECT_EQ(clock.size(), sent);
   ASSERT_TRUE(harness.activate(simulation).success);
   ASSERT_TRUE(harness.spin_until([&] { return clock.size() > sent; }));
-  EXPECT_EQ(from_message(clock.at(sent).clock()) - from_message(clock.at(sent - 1).clock()),
+  EXPECT_EQ(from_message(clock.at(sent).clock) - from_message(clock.at(sent - 1).clock),
             std::chrono::milliseconds(200));
 }
 
 /// Answers each joint_states: the arm stays where it is.
 trajectory_msgs::msg::JointTrajectory stay(const sensor_msgs::msg::JointState& joints) {
   trajectory_msgs::msg::JointTrajectory command;
-  command.header().stamp(joints.header().stamp());
-  command.joint_names(joints.name());
-  command.points().resize(1);
-  command.points()[0].positions(joints.position());
-  command.points()[0].velocities().assign(joints.name().size(), 0.0);
-  command.points()[0].time_from_start(to_message(std::chrono::milliseconds(10)));
+  command.header.stamp = joints.header.stamp;
+  command.joint_names = joints.name;
+  command.points.resize(1);
+  command.points[0].positions = joints.position;
+  command.points[0].velocities.assign(joints.name.size(), 0.0);
+  command.points[0].time_from_start = to_message(std::chrono::milliseconds(10));
   return command;
 }
 
@@ -178,20 +177,19 @@ TEST(PatrolSimulation, WaitsForTheAnswerOfTheArm) {
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until([&] { return joints.size() > 2; })) << "no arm has spoken yet";
-  EXPECT_EQ(joints.back().name().size(), 6U);
-  EXPECT_EQ(
-      from_message(joints.at(1).header().stamp()) - from_message(joints.at(0).header().stamp()),
-      std::chrono::milliseconds(10));
+  EXPECT_EQ(joints.back().name.size(), 6U);
+  EXPECT_EQ(from_message(joints.at(1).header.stamp) - from_message(joints.at(0).header.stamp),
+            std::chrono::milliseconds(10));
   for (int i = 0; i < 100; ++i) {
     const auto latest = joints.back();
     harness.publish(topics::kArmCommand, stay(latest));
     ASSERT_TRUE(harness.spin_until([&] {
-      return from_message(joints.back().header().stamp()) > from_message(latest.header().stamp());
+      return from_message(joints.back().header.stamp) > from_message(latest.header.stamp);
     }));
   }
   EXPECT_GT(images.size(), 3U);
   EXPECT_EQ(truth.size(), images.size());
-  EXPECT_EQ(images.back().header().frame_id(), "camera_optical_frame");
+  EXPECT_EQ(images.back().header.frame_id, "camera_optical_frame");
   // Nobody answers any more: it goes on after a while, and that is told.
   const std::size_t answered = joints.size();
   ASSERT_TRUE(harness.spin_until([&] { return joints.size() > answered + 1; }));
@@ -213,13 +211,13 @@ TEST(PatrolSimulation, CommandsThatAreNoneAreCounted) {
     harness.spin();  // of commands only the last one is kept
   };
   auto command = stay(joints.back());
-  command.points().clear();
+  command.points.clear();
   send(command);
   command = stay(joints.back());
-  command.joint_names().back() = "gripper";
+  command.joint_names.back() = "gripper";
   send(command);
   command = stay(joints.back());
-  command.points()[0].positions()[0] = std::nan("");
+  command.points[0].positions[0] = std::nan("");
   send(command);
   const auto told = harness.next_diagnostics(simulation);
   EXPECT_EQ(harness.value(told, "command.points.empty"), "1");

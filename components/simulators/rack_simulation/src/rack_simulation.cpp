@@ -358,7 +358,7 @@ void RackSimulation::next_image() {
 
 void RackSimulation::publish_image(Time stamp) {
   Clock clock;
-  clock.clock(to_message(stamp));
+  clock.clock = to_message(stamp);
   clock_publisher_.publish(std::move(clock));
   publish_imu();
   publish_true_odometry(stamp);
@@ -410,17 +410,17 @@ void RackSimulation::publish_true_odometry(Time stamp) {
 }
 
 void RackSimulation::on_command(const Twist& message) {
-  const auto& linear = message.twist().linear();
-  const auto& angular = message.twist().angular();
-  const simulation::UavCommand command{.velocity = {linear.x(), linear.y(), linear.z()},
-                                       .yaw_rate = angular.z()};
+  const auto& linear = message.twist.linear;
+  const auto& angular = message.twist.angular;
+  const simulation::UavCommand command{.velocity = {linear.x, linear.y, linear.z},
+                                       .yaw_rate = angular.z};
   if (!command.velocity.allFinite() || !std::isfinite(command.yaw_rate)) {
     report_fault("command.not_a_number", "a command is not finite: it is not taken");
     return;
   }
   if (!waits_for_commands_) {
     flight_->command(command);
-  } else if (waiting_ && from_message(message.header().stamp()) >= last_stamp_) {
+  } else if (waiting_ && from_message(message.header.stamp) >= last_stamp_) {
     answer_ = command;
     waiting_ = false;
     schedule();

@@ -22,7 +22,6 @@ namespace {
 using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
-namespace status = pipescout_msgs::msg::MissionStatus_Constants;
 
 using Image = sensor_msgs::msg::Image;
 using Twist = geometry_msgs::msg::TwistStamped;
@@ -40,9 +39,9 @@ std::vector<NamedParameter> short_flight(std::vector<NamedParameter> extra = {})
 
 Twist command_at(const builtin_interfaces::msg::Time& stamp, double forward) {
   Twist message;
-  message.header().stamp(stamp);
-  message.header().frame_id("base_stabilized");
-  message.twist().linear().x(forward);
+  message.header.stamp = stamp;
+  message.header.frame_id = "base_stabilized";
+  message.twist.linear.x = forward;
   return message;
 }
 
@@ -52,7 +51,7 @@ class Answerer {
   Answerer(ComponentHarness& harness, double speed)
       : subscription_(harness.peer().create_subscription(
             topics::kCameraImage, [&harness, speed](const Image& image) {
-              harness.publish(topics::kVelocityCommand, command_at(image.header().stamp(), speed));
+              harness.publish(topics::kVelocityCommand, command_at(image.header.stamp, speed));
             })) {}
 
  private:
@@ -73,7 +72,7 @@ TEST(RackSimulation, FliesInLockStepWithTheCommands) {
     const auto images = harness.collect(topics::kCameraImage);
     const Answerer answerer(harness, 0.5);
     ASSERT_TRUE(harness.spin_until(
-        [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
+        [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
 
     ASSERT_EQ(images.size(), 25U);
     EXPECT_EQ(clock.size(), 25U);
@@ -82,22 +81,22 @@ TEST(RackSimulation, FliesInLockStepWithTheCommands) {
     EXPECT_EQ(from_message(info.back()).focal_length, 79.0);
     for (std::size_t i = 0; i < images.size(); ++i) {
       const Image& image = images.at(i);
-      EXPECT_EQ(image.encoding(), "mono8");
-      EXPECT_EQ(image.data().size(), 90U * 60U);
-      const Time stamp = from_message(image.header().stamp());
-      EXPECT_EQ(stamp - from_message(images.at(0).header().stamp()),
+      EXPECT_EQ(image.encoding, "mono8");
+      EXPECT_EQ(image.data.size(), 90U * 60U);
+      const Time stamp = from_message(image.header.stamp);
+      EXPECT_EQ(stamp - from_message(images.at(0).header.stamp),
                 static_cast<std::int64_t>(i) * Duration(std::chrono::milliseconds(40)));
-      EXPECT_EQ(from_message(truth.at(i).header().stamp()), stamp);
+      EXPECT_EQ(from_message(truth.at(i).header.stamp), stamp);
     }
     EXPECT_EQ(simulation.diagnostics().counter("command.missing"), 0U);
-    EXPECT_GT(truth.back().pose().position().x() - truth.at(0).pose().position().x(), 0.25);
+    EXPECT_GT(truth.back().pose.position.x - truth.at(0).pose.position.x, 0.25);
     if (run == 0) {
-      last_image = images.back().data();
-      x = truth.back().pose().position().x();
+      last_image = images.back().data;
+      x = truth.back().pose.position.x;
     } else {
       // Whenever the answers came, they took effect at the same time.
-      EXPECT_EQ(images.back().data(), last_image);
-      EXPECT_EQ(truth.back().pose().position().x(), x);
+      EXPECT_EQ(images.back().data, last_image);
+      EXPECT_EQ(truth.back().pose.position.x, x);
     }
   }
 }
@@ -111,7 +110,7 @@ TEST(RackSimulation, WaitsNoLongerThanItsTimeOut) {
   const auto info = harness.collect(topics::kCameraInfo);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until(
-      [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
   EXPECT_EQ(images.size(), 25U);
   EXPECT_EQ(simulation.diagnostics().counter("command.missing"), 24U);
 }
@@ -131,9 +130,9 @@ TEST(RackSimulation, OrRunsAlongWithRealTime) {
   harness.publish(topics::kVelocityCommand,
                   command_at({}, std::numeric_limits<double>::quiet_NaN()));
   ASSERT_TRUE(harness.spin_until(
-      [&] { return !progress.empty() && progress.back().state() == status::COMPLETE; }));
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
   EXPECT_EQ(images.size(), 25U);
-  EXPECT_LT(truth.back().pose().position().x() - truth.at(0).pose().position().x(), -0.2);
+  EXPECT_LT(truth.back().pose.position.x - truth.at(0).pose.position.x, -0.2);
   EXPECT_EQ(simulation.diagnostics().counter("command.not_a_number"), 1U);
 }
 
@@ -147,7 +146,7 @@ TEST(RackSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   harness.spin();
   EXPECT_TRUE(clock.empty());
   ASSERT_FALSE(progress.empty());
-  EXPECT_THAT(progress.back().message(), HasSubstr("waits"));
+  EXPECT_THAT(progress.back().message, HasSubstr("waits"));
   const auto images = harness.collect(topics::kCameraImage);
   const auto info = harness.collect(topics::kCameraInfo);
   ASSERT_TRUE(harness.spin_until([&] { return images.size() > 3; }));
@@ -157,7 +156,7 @@ TEST(RackSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   EXPECT_EQ(clock.size(), sent);
   ASSERT_TRUE(harness.activate(simulation).success);
   ASSERT_TRUE(harness.spin_until([&] { return clock.size() > sent; }));
-  EXPECT_EQ(from_message(clock.at(sent).clock()) - from_message(clock.at(sent - 1).clock()),
+  EXPECT_EQ(from_message(clock.at(sent).clock) - from_message(clock.at(sent - 1).clock),
             std::chrono::milliseconds(40));
 }
 

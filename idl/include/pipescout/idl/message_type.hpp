@@ -6,6 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "pipescout/idl/message_field.hpp"
+
 namespace pipescout {
 
 /// Everything that the runtime needs to know about one wire type, as data: no template is needed
@@ -28,15 +30,25 @@ struct MessageType {
   std::size_t (*serialized_size)(const void* message);
 
   /// Writes the message as little-endian CDR behind its encapsulation header.
-  /// Returns the bytes written, or 0 when `buffer` is too small (its content is then unspecified).
+  /// Returns the bytes written, or 0 when `buffer` is too small or a string or sequence exceeds its
+  /// bound (the content of `buffer` is then unspecified).
   /// A string ends at its first NUL character, since CDR strings cannot hold one.
   std::size_t (*serialize)(const void* message, std::span<std::byte> buffer);
 
   /// Reads a message in CDR of either byte order. Returns false when the bytes are truncated or
-  /// malformed; the message then holds unspecified values, but stays usable. Never throws, never
-  /// reads past the end, and never allocates more than in proportion to the size of the buffer.
-  /// Bytes behind the message are ignored, as DDS pads a payload.
+  /// malformed, or a string or sequence exceeds its bound; the message then holds unspecified
+  /// values, but stays usable. Never throws, never reads past the end, and never allocates more
+  /// than in proportion to the size of the buffer. Bytes behind the message are ignored, as DDS
+  /// pads a payload.
   bool (*deserialize)(std::span<const std::byte> buffer, void* message);
+
+  /// The fields in their order; empty for a type that is not made by the generator.
+  std::span<const MessageField> fields{};
+
+  std::span<const MessageConstant> constants{};
+
+  /// The definition with its comments as the lines of a .msg file.
+  std::string_view definition{};
 };
 
 /// The type support of the generated message class `T`. Each generated header, such as
@@ -45,7 +57,7 @@ struct MessageType {
 template <class T>
 const MessageType& message_type() = delete;
 
-/// A class that can be sent: one generated from an .idl file, whose header is included.
+/// A class that can be sent: one that the generator wrote, whose header is included.
 template <class T>
 concept Message = requires {
   message_type<T>();
@@ -56,5 +68,14 @@ const MessageType* find_message_type(std::string_view name) noexcept;
 
 /// All types of this library, sorted by name.
 std::span<const MessageType* const> message_types() noexcept;
+
+namespace idl {
+
+/// What the generated code reads and writes CDR with.
+class CdrReader;
+class CdrSize;
+class CdrWriter;
+
+}  // namespace idl
 
 }  // namespace pipescout

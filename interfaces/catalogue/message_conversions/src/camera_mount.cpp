@@ -27,13 +27,12 @@ void CameraMount::add(const tf2_msgs::msg::TFMessage& message) {
   if (fixed_) {
     return;
   }
-  for (const auto& transform : message.transforms()) {
-    if (transform.header().frame_id() != base_frame_ ||
-        transform.child_frame_id() != camera_frame_) {
+  for (const auto& transform : message.transforms) {
+    if (transform.header.frame_id != base_frame_ || transform.child_frame_id != camera_frame_) {
       continue;
     }
-    OdometryHistory::Entry entry{.time = from_message(transform.header().stamp()),
-                                 .T_odom_base = from_message(transform.transform()),
+    OdometryHistory::Entry entry{.time = from_message(transform.header.stamp),
+                                 .T_odom_base = from_message(transform.transform),
                                  .twist = geometry::Vector6d::Zero()};
     if (last_ && entry.time > last_->time) {
       const double since = to_seconds(entry.time - last_->time);

@@ -20,11 +20,11 @@ void require_finite(const char* field, double value) {
 }
 
 geometry::SO3 rotation(const geometry_msgs::msg::Quaternion& message, const std::string& field) {
-  require_finite((field + ".x").c_str(), message.x());
-  require_finite((field + ".y").c_str(), message.y());
-  require_finite((field + ".z").c_str(), message.z());
-  require_finite((field + ".w").c_str(), message.w());
-  Eigen::Quaterniond q(message.w(), message.x(), message.y(), message.z());
+  require_finite((field + ".x").c_str(), message.x);
+  require_finite((field + ".y").c_str(), message.y);
+  require_finite((field + ".z").c_str(), message.z);
+  require_finite((field + ".w").c_str(), message.w);
+  Eigen::Quaterniond q(message.w, message.x, message.y, message.z);
   const double norm = q.norm();
   if (std::abs(norm - 1) > kNormTolerance) {
     throw std::invalid_argument(field + " has a norm of " + std::to_string(norm) +
@@ -38,42 +38,42 @@ geometry::SO3 rotation(const geometry_msgs::msg::Quaternion& message, const std:
 
 geometry_msgs::msg::Pose to_message(const geometry::SE3& pose) {
   geometry_msgs::msg::Pose message;
-  message.position().x(pose.translation().x());
-  message.position().y(pose.translation().y());
-  message.position().z(pose.translation().z());
+  message.position.x = pose.translation().x();
+  message.position.y = pose.translation().y();
+  message.position.z = pose.translation().z();
   const Eigen::Quaterniond& q = pose.rotation().quaternion();
-  message.orientation().x(q.x());
-  message.orientation().y(q.y());
-  message.orientation().z(q.z());
-  message.orientation().w(q.w());
+  message.orientation.x = q.x();
+  message.orientation.y = q.y();
+  message.orientation.z = q.z();
+  message.orientation.w = q.w();
   return message;
 }
 
 geometry::SE3 from_message(const geometry_msgs::msg::Pose& message) {
-  const auto& p = message.position();
-  const auto& o = message.orientation();
-  require_finite("position.x", p.x());
-  require_finite("position.y", p.y());
-  require_finite("position.z", p.z());
-  return {rotation(o, "orientation"), {p.x(), p.y(), p.z()}};
+  const auto& p = message.position;
+  const auto& o = message.orientation;
+  require_finite("position.x", p.x);
+  require_finite("position.y", p.y);
+  require_finite("position.z", p.z);
+  return {rotation(o, "orientation"), {p.x, p.y, p.z}};
 }
 
 geometry_msgs::msg::Transform transform_message(const geometry::SE3& pose) {
   const geometry_msgs::msg::Pose same = to_message(pose);
   geometry_msgs::msg::Transform message;
-  message.translation().x(same.position().x());
-  message.translation().y(same.position().y());
-  message.translation().z(same.position().z());
-  message.rotation(same.orientation());
+  message.translation.x = same.position.x;
+  message.translation.y = same.position.y;
+  message.translation.z = same.position.z;
+  message.rotation = same.orientation;
   return message;
 }
 
 geometry::SE3 from_message(const geometry_msgs::msg::Transform& message) {
-  const auto& t = message.translation();
-  require_finite("translation.x", t.x());
-  require_finite("translation.y", t.y());
-  require_finite("translation.z", t.z());
-  return {rotation(message.rotation(), "rotation"), {t.x(), t.y(), t.z()}};
+  const auto& t = message.translation;
+  require_finite("translation.x", t.x);
+  require_finite("translation.y", t.y);
+  require_finite("translation.z", t.z);
+  return {rotation(message.rotation, "rotation"), {t.x, t.y, t.z}};
 }
 
 std::array<double, 36> to_message(const geometry::Matrix6d& covariance) {

@@ -40,12 +40,12 @@ const Encoding& encoding_of(const std::string& name) {
 }  // namespace
 
 rack_vision::ImageView GreyImageReader::read(const sensor_msgs::msg::Image& message) {
-  const Encoding& encoding = encoding_of(message.encoding());
-  const std::size_t width = message.width();
-  const std::size_t height = message.height();
-  const std::size_t step = message.step();
+  const Encoding& encoding = encoding_of(message.encoding);
+  const std::size_t width = message.width;
+  const std::size_t height = message.height;
+  const std::size_t step = message.step;
   require_shape(message, encoding.channels);
-  const std::uint8_t* const data = message.data().data();
+  const std::uint8_t* const data = message.data.data();
   if (encoding.channels == 1) {
     return {data, static_cast<int>(width), static_cast<int>(height), static_cast<int>(step)};
   }

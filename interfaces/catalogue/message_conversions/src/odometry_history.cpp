@@ -67,10 +67,10 @@ std::optional<geometry::Matrix6d> OdometryHistory::covariance_at(Time time) cons
 
 OdometryHistory::Entry odometry_entry(const nav_msgs::msg::Odometry& message) {
   OdometryHistory::Entry entry;
-  entry.time = from_message(message.header().stamp());
-  entry.T_odom_base = from_message(message.pose().pose());
-  entry.twist << from_message(message.twist().twist().linear()),
-      from_message(message.twist().twist().angular());
+  entry.time = from_message(message.header.stamp);
+  entry.T_odom_base = from_message(message.pose.pose);
+  entry.twist << from_message(message.twist.twist.linear),
+      from_message(message.twist.twist.angular);
   if (!entry.twist.allFinite()) {
     throw std::invalid_argument("twist is not finite");
   }

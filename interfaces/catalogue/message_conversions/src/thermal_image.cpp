@@ -15,12 +15,12 @@ template <class Pixel>
 thermal::ImageView<Pixel> ThermalImageReader::view(const sensor_msgs::msg::Image& message,
                                                    std::vector<Pixel>& copy) {
   require_shape(message, sizeof(Pixel));
-  const std::size_t width = message.width();
-  const std::size_t height = message.height();
-  const std::size_t step = message.step();
-  const std::uint8_t* const data = message.data().data();
-  const bool swapped = sizeof(Pixel) > 1 &&
-                       (message.is_bigendian() != 0) != (std::endian::native == std::endian::big);
+  const std::size_t width = message.width;
+  const std::size_t height = message.height;
+  const std::size_t step = message.step;
+  const std::uint8_t* const data = message.data.data();
+  const bool swapped =
+      sizeof(Pixel) > 1 && (message.is_bigendian != 0) != (std::endian::native == std::endian::big);
   const bool aligned = std::bit_cast<std::uintptr_t>(data) % alignof(Pixel) == 0;
   if (!swapped && aligned && step % sizeof(Pixel) == 0) {
     return {reinterpret_cast<const Pixel*>(data), static_cast<int>(width), static_cast<int>(height),
@@ -28,18 +28,18 @@ thermal::ImageView<Pixel> ThermalImageReader::view(const sensor_msgs::msg::Image
   }
   copy.resize(width * height);
   for (std::size_t row = 0; row < height; ++row) {
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(copy.data() + row * width);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(copy.data + row * width);
     std::memcpy(bytes, data + row * step, width * sizeof(Pixel));
     for (std::size_t i = 0; swapped && i < width; ++i) {
       std::reverse(bytes + i * sizeof(Pixel), bytes + (i + 1) * sizeof(Pixel));
     }
   }
-  return {copy.data(), static_cast<int>(width), static_cast<int>(height),
+  return {copy.data, static_cast<int>(width), static_cast<int>(height),
           static_cast<std::ptrdiff_t>(width)};
 }
 
 ThermalImageReader::View ThermalImageReader::read(const sensor_msgs::msg::Image& message) {
-  const std::string& encoding = message.encoding();
+  const std::string& encoding = message.encoding;
   if (encoding == "mono16" || encoding == "16UC1") {
     return view(message, counts_);
   }

@@ -9,15 +9,15 @@ namespace pipescout {
 
 pipescout_msgs::msg::TrackedSection section_message(const Eigen::Vector4d& section) {
   pipescout_msgs::msg::TrackedSection message;
-  message.u(section[0]);
-  message.v(section[1]);
-  message.length(section[2]);
-  message.angle(section[3]);
+  message.u = section[0];
+  message.v = section[1];
+  message.length = section[2];
+  message.angle = section[3];
   return message;
 }
 
 Eigen::Vector4d from_message(const pipescout_msgs::msg::TrackedSection& message) {
-  const Eigen::Vector4d section(message.u(), message.v(), message.length(), message.angle());
+  const Eigen::Vector4d section(message.u, message.v, message.length, message.angle);
   constexpr const char* kFields[] = {"u", "v", "length", "angle"};
   for (Eigen::Index i = 0; i < section.size(); ++i) {
     if (!std::isfinite(section[i])) {

@@ -25,12 +25,12 @@ Time at(double seconds) {
 
 TFMessage transform(double seconds, const SE3& pose, const char* child = "camera") {
   geometry_msgs::msg::TransformStamped stamped;
-  stamped.header().stamp(to_message(at(seconds)));
-  stamped.header().frame_id("base_link");
-  stamped.child_frame_id(child);
-  stamped.transform(transform_message(pose));
+  stamped.header.stamp = to_message(at(seconds));
+  stamped.header.frame_id = "base_link";
+  stamped.child_frame_id = child;
+  stamped.transform = transform_message(pose);
   TFMessage message;
-  message.transforms().push_back(stamped);
+  message.transforms.push_back(stamped);
   return message;
 }
 
@@ -85,11 +85,10 @@ TEST(CameraMountTest, ATransformFromBeforeIsLeftOutAndAClockThatWasSetBackBegins
 TEST(CameraMountTest, ATransformThatIsNoPoseIsNamed) {
   CameraMount mount("base_link", "camera");
   TFMessage message = transform(0, on_arm(0));
-  message.transforms().front().transform().translation().x(
-      std::numeric_limits<double>::quiet_NaN());
+  message.transforms.front().transform.translation.x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(mount.add(message), std::invalid_argument);
   message = transform(0, on_arm(0));
-  message.transforms().front().transform().rotation().w(7);
+  message.transforms.front().transform.rotation.w = 7;
   EXPECT_THROW(mount.add(message), std::invalid_argument);
 }
 

@@ -45,12 +45,12 @@ TEST(CameraInfo, RoundTrip) {
 
 TEST(CameraInfo, AllowsForBinningAndRegion) {
   auto message = to_message(some_camera());
-  message.binning_x(2);
-  message.binning_y(2);
-  message.roi().x_offset(20);
-  message.roi().y_offset(10);
-  message.roi().width(600);
-  message.roi().height(380);
+  message.binning_x = 2;
+  message.binning_y = 2;
+  message.roi.x_offset = 20;
+  message.roi.y_offset = 10;
+  message.roi.width = 600;
+  message.roi.height = 380;
   const geometry::Camera raw(some_camera());
   const geometry::Camera binned(from_message(message));
   EXPECT_EQ(binned.parameters().width, 300);
@@ -63,26 +63,26 @@ TEST(CameraInfo, AllowsForBinningAndRegion) {
 
 TEST(CameraInfo, NamesWhatItDoesNotKnow) {
   auto message = to_message(some_camera());
-  message.distortion_model("equidistant");
+  message.distortion_model = "equidistant";
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("equidistant")));
-  message.distortion_model("rational_polynomial");
-  message.d({-0.2, 0.03, 0, 0, 0, 0.1, 0, 0});
+  message.distortion_model = "rational_polynomial";
+  message.d = {-0.2, 0.03, 0, 0, 0, 0.1, 0, 0};
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("d[5]")));
 }
 
 TEST(CameraInfo, RefusesAnUncalibratedCamera) {
   sensor_msgs::msg::CameraInfo message;
-  message.width(640);
-  message.height(400);
+  message.width = 640;
+  message.height = 400;
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("not calibrated")));
 }
 
 TEST(CameraInfo, RefusesNumbersThatAreNone) {
   auto message = to_message(some_camera());
-  message.k()[2] = std::numeric_limits<double>::quiet_NaN();
+  message.k[2] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("centre_u")));
 }

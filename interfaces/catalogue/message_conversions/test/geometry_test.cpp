@@ -32,24 +32,24 @@ TEST(PoseMessage, RoundTrip) {
 
 TEST(PoseMessage, NormalisesWhatRoundingLeft) {
   auto message = to_message(some_pose());
-  message.orientation().w(message.orientation().w() + 5e-4);
+  message.orientation.w = message.orientation.w + 5e-4;
   EXPECT_NEAR(from_message(message).rotation().quaternion().norm(), 1, 1e-15);
 }
 
 TEST(PoseMessage, NamesTheFieldThatIsNotANumber) {
   auto message = to_message(some_pose());
-  message.position().y(kNan);
+  message.position.y = kNan;
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("position.y")));
   message = to_message(some_pose());
-  message.orientation().z(std::numeric_limits<double>::infinity());
+  message.orientation.z = std::numeric_limits<double>::infinity();
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("orientation.z")));
 }
 
 TEST(PoseMessage, RefusesAnOrientationOfZeros) {
   geometry_msgs::msg::Pose message;
-  message.orientation().w(0);
+  message.orientation.w = 0;
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("orientation has a norm of 0")));
 }

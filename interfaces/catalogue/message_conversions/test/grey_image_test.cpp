@@ -13,11 +13,11 @@ using ::testing::ThrowsMessage;
 sensor_msgs::msg::Image image(const std::string& encoding, std::uint32_t step,
                               std::vector<std::uint8_t> data) {
   sensor_msgs::msg::Image message;
-  message.width(2);
-  message.height(2);
-  message.encoding(encoding);
-  message.step(step);
-  message.data(std::move(data));
+  message.width = 2;
+  message.height = 2;
+  message.encoding = encoding;
+  message.step = step;
+  message.data = std::move(data);
   return message;
 }
 
@@ -25,7 +25,7 @@ TEST(GreyImageReader, LeavesGreyWhereItIs) {
   const auto message = image("mono8", 3, {1, 2, 0, 3, 4, 0});
   GreyImageReader reader;
   const auto view = reader.read(message);
-  EXPECT_EQ(view.pixels, message.data().data());
+  EXPECT_EQ(view.pixels, message.data.data());
   EXPECT_EQ(view.row(1)[1], 4);
 }
 

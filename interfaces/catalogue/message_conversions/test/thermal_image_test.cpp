@@ -15,11 +15,11 @@ using ::testing::ThrowsMessage;
 sensor_msgs::msg::Image image(const std::string& encoding, std::uint32_t step,
                               std::vector<std::uint8_t> data) {
   sensor_msgs::msg::Image message;
-  message.width(2);
-  message.height(2);
-  message.encoding(encoding);
-  message.step(step);
-  message.data(std::move(data));
+  message.width = 2;
+  message.height = 2;
+  message.encoding = encoding;
+  message.step = step;
+  message.data = std::move(data);
   return message;
 }
 
@@ -27,14 +27,14 @@ TEST(ThermalImageReader, LeavesCountsWhereTheyAre) {
   const auto message = image("mono16", 6, {1, 2, 3, 4, 0, 0, 5, 6, 7, 8, 0, 0});
   ThermalImageReader reader;
   const auto view = std::get<thermal::CountView>(reader.read(message));
-  EXPECT_EQ(static_cast<const void*>(view.data), message.data().data());
+  EXPECT_EQ(static_cast<const void*>(view.data), message.data.data());
   EXPECT_EQ(view(1, 0), 0x0403);
   EXPECT_EQ(view(0, 1), 0x0605);
 }
 
 TEST(ThermalImageReader, TurnsBytesOfTheOtherOrder) {
   auto message = image("16UC1", 4, {1, 2, 3, 4, 5, 6, 7, 8});
-  message.is_bigendian(1);
+  message.is_bigendian = 1;
   ThermalImageReader reader;
   const auto view = std::get<thermal::CountView>(reader.read(message));
   EXPECT_EQ(view(0, 0), 0x0102);
@@ -71,7 +71,7 @@ TEST(ThermalImageReader, NamesWhatIsWrong) {
   EXPECT_THAT([&] { read(image("32FC1", 8, data)); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("data has 8")));
   auto empty = image("mono16", 4, data);
-  empty.height(0);
+  empty.height = 0;
   EXPECT_THAT([&] { read(empty); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("width and height are 2 x 0")));
 }

@@ -67,11 +67,11 @@ CallbackReturn MissionRecorder::on_shutdown() {
 }
 
 void MissionRecorder::on_status(const pipescout_msgs::msg::MissionStatus& status) {
-  if (source_node_.empty() || status.node() != source_node_ || outcome_ != Outcome::kRunning) {
+  if (source_node_.empty() || status.node != source_node_ || outcome_ != Outcome::kRunning) {
     return;
   }
-  if (status.state() == pipescout_msgs::msg::MissionStatus_Constants::FAILED) {
-    end(Outcome::kFailed, source_node_ + " failed: " + status.message());
+  if (status.state == pipescout_msgs::msg::MissionStatus::FAILED) {
+    end(Outcome::kFailed, source_node_ + " failed: " + status.message);
   } else {
     on_source(status);
   }

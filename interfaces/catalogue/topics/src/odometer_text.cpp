@@ -5,15 +5,15 @@
 
 namespace pipescout {
 
-namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
+using pipescout_msgs::msg::FusedOdometer;
 
 const char* fusion_status_text(std::uint8_t status) noexcept {
   switch (status) {
-    case constants::STATUS_OK:
+    case FusedOdometer::STATUS_OK:
       return "ok";
-    case constants::STATUS_NO_CONSENSUS:
+    case FusedOdometer::STATUS_NO_CONSENSUS:
       return "no consensus";
-    case constants::STATUS_NO_DATA:
+    case FusedOdometer::STATUS_NO_DATA:
       return "no data";
     default:
       return "unknown";
@@ -22,23 +22,23 @@ const char* fusion_status_text(std::uint8_t status) noexcept {
 
 const char* rejection_text(std::uint8_t reason) noexcept {
   switch (reason) {
-    case constants::REJECTED_NONE:
+    case FusedOdometer::REJECTED_NONE:
       return "none";
-    case constants::REJECTED_UNSUPPORTED:
+    case FusedOdometer::REJECTED_UNSUPPORTED:
       return "unsupported";
-    case constants::REJECTED_INVALID:
+    case FusedOdometer::REJECTED_INVALID:
       return "marked invalid";
-    case constants::REJECTED_NOT_A_NUMBER:
+    case FusedOdometer::REJECTED_NOT_A_NUMBER:
       return "not a number";
-    case constants::REJECTED_BAD_SIGMA:
+    case FusedOdometer::REJECTED_BAD_SIGMA:
       return "bad sigma";
-    case constants::REJECTED_ABSENT:
+    case FusedOdometer::REJECTED_ABSENT:
       return "absent";
-    case constants::REJECTED_INCOMPLETE:
+    case FusedOdometer::REJECTED_INCOMPLETE:
       return "incomplete";
-    case constants::REJECTED_STUCK:
+    case FusedOdometer::REJECTED_STUCK:
       return "stuck";
-    case constants::REJECTED_DRIFTED:
+    case FusedOdometer::REJECTED_DRIFTED:
       return "drifted";
     default:
       return "unknown";
@@ -47,17 +47,17 @@ const char* rejection_text(std::uint8_t reason) noexcept {
 
 const char* health_text(std::uint8_t health) noexcept {
   switch (health) {
-    case constants::HEALTH_OK:
+    case FusedOdometer::HEALTH_OK:
       return "ok";
-    case constants::HEALTH_WORN:
+    case FusedOdometer::HEALTH_WORN:
       return "worn";
-    case constants::HEALTH_SLIPPING:
+    case FusedOdometer::HEALTH_SLIPPING:
       return "slipping";
-    case constants::HEALTH_STUCK:
+    case FusedOdometer::HEALTH_STUCK:
       return "stuck";
-    case constants::HEALTH_BAD_VALUES:
+    case FusedOdometer::HEALTH_BAD_VALUES:
       return "bad values";
-    case constants::HEALTH_SILENT:
+    case FusedOdometer::HEALTH_SILENT:
       return "silent";
     default:
       return "unknown";

@@ -69,15 +69,15 @@ CallbackReturn StreamRecorder::on_deactivate() {
 }
 
 void StreamRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status) {
-  namespace constants = pipescout_msgs::msg::MissionStatus_Constants;
+  using pipescout_msgs::msg::MissionStatus;
   heard_at_ = steady_now();
   section_has_changed();
   guarded([&] { on_progress(status); });
-  if (status.state() == constants::COMPLETE && !settle_timer_) {
+  if (status.state == MissionStatus::COMPLETE && !settle_timer_) {
     settle_timer_ = create_timer(
         settle_, [this] { end(has_data() ? Outcome::kComplete : Outcome::kFailed, counts()); });
-  } else if (status.state() == constants::RUNNING && status.total() != 0) {
-    report_progress(status.done(), status.total());
+  } else if (status.state == MissionStatus::RUNNING && status.total != 0) {
+    report_progress(status.done, status.total);
   }
 }
 

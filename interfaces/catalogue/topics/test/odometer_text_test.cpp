@@ -10,7 +10,7 @@
 namespace pipescout {
 namespace {
 
-namespace constants = pipescout_msgs::msg::FusedOdometer_Constants;
+using pipescout_msgs::msg::FusedOdometer;
 
 /// How many different words there are from 0 on before "unknown".
 int words(const char* (*text)(std::uint8_t) noexcept) {
@@ -22,12 +22,12 @@ int words(const char* (*text)(std::uint8_t) noexcept) {
 }
 
 TEST(OdometerText, HasAWordForEachConstant) {
-  EXPECT_EQ(words(rejection_text), constants::REJECTED_DRIFTED + 1);
-  EXPECT_EQ(words(health_text), constants::HEALTH_SILENT + 1);
-  EXPECT_EQ(words(fusion_status_text), constants::STATUS_NO_DATA + 1);
-  EXPECT_STREQ(rejection_text(constants::REJECTED_STUCK), "stuck");
-  EXPECT_STREQ(health_text(constants::HEALTH_BAD_VALUES), "bad values");
-  EXPECT_STREQ(fusion_status_text(constants::STATUS_NO_CONSENSUS), "no consensus");
+  EXPECT_EQ(words(rejection_text), FusedOdometer::REJECTED_DRIFTED + 1);
+  EXPECT_EQ(words(health_text), FusedOdometer::HEALTH_SILENT + 1);
+  EXPECT_EQ(words(fusion_status_text), FusedOdometer::STATUS_NO_DATA + 1);
+  EXPECT_STREQ(rejection_text(FusedOdometer::REJECTED_STUCK), "stuck");
+  EXPECT_STREQ(health_text(FusedOdometer::HEALTH_BAD_VALUES), "bad values");
+  EXPECT_STREQ(fusion_status_text(FusedOdometer::STATUS_NO_CONSENSUS), "no consensus");
   EXPECT_STREQ(rejection_text(200), "unknown");
 }
 

@@ -20,7 +20,7 @@ class Talker final : public pipescout::Component {
   pipescout::CallbackReturn on_activate() override {
     default_group()->post([this] {
       std_msgs::msg::String hello;
-      hello.data("hello");
+      hello.data = "hello";
       publisher_.publish(std::move(hello));
     });
     return pipescout::CallbackReturn::kSuccess;
@@ -40,7 +40,7 @@ int main() {
   bool heard = false;
   const auto subscription = listener.create_subscription<std_msgs::msg::String>(
       "chatter", pipescout::QoS::latched(),
-      [&](const std_msgs::msg::String& message) { heard = message.data() == "hello"; });
+      [&](const std_msgs::msg::String& message) { heard = message.data == "hello"; });
   talker.request_transition(pipescout::LifecycleTransition::kConfigure);
   talker.request_transition(pipescout::LifecycleTransition::kActivate);
   executor.spin_until([&] { return heard; }, std::chrono::seconds(10));

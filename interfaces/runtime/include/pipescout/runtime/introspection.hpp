@@ -14,36 +14,12 @@
 #include <variant>
 #include <vector>
 
+#include "pipescout/idl/message_field.hpp"
+
 /// Messages whose class the program does not know: what fields a type has, read from its .idl file,
 /// and what values they have, read from the bytes on the wire. For tools (printing, recording,
 /// plotting); components use the generated classes.
 namespace pipescout {
-
-/// The scalar types of rosidl's IDL subset.
-enum class FieldKind : std::uint8_t {
-  kBool,
-  kOctet,  ///< ROS `byte`
-  kChar,
-  kInt8,
-  kUInt8,
-  kInt16,
-  kUInt16,
-  kInt32,
-  kUInt32,
-  kInt64,
-  kUInt64,
-  kFloat32,
-  kFloat64,
-  kString,
-  kMessage
-};
-
-/// The IDL name: "boolean", "octet", "uint8", "float", "double", "string"; "message".
-[[nodiscard]] std::string_view to_string(FieldKind kind) noexcept;
-/// Bytes on the wire and in `PrimitiveArray`; 0 for strings and messages.
-[[nodiscard]] std::size_t size_of(FieldKind kind) noexcept;
-
-enum class FieldShape : std::uint8_t { kSingle, kArray, kSequence };
 
 struct MessageDescription;
 

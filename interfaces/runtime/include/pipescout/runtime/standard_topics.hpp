@@ -4,20 +4,20 @@
 #include "pipescout/runtime/topic.hpp"
 
 namespace diagnostic_msgs::msg {
-class DiagnosticArray;
+struct DiagnosticArray;
 }
 namespace pipescout_msgs::msg {
-class MissionStatus;
+struct MissionStatus;
 }
 namespace rcl_interfaces::msg {
-class Log;
-class ParameterEvent;
+struct Log;
+struct ParameterEvent;
 }  // namespace rcl_interfaces::msg
 namespace rosgraph_msgs::msg {
-class Clock;
+struct Clock;
 }
 namespace tf2_msgs::msg {
-class TFMessage;
+struct TFMessage;
 }
 
 /// Topics of every node, whatever the domain: those of ROS 2, and the one on which components tell

@@ -11,7 +11,7 @@
 #include "pipescout/runtime/subscription.hpp"
 
 namespace pipescout_msgs::msg {
-class MissionStatus;
+struct MissionStatus;
 }
 
 namespace pipescout {

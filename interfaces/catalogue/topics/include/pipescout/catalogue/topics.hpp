@@ -5,36 +5,36 @@
 #include "pipescout/runtime/topic.hpp"
 
 namespace geometry_msgs::msg {
-class PoseStamped;
-class PoseWithCovarianceStamped;
-class TwistStamped;
+struct PoseStamped;
+struct PoseWithCovarianceStamped;
+struct TwistStamped;
 }  // namespace geometry_msgs::msg
 namespace nav_msgs::msg {
-class Odometry;
+struct Odometry;
 }
 namespace pipescout_msgs::msg {
-class ArmState;
-class EddyCurrentSamples;
-class EstimatorState;
-class FusedOdometer;
-class LeakDetections;
-class LeakEvent;
-class OdometerReadings;
-class PipePosition;
-class PipeTrack;
-class PipeTrackParticles;
-class RackState;
-class WeldDetection;
+struct ArmState;
+struct EddyCurrentSamples;
+struct EstimatorState;
+struct FusedOdometer;
+struct LeakDetections;
+struct LeakEvent;
+struct OdometerReadings;
+struct PipePosition;
+struct PipeTrack;
+struct PipeTrackParticles;
+struct RackState;
+struct WeldDetection;
 }  // namespace pipescout_msgs::msg
 namespace sensor_msgs::msg {
-class CameraInfo;
-class Image;
-class Imu;
-class JointState;
-class NavSatFix;
+struct CameraInfo;
+struct Image;
+struct Imu;
+struct JointState;
+struct NavSatFix;
 }  // namespace sensor_msgs::msg
 namespace trajectory_msgs::msg {
-class JointTrajectory;
+struct JointTrajectory;
 }
 
 /// The catalogue: the one place where a topic of this domain has its name, type and QoS written

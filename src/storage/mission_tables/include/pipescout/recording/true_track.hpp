@@ -45,7 +45,7 @@ class TruthPairing {
       use(estimate, *truth);
       return;
     }
-    if (waiting_.size() == kMaximumWaiting) {
+    if (waiting_.size == kMaximumWaiting) {
       waiting_.pop_front();
     }
     waiting_.push_back(estimate);

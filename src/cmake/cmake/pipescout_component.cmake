@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+
+# pipescout_find_class_loader()
+#
+# Defines the target pipescout_class_loader: class_loader as Debian ships it. Debian's own
+# class_loaderConfig.cmake asks for parts of ament that Debian does not have.
+function(pipescout_find_class_loader)
+  if(TARGET pipescout_class_loader)
+    return()
+  endif()
+  find_library(CLASS_LOADER_LIBRARY class_loader REQUIRED)
+  find_library(CONSOLE_BRIDGE_LIBRARY console_bridge REQUIRED)
+  find_path(CLASS_LOADER_INCLUDE_DIR class_loader/class_loader.hpp PATH_SUFFIXES class_loader REQUIRED)
+  find_path(RCPPUTILS_INCLUDE_DIR rcpputils/filesystem_helper.hpp PATH_SUFFIXES rcpputils REQUIRED)
+  find_path(RCUTILS_INCLUDE_DIR rcutils/types.h PATH_SUFFIXES rcutils REQUIRED)
+  add_library(pipescout_class_loader INTERFACE IMPORTED GLOBAL)
+  target_include_directories(pipescout_class_loader SYSTEM INTERFACE
+    ${CLASS_LOADER_INCLUDE_DIR} ${RCPPUTILS_INCLUDE_DIR} ${RCUTILS_INCLUDE_DIR})
+  target_link_libraries(pipescout_class_loader INTERFACE
+    ${CLASS_LOADER_LIBRARY} ${CONSOLE_BRIDGE_LIBRARY})
+endfunction()
+
+# pipescout_add_component(<target>
+#   CLASSES <class>...                component classes that the library registers, fully qualified
+#   [SOURCES <file>...]               default: src/*.cpp
+#   [DEPENDENCIES <target>...]        beside pipescout::runtime
+#   [PRIVATE_DEPENDENCIES <target>...])
+#
+# A library as pipescout_add_library() makes it, whose components are entered into the index by which
+# they are found by name:
+#   <prefix>/share/ament_index/resource_index/pipescout_components/<project>
+# with a line "<class>;<library file, relative to the prefix>" per class.
+function(pipescout_add_component target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "CLASSES;SOURCES;DEPENDENCIES;PRIVATE_DEPENDENCIES")
+  if(NOT arg_CLASSES)
+    message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES")
+  endif()
+  if(NOT TARGET pipescout::runtime)
+    message(FATAL_ERROR
+      "pipescout_add_component(${target}): find_package(pipescout_runtime REQUIRED) goes before")
+  endif()
+  pipescout_find_class_loader()
+  pipescout_add_library(${target}
+    SOURCES ${arg_SOURCES}
+    DEPENDENCIES pipescout::runtime ${arg_DEPENDENCIES}
+    PRIVATE_DEPENDENCIES pipescout_class_loader ${arg_PRIVATE_DEPENDENCIES})
+  # Loaded by the name that stands in the index, never linked by its soname.
+  set_property(TARGET ${target} PROPERTY VERSION)
+  set_property(TARGET ${target} PROPERTY SOVERSION)
+
+  set(index "")
+  foreach(class IN LISTS arg_CLASSES)
+    string(APPEND index "${class};${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>\n")
+  endforeach()
+  set(index_file ${CMAKE_CURRENT_BINARY_DIR}/pipescout_components/${PROJECT_NAME})
+  file(GENERATE OUTPUT ${index_file} CONTENT "${index}")
+  install(FILES ${index_file}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/pipescout_components)
+endfunction()

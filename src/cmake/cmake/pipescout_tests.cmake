@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+
+# Counts what a thread takes from the heap: #include "heap_guard.hpp". It takes the place of malloc in
+# the program that links it.
+if(NOT TARGET pipescout::heap_guard)
+  add_library(pipescout::heap_guard INTERFACE IMPORTED)
+  set_target_properties(pipescout::heap_guard PROPERTIES
+    INTERFACE_SOURCES "${CMAKE_CURRENT_LIST_DIR}/../heap_guard/heap_guard.cpp"
+    INTERFACE_INCLUDE_DIRECTORIES "${CMAKE_CURRENT_LIST_DIR}/../heap_guard")
+endif()
+
+# pipescout_add_tests(
+#   [NAME <executable>]               default: <project>_tests
+#   [SOURCES <file>...]               default: test/*.cpp but the *_test.cpp of earlier calls
+#   [DEPENDENCIES <target>...]        pipescout::<name> that is not known yet is that of the package
+#                                     pipescout_<name>
+#   [PRECOMPILE <header>...]          besides those of the standard library, Google Test and Eigen
+#   [DEFINITIONS <name>=<value>...]
+#   [CASES <number>]                  that each property of rapidcheck is tried on; default: 100
+#   [ENVIRONMENT <name>=<value>...]
+#   [LABEL unit|dds|mission]          default: unit
+#   [TIMEOUT <seconds>]               of each entry of ctest; default: 300
+#   [SHARDS <number> | ISOLATED])     default: one shard
+#
+# Google tests as one executable. It is built only where BUILD_TESTING is on, and sees the package's
+# own headers in src/ and test/. ctest has one entry for each shard, <executable> or
+# <executable>.<shard>, which leaves its results in test_results/<entry>.xml. With ISOLATED each test
+# is an entry and a process of its own: for what a process cannot take back, such as the profiles that
+# Fast DDS loads once.
+#
+# Where tests are slow by intention, under a sanitizer, -DPIPESCOUT_TIMEOUT_FACTOR=<number> gives them
+# more time.
+#
+# `ctest -j` is safe: tests with the label dds or mission have a DDS domain of their own, ROS_DOMAIN_ID,
+# and wait for each other where two share one.
+function(pipescout_add_tests)
+  cmake_parse_arguments(PARSE_ARGV 0 arg "ISOLATED" "NAME;CASES;LABEL;TIMEOUT;SHARDS"
+    "SOURCES;DEPENDENCIES;PRECOMPILE;DEFINITIONS;ENVIRONMENT")
+  if(arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "pipescout_add_tests: ${arg_UNPARSED_ARGUMENTS}?")
+  endif()
+  if(NOT BUILD_TESTING)
+    return()
+  endif()
+  if(NOT arg_NAME)
+    set(arg_NAME ${PROJECT_NAME}_tests)
+  endif()
+  if(NOT arg_CASES)
+    set(arg_CASES 100)
+  endif()
+  if(NOT arg_SHARDS)
+    set(arg_SHARDS 1)
+  endif()
+  _pipescout_test_sources(sources ${arg_SOURCES})
+
+  find_package(GTest REQUIRED)
+  foreach(dependency IN LISTS arg_DEPENDENCIES)
+    if(dependency STREQUAL "rapidcheck")
+      find_package(rapidcheck REQUIRED)
+      list(APPEND arg_DEPENDENCIES rapidcheck_gtest)
+    elseif(dependency MATCHES "^pipescout::(.+)$" AND NOT TARGET ${dependency})
+      find_package(pipescout_${CMAKE_MATCH_1} REQUIRED)
+    endif()
+  endforeach()
+
+  add_executable(${arg_NAME} ${sources} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/test_main.cpp)
+  target_include_directories(${arg_NAME} PRIVATE ${PROJECT_SOURCE_DIR}/src
+    ${PROJECT_SOURCE_DIR}/test)
+  target_compile_definitions(${arg_NAME} PRIVATE
+    PIPESCOUT_PROPERTY_CASES="${arg_CASES}" ${arg_DEFINITIONS})
+  target_link_libraries(${arg_NAME} PRIVATE ${arg_DEPENDENCIES} GTest::gmock)
+  pipescout_enable_warnings(${arg_NAME})
+  # What tests do themselves is not measured. With so little optimisation GCC 12 takes the buffer of a
+  # short string for a long one's.
+  target_compile_options(${arg_NAME} PRIVATE $<$<CONFIG:Release>:-O1>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
+  _pipescout_precompile_for_tests(${arg_NAME} ${arg_PRECOMPILE})
+
+  if(arg_ISOLATED)
+    include(GoogleTest)
+    _pipescout_test_properties(properties ${arg_NAME}
+      "${arg_LABEL}" "${arg_TIMEOUT}" ${arg_ENVIRONMENT})
+    gtest_discover_tests(${arg_NAME} DISCOVERY_TIMEOUT 60 TEST_PREFIX ${arg_NAME}.
+      PROPERTIES ${properties})
+    return()
+  endif()
+  set(results ${PROJECT_BINARY_DIR}/test_results)
+  math(EXPR last "${arg_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    set(entry ${arg_NAME})
+    set(environment ${arg_ENVIRONMENT})
+    if(arg_SHARDS GREATER 1)
+      set(entry ${arg_NAME}.${shard})
+      list(APPEND environment GTEST_TOTAL_SHARDS=${arg_SHARDS} GTEST_SHARD_INDEX=${shard})
+    endif()
+    add_test(NAME ${entry} COMMAND ${arg_NAME} --gtest_output=xml:${results}/${entry}.xml)
+    _pipescout_test_properties(properties ${entry}
+      "${arg_LABEL}" "${arg_TIMEOUT}" ${environment})
+    set_tests_properties(${entry} PROPERTIES ${properties})
+  endforeach()
+endfunction()
+
+# pipescout_describe_test(<entry of ctest>
+#   [LABEL unit|dds|mission] [TIMEOUT <seconds>] [ENVIRONMENT <name>=<value>...])
+#
+# The same properties for a test that is not a Google test.
+function(pipescout_describe_test entry)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL;TIMEOUT" "ENVIRONMENT")
+  _pipescout_test_properties(properties ${entry}
+    "${arg_LABEL}" "${arg_TIMEOUT}" ${arg_ENVIRONMENT})
+  set_tests_properties(${entry} PROPERTIES ${properties})
+endfunction()
+
+# <label>, <timeout>: may be empty. The rest: the environment.
+function(_pipescout_test_properties result entry label timeout)
+  if(NOT label)
+    set(label unit)
+  endif()
+  if(NOT timeout)
+    set(timeout 300)
+  endif()
+  if(DEFINED PIPESCOUT_TIMEOUT_FACTOR)
+    math(EXPR timeout "${timeout} * ${PIPESCOUT_TIMEOUT_FACTOR}")
+  endif()
+  set(environment ${ARGN})
+  # The longest begin first, so that none of them is left for the end.
+  set(properties LABELS ${label} TIMEOUT ${timeout} COST ${timeout})
+  if(NOT label STREQUAL "unit")
+    _pipescout_dds_domain(domain ${entry})
+    list(PREPEND environment ROS_DOMAIN_ID=${domain} ROS_LOCALHOST_ONLY=1)
+    list(APPEND properties RESOURCE_LOCK dds_domain_${domain})
+  endif()
+  if(environment)
+    # A list within the list.
+    string(REPLACE ";" "\\;" environment "${environment}")
+    list(APPEND properties ENVIRONMENT "${environment}")
+  endif()
+  set(${result} "${properties}" PARENT_SCOPE)
+endfunction()
+
+function(_pipescout_test_sources result)
+  set(sources ${ARGN})
+  get_property(taken DIRECTORY PROPERTY PIPESCOUT_TEST_SOURCES)
+  if(NOT sources)
+    file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} test/*.cpp)
+    list(REMOVE_ITEM sources ${taken})
+  endif()
+  set(${result} ${sources} PARENT_SCOPE)
+  # Others are what tests share.
+  list(FILTER sources INCLUDE REGEX "_test\\.cpp$")
+  set_property(DIRECTORY APPEND PROPERTY PIPESCOUT_TEST_SOURCES ${sources})
+endfunction()
+
+# Compiling headers by themselves pays from the third source on, that of main() not counted.
+function(_pipescout_precompile_for_tests target)
+  get_target_property(sources ${target} SOURCES)
+  list(LENGTH sources count)
+  if(count LESS 4)
+    return()
+  endif()
+  set(headers <gmock/gmock.h> <gtest/gtest.h> <algorithm> <cmath> <filesystem> <fstream> <limits>
+    <memory> <optional> <random> <stdexcept> <string> <vector>)
+  if(TARGET Eigen3::Eigen)
+    list(APPEND headers <Eigen/Dense>)
+    target_link_libraries(${target} PRIVATE Eigen3::Eigen)
+  endif()
+  pipescout_precompile(${target} ${headers} ${ARGN})
+endfunction()
+
+# One of 100 domains, the same for a name on every machine. 0 is for people.
+function(_pipescout_dds_domain result name)
+  string(MD5 digest "${name}")
+  string(SUBSTRING ${digest} 0 6 digest)
+  math(EXPR domain "0x${digest} % 100 + 1")
+  set(${result} ${domain} PARENT_SCOPE)
+endfunction()
