@@ -108,22 +108,22 @@ std::string PeerEnd::execute(const std::string& line) {
     words >> argument;
     publisher_ = node_.create_publisher<std_msgs::msg::Int64>(
         argument, read_qos(words),
-        {.deadline_missed =
-             [this](EventCount count) {
-               change([&](Counts& counts) { counts.deadline_missed = count.total; });
-             },
-         .liveliness_lost =
-             [this](EventCount count) {
-               change([&](Counts& counts) { counts.liveliness_lost = count.total; });
-             },
-         .incompatible_qos =
-             [this](const IncompatibleQos& event) {
-               change([&](Counts& counts) { counts.incompatible = event.count.total; });
-             },
-         .matched =
-             [this](std::size_t number) {
-               change([&](Counts& counts) { counts.matched = number; });
-             }});
+        {.events = {.deadline_missed =
+                        [this](EventCount count) {
+                          change([&](Counts& counts) { counts.deadline_missed = count.total; });
+                        },
+                    .liveliness_lost =
+                        [this](EventCount count) {
+                          change([&](Counts& counts) { counts.liveliness_lost = count.total; });
+                        },
+                    .incompatible_qos =
+                        [this](const IncompatibleQos& event) {
+                          change([&](Counts& counts) { counts.incompatible = event.count.total; });
+                        },
+                    .matched =
+                        [this](std::size_t number) {
+                          change([&](Counts& counts) { counts.matched = number; });
+                        }}});
   } else if (command == "subscription") {
     words >> argument;
     subscription_ = node_.create_subscription<std_msgs::msg::Int64>(
@@ -131,18 +131,18 @@ std::string PeerEnd::execute(const std::string& line) {
         [this](const std_msgs::msg::Int64& message) {
           change([&](Counts& counts) { counts.received.push_back(message.data); });
         },
-        {.deadline_missed =
-             [this](EventCount count) {
-               change([&](Counts& counts) { counts.deadline_missed = count.total; });
-             },
-         .incompatible_qos =
-             [this](const IncompatibleQos& event) {
-               change([&](Counts& counts) { counts.incompatible = event.count.total; });
-             },
-         .matched =
-             [this](std::size_t number) {
-               change([&](Counts& counts) { counts.matched = number; });
-             }});
+        {.events = {.deadline_missed =
+                        [this](EventCount count) {
+                          change([&](Counts& counts) { counts.deadline_missed = count.total; });
+                        },
+                    .incompatible_qos =
+                        [this](const IncompatibleQos& event) {
+                          change([&](Counts& counts) { counts.incompatible = event.count.total; });
+                        },
+                    .matched =
+                        [this](std::size_t number) {
+                          change([&](Counts& counts) { counts.matched = number; });
+                        }}});
   } else if (command == "publish") {
     std_msgs::msg::Int64 message;
     std::int64_t value = 0;

@@ -142,11 +142,11 @@ class QosConformanceTest : public testing::TestWithParam<Path> {
     events.matched = [](std::size_t) {};
     subscription_ = node_->create_subscription<Int64>(
         "topic", qos, [this](const Int64& message) { received_.push_back(message.data); },
-        std::move(events));
+        {.events = std::move(events)});
   }
   void advertise(const QoS& qos, PublisherEvents events = {}) {
     events.matched = [](std::size_t) {};
-    publisher_ = node_->create_publisher<Int64>("topic", qos, std::move(events));
+    publisher_ = node_->create_publisher<Int64>("topic", qos, {.events = std::move(events)});
   }
   void publish(std::int64_t value) {
     Int64 message;

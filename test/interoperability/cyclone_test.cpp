@@ -136,11 +136,11 @@ class CycloneTest : public testing::Test {
   std::optional<T> exchange(const std::string& name, const T& message) {
     std::optional<T> echoed;
     // The callbacks on a match wake the executor.
-    const auto publisher =
-        node_.create_publisher<T>(name + "_in", QoS::reliable(), {.matched = [](std::size_t) {}});
+    const auto publisher = node_.create_publisher<T>(name + "_in", QoS::reliable(),
+                                                     {.events = {.matched = [](std::size_t) {}}});
     const auto subscription = node_.create_subscription<T>(
         name + "_out", QoS::reliable(), [&](const T& received) { echoed = received; },
-        {.matched = [](std::size_t) {}});
+        {.events = {.matched = [](std::size_t) {}}});
     if (!executor_.spin_until(
             [&] {
               return publisher.subscription_count() > 0 && subscription.publisher_count() > 0;
@@ -241,7 +241,7 @@ TEST_F(CycloneTest, IncompatibleQosIsReportedHere) {
   std::optional<IncompatibleQos> event;
   const auto publisher = node_.create_publisher<Image>(
       "strict", QoS::sensor_data(),
-      {.incompatible_qos = [&](const IncompatibleQos& told) { event = told; }});
+      {.events = {.incompatible_qos = [&](const IncompatibleQos& told) { event = told; }}});
   ASSERT_TRUE(executor_.spin_until([&] { return event.has_value(); }, kPatience));
   EXPECT_THAT(event->policy, testing::AnyOf(QosPolicy::kReliability, QosPolicy::kDurability));
   EXPECT_EQ(publisher.subscription_count(), 0U);

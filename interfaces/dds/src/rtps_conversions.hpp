@@ -28,8 +28,8 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 [[nodiscard]] Time to_time(const rtps::Time_t& time) noexcept;
 
-/// QoS as rmw_fastrtps maps it, without data sharing. `base` carries what a profile file of the user
-/// may have set besides: the publish mode (synchronous by default), its flow controller, ...
+/// QoS as rmw_fastrtps maps it, without data sharing. `base` carries what a profile file of the
+/// user may have set besides: the publish mode (synchronous by default), its flow controller, ...
 [[nodiscard]] fastdds::DataWriterQos writer_qos(const QoS& qos, fastdds::DataWriterQos base);
 [[nodiscard]] fastdds::DataReaderQos reader_qos(const QoS& qos, fastdds::DataReaderQos base);
 

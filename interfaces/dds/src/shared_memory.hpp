@@ -25,7 +25,8 @@ inline constexpr const char* kPayloadPrefix = "pipescout_payload_";
 
 /// Removes the segments and blocks of processes that were killed; Fast DDS leaves those in place,
 /// each as large as the process had asked for. A living owner is known by the lock that it holds on
-/// the segment's "_el" file, or on the block itself. Young files are left alone: their owner may be about to lock them.
+/// the segment's "_el" file, or on the block itself. Young files are left alone: their owner may be
+/// about to lock them.
 void remove_abandoned_segments(const std::filesystem::path& folder = kSharedMemoryFolder);
 
 }  // namespace pipescout::dds

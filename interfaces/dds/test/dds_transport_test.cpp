@@ -496,8 +496,7 @@ TEST(DdsProfileTest, AnEndpointStartsFromTheProfileOfItsTopic) {
 
 TEST(DdsProfileTest, AWriterPublishesAsItsProfileSays) {
   const dds::Participant participant(local_options());
-  const auto profiled =
-      dds::writer_qos(QoS::reliable(), participant.writer_profile("rt/profiled"));
+  const auto profiled = dds::writer_qos(QoS::reliable(), participant.writer_profile("rt/profiled"));
   EXPECT_EQ(profiled.publish_mode().kind, eprosima::fastdds::dds::ASYNCHRONOUS_PUBLISH_MODE);
   EXPECT_EQ(profiled.throughput_controller().bytesPerPeriod, 65536U);
   EXPECT_EQ(profiled.throughput_controller().periodMillisecs, 1U);

@@ -56,8 +56,7 @@ class Component::Lifecycle {
 
   explicit Lifecycle(Component& component)
       : component_(component),
-        mission_status_(
-            component.create_publisher(topics::kMissionStatus, {}, {.managed = false})) {}
+        mission_status_(component.create_publisher(topics::kMissionStatus, {.managed = false})) {}
 
   /// Second part: these call back into the component, which must know its lifecycle by then.
   void serve() {
@@ -117,7 +116,7 @@ class Component::Lifecycle {
 
   void proceed() {
     while (!jobs_.empty()) {
-      contained([this] { begun_ = begin(jobs_.front()); });
+      begun_ = begin(jobs_.front());
       const bool idle = !begun_ || component_.hold_other_groups([this] {
         end();
         proceed();
@@ -281,7 +280,7 @@ class Component::Lifecycle {
   void enter(const LifecycleEdge& edge) {
     state_ = edge.goal;
     if (services_) {
-      services_->publish_transition(edge);
+      contained([&] { services_->publish_transition(edge); });
     }
   }
 

@@ -92,8 +92,6 @@ class ComponentContainer::Impl : public std::enable_shared_from_this<Impl> {
         node_(NodeOptions{.context = options_.context,
                           .executor = options_.executor,
                           .name = options_.name,
-                          .remap_rules = {},
-                          .parameter_overrides = {},
                           .standard_interfaces = true}) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;

@@ -83,10 +83,8 @@ diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::stri
 class DiagnosticsPublisher::Impl {
  public:
   explicit Impl(Component& component) : component_(component) {
-    const EndpointOptions unmanaged{.group = nullptr, .managed = false};
-    publisher_ = component.create_publisher(topics::kDiagnostics, {}, unmanaged);
-    timer_ = component.create_timer(
-        kPeriod, [this] { publish(); }, unmanaged);
+    publisher_ = component.create_publisher(topics::kDiagnostics, {.managed = false});
+    timer_ = component.create_timer(kPeriod, [this] { publish(); }, {.managed = false});
   }
 
   void publish() {

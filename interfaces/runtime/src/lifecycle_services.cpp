@@ -96,12 +96,11 @@ class LifecycleServices::Requests : public std::enable_shared_from_this<Requests
 
 LifecycleServices::LifecycleServices(Component& component)
     : component_(component), requests_(std::make_shared<Requests>(component)) {
-  const EndpointOptions unmanaged{.group = nullptr, .managed = false};
-  const QoS qos = QoS::services();
+  const NodeServiceOptions unmanaged{.managed = false};
 
   // Reliable and volatile, as rclcpp_lifecycle publishes it.
   events_ = component.create_publisher<lifecycle_msgs::msg::TransitionEvent>(
-      "~/transition_event", QoS::reliable(), {}, unmanaged);
+      "~/transition_event", QoS::reliable(), {.managed = false});
 
   change_state_ = component.create_service<srv::ChangeState>(
       "~/change_state",
@@ -109,13 +108,13 @@ LifecycleServices::LifecycleServices(Component& component)
                              Responder<srv::ChangeState> responder) {
         requests->add(request->transition, std::move(responder));
       },
-      qos, unmanaged);
+      unmanaged);
   get_state_ = component.create_service<srv::GetState>(
       "~/get_state",
       [&component](const srv::GetState::Request&, srv::GetState::Response& response) {
         response.current_state = state_message(component.state());
       },
-      qos, unmanaged);
+      unmanaged);
   get_available_states_ = component.create_service<srv::GetAvailableStates>(
       "~/get_available_states",
       [](const srv::GetAvailableStates::Request&, srv::GetAvailableStates::Response& response) {
@@ -123,7 +122,7 @@ LifecycleServices::LifecycleServices(Component& component)
           response.available_states.push_back(state_message(state));
         }
       },
-      qos, unmanaged);
+      unmanaged);
   get_available_transitions_ = component.create_service<srv::GetAvailableTransitions>(
       "~/get_available_transitions",
       [&component](const srv::GetAvailableTransitions::Request&,
@@ -135,7 +134,7 @@ LifecycleServices::LifecycleServices(Component& component)
           }
         }
       },
-      qos, unmanaged);
+      unmanaged);
   get_transition_graph_ = component.create_service<srv::GetAvailableTransitions>(
       "~/get_transition_graph",
       [](const srv::GetAvailableTransitions::Request&,
@@ -144,7 +143,7 @@ LifecycleServices::LifecycleServices(Component& component)
           response.available_transitions.push_back(description(edge));
         }
       },
-      qos, unmanaged);
+      unmanaged);
 }
 
 LifecycleServices::~LifecycleServices() = default;

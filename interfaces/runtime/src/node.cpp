@@ -9,6 +9,7 @@
 
 #include "parameter_services.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
 
 namespace pipescout {
@@ -86,8 +87,21 @@ class Node::Impl {
     return group;
   }
 
-  const std::shared_ptr<CallbackGroup>& group_of(const EndpointOptions& endpoint) const {
-    return endpoint.group ? endpoint.group : default_group;
+  /// The group that an endpoint asks for. A foreign one would not be held back in a transition, nor
+  /// be closed with the node.
+  const std::shared_ptr<CallbackGroup>& own_group(
+      const std::shared_ptr<CallbackGroup>& wanted) const {
+    if (!wanted) {
+      return default_group;
+    }
+    const std::lock_guard lock(mutex);
+    if (std::none_of(groups.begin(), groups.end(), [&](const std::weak_ptr<CallbackGroup>& own) {
+          return own.lock() == wanted;
+        })) {
+      throw std::invalid_argument("node '" + name.fully_qualified() +
+                                  "': a callback group that it has not made");
+    }
+    return wanted;
   }
 
   /// Lets callbacks begin again that are held for that reason; changes nothing when they are not.
@@ -133,13 +147,13 @@ void Node::Impl::use_simulated_time(bool simulated) {
   std::shared_ptr<UntypedSubscription> subscription;
   if (simulated) {
     Context& context = *options.context;
-    const std::string topic = resolve_topic_name("/clock", name, options.remap_rules);
+    const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
     clock = context.simulated_clock(topic);
     // Without a group: the time must not wait for callbacks, which may ask for it.
     subscription = context.create_subscription(
         {.topic = {mangle_topic_name(topic, DdsTopicKind::kTopic),
                    &message_type<rosgraph_msgs::msg::Clock>()},
-         .qos = QoS::sensor_data(1),
+         .qos = topics::kClock.requested,
          .callback = [clock, source = std::make_shared<const char>()](
                          const std::shared_ptr<const void>& message, const MessageInfo&) {
            const auto& stamp = static_cast<const rosgraph_msgs::msg::Clock*>(message.get())->clock;
@@ -308,12 +322,11 @@ std::shared_ptr<CallbackGroup> Node::create_callback_group(CallbackGroupType typ
 std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_view topic,
                                                                  const MessageType& type,
                                                                  const QoS& qos,
-                                                                 PublisherEvents events,
-                                                                 const EndpointOptions& options) {
+                                                                 NodePublisherOptions options) {
   const std::string full = resolve_topic_name(topic, impl_->name, impl_->options.remap_rules);
-  events.incompatible_qos = [logger = impl_->logger, full,
-                             told =
-                                 std::move(events.incompatible_qos)](const IncompatibleQos& event) {
+  auto& incompatible_qos = options.events.incompatible_qos;
+  incompatible_qos = [logger = impl_->logger, full,
+                      told = std::move(incompatible_qos)](const IncompatibleQos& event) {
     logger.warn("a subscription of '" + full +
                 "' requests an incompatible QoS, it gets nothing: " + to_string(event.policy));
     if (told) {
@@ -323,8 +336,8 @@ std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_vie
   auto publisher =
       context().create_publisher({.topic = {mangle_topic_name(full, DdsTopicKind::kTopic), &type},
                                   .qos = qos,
-                                  .events = std::move(events),
-                                  .group = impl_->group_of(options)});
+                                  .events = std::move(options.events),
+                                  .group = impl_->own_group(options.group)});
   context().graph().add_endpoint(impl_->name, publisher);
   const std::lock_guard lock(impl_->mutex);
   add(impl_->publishers, publisher);
@@ -337,12 +350,11 @@ std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_vie
 
 std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
     std::string_view topic, const MessageType& type, const QoS& qos,
-    UntypedSubscription::Callback callback, SubscriptionEvents events,
-    const EndpointOptions& options) {
+    UntypedSubscription::Callback callback, NodeSubscriptionOptions options) {
   const std::string full = resolve_topic_name(topic, impl_->name, impl_->options.remap_rules);
-  events.incompatible_qos = [logger = impl_->logger, full,
-                             told =
-                                 std::move(events.incompatible_qos)](const IncompatibleQos& event) {
+  auto& incompatible_qos = options.events.incompatible_qos;
+  incompatible_qos = [logger = impl_->logger, full,
+                      told = std::move(incompatible_qos)](const IncompatibleQos& event) {
     logger.warn("a publisher of '" + full +
                 "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
     if (told) {
@@ -353,8 +365,9 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
       {.topic = {mangle_topic_name(full, DdsTopicKind::kTopic), &type},
        .qos = qos,
        .callback = std::move(callback),
-       .events = std::move(events),
-       .group = impl_->group_of(options),
+       .events = std::move(options.events),
+       .group = impl_->own_group(options.group),
+       .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);
   const std::lock_guard lock(impl_->mutex);
@@ -366,16 +379,18 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
   return subscription;
 }
 
-std::shared_ptr<UntypedService> Node::create_untyped_service_on(
-    std::string_view name, const MessageType& request, const MessageType& response, const QoS& qos,
-    UntypedService::Handler handler, const EndpointOptions& options) {
+std::shared_ptr<UntypedService> Node::create_untyped_service_on(std::string_view name,
+                                                                const MessageType& request,
+                                                                const MessageType& response,
+                                                                UntypedService::Handler handler,
+                                                                const NodeServiceOptions& options) {
   auto service = create_untyped_service(
       context(),
       {.name = resolve_service_name(name, impl_->name, impl_->options.remap_rules),
        .request = &request,
        .response = &response,
-       .qos = qos,
-       .group = impl_->group_of(options),
+       .qos = options.qos,
+       .group = impl_->own_group(options.group),
        .enabled = false},
       std::move(handler));
   context().graph().add_endpoint(impl_->name, service->reply_publisher());
@@ -386,7 +401,7 @@ std::shared_ptr<UntypedService> Node::create_untyped_service_on(
 }
 
 void Node::enable_service(const std::shared_ptr<UntypedService>& service,
-                          const EndpointOptions& options) {
+                          const NodeServiceOptions& options) {
   const std::lock_guard lock(impl_->mutex);
   if (options.managed) {
     add(impl_->managed_services, service);
@@ -397,14 +412,13 @@ void Node::enable_service(const std::shared_ptr<UntypedService>& service,
 std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view name,
                                                               const MessageType& request,
                                                               const MessageType& response,
-                                                              const QoS& qos,
-                                                              const EndpointOptions& options) {
+                                                              const NodeClientOptions& options) {
   auto client = create_untyped_client(
       context(), {.name = resolve_service_name(name, impl_->name, impl_->options.remap_rules),
                   .request = &request,
                   .response = &response,
-                  .qos = qos,
-                  .group = impl_->group_of(options)});
+                  .qos = options.qos,
+                  .group = impl_->own_group(options.group)});
   context().graph().add_endpoint(impl_->name, client->request_publisher());
   context().graph().add_endpoint(impl_->name, client->reply_subscription());
   const std::lock_guard lock(impl_->mutex);
@@ -413,10 +427,10 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
 }
 
 std::shared_ptr<Timer> Node::create_timer(Duration period, std::function<void()> callback,
-                                          const EndpointOptions& options) {
+                                          const TimerOptions& options) {
+  const auto& group = impl_->own_group(options.group);
   const std::lock_guard lock(impl_->mutex);
-  auto timer = std::make_shared<Timer>(impl_->group_of(options), period, std::move(callback),
-                                       impl_->simulated_clock);
+  auto timer = std::make_shared<Timer>(group, period, std::move(callback), impl_->simulated_clock);
   add(impl_->timers, timer);
   if (options.managed) {
     add(impl_->managed_timers, timer);

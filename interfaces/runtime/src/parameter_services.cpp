@@ -48,10 +48,9 @@ SetResult set_all(Parameters& parameters,
 }  // namespace
 
 ParameterServices::ParameterServices(Node& node) : node_(node) {
-  const EndpointOptions unmanaged{.group = nullptr, .managed = false};
-  const QoS qos = QoS::parameters();
+  const NodeServiceOptions unmanaged{.qos = QoS::parameters(), .managed = false};
 
-  events_ = node.create_publisher(topics::kParameterEvents, {}, unmanaged);
+  events_ = node.create_publisher(topics::kParameterEvents, {.managed = false});
   node.parameters().set_event_sink(
       [&node, events = events_](const ParameterChange& change) mutable {
         rcl_interfaces::msg::ParameterEvent event;
@@ -72,7 +71,7 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
           }
         });
       },
-      qos, unmanaged);
+      unmanaged);
   get_types_ = node.create_service<srv::GetParameterTypes>(
       "~/get_parameter_types",
       [&node](const auto& request, auto& response) {
@@ -82,7 +81,7 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
           }
         });
       },
-      qos, unmanaged);
+      unmanaged);
   get_ = node.create_service<srv::GetParameters>(
       "~/get_parameters",
       [&node](const auto& request, auto& response) {
@@ -92,13 +91,13 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
           }
         });
       },
-      qos, unmanaged);
+      unmanaged);
   list_ = node.create_service<srv::ListParameters>(
       "~/list_parameters",
       [&node](const auto& request, auto& response) {
         response.result = to_message(node.parameters().list(request.prefixes, request.depth));
       },
-      qos, unmanaged);
+      unmanaged);
   set_ = node.create_service<srv::SetParameters>(
       "~/set_parameters",
       [&node](const auto& request, auto& response) {
@@ -106,13 +105,13 @@ ParameterServices::ParameterServices(Node& node) : node_(node) {
           response.results.push_back(to_message(set_one(node.parameters(), parameter)));
         }
       },
-      qos, unmanaged);
+      unmanaged);
   set_atomically_ = node.create_service<srv::SetParametersAtomically>(
       "~/set_parameters_atomically",
       [&node](const auto& request, auto& response) {
         response.result = to_message(set_all(node.parameters(), request.parameters));
       },
-      qos, unmanaged);
+      unmanaged);
 }
 
 ParameterServices::~ParameterServices() {

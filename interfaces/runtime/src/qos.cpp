@@ -22,26 +22,6 @@ bool exceeds(const std::optional<Duration>& offered, const std::optional<Duratio
 
 }  // namespace
 
-QoS QoS::reliable(std::size_t depth) {
-  return QoS{.depth = depth};
-}
-
-QoS QoS::sensor_data(std::size_t depth) {
-  return QoS{.depth = depth, .reliability = Reliability::kBestEffort};
-}
-
-QoS QoS::latched(std::size_t depth) {
-  return QoS{.depth = depth, .durability = Durability::kTransientLocal};
-}
-
-QoS QoS::services() {
-  return QoS{.depth = 10};
-}
-
-QoS QoS::parameters() {
-  return QoS{.depth = 1000};
-}
-
 void QoS::validate() const {
   constexpr std::size_t kMaxDepth = 100000;
   if (depth < 1 || depth > kMaxDepth) {

@@ -9,8 +9,7 @@
 namespace pipescout {
 
 Rosout::Rosout(Node& node) : logger_(node.logger()) {
-  auto publisher = node.create_publisher(topics::kRosout, {},
-                                         EndpointOptions{.group = nullptr, .managed = false});
+  auto publisher = node.create_publisher(topics::kRosout, {.managed = false});
   // A log call may outlast the node, so nothing here refers to it. As in ROS 2 the stamp is the
   // time of the system also where the node's time is simulated.
   logger_.set_sink(

@@ -64,6 +64,10 @@ void SubscriptionQueue::receive(std::shared_ptr<const void> message, const Messa
       return;
     }
     ++statistics_.received;
+    if (!enabled_ && options_.while_inactive == WhileInactive::kDrop) {
+      ++statistics_.dropped_inactive;
+      return;
+    }
     if (queue_.size() >= options_.qos.depth) {
       evicted = std::move(queue_.front());
       queue_.pop_front();
@@ -135,10 +139,15 @@ void SubscriptionQueue::execute() {
 }
 
 void SubscriptionQueue::set_enabled(bool enabled) {
+  std::deque<Item> dropped;  // destroyed after the lock is released
   bool schedule = false;
   {
     const std::lock_guard lock(mutex_);
     enabled_ = enabled;
+    if (!enabled && options_.while_inactive == WhileInactive::kDrop) {
+      dropped.swap(queue_);
+      statistics_.dropped_inactive += dropped.size();
+    }
     schedule = enabled_ && !closed_ && !queue_.empty() && !std::exchange(scheduled_, true);
     if (!enabled && deadline_) {
       deadline_->stop();

@@ -9,10 +9,14 @@
 #include <future>
 #include <latch>
 #include <memory>
+#include <std_msgs/msg/header.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
+
+#include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
 namespace {
@@ -224,6 +228,47 @@ TEST_F(ComponentCallbacks, WhatATransitionsAnswerThrowsDoesNotKeepTheNextOne) {
         [&down](const TransitionResult& result) { down.set_value(result); });
   });
   EXPECT_TRUE(down.get_future().get().success);
+}
+
+constexpr Topic<std_msgs::msg::Header> kStates{.name = "states", .qos = QoS::reliable(5)};
+constexpr Topic<std_msgs::msg::Header> kCommands{
+    .name = "commands", .qos = QoS::reliable(5), .while_inactive = WhileInactive::kDrop};
+
+/// Counts what it hears on two topics.
+class Hearing : public Component {
+ public:
+  using Component::Component;
+
+  int states = 0;
+  int commands = 0;
+  int kept_commands = 0;
+
+ private:
+  using Message = std_msgs::msg::Header;
+  CallbackReturn on_configure() override {
+    subscriptions_ = {create_subscription(kStates, [this](const Message&) { ++states; }),
+                      create_subscription(kCommands, [this](const Message&) { ++commands; }),
+                      create_subscription(kCommands, [this](const Message&) { ++kept_commands; },
+                                          {.while_inactive = WhileInactive::kKeep})};
+    return CallbackReturn::kSuccess;
+  }
+
+  std::vector<Subscription<Message>> subscriptions_;
+};
+
+TEST(InactiveComponent, KeepsStatesAndDropsCommandsAsTheTopicSays) {
+  testing::ComponentHarness harness;
+  auto& hearing = harness.make<Hearing>();
+  ASSERT_TRUE(harness.configure(hearing).success);
+  harness.publish(kStates, std_msgs::msg::Header());
+  harness.publish(kCommands, std_msgs::msg::Header());
+  ASSERT_TRUE(harness.activate(hearing).success);
+  EXPECT_EQ(hearing.states, 1);
+  EXPECT_EQ(hearing.commands, 0);
+  EXPECT_EQ(hearing.kept_commands, 1);
+  harness.publish(kCommands, std_msgs::msg::Header());
+  harness.spin();
+  EXPECT_EQ(hearing.commands, 1);
 }
 
 /// Uses a member in its callbacks, and its destructor gives them every chance.

@@ -225,8 +225,8 @@ class Serving : public Component {
 
  private:
   CallbackReturn on_configure() override {
-    service_ = create_service<SetBool>(
-        "switch", [](const SetBool::Request&, SetBool::Response&) {}, QoS::reliable(2));
+    service_ = create_service<SetBool>("switch", [](const SetBool::Request&, SetBool::Response&) {},
+                                       {.qos = QoS::reliable(2)});
     client_ = create_client<SetBool>("absent");
     return CallbackReturn::kSuccess;
   }

@@ -8,6 +8,7 @@
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <std_msgs/msg/header.hpp>
 #include <std_srvs/srv/set_bool.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,30 @@ TEST_F(NodeTest, ItsLogSaysWhereItWasSaid) {
   EXPECT_EQ(logs.at(0).file, here.file_name());
   EXPECT_EQ(logs.at(0).function, here.function_name());
   EXPECT_EQ(logs.at(0).line, here.line() + 1);
+}
+
+TEST_F(NodeTest, RefusesACallbackGroupOfAnotherNode) {
+  Node node(options("node"));
+  Node other(options("other"));
+  const auto foreign = other.create_callback_group(CallbackGroupType::kReentrant);
+  const auto own = node.create_callback_group(CallbackGroupType::kReentrant);
+  const auto publishers = node.publishers().size();
+  using std_msgs::msg::Header;
+  using std_srvs::srv::SetBool;
+  const auto hear = [](const Header&) {};
+  const auto serve = [](const SetBool::Request&, SetBool::Response&) {};
+  EXPECT_THROW((void)node.create_publisher<Header>("out", QoS::reliable(), {.group = foreign}),
+               std::invalid_argument);
+  EXPECT_THROW(
+      (void)node.create_subscription<Header>("in", QoS::reliable(), hear, {.group = foreign}),
+      std::invalid_argument);
+  EXPECT_THROW((void)node.create_service<SetBool>("set", serve, {.group = foreign}),
+               std::invalid_argument);
+  EXPECT_THROW((void)node.create_client<SetBool>("set", {.group = foreign}), std::invalid_argument);
+  EXPECT_THROW((void)node.create_timer(seconds(1), [] {}, {.group = foreign}),
+               std::invalid_argument);
+  EXPECT_EQ(node.publishers().size(), publishers) << "nothing is left behind";
+  EXPECT_NO_THROW((void)node.create_timer(seconds(1), [] {}, {.group = own}));
 }
 
 }  // namespace

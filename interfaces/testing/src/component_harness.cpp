@@ -25,8 +25,6 @@ class ComponentHarness::Impl {
         peer(NodeOptions{.context = context,
                          .executor = &executor,
                          .name = {options.ns, "_component_harness"},
-                         .remap_rules = {},
-                         .parameter_overrides = {},
                          .standard_interfaces = false}),
         diagnostics(peer.create_subscription(
             topics::kDiagnostics,
@@ -142,8 +140,7 @@ UntypedPublisher& ComponentHarness::publisher(std::string_view topic, const Mess
   auto found = impl_->publishers.find(topic);
   if (found == impl_->publishers.end()) {
     found = impl_->publishers
-                .emplace(std::string(topic),
-                         impl_->peer.create_untyped_publisher(topic, type, qos, {}, {}))
+                .emplace(std::string(topic), impl_->peer.create_untyped_publisher(topic, type, qos))
                 .first;
   }
   if (found->second->topic().type != &type) {

@@ -49,13 +49,10 @@ CallbackReturn CameraArm::on_configure() {
   if (settings_->publish_tf) {
     tf_publisher_ = create_publisher(topics::kTf);
   }
-  // Best effort hears every driver, reliable ones included.
-  joint_subscription_ = create_subscription<JointState>(
-      topics::kJointStates.name, QoS::sensor_data(),
-      [this](const JointState& message) { on_joint_states(message); });
-  camera_info_subscription_ = create_subscription<CameraInfo>(
-      topics::kThermalCameraInfo.name, QoS::sensor_data(),
-      [this](const CameraInfo& message) { on_camera_info(message); });
+  joint_subscription_ = create_subscription(
+      topics::kJointStates, [this](const JointState& message) { on_joint_states(message); });
+  camera_info_subscription_ = create_subscription(
+      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   track_subscription_ = create_subscription(
       topics::kPipeTrack, [this](const PipeTrack& message) { on_track(message); });
   odometry_subscription_ = create_subscription(

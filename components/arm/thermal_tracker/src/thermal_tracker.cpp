@@ -54,9 +54,10 @@ CallbackReturn ThermalTracker::on_configure() {
   locked_ = 0;
   image_heard_ = true;
 
-  track_publisher_ = create_publisher(
-      topics::kPipeTrack,
-      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  track_publisher_ = create_publisher(topics::kPipeTrack,
+                                      {.events = {.matched = [this](std::size_t subscriptions) {
+                                         subscribe_if_heard(subscriptions);
+                                       }}});
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
@@ -79,13 +80,10 @@ void ThermalTracker::subscribe_if_heard(std::size_t subscriptions) {
   if (!track_publisher_ || image_subscription_ || subscriptions < settings_->wait_for_subscribers) {
     return;
   }
-  // Best effort hears every camera driver, reliable ones included.
-  camera_info_subscription_ = create_subscription<CameraInfo>(
-      topics::kThermalCameraInfo.name, QoS::sensor_data(),
-      [this](const CameraInfo& message) { on_camera_info(message); });
-  image_subscription_ =
-      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
-                                 [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription(
+      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ = create_subscription(topics::kThermalImage,
+                                            [this](const Image& message) { on_image(message); });
 }
 
 CallbackReturn ThermalTracker::on_cleanup() {

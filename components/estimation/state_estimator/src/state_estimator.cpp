@@ -102,11 +102,10 @@ CallbackReturn StateEstimator::on_configure() {
   if (settings_.publish_tf) {
     tf_publisher_ = create_publisher(topics::kTf);
   }
-  // Best effort hears every driver, reliable ones included.
-  imu_subscription_ = create_subscription<Imu>(topics::kImu.name, QoS::sensor_data(200),
-                                               [this](const Imu& message) { on_imu(message); });
-  fix_subscription_ = create_subscription<Fix>(topics::kGpsFix.name, QoS::sensor_data(20),
-                                               [this](const Fix& message) { on_fix(message); });
+  imu_subscription_ =
+      create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
+  fix_subscription_ =
+      create_subscription(topics::kGpsFix, [this](const Fix& message) { on_fix(message); });
   odometer_subscription_ = create_subscription(
       topics::kOdometerFused, [this](const Odometer& message) { on_odometer(message); });
   rack_pose_subscription_ = create_subscription(

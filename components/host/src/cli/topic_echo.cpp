@@ -84,7 +84,7 @@ int echo(Session& session, const Options& options) {
           session.executor().stop();
         }
       },
-      std::move(events), {});
+      {.events = std::move(events)});
   session.spin();
   return kExitOk;
 }

@@ -20,8 +20,7 @@ int hz(Session& session, const Options& options) {
       [&](const std::shared_ptr<const void>&, const MessageInfo&) {
         window.arrived(steady_now());
         fresh = true;
-      },
-      {}, {});
+      });
   const auto timer = session.node().create_timer(std::chrono::seconds(1), [&] {
     const auto statistics = window.statistics();
     if (fresh && statistics) {

@@ -50,7 +50,7 @@ ErrorWatch watch_errors(Node& node, const std::shared_ptr<CallbackGroup>& group,
           broke();
         }
       },
-      {}, {group, false});
+      {.group = group, .managed = false});
 }
 
 HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
@@ -58,10 +58,10 @@ HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
     : node_(node),
       components_(components),
       group_(node.create_callback_group(CallbackGroupType::kMutuallyExclusive)),
-      diagnostics_(node.create_publisher(topics::kDiagnostics, {}, {group_, false})) {
-  const EndpointOptions unmanaged{group_, false};
+      diagnostics_(
+          node.create_publisher(topics::kDiagnostics, {.group = group_, .managed = false})) {
   // One queue takes the reports of all components: room for what comes while it waits.
-  auto qos = topics::kMissionStatus.qos;
+  auto qos = topics::kMissionStatus.requested;
   qos.depth = 1000;
   std::set<std::string> namespaces;
   for (const auto& component : components) {
@@ -79,7 +79,7 @@ HostNode::HostNode(Node& node, const std::vector<NodeName>& components,
             reported(*component, to_report(message));
           }
         },
-        {}, unmanaged));
+        {.group = group_, .managed = false}));
   }
   for (const auto& name : watched) {
     watches_.push_back(
@@ -100,7 +100,7 @@ void HostNode::log_into(MissionFolder& folder) {
                      log.msg);
         }
       },
-      {}, {group_, false});
+      {.group = group_, .managed = false});
 }
 
 void HostNode::when_logged(std::function<void()> done) {

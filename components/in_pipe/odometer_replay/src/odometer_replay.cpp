@@ -71,12 +71,12 @@ CallbackReturn OdometerReplay::on_configure() {
                .frame_id = frame_id_.get()};
   check_settings();
   next_ = 0;
-  publisher_ =
-      create_publisher(topics::kOdometerReadings, {.matched = [this](std::size_t subscriptions) {
-                         if (phase_ == Phase::kWaiting) {
-                           wait_or_play(subscriptions);
-                         }
-                       }});
+  publisher_ = create_publisher(topics::kOdometerReadings,
+                                {.events = {.matched = [this](std::size_t subscriptions) {
+                                   if (phase_ == Phase::kWaiting) {
+                                     wait_or_play(subscriptions);
+                                   }
+                                 }}});
   logger().info(std::to_string(recording_.size()) + " readings of " +
                 std::to_string(recording_.odometers.size()) + " odometers in " + file);
   return CallbackReturn::kSuccess;

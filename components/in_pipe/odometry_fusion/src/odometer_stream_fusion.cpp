@@ -238,9 +238,10 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   heard_ = true;
   health_.fill(OdometerHealth::kOk);
 
-  publisher_ = create_publisher(
-      topics::kOdometerFused,
-      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  publisher_ = create_publisher(topics::kOdometerFused,
+                                {.events = {.matched = [this](std::size_t subscriptions) {
+                                   subscribe_if_heard(subscriptions);
+                                 }}});
   if (settings_.calibrate) {
     weld_subscription_ =
         create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });

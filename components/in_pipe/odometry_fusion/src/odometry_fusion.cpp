@@ -131,9 +131,10 @@ void OdometryFusion::declare_parameters() {
 CallbackReturn OdometryFusion::on_configure() {
   last_stamp_.reset();
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
-  publisher_ = create_publisher(
-      topics::kOdometerFused,
-      {.matched = [this](std::size_t subscriptions) { subscribe_if_heard(subscriptions); }});
+  publisher_ = create_publisher(topics::kOdometerFused,
+                                {.events = {.matched = [this](std::size_t subscriptions) {
+                                   subscribe_if_heard(subscriptions);
+                                 }}});
   subscribe_if_heard(publisher_.subscription_count());
   return CallbackReturn::kSuccess;
 }

@@ -254,8 +254,8 @@ CallbackReturn WeldLocator::on_configure() {
   fused_heard_ = samples_heard_ = true;
 
   const auto matched = [this](std::size_t) { subscribe_if_heard(); };
-  weld_publisher_ = create_publisher(topics::kWeld, {.matched = matched});
-  position_publisher_ = create_publisher(topics::kPipePosition, {.matched = matched});
+  weld_publisher_ = create_publisher(topics::kWeld, {.events = {.matched = matched}});
+  position_publisher_ = create_publisher(topics::kPipePosition, {.events = {.matched = matched}});
   const double silent_after = silent_after_.get();
   silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
     const std::string text = " for " + std::to_string(silent_after) + " s";

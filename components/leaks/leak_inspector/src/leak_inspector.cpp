@@ -93,13 +93,10 @@ CallbackReturn LeakInspector::on_configure() {
 
   detections_publisher_ = create_publisher(topics::kLeakDetections);
   event_publisher_ = create_publisher(topics::kLeakEvents);
-  // Best effort hears every camera driver, reliable ones included.
-  image_subscription_ =
-      create_subscription<Image>(topics::kThermalImage.name, QoS::sensor_data(),
-                                 [this](const Image& message) { on_image(message); });
-  camera_info_subscription_ = create_subscription<CameraInfo>(
-      topics::kThermalCameraInfo.name, QoS::sensor_data(),
-      [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ = create_subscription(topics::kThermalImage,
+                                            [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription(
+      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   if (settings_->mount.moves()) {

@@ -259,13 +259,10 @@ CallbackReturn RackLocalizer::on_configure() {
 
   pose_publisher_ = create_publisher(topics::kRackPose);
   state_publisher_ = create_publisher(topics::kRackState);
-  // Best effort hears every camera driver, reliable ones included.
-  image_subscription_ =
-      create_subscription<Image>(topics::kCameraImage.name, QoS::sensor_data(),
-                                 [this](const Image& message) { on_image(message); });
-  camera_info_subscription_ = create_subscription<CameraInfo>(
-      topics::kCameraInfo.name, QoS::sensor_data(),
-      [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ = create_subscription(topics::kCameraImage,
+                                            [this](const Image& message) { on_image(message); });
+  camera_info_subscription_ = create_subscription(
+      topics::kCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   hint_subscription_ = create_subscription(topics::kRackPoseHint,

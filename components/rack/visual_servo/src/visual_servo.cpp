@@ -259,7 +259,7 @@ CallbackReturn VisualServo::on_configure() {
   told_outcomes_ = 0;
   told_complete_ = false;
   // Its last command, zero, is said after the managed endpoints have been disabled.
-  publisher_ = create_publisher(topics::kVelocityCommand, {}, {.managed = false});
+  publisher_ = create_publisher(topics::kVelocityCommand, {.managed = false});
   pose_subscription_ =
       create_subscription(topics::kRackPose, [this](const Pose& message) { on_pose(message); });
   state_subscription_ =

@@ -89,9 +89,7 @@ CallbackReturn EstimatorRecorder::on_configure() {
          [this](const Odometry& message) { on_estimate(message); });
   record(topics::kTrueOdometry, "truth", [this](const Odometry& message) { on_truth(message); });
   record(topics::kEstimatorState, "state", [this](const State& message) { on_state(message); });
-  // Best effort, as drivers publish it.
-  record(Topic<Fix>{topics::kGpsFix.name, QoS::sensor_data(20)}, "fix",
-         [this](const Fix& message) { on_fix(message); });
+  record(topics::kGpsFix, "fix", [this](const Fix& message) { on_fix(message); });
   return CallbackReturn::kSuccess;
 }
 

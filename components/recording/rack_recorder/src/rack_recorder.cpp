@@ -81,9 +81,7 @@ CallbackReturn RackRecorder::on_configure() {
   record(topics::kCameraInfo, "camera_info",
          [this](const CameraInfo& message) { on_camera_info(message); });
   if (period > Duration::zero()) {
-    // Best effort: a picture for people must never hold up the camera.
-    record(Topic<Image>{topics::kCameraImage.name, QoS::sensor_data()}, "image",
-           [this](const Image& message) { on_image(message); });
+    record(topics::kCameraImage, "image", [this](const Image& message) { on_image(message); });
   }
   return CallbackReturn::kSuccess;
 }

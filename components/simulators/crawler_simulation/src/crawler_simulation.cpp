@@ -270,8 +270,9 @@ CallbackReturn CrawlerSimulation::on_configure() {
   truth_publisher_ = create_publisher(topics::kTruePipePosition);
   true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
   imu_publisher_ = create_publisher(topics::kImu);
-  readings_publisher_ = create_publisher(topics::kOdometerReadings, {.matched = matched});
-  samples_publisher_ = create_publisher(topics::kEddyCurrent, {.matched = matched});
+  readings_publisher_ =
+      create_publisher(topics::kOdometerReadings, {.events = {.matched = matched}});
+  samples_publisher_ = create_publisher(topics::kEddyCurrent, {.events = {.matched = matched}});
   logger().info("a run of " + std::to_string(std::lround(run_->duration())) + " s");
   return CallbackReturn::kSuccess;
 }

@@ -107,8 +107,9 @@ CallbackReturn PatrolSimulation::on_configure() {
   imu_publisher_ = create_publisher(topics::kImu);
   fix_publisher_ = create_publisher(topics::kGpsFix);
   readings_publisher_ = create_publisher(topics::kOdometerReadings);
-  camera_info_publisher_ = create_publisher(topics::kThermalCameraInfo, {.matched = matched});
-  image_publisher_ = create_publisher(topics::kThermalImage, {.matched = matched});
+  camera_info_publisher_ =
+      create_publisher(topics::kThermalCameraInfo, {.events = {.matched = matched}});
+  image_publisher_ = create_publisher(topics::kThermalImage, {.events = {.matched = matched}});
   true_track_publisher_ = create_publisher(topics::kTruePipeTrack);
   if (with_arm) {
     joint_publisher_ = create_publisher(topics::kJointStates);

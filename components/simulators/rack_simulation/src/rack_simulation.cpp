@@ -268,8 +268,8 @@ CallbackReturn RackSimulation::on_configure() {
   truth_publisher_ = create_publisher(topics::kTrueRackPose);
   true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
   imu_publisher_ = create_publisher(topics::kImu);
-  camera_info_publisher_ = create_publisher(topics::kCameraInfo, {.matched = matched});
-  image_publisher_ = create_publisher(topics::kCameraImage, {.matched = matched});
+  camera_info_publisher_ = create_publisher(topics::kCameraInfo, {.events = {.matched = matched}});
+  image_publisher_ = create_publisher(topics::kCameraImage, {.events = {.matched = matched}});
   command_subscription_ = create_subscription(
       topics::kVelocityCommand, [this](const Twist& message) { on_command(message); });
   return CallbackReturn::kSuccess;

@@ -9,6 +9,7 @@
 #include "pipescout/runtime/executor.hpp"
 #include "pipescout/runtime/publisher.hpp"
 #include "pipescout/runtime/subscription.hpp"
+#include "pipescout/runtime/topic.hpp"
 #include "pipescout/runtime/transport.hpp"
 
 namespace pipescout {
@@ -38,6 +39,8 @@ struct SubscriptionOptions {
   /// brings the message (of a publisher or of the transport); it must return soon and must not
   /// publish or make endpoints, and there must be no events.
   std::shared_ptr<CallbackGroup> group = nullptr;
+  /// What is kept while the subscription is disabled.
+  WhileInactive while_inactive = WhileInactive::kKeep;
   /// Start disabled, see UntypedSubscription::set_enabled.
   bool enabled = true;
   /// Subscriptions of one topic with the same QoS share one reader towards other processes, and its

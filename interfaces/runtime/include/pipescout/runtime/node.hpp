@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -26,19 +27,47 @@ struct NodeOptions {
   std::shared_ptr<Context> context;
   Executor* executor = nullptr;  ///< must outlive the node
   NodeName name;
-  RemapRules remap_rules;
-  std::vector<ParameterOverride> parameter_overrides;
+  RemapRules remap_rules = {};
+  std::vector<ParameterOverride> parameter_overrides = {};
   /// Serve `~/get_parameters` and its five sisters, `/parameter_events` and `/rosout`. Off for the
   /// short-lived nodes of command line tools.
   bool standard_interfaces = true;
 };
 
-/// How an endpoint is made beside topic and QoS.
-struct EndpointOptions {
-  /// One that the node made; null: its default group.
-  std::shared_ptr<CallbackGroup> group;
-  /// Unmanaged endpoints work in every lifecycle state; managed ones only while active. A plain
-  /// node is always active.
+// How a node makes its endpoints and timers; each has the members
+//
+//   group    where callbacks run: one that the node made; null: its default group
+//   managed  unmanaged ones work in every lifecycle state, managed ones only while active. A plain
+//            node is always active.
+
+struct NodePublisherOptions {
+  PublisherEvents events = {};
+  std::shared_ptr<CallbackGroup> group = nullptr;
+  bool managed = true;
+};
+
+struct NodeSubscriptionOptions {
+  SubscriptionEvents events = {};
+  /// None: as the topic says, for a topic by its name kKeep.
+  std::optional<WhileInactive> while_inactive = std::nullopt;
+  std::shared_ptr<CallbackGroup> group = nullptr;
+  bool managed = true;
+};
+
+struct NodeServiceOptions {
+  QoS qos = QoS::services();
+  std::shared_ptr<CallbackGroup> group = nullptr;
+  bool managed = true;
+};
+
+/// A client calls in every lifecycle state.
+struct NodeClientOptions {
+  QoS qos = QoS::services();
+  std::shared_ptr<CallbackGroup> group = nullptr;
+};
+
+struct TimerOptions {
+  std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
 };
 
@@ -70,19 +99,19 @@ class Node {
 
   // All that follow throw InvalidName for a name that cannot be expanded or remapped,
   // TopicTypeMismatch when this process uses the name with another type, TransportError, and
-  // std::invalid_argument for an invalid QoS. Nothing is left behind then.
+  // std::invalid_argument for an invalid QoS or a group that is not the node's. Nothing is left
+  // behind then.
 
   template <class T>
   [[nodiscard]] Publisher<T> create_publisher(std::string_view topic, const QoS& qos,
-                                              PublisherEvents events = {},
-                                              const EndpointOptions& options = {}) {
+                                              NodePublisherOptions options = {}) {
     return Publisher<T>(
-        create_untyped_publisher(topic, message_type<T>(), qos, std::move(events), options));
+        create_untyped_publisher(topic, message_type<T>(), qos, std::move(options)));
   }
   template <class T>
-  [[nodiscard]] Publisher<T> create_publisher(const Topic<T>& topic, PublisherEvents events = {},
-                                              const EndpointOptions& options = {}) {
-    return create_publisher<T>(topic.name, topic.qos, std::move(events), options);
+  [[nodiscard]] Publisher<T> create_publisher(const Topic<T>& topic,
+                                              NodePublisherOptions options = {}) {
+    return create_publisher<T>(topic.name, topic.qos, std::move(options));
   }
 
   /// `callback` takes `const T&`, or `const std::shared_ptr<const T>&`, each optionally followed by
@@ -90,33 +119,31 @@ class Node {
   template <class T, class Callback>
   [[nodiscard]] Subscription<T> create_subscription(std::string_view topic, const QoS& qos,
                                                     Callback callback,
-                                                    SubscriptionEvents events = {},
-                                                    const EndpointOptions& options = {}) {
+                                                    NodeSubscriptionOptions options = {}) {
     return Subscription<T>(create_untyped_subscription(topic, message_type<T>(), qos,
                                                        untyped_callback<T>(std::move(callback)),
-                                                       std::move(events), options));
+                                                       std::move(options)));
   }
   template <class T, class Callback>
   [[nodiscard]] Subscription<T> create_subscription(const Topic<T>& topic, Callback callback,
-                                                    SubscriptionEvents events = {},
-                                                    const EndpointOptions& options = {}) {
-    return create_subscription<T>(topic.name, topic.qos, std::move(callback), std::move(events),
-                                  options);
+                                                    NodeSubscriptionOptions options = {}) {
+    options.while_inactive = options.while_inactive.value_or(topic.while_inactive);
+    return create_subscription<T>(topic.name, topic.requested, std::move(callback),
+                                  std::move(options));
   }
 
   /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const
   /// S::Request>&, Responder<S>)` to answer later.
   template <class S, class Handler>
   [[nodiscard]] Service<S> create_service(std::string_view name, Handler handler,
-                                          const QoS& qos = QoS::services(),
-                                          const EndpointOptions& options = {}) {
+                                          const NodeServiceOptions& options = {}) {
     using Request = typename S::Request;
     using Response = typename S::Response;
     // The handler needs the service that it answers through, which exists only after it; so no
     // request is taken before it knows it.
     auto self = std::make_shared<std::weak_ptr<UntypedService>>();
     auto untyped = create_untyped_service_on(
-        name, message_type<Request>(), message_type<Response>(), qos,
+        name, message_type<Request>(), message_type<Response>(),
         [handler = std::move(handler), self](const std::shared_ptr<const void>& request,
                                              const SampleIdentity& caller) {
           auto typed = std::static_pointer_cast<const Request>(request);
@@ -136,24 +163,23 @@ class Node {
   }
 
   template <class S>
-  [[nodiscard]] Client<S> create_client(std::string_view name, const QoS& qos = QoS::services(),
-                                        const EndpointOptions& options = {}) {
+  [[nodiscard]] Client<S> create_client(std::string_view name,
+                                        const NodeClientOptions& options = {}) {
     return Client<S>(create_untyped_client_on(name, message_type<typename S::Request>(),
-                                              message_type<typename S::Response>(), qos, options));
+                                              message_type<typename S::Response>(), options));
   }
 
   /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
   /// begins when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
-                                                    const EndpointOptions& options = {});
+                                                    const TimerOptions& options = {});
 
   [[nodiscard]] std::shared_ptr<UntypedPublisher> create_untyped_publisher(
-      std::string_view topic, const MessageType& type, const QoS& qos, PublisherEvents events,
-      const EndpointOptions& options);
+      std::string_view topic, const MessageType& type, const QoS& qos,
+      NodePublisherOptions options = {});
   [[nodiscard]] std::shared_ptr<UntypedSubscription> create_untyped_subscription(
       std::string_view topic, const MessageType& type, const QoS& qos,
-      UntypedSubscription::Callback callback, SubscriptionEvents events,
-      const EndpointOptions& options);
+      UntypedSubscription::Callback callback, NodeSubscriptionOptions options = {});
 
   /// Every endpoint, service and client that this node made and that still exists. The endpoints of
   /// services and clients are found through these.
@@ -210,16 +236,17 @@ class Node {
     };
   }
 
-  std::shared_ptr<UntypedService> create_untyped_service_on(
-      std::string_view name, const MessageType& request, const MessageType& response,
-      const QoS& qos, UntypedService::Handler handler, const EndpointOptions& options);
+  std::shared_ptr<UntypedService> create_untyped_service_on(std::string_view name,
+                                                            const MessageType& request,
+                                                            const MessageType& response,
+                                                            UntypedService::Handler handler,
+                                                            const NodeServiceOptions& options);
   void enable_service(const std::shared_ptr<UntypedService>& service,
-                      const EndpointOptions& options);
+                      const NodeServiceOptions& options);
   std::shared_ptr<UntypedClient> create_untyped_client_on(std::string_view name,
                                                           const MessageType& request,
                                                           const MessageType& response,
-                                                          const QoS& qos,
-                                                          const EndpointOptions& options);
+                                                          const NodeClientOptions& options);
 
   class Impl;
   std::unique_ptr<Impl> impl_;

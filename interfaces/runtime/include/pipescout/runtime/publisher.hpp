@@ -44,7 +44,7 @@ struct PublisherStatistics {
 
 /// Sequence numbers that one published message got. Services need both, to relate a reply.
 struct PublishedSample {
-  std::int64_t local_sequence_number = 0;   ///< 0: suppressed
+  std::int64_t local_sequence_number = 0;  ///< 0: suppressed
   /// 0: did not leave the process, or another thread that is sending just now sends it too.
   std::int64_t remote_sequence_number = 0;
 };
@@ -57,8 +57,9 @@ class UntypedPublisher {
 
   /// Hands the message, which nobody may change from now on, to every matched subscription of this
   /// process as it is, and serialises it once for other processes if a reader is matched there, or
-  /// if the durability promises it to readers that come later. Sending may take long (a slow reader,
-  /// a full socket) and keeps this thread only: who publishes meanwhile leaves the message to it.
+  /// if the durability promises it to readers that come later. Sending may take long (a slow
+  /// reader, a full socket) and keeps this thread only: who publishes meanwhile leaves the message
+  /// to it.
   virtual PublishedSample publish(std::shared_ptr<const void> message,
                                   const SampleIdentity& related) = 0;
 

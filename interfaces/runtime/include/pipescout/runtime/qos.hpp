@@ -28,15 +28,19 @@ struct QoS {
       std::nullopt;  ///< older messages are not delivered; none: unlimited
 
   /// Default of ROS 2 topics: reliable, volatile, depth 10.
-  [[nodiscard]] static QoS reliable(std::size_t depth = 10);
+  [[nodiscard]] static constexpr QoS reliable(std::size_t depth = 10) { return {.depth = depth}; }
   /// `rmw_qos_profile_sensor_data`: best effort, volatile, depth 5.
-  [[nodiscard]] static QoS sensor_data(std::size_t depth = 5);
+  [[nodiscard]] static constexpr QoS sensor_data(std::size_t depth = 5) {
+    return {.depth = depth, .reliability = Reliability::kBestEffort};
+  }
   /// Reliable and transient local: late joiners get the last `depth` messages.
-  [[nodiscard]] static QoS latched(std::size_t depth = 1);
+  [[nodiscard]] static constexpr QoS latched(std::size_t depth = 1) {
+    return {.depth = depth, .durability = Durability::kTransientLocal};
+  }
   /// `rmw_qos_profile_services_default`: reliable, volatile, depth 10.
-  [[nodiscard]] static QoS services();
+  [[nodiscard]] static constexpr QoS services() { return {.depth = 10}; }
   /// `rmw_qos_profile_parameters`: reliable, volatile, depth 1000.
-  [[nodiscard]] static QoS parameters();
+  [[nodiscard]] static constexpr QoS parameters() { return {.depth = 1000}; }
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;

@@ -26,23 +26,24 @@ namespace pipescout::topics {
 
 /// Progress and completion of components, for the host and the operator. Kept for late joiners: the
 /// last word of a component must not be lost because it was said before they were discovered.
-inline const Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
-                                                                      QoS::latched(10)};
+inline constexpr Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"mission/status",
+                                                                          QoS::latched(10)};
 
-/// Simulated time, for nodes with `use_sim_time`.
-inline const Topic<rosgraph_msgs::msg::Clock> kClock{"/clock", QoS::reliable(10)};
+/// Simulated time, for nodes with `use_sim_time`. They want the latest, and hold nobody up.
+inline constexpr Topic<rosgraph_msgs::msg::Clock> kClock{
+    .name = "/clock", .qos = QoS::reliable(10), .requested = QoS::sensor_data(1)};
 /// Transforms between frames, from whoever knows them; those that never change kept for late
 /// joiners.
-inline const Topic<tf2_msgs::msg::TFMessage> kTf{"/tf", QoS::reliable(100)};
-inline const Topic<tf2_msgs::msg::TFMessage> kTfStatic{"/tf_static", QoS::latched(1)};
-inline const Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
-                                                                       QoS::reliable(10)};
+inline constexpr Topic<tf2_msgs::msg::TFMessage> kTf{"/tf", QoS::reliable(100)};
+inline constexpr Topic<tf2_msgs::msg::TFMessage> kTfStatic{"/tf_static", QoS::latched(1)};
+inline constexpr Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
+                                                                           QoS::reliable(10)};
 /// As rcl: kept for late joiners, forgotten after ten seconds.
-inline const Topic<rcl_interfaces::msg::Log> kRosout{"/rosout",
-                                                     QoS{.depth = 1000,
-                                                         .durability = Durability::kTransientLocal,
-                                                         .lifespan = std::chrono::seconds(10)}};
-inline const Topic<rcl_interfaces::msg::ParameterEvent> kParameterEvents{"/parameter_events",
-                                                                         QoS::parameters()};
+inline constexpr Topic<rcl_interfaces::msg::Log> kRosout{
+    "/rosout", QoS{.depth = 1000,
+                   .durability = Durability::kTransientLocal,
+                   .lifespan = std::chrono::seconds(10)}};
+inline constexpr Topic<rcl_interfaces::msg::ParameterEvent> kParameterEvents{"/parameter_events",
+                                                                             QoS::parameters()};
 
 }  // namespace pipescout::topics

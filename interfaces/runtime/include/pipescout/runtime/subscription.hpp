@@ -29,7 +29,7 @@ struct SubscriptionStatistics {
   std::uint64_t received = 0;
   std::uint64_t delivered = 0;           ///< callbacks begun
   std::uint64_t dropped_queue_full = 0;  ///< the oldest message made room for a new one
-  std::uint64_t dropped_inactive = 0;    ///< the same, while the component was not active
+  std::uint64_t dropped_inactive = 0;    ///< while the component was not active
   std::uint64_t expired = 0;             ///< older than the publisher's lifespan
   std::uint64_t lost_by_network = 0;
   std::uint64_t malformed = 0;  ///< bytes that are no message of the type
@@ -45,7 +45,8 @@ class UntypedSubscription {
   virtual ~UntypedSubscription() = default;
 
   /// A subscription of an inactive component is disabled: the last `depth` messages wait in its
-  /// queue and are delivered when it is enabled. Without a callback group messages are dropped.
+  /// queue and are delivered when it is enabled, or all are dropped, see WhileInactive. Without a
+  /// callback group they are dropped.
   virtual void set_enabled(bool enabled) = 0;
 
   [[nodiscard]] virtual std::size_t publisher_count() const = 0;

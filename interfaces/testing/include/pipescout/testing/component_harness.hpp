@@ -129,7 +129,7 @@ class ComponentHarness {
   /// Collects from now on; what transient local publishers kept comes first.
   template <class T>
   [[nodiscard]] Collector<T> collect(const Topic<T>& topic) {
-    return collect<T>(topic.name, topic.qos);
+    return collect<T>(topic.name, topic.requested);
   }
   template <class T>
   [[nodiscard]] Collector<T> collect(std::string_view topic, QoS qos = QoS::reliable()) {

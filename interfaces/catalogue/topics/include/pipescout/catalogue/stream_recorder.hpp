@@ -37,9 +37,10 @@ class StreamRecorder : public MissionRecorder {
   /// `<counter>.malformed`.
   template <class T, class Write>
   void record(const Topic<T>& topic, const std::string& counter, Write write) {
+    // Commands too are kept until the recording begins: they were given.
     subscriptions_.emplace_back(create_subscription(
-        topic,
-        [this, counter, write](const T& message) { hear([&] { write(message); }, counter); }));
+        topic, [this, counter, write](const T& message) { hear([&] { write(message); }, counter); },
+        {.while_inactive = WhileInactive::kKeep}));
   }
 
   /// The data file of this name. A new one begins with the header. Throws std::system_error naming
