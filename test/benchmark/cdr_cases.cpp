@@ -5,7 +5,7 @@
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_cdrstream.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -195,18 +195,18 @@ void add_cdr_figures(Figures& figures) {
     return median("cdr, " + name + ", " + direction + ", ours") /
            median("cdr, " + name + ", " + direction + ", Cyclone");
   };
-  double encode = 1.0;
-  double decode = 1.0;
+  // The worst message counts: a mean would let a fast one make up for a slow one.
+  double encode = 0.0;
+  double decode = 0.0;
   for (const auto& one : cases()) {
-    encode *= ratio(one->name(), "write");
-    decode *= ratio(one->name(), "read");
+    encode = std::max(encode, ratio(one->name(), "write"));
+    decode = std::max(decode, ratio(one->name(), "read"));
     figures.add_row({{"case", "cdr, " + one->name()},
                      {"encode_ratio", ratio(one->name(), "write")},
                      {"decode_ratio", ratio(one->name(), "read")}});
   }
-  const double root = 1.0 / static_cast<double>(cases().size());
-  figures.add("cdr_encode_ratio", std::pow(encode, root), Figures::Bound::kAtMost, 1.0);
-  figures.add("cdr_decode_ratio", std::pow(decode, root), Figures::Bound::kAtMost, 1.0);
+  figures.add("cdr_encode_ratio", encode, Figures::Bound::kAtMost, 1.0);
+  figures.add("cdr_decode_ratio", decode, Figures::Bound::kAtMost, 1.0);
 }
 
 }  // namespace pipescout::benchmarks

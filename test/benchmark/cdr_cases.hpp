@@ -8,7 +8,7 @@ namespace pipescout::benchmarks {
 
 void register_cdr();
 
-/// `cdr_encode_ratio` and `cdr_decode_ratio`: ours / Cyclone's, the geometric mean over an Image,
+/// `cdr_encode_ratio` and `cdr_decode_ratio`: ours / Cyclone's, the largest of an Image,
 /// an Odometry and a DiagnosticArray of 50; each message's own ratios are rows. (An Image is one
 /// memcpy on either side: its ratio is 1 within the noise.)
 ///
