@@ -163,6 +163,7 @@ Received fan_out_to(int subscriptions) {
     std::this_thread::sleep_until(next += kImagePeriod);
     images.publish(make_image(kSixMegabytes));
   }
+  // No event: the pace of a camera.
   std::this_thread::sleep_until(next + kImagePeriod);
   end.publish(make_image(kOneKilobyte));
   return child.hear<Received>();
@@ -255,6 +256,7 @@ DiscoveryFigures measure_discovery() {
   if (!complete) {
     throw std::runtime_error("the 50 components were not seen");
   }
+  // No event: nothing tells that no further announcement follows.
   std::this_thread::sleep_for(kAfterTheLast);
   const std::lock_guard lock(mutex);
   // That of the 50 components is by far the longest.
