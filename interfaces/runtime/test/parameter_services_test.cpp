@@ -51,7 +51,7 @@ class ParameterServicesTest : public ::testing::Test {
   template <class S>
   typename S::Response call(const std::string& name, typename S::Request request) {
     const auto result = harness_.call<S>("/tuned/" + name, std::move(request));
-    EXPECT_TRUE(result) << name << ": " << (result ? "" : to_string(result.error));
+    EXPECT_TRUE(result) << name << ": " << (result ? "" : to_string(result.error()));
     return result ? *result.shared() : typename S::Response();
   }
 
