@@ -51,7 +51,8 @@ class Plot {
         drawing = false;
         continue;
       }
-      path += (drawing ? "L" : "M") + fixed(x((static_cast<double>(i) + offset) * step), 1) + " " +
+      path += drawing ? 'L' : 'M';
+      path += fixed(x((static_cast<double>(i) + offset) * step), 1) + " " +
               fixed(y(double{values[i]}), 1);
       drawing = true;
     }
