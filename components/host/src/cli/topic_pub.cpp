@@ -56,10 +56,8 @@ int publish(Session& session, const Options& options) {
     throw CommandError("Failed to populate field: " + std::string(error.what()));
   }
   // Told of a match, the executor looks again whether there are enough.
-  PublisherEvents events;
-  events.matched = [](std::size_t) {};
   const auto publisher = session.node().create_untyped_publisher(
-      topic, *type, chosen_qos(options.qos), std::move(events), {});
+      topic, *type, chosen_qos(options.qos), {.events = {.matched = [](std::size_t) {}}});
   const std::size_t times = options.once ? 1 : options.times;
   const auto matching = options.wait_matching.value_or(times != 0 ? 1 : 0);
   if (publisher->subscription_count() < matching) {
