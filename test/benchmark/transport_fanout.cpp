@@ -119,15 +119,15 @@ int receive_images(int subscriptions, std::uint32_t domain, int pipe) {
   Received received{};
   bool over = false;
   // What wakes the executor when it waits for matches.
-  const SubscriptionEvents matches{.matched = [](std::size_t) {}};
+  const NodeSubscriptionOptions options{.events = {.matched = [](std::size_t) {}}};
   std::vector<Subscription<Image>> all;
   for (int i = 0; i < subscriptions; ++i) {
     all.push_back(node.create_subscription<Image>(
         "fanout", QoS::reliable(), [&](const std::shared_ptr<const Image>&) { ++received.images; },
-        matches));
+        options));
   }
   const auto end = node.create_subscription<Image>(
-      "fanout_end", QoS::reliable(), [&](const Image&) { over = true; }, matches);
+      "fanout_end", QoS::reliable(), [&](const Image&) { over = true; }, options);
   executor.spin_until(
       [&] {
         return end.publisher_count() == 1 &&
@@ -150,9 +150,9 @@ Received fan_out_to(int subscriptions) {
              .executor = &executor,
              .name = {"/", "fanout_sender"},
              .standard_interfaces = false});
-  const PublisherEvents matches{.matched = [](std::size_t) {}};
-  auto images = node.create_publisher<Image>("fanout", QoS::reliable(), matches);
-  auto end = node.create_publisher<Image>("fanout_end", QoS::reliable(), matches);
+  const NodePublisherOptions options{.events = {.matched = [](std::size_t) {}}};
+  auto images = node.create_publisher<Image>("fanout", QoS::reliable(), options);
+  auto end = node.create_publisher<Image>("fanout_end", QoS::reliable(), options);
   Child child("--fanout", std::to_string(subscriptions));
   child.hear<bool>();
   executor.spin_until(
