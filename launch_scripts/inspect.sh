@@ -153,7 +153,8 @@ else
     # shellcheck source=launch_scripts/build_environment.sh
     source launch_scripts/build_environment.sh
     colcon build \
-      --packages-up-to pipescout_host pipescout_ledger pipescout_plot pipescout_odometer_replay \
+      --packages-up-to pipescout_host pipescout_ledger pipescout_plot pipescout_inspect pipescout_reproduce \
+      pipescout_odometer_replay \
       pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
       pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
       pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
