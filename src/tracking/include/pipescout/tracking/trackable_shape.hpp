@@ -49,7 +49,7 @@ class ObservationRows {
   /// Throws std::out_of_range beyond `kSize` rows.
   void add(const ObservationRow<kSize>& row) { rows_.at(count_++) = row; }
   [[nodiscard]] std::span<const ObservationRow<kSize>> all() const noexcept {
-    return {rows_.data, count_};
+    return {rows_.data(), count_};
   }
 
  private:
