@@ -62,21 +62,20 @@ void add_prefixes_of_executable(std::vector<fs::path>& prefixes) {
   prefixes.insert(prefixes.end(), siblings.begin(), siblings.end());
 }
 
-/// Each existing folder once, in the order of the first mention.
-std::vector<fs::path> without_repetitions(const std::vector<fs::path>& prefixes) {
+}  // namespace
+
+std::vector<fs::path> without_repetitions(const std::vector<fs::path>& folders) {
   std::vector<fs::path> result;
   std::set<fs::path> seen;
-  for (const fs::path& prefix : prefixes) {
+  for (const fs::path& folder : folders) {
     std::error_code error;
-    const fs::path canonical = fs::canonical(prefix, error);
+    const fs::path canonical = fs::canonical(folder, error);
     if (!error && seen.insert(canonical).second) {
       result.push_back(canonical);
     }
   }
   return result;
 }
-
-}  // namespace
 
 std::vector<fs::path> installed_prefixes() {
   std::vector<fs::path> prefixes;

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cctype>
 #include <class_loader/class_loader.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "pipescout/idl/installed_prefixes.hpp"
@@ -23,20 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kIndex = "share/ament_index/resource_index/pipescout_components";
-
-/// Each existing folder once, in the order of the first mention.
-std::vector<fs::path> without_repetitions(const std::vector<fs::path>& prefixes) {
-  std::vector<fs::path> result;
-  std::set<fs::path> seen;
-  for (const fs::path& prefix : prefixes) {
-    std::error_code error;
-    const fs::path canonical = fs::canonical(prefix, error);
-    if (!error && seen.insert(canonical).second) {
-      result.push_back(canonical);
-    }
-  }
-  return result;
-}
 
 /// class_loader reports what it also throws, and warns of what is decided here.
 class QuietClassLoader {

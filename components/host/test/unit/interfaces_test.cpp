@@ -5,50 +5,22 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <string>
 
 #include "core/ros2_export.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout::host {
 namespace {
 
 namespace fs = std::filesystem;
+using pipescout::testing::content;
+using pipescout::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-/// An empty folder that is removed with the object.
-class Folder {
- public:
-  Folder() {
-    auto name = (fs::temp_directory_path() / "pipescout_interfaces_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error("no temporary folder");
-    }
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-std::string content(const fs::path& file) {
-  std::ifstream stream(file);
-  EXPECT_TRUE(stream) << file;
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 TEST(Interfaces, AreNamedOnceByKind) {
   std::vector<std::string> names;
@@ -89,7 +61,7 @@ TEST(Interfaces, ShowsNestedFields) {
 }
 
 TEST(Ros2Export, WritesAPackage) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto exported = export_to_ros2("pipescout_msgs", folder.path());
   EXPECT_EQ(exported.folder, folder.path() / "pipescout_msgs");
   EXPECT_THAT(exported.dependencies,
@@ -110,7 +82,7 @@ TEST(Ros2Export, WritesAPackage) {
 }
 
 TEST(Ros2Export, TheFolderMayBeThePackage) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto exported = export_to_ros2("std_srvs", folder.path() / "std_srvs" / "");
   EXPECT_EQ(exported.folder, folder.path() / "std_srvs");
   EXPECT_TRUE(exported.dependencies.empty());
@@ -119,7 +91,7 @@ TEST(Ros2Export, TheFolderMayBeThePackage) {
 }
 
 TEST(Ros2Export, AnActionNeedsWhatItsServicesAreMadeOf) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto exported = export_to_ros2("nav2_msgs", folder.path());
   EXPECT_THAT(exported.dependencies,
               ::testing::ElementsAre("action_msgs", "builtin_interfaces", "geometry_msgs",
@@ -129,7 +101,7 @@ TEST(Ros2Export, AnActionNeedsWhatItsServicesAreMadeOf) {
 }
 
 TEST(Ros2Export, EveryPackageIsPlainText) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::set<std::string> packages;
   for (const auto& name : known_interfaces()) {
     packages.insert(name.package);
@@ -148,7 +120,7 @@ TEST(Ros2Export, EveryPackageIsPlainText) {
 }
 
 TEST(Ros2Export, AnUnknownPackageIsAnError) {
-  const Folder folder;
+  const TemporaryFolder folder;
   EXPECT_THROW(export_to_ros2("no_msgs", folder.path()), ExportError);
 }
 

@@ -12,4 +12,8 @@ namespace pipescout {
 /// form.
 [[nodiscard]] std::vector<std::filesystem::path> installed_prefixes();
 
+/// The folders that exist, each once, in the order of the first mention and in canonical form.
+[[nodiscard]] std::vector<std::filesystem::path> without_repetitions(
+    const std::vector<std::filesystem::path>& folders);
+
 }  // namespace pipescout
