@@ -276,8 +276,8 @@ class BagRecorder::Recording {
   void fail(const std::string& why) {
     graph_changes_.reset();
     subscriptions_.clear();
-    recorder_.report_failed("the recording has ended: " + why + "; the bag has " +
-                            std::to_string(queue_.counts().written) + " messages");
+    recorder_.report_failed("the recording has ended: " + why +
+                            "; the bag is closed, and lacks the last second at most");
   }
 
   void show_counts() const {
