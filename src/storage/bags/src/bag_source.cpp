@@ -97,6 +97,9 @@ std::unique_ptr<FileReader> open_file(const fs::path& path) {
   if (text.starts_with(text_of(std::as_bytes(std::span(mcap::kMagic))))) {
     return open_mcap(path);
   }
+  if (text.starts_with("#ROSBAG V")) {
+    return open_ros1_bag(path);
+  }
   // It may be damaged at its very start: its name says what it should be.
   const auto storage = storage_by_name(path);
   if (!storage) {
@@ -110,7 +113,7 @@ std::unique_ptr<FileReader> open_file(const fs::path& path) {
     case Storage::kRos1:
       break;
   }
-  throw BagError(BagFault::kUnsupported, path, "is a bag of ROS 1");
+  return open_ros1_bag(path);
 }
 
 OpenedFile::OpenedFile(const fs::path& path) {

@@ -138,7 +138,8 @@ Unpacked unpack_bzip2(ByteView compressed, std::uint64_t limit, Bytes& into) {
 }  // namespace
 
 std::uint32_t crc32(ByteView bytes, std::uint32_t before) noexcept {
-  return libdeflate_crc32(before, bytes.data(), bytes.size());
+  // libdeflate begins anew where there is no buffer.
+  return bytes.empty() ? before : libdeflate_crc32(before, bytes.data(), bytes.size());
 }
 
 struct ZstdCompressor::State {

@@ -64,6 +64,7 @@ class Indexer {
     if (end.size() < kEnd || !is_magic(std::span(end).last(kMagic.size()))) {
       return false;
     }
+    has_end_ = true;
     ByteCursor cursor(end);
     const auto record = take_record(cursor);
     const auto footer =
@@ -210,7 +211,7 @@ class Indexer {
       ended = add_record(static_cast<Opcode>(*opcode), offset, content, whole) || !whole;
       offset += kPrefixSize + content;
     }
-    if (!ended && index_.faults.empty()) {
+    if (index_.faults.empty() && (!ended || !has_end_)) {
       fault(BagFault::kIncomplete, offset, "footer", "is missing");
     }
     finish_scan();
@@ -330,6 +331,7 @@ class Indexer {
   Bytes unpacked_;
   std::uint64_t scanned_ = 0;
   bool unknown_channel_told_ = false;
+  bool has_end_ = false;  ///< the file ends with footer and magic
 };
 
 }  // namespace

@@ -212,6 +212,10 @@ class McapReader : public FileReader {
       faults.emplace_back(BagFault::kMalformed, file_.path(), place.offset, "chunk",
                           "is no chunk, though the summary says so");
     } else {
+      if (!chunk->whole && faults_at(place.offset) == 0) {
+        faults.emplace_back(BagFault::kIncomplete, file_.path(), place.offset, "chunk.records",
+                            "is longer than the chunk");
+      }
       unpack_chunk(file_, place.offset, *chunk, source->records, faults);
       list_messages(*source, place.offset, faults);
     }
@@ -253,6 +257,11 @@ class McapReader : public FileReader {
       std::stable_sort(source.entries.begin(), source.entries.end(),
                        [](const auto& a, const auto& b) { return a.log_time < b.log_time; });
     }
+  }
+
+  [[nodiscard]] std::ptrdiff_t faults_at(std::uint64_t offset) const {
+    return std::count_if(faults().begin(), faults().end(),
+                         [offset](const BagError& fault) { return fault.offset() == offset; });
   }
 
   /// A chunk that is read again has the same faults again.

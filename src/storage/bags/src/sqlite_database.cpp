@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sqlite_database.hpp"
 
+#include <sys/resource.h>
+
 #include <cerrno>
 #include <system_error>
 #include <utility>
@@ -8,13 +10,28 @@
 #include "pipescout/bags/bag_error.hpp"
 
 namespace pipescout::bags {
+bool has_journal(const std::filesystem::path& path) {
+  std::error_code error;
+  for (const char* ending : {"-journal", "-wal"}) {
+    // TRUNCATE leaves an empty one.
+    const auto size = std::filesystem::file_size(path.string() + ending, error);
+    if (!error && size > 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
 namespace {
 
-/// Journals of a process that was killed must be rolled back or forward, which writes to the file.
-bool has_journal(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return std::filesystem::exists(path.string() + "-journal", ignored) ||
-         std::filesystem::exists(path.string() + "-wal", ignored);
+/// Whether the file has reached the largest size that this process may write.
+bool is_at_size_limit(const std::filesystem::path& path) {
+  rlimit limit{};
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  constexpr std::uintmax_t kLargestPage = 65536;
+  return !error && ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
+         size + kLargestPage > limit.rlim_cur;
 }
 
 }  // namespace
@@ -52,7 +69,8 @@ void SqliteDatabase::fail(const std::string& what) const {
       fault = BagFault::kNoSpace;
       break;
     case SQLITE_IOERR:
-      if (error == ENOSPC || error == EFBIG || error == EDQUOT) {
+      // SQLite does not keep what its own calls said of writing beyond the largest size allowed.
+      if (error == ENOSPC || error == EFBIG || error == EDQUOT || is_at_size_limit(path_)) {
         fault = BagFault::kNoSpace;
       }
       if (error != 0) {

@@ -13,6 +13,10 @@
 
 namespace pipescout::bags {
 
+/// Whether a journal lies beside the file: its last writer was killed or still writes, and opening
+/// it rolls it back or forward.
+[[nodiscard]] bool has_journal(const std::filesystem::path& path);
+
 /// An open SQLite database. Throws BagError naming its file.
 class SqliteDatabase {
  public:

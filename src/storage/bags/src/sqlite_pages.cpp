@@ -95,6 +95,16 @@ std::optional<std::int64_t> integer(ByteView payload, const Column& column) {
 
 }  // namespace
 
+std::uint64_t SqlitePages::size_by_header(ByteView header) noexcept {
+  std::uint64_t page_size = big_endian(header.subspan(16, 2));
+  page_size = page_size == 1 ? 65536 : page_size;
+  const ByteView change_counter = header.subspan(24, 4);
+  const ByteView valid_for = header.subspan(92, 4);
+  // The number of pages is only kept by writers that note for which change it holds.
+  const bool is_valid = std::equal(change_counter.begin(), change_counter.end(), valid_for.begin());
+  return is_valid ? big_endian(header.subspan(28, 4)) * page_size : 0;
+}
+
 SqlitePages::SqlitePages(const InputFile& file) : file_(file) {
   Bytes header;
   file.read(0, kHeaderSize, header);

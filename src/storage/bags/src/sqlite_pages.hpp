@@ -30,6 +30,9 @@ class SqlitePages {
   /// Reads all pages. Throws BagError when the file does not begin like a database.
   explicit SqlitePages(const InputFile& file);
 
+  /// How large the file should be by the first 100 bytes; 0 where they do not tell.
+  [[nodiscard]] static std::uint64_t size_by_header(ByteView header) noexcept;
+
   /// By id.
   [[nodiscard]] const std::map<std::int64_t, BagTopic>& topics() const noexcept { return topics_; }
   /// By time, then by id; only those whose data is in the file.

@@ -82,12 +82,19 @@ class SqliteReader : public FileReader {
   }
 
  private:
-  void check_header() {
+  /// SQLite itself takes the missing end of the last page for zeros.
+  void check_header() const {
     Bytes header;
     constexpr std::uint64_t kHeaderSize = 100;
     file_.read(0, kHeaderSize, header);
     if (header.size() < kHeaderSize) {
       throw BagError(BagFault::kIncomplete, file_.path(), header.size(), "header", "is cut");
+    }
+    // With a journal the file is completed first.
+    const std::uint64_t size = SqlitePages::size_by_header(header);
+    if (size > file_.size() && !has_journal(file_.path())) {
+      throw BagError(BagFault::kIncomplete, file_.path(), file_.size(), "database",
+                     "is cut: it had " + std::to_string(size) + " bytes");
     }
   }
 

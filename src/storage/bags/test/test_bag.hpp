@@ -59,14 +59,14 @@ inline void write(BagWriter& writer, const Stored& message) {
                 .data = message.data});
 }
 
-/// Messages on two topics, 10 ms apart, of sizes up to `largest`.
+/// Messages on two topics, 10 ms apart, of 16 bytes to about `largest`, no two alike.
 inline std::vector<Stored> messages(std::size_t count, std::size_t largest, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::vector<Stored> result;
   for (std::size_t k = 0; k < count; ++k) {
     const std::int64_t time = 1'700'000'000'000'000'000 + static_cast<std::int64_t>(k) * 10'000'000;
     result.push_back(
-        {k % 3 == 0 ? "/image" : "/pose", time, time, cdr(random, random() % (largest + 1))});
+        {k % 3 == 0 ? "/image" : "/pose", time, time, cdr(random, 12 + random() % (largest + 1))});
   }
   return result;
 }
