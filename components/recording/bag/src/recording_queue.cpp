@@ -69,7 +69,7 @@ bool RecordingQueue::push(bags::TopicIndex topic, std::int64_t log_time, std::in
                           std::shared_ptr<const SerializedMessage> message) {
   Item item{topic, log_time, publish_time, std::move(message)};
   std::unique_lock lock(mutex_);
-  if (options_.wait_when_full) {
+  if (options_.repeatable) {
     room_.wait(lock, [&] { return has_room_for(item) || failed_ || ending_; });
   }
   if (ending_ || failed_) {
@@ -224,7 +224,7 @@ void RecordingQueue::run() {
     for (const Item& item : batch) {
       write(item);
     }
-    flushed = false;
+    flushed = options_.repeatable;
     lock.lock();
   }
 }

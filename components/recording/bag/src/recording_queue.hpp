@@ -29,9 +29,10 @@ class RecordingQueue {
     std::uint64_t limit = 100 * 1024 * 1024;
     /// Keep the last `limit` bytes, and write them only when `take_snapshot` asks for it.
     bool snapshot = false;
-    /// A full queue makes the publisher wait: for missions in simulated time, which must not depend
-    /// on the disk.
-    bool wait_when_full = false;
+    /// A full queue makes the publisher wait, and nothing is written because of the time: for
+    /// missions in simulated time, which must not depend on machine and disk. The same messages
+    /// then give the same bytes.
+    bool repeatable = false;
   };
   /// Called on the writing thread; must not call back.
   struct Events {

@@ -108,7 +108,7 @@ TEST_F(RecordingQueueTest, OneMessageIsTakenHoweverLargeItIs) {
 
 TEST_F(RecordingQueueTest, AFullQueueThatMayMakesThePublisherWait) {
   HeldWriter held;
-  RecordingQueue queue(writer(kSmallestFile), {.limit = 120'000, .wait_when_full = true},
+  RecordingQueue queue(writer(kSmallestFile), {.limit = 120'000, .repeatable = true},
                        held.events());
   const auto index = queue.add_topic(topic("/a"));
   std::thread publisher([&] {
