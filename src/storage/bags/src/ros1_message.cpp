@@ -138,6 +138,8 @@ void Ros1Message::read_line(const std::string& type, std::string_view line) {
     field_type = field_type.substr(0, bracket);
   }
   if (type == "std_msgs/Header" && rest == "seq") {
+    types_[type_index(type)].fields.push_back(
+        {.size = number_size(field_type), .is_dropped = true});
     return;
   }
   std::string name(field_type);
@@ -198,6 +200,9 @@ bool Ros1Message::convert(const Type& type, ByteCursor& from, Bytes& to) const {
 }
 
 bool Ros1Message::convert(const Field& field, ByteCursor& from, Bytes& to) const {
+  if (field.is_dropped) {
+    return from.bytes(field.size).has_value();
+  }
   std::uint32_t count = 1;
   if (field.is_array) {
     count = field.fixed_count;

@@ -31,6 +31,7 @@ class Ros1Message {
     bool is_string = false;
     bool is_time = false;
     bool is_array = false;
+    bool is_dropped = false;        ///< is not in the message of ROS 2
     std::uint32_t fixed_count = 0;  ///< of an array; 0: as many as the message says
   };
   struct Type {
