@@ -133,14 +133,8 @@ class Reader {
   }
 
   void include(const YAML::Node& item, const YAML::Node& file_node, const YAML::Node& arguments) {
-    auto file = std::filesystem::path(text(file_node, "the file of an include"));
-    if (file.is_relative()) {
-      file = std::filesystem::path(path_).parent_path() / file;
-    }
+    const auto file = existing_file(file_node, "composition");
     check_no_cycle(file_node, file);
-    if (!std::filesystem::exists(file)) {
-      fail(file_node, "there is no composition " + file.string());
-    }
     CompositionInputs inputs;
     inputs.ns = item.IsMap() ? namespace_of(item) : inputs_.ns;
     inputs.sources = inputs_.sources;
@@ -160,6 +154,25 @@ class Reader {
     } catch (const CompositionError& error) {
       fail(arguments.IsDefined() ? arguments : file_node, error.what());
     }
+  }
+
+  /// A file that an entry names, relative to this one. `what` it is: for messages.
+  [[nodiscard]] std::filesystem::path existing_file(const YAML::Node& node,
+                                                    const std::string& what) const {
+    const auto name = text(node, "the name of a " + what);
+    if (name.empty()) {
+      fail(node, "the name of a " + what + " is empty");
+    }
+    const auto file = std::filesystem::path(path_).parent_path() / name;
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status)) {
+      fail(node, "there is no " + what + " " + file.string());
+    }
+    if (std::filesystem::is_directory(status)) {
+      fail(node, file.string() + " is a folder, and no " + what);
+    }
+    return file;
   }
 
   void check_no_cycle(const YAML::Node& node, const std::filesystem::path& file) const {
@@ -351,8 +364,13 @@ class Reader {
       auto entry = read_component(item);
       const auto [other, is_new] = reading_.seen.emplace(entry.name, entry.location);
       if (!is_new) {
-        fail(item["name"], "two components of the name '" + entry.name.fully_qualified() +
-                               "'; the other is at " + other->second);
+        const auto name = entry.name.fully_qualified();
+        fail(item["name"],
+             other->second == entry.location
+                 ? "component '" + name +
+                       "' is there twice, since this file is included more than once: give each "
+                       "include a namespace of its own"
+                 : "two components of the name '" + name + "'; the other is at " + other->second);
       }
       composition_.components.push_back(std::move(entry));
     }
@@ -437,13 +455,7 @@ class Reader {
       fail(node, "'parameter_files' must be a list of files");
     }
     for (const auto& item : node) {
-      auto file = std::filesystem::path(text(item, "a parameter file"));
-      if (file.is_relative()) {
-        file = std::filesystem::path(path_).parent_path() / file;
-      }
-      if (!std::filesystem::exists(file)) {
-        fail(item, "there is no parameter file " + file.string());
-      }
+      const auto file = existing_file(item, "parameter file");
       auto overrides =
           load_parameter_yaml(file.string()).overrides_for(entry.name.fully_qualified());
       if (overrides.empty()) {

@@ -96,7 +96,7 @@ complete_when: [/robot_2/base]
   EXPECT_EQ(parameter(composition.components[0], "wheel"), "0.5");
   EXPECT_EQ(parameter(composition.components[2], "wheel"), "0.3");
   EXPECT_EQ(parameter(composition.components[2], "of_file"), "7");
-  EXPECT_EQ(parameter(composition.components[2], "folder"), "\"/missions/fleet\"");
+  EXPECT_EQ(parameter(composition.components[2], "folder"), "/missions/fleet");
   std::vector<std::string> awaited;
   for (const auto& name : composition.complete_when) {
     awaited.push_back(name.fully_qualified());
@@ -140,11 +140,22 @@ TEST_F(CompositionOfFiles, ErrorsOfIncludes) {
   write("a.yaml", "arguments: {x: 1, needed: }\ncomponents: []\n");
   write("c.yaml", "include: [none.yaml]\n");
   EXPECT_EQ(error(), "c.yaml:1:11: there is no composition none.yaml");
+  write("c.yaml", "include: [.]\n");
+  EXPECT_EQ(error(), "c.yaml:1:11: . is a folder, and no composition");
+  write("c.yaml", "include: ['']\n");
+  EXPECT_EQ(error(), "c.yaml:1:11: the name of a composition is empty");
+  write("c.yaml", "include: [" + std::string(300, 'x') + "]\n");
+  EXPECT_THAT(error(), HasSubstr("c.yaml:1:11: there is no composition xxx"));
+  write("c.yaml", "include: [$(arg robot)]\n");
+  EXPECT_EQ(error(), "c.yaml:1:11: '$(arg robot)': there is no argument 'robot'");
+  write("empty.yaml", "");
+  write("c.yaml", "include: [empty.yaml]\n");
+  EXPECT_THAT(error(), HasSubstr("empty.yaml"));
   write("c.yaml", "include: [a.yaml]\n");
   EXPECT_EQ(error(),
             "a.yaml:1:19: argument 'needed' has no default: give it where a.yaml is included");
   write("c.yaml", "include:\n  - file: a.yaml\n    arguments: {needed: 1, y: 1}\n");
-  EXPECT_EQ(error(), "c.yaml:3:16: argument y:=1: a.yaml has no argument 'y'; did you mean 'x'?");
+  EXPECT_EQ(error(), "c.yaml:3:16: argument y:=1: a.yaml has no argument 'y'");
   write("c.yaml", "include: [{files: a.yaml}]\n");
   EXPECT_THAT(error(), HasSubstr("c.yaml:1:11: an entry of 'include' is a file, or a map"));
   write("c.yaml", "include: [{file: a.yaml, name: b}]\n");
@@ -155,7 +166,11 @@ TEST_F(CompositionOfFiles, ErrorsOfIncludes) {
   EXPECT_THAT(error(), HasSubstr("'arguments' of an include must be a map"));
   write("b.yaml", "components: [{type: a::B, name: b}]\n");
   write("c.yaml", "include: [b.yaml, b.yaml]\n");
-  EXPECT_EQ(error(), "b.yaml:1:33: two components of the name '/b'; the other is at b.yaml:1:14");
+  EXPECT_EQ(error(),
+            "b.yaml:1:33: component '/b' is there twice, since this file is included more than "
+            "once: give each include a namespace of its own");
+  write("c.yaml", "include: [b.yaml]\ncomponents: [{type: a::B, name: b}]\n");
+  EXPECT_EQ(error(), "c.yaml:2:33: two components of the name '/b'; the other is at b.yaml:1:14");
   write("b.yaml", "components: []\ncomplete_when: [c]\n");
   write("c.yaml", "include: [b.yaml]\ncomponents: [{type: a::C, name: c}]\n");
   EXPECT_EQ(error(), "b.yaml:2:17: no component 'c' in this composition");
@@ -186,6 +201,28 @@ complete_when: [camera, map]
   EXPECT_THAT(error(inputs), HasSubstr("there is no parameter file none.yaml"));
   write("c.yaml", "components: [{type: a::B, name: b, if: true, unles: false}]\n");
   EXPECT_THAT(error(), HasSubstr("unknown key 'unles' in a component; did you mean 'unless'?"));
+}
+
+TEST_F(CompositionOfFiles, ErrorsOfConditionsNameTheirPlace) {
+  write("a.yaml", "components: [{type: a::A, name: a, unless: $(arg outer)}]\n");
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"components:\n  - {type: a::B, name: b, if: $(arg nowhere)}\n",
+       "c.yaml:2:31: '$(arg nowhere)': there is no argument 'nowhere'"},
+      {"components:\n  - {type: a::B, name: b, unless: $(env NOWHERE)}\n",
+       "c.yaml:2:35: '$(env NOWHERE)': the environment has no 'NOWHERE'"},
+      {"components:\n  - {type: a::B, name: b, if: [true]}\n", "c.yaml:2:31: 'if' must be a text"},
+      {"components:\n  - {type: a::B, name: b, if: }\n", "c.yaml:2:31: 'if' must be a text"},
+      {"include:\n  - {file: a.yaml, if: $(arg nowhere)}\n",
+       "c.yaml:2:24: '$(arg nowhere)': there is no argument 'nowhere'"},
+      {"include:\n  - {file: a.yaml, if: 1}\n", "c.yaml:2:24: 'if' must be true or false, not '1'"},
+      // The arguments of the file that includes are not those of the file that is included.
+      {"arguments: {outer: true}\ninclude: [a.yaml]\n",
+       "a.yaml:1:44: '$(arg outer)': there is no argument 'outer'"},
+  };
+  for (const auto& [text, message] : cases) {
+    write("c.yaml", text);
+    EXPECT_EQ(error(), message);
+  }
 }
 
 TEST_F(CompositionOfFiles, LogLevelsAndExecutorsOfComponents) {
