@@ -121,6 +121,7 @@ class Node::Impl {
   // As queued work keeps a group that is not held.
   std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
+  bool services_enabled = true;
   std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
   std::shared_ptr<UntypedSubscription> clock_subscription;
   std::vector<std::weak_ptr<Timer>> timers;
@@ -406,7 +407,7 @@ void Node::enable_service(const std::shared_ptr<UntypedService>& service,
   if (options.managed) {
     add(impl_->managed_services, service);
   }
-  service->set_enabled(!options.managed || impl_->managed_active);
+  service->set_enabled(!options.managed || impl_->services_enabled);
 }
 
 std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view name,
@@ -462,28 +463,35 @@ std::vector<std::shared_ptr<UntypedClient>> Node::clients() const {
 void Node::set_managed_active(bool active) {
   std::vector<std::shared_ptr<UntypedPublisher>> publishers;
   std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
-  std::vector<std::shared_ptr<UntypedService>> services;
   std::vector<std::shared_ptr<Timer>> timers;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->managed_active = active;
     publishers = alive(impl_->managed_publishers);
     subscriptions = alive(impl_->managed_subscriptions);
-    services = alive(impl_->managed_services);
     timers = alive(impl_->managed_timers);
   }
   // Publishers first when enabling: a callback that runs at once may publish.
   for (const auto& publisher : publishers) {
     publisher->set_enabled(active);
   }
-  for (const auto& service : services) {
-    service->set_enabled(active);
-  }
   for (const auto& timer : timers) {
     timer->set_enabled(active);
   }
   for (const auto& subscription : subscriptions) {
     subscription->set_enabled(active);
+  }
+}
+
+void Node::set_services_enabled(bool enabled) {
+  std::vector<std::shared_ptr<UntypedService>> services;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->services_enabled = enabled;
+    services = alive(impl_->managed_services);
+  }
+  for (const auto& service : services) {
+    service->set_enabled(enabled);
   }
 }
 

@@ -37,8 +37,8 @@ struct NodeOptions {
 // How a node makes its endpoints and timers; each has the members
 //
 //   group    where callbacks run: one that the node made; null: its default group
-//   managed  unmanaged ones work in every lifecycle state, managed ones only while active. A plain
-//            node is always active.
+//   managed  unmanaged ones work in every lifecycle state, managed ones only while active; but a
+//            service answers in every state, see there. A plain node is always active.
 
 struct NodePublisherOptions {
   PublisherEvents events = {};
@@ -54,6 +54,9 @@ struct NodeSubscriptionOptions {
   bool managed = true;
 };
 
+/// As those of rclcpp's lifecycle nodes, a service answers in every state: its caller waits. A
+/// handler whose request makes no sense while the component is not active says so in the response.
+/// Requests to managed services wait while an exception that left a callback is being processed.
 struct NodeServiceOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
@@ -206,8 +209,10 @@ class Node {
   /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
   /// need not wait: `close`, the destructor. Thread-safe.
   void stop_callbacks(const std::function<void()>& stopped);
-  /// Enables or disables all managed endpoints and timers, present and future ones.
+  /// Enables or disables all managed publishers, subscriptions and timers, present and future ones.
   void set_managed_active(bool active);
+  /// The same for managed services. Requests to disabled ones wait.
+  void set_services_enabled(bool enabled);
   /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
   /// it. The default lets it leave the executor's spin.
   virtual void on_callback_exception(std::exception_ptr error);
