@@ -16,8 +16,8 @@ namespace pipescout {
 namespace {
 
 using estimation::FactorKind;
-using estimation::RobustKernel;
 using estimation::StateEstimatorParameters;
+using statistics::RobustKernel;
 
 constexpr FloatingPointRange kSeconds{0.0, 86400.0};
 constexpr FloatingPointRange kMetres{-1e4, 1e4};

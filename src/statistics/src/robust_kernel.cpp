@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_vision/robust_kernel.hpp"
+#include "pipescout/statistics/robust_kernel.hpp"
 
 #include <cmath>
 
-namespace pipescout::rack_vision {
+namespace pipescout::statistics {
 
 double default_width(RobustKernel kernel) noexcept {
   switch (kernel) {
@@ -55,4 +55,4 @@ std::string_view to_string(RobustKernel kernel) noexcept {
   return "unknown";
 }
 
-}  // namespace pipescout::rack_vision
+}  // namespace pipescout::statistics

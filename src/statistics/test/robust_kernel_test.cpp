@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_vision/robust_kernel.hpp"
+#include "pipescout/statistics/robust_kernel.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <limits>
 
-namespace pipescout::rack_vision {
+namespace pipescout::statistics {
 namespace {
 
 constexpr std::array kKernels{RobustKernel::kNone, RobustKernel::kSaliency, RobustKernel::kHuber,
@@ -53,5 +53,21 @@ TEST(RobustKernel, EfficiencyOfTheUsualWidths) {
   }
 }
 
+TEST(RobustKernel, WeightsFallWithTheResidual) {
+  for (const auto kernel : kKernels) {
+    double before = 1;
+    for (double e = 0; e < 100; e += 0.37) {
+      const double weight = evaluate(kernel, e, 2).weight;
+      EXPECT_LE(weight, before) << to_string(kernel);
+      before = weight;
+    }
+  }
+}
+
+TEST(RobustKernel, HasNames) {
+  EXPECT_EQ(to_string(RobustKernel::kSaliency), "saliency");
+  EXPECT_EQ(to_string(static_cast<RobustKernel>(9)), "unknown");
+}
+
 }  // namespace
-}  // namespace pipescout::rack_vision
+}  // namespace pipescout::statistics

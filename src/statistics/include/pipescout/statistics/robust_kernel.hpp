@@ -7,11 +7,13 @@
 
 /// Weights of iteratively reweighted least squares. All are functions of e / sigma >= 0, the size
 /// of a residual in standard deviations, and of a width in the same unit.
-namespace pipescout::rack_vision {
+namespace pipescout::statistics {
 
 enum class RobustKernel : std::uint8_t {
   kNone,      ///< 1: least squares
-  kSaliency,  ///< nu / (nu + e): equation (29) times nu; nu is the width
+  kSaliency,  ///< nu / (nu + e): equation (29) of Lippiello and Cacace, "Robust
+              ///< visual localization of a UAV over a pipe-rack based on the Lie group SE(3)",
+              ///< times nu, which is the width
   kHuber,     ///< min(1, width / e)
   kCauchy,    ///< 1 / (1 + (e / width)^2)
   kTukey,     ///< (1 - (e / width)^2)^2, 0 beyond the width
@@ -68,4 +70,4 @@ struct KernelValue {
 /// "saliency", "tukey", ...; "unknown" for a value that is no enumerator.
 [[nodiscard]] std::string_view to_string(RobustKernel kernel) noexcept;
 
-}  // namespace pipescout::rack_vision
+}  // namespace pipescout::statistics
