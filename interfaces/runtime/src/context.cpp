@@ -7,7 +7,9 @@
 
 #include "broker.hpp"
 #include "graph.hpp"
+#include "pipescout/runtime/activity.hpp"
 #include "pipescout/runtime/graph.hpp"
+#include "step_reporter.hpp"
 
 namespace pipescout {
 
@@ -38,14 +40,39 @@ class ProcessContext final : public Context {
     return clock;
   }
 
+  const std::shared_ptr<Activity>& activity() const override { return activity_; }
+
+  const std::shared_ptr<StepTraffic>& step_traffic() const override {
+    return broker_->step_traffic();
+  }
+  std::shared_ptr<StepParticipation> take_part_in_steps(const std::string& clock_topic,
+                                                        const std::string& node) override {
+    if (broker_->transport() == nullptr) {
+      return nullptr;
+    }
+    const std::lock_guard lock(mutex_);
+    auto& known = step_reporters_[clock_topic];
+    auto reporter = known.lock();
+    if (!reporter) {
+      reporter = std::make_shared<StepReporter>(broker_, activity_, clock_topic);
+      known = reporter;
+    }
+    return std::make_shared<StepParticipation>(std::move(reporter), node);
+  }
+  std::shared_ptr<CallbackGroup> create_watch_group() override {
+    return broker_->watch_thread().create_group();
+  }
+
   Transport* transport() override { return broker_->transport(); }
 
  private:
   const std::shared_ptr<Broker> broker_;
   const std::unique_ptr<Graph> graph_;
   const std::shared_ptr<SystemClock> system_clock_;
+  const std::shared_ptr<Activity> activity_ = std::make_shared<Activity>();
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
+  std::map<std::string, std::weak_ptr<StepReporter>> step_reporters_;        // by clock's topic
 };
 
 }  // namespace

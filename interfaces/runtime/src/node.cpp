@@ -11,6 +11,7 @@
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
+#include "step_reporter.hpp"
 
 namespace pipescout {
 
@@ -78,6 +79,7 @@ class Node::Impl {
     auto group = options.executor->create_callback_group(type);
     group->set_exception_handler(
         [this](std::exception_ptr error) { node_.on_callback_exception(std::move(error)); });
+    group->join(options.context->activity(), name.fully_qualified());
     const std::lock_guard lock(mutex);
     if (held != Held::kNone) {
       group->hold();
@@ -124,6 +126,7 @@ class Node::Impl {
   bool services_enabled = true;
   std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
   std::shared_ptr<UntypedSubscription> clock_subscription;
+  std::shared_ptr<StepParticipation> step_participation;  // null unless it follows `/clock`
   std::vector<std::weak_ptr<Timer>> timers;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::weak_ptr<UntypedPublisher>> publishers;
@@ -146,6 +149,7 @@ class Node::Impl {
 void Node::Impl::use_simulated_time(bool simulated) {
   std::shared_ptr<SimulatedClock> clock;
   std::shared_ptr<UntypedSubscription> subscription;
+  std::shared_ptr<StepParticipation> participation;
   if (simulated) {
     Context& context = *options.context;
     const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
@@ -161,12 +165,14 @@ void Node::Impl::use_simulated_time(bool simulated) {
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);
+    participation = context.take_part_in_steps(subscription->topic().name, name.fully_qualified());
   }
   std::vector<std::shared_ptr<Timer>> switched;
   {
     const std::lock_guard lock(mutex);
     simulated_clock = clock;
     clock_subscription.swap(subscription);
+    step_participation.swap(participation);
     switched = alive(timers);
   }
   for (const auto& timer : switched) {
@@ -211,6 +217,7 @@ Node::~Node() {
   close();
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
+  impl_->step_participation.reset();
   impl_->parameter_services.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipescout/runtime/transport.hpp"
+#include "step_traffic.hpp"
 
 namespace pipescout {
 
@@ -20,6 +21,7 @@ class SharedReader final : private TransportReaderListener {
  public:
   /// The first subscription joins before anything can arrive. Throws TransportError.
   SharedReader(Transport& transport, const WireTopic& topic, const QoS& qos,
+               std::shared_ptr<StepTraffic> traffic,
                std::shared_ptr<TransportReaderListener> first);
   SharedReader(const SharedReader&) = delete;
   SharedReader& operator=(const SharedReader&) = delete;
@@ -50,6 +52,7 @@ class SharedReader final : private TransportReaderListener {
   const std::string topic_;
   const MessageType* const type_;
   const QoS qos_;
+  const std::shared_ptr<StepTraffic> traffic_;
   Gid gid_;
 
   // Held while the subscriptions are told, so that none is told after it left. Never held while
