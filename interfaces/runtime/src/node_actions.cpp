@@ -78,6 +78,9 @@ std::shared_ptr<UntypedActionClient> Node::create_untyped_action_client(
   const auto core = std::make_shared<ActionClientCore>(full, types, options, logger(), context());
   const std::weak_ptr<ActionClientCore> weak(core);
   const NodeClientOptions client{.qos = kServices, .group = options.group};
+  // Told of a match, who waits in an executor until the client is ready looks again.
+  const NodeSubscriptionOptions looked_at{
+      .events = {.matched = [](std::size_t) {}}, .group = options.group, .managed = false};
   ActionClientEndpoints endpoints;
   endpoints.feedback = create_untyped_subscription(
       action_part_name(full, "feedback"), *types.feedback_message,
@@ -87,7 +90,7 @@ std::shared_ptr<UntypedActionClient> Node::create_untyped_action_client(
           alive->feedback_came(message);
         }
       },
-      {.group = options.group, .managed = false});
+      looked_at);
   endpoints.status = create_untyped_subscription(
       action_part_name(full, "status"), message_type<GoalStatusArray>(), kStatus,
       [weak](const std::shared_ptr<const void>& message, const MessageInfo&) {
@@ -95,7 +98,7 @@ std::shared_ptr<UntypedActionClient> Node::create_untyped_action_client(
           alive->status_came(*static_cast<const GoalStatusArray*>(message.get()));
         }
       },
-      {.group = options.group, .managed = false});
+      looked_at);
   endpoints.get_result =
       create_untyped_client_on(action_part_name(full, "get_result"), *types.get_result_request,
                                *types.get_result_response, client);
