@@ -35,6 +35,9 @@ class LocalSubscription final : public UntypedSubscription {
   std::size_t publisher_count() const override { return queue_->publisher_count(); }
   int local_publisher_count() const override { return queue_->local_publisher_count(); }
   int remote_publisher_count() const override { return queue_->remote_publisher_count(); }
+  bool is_matched(const Gid& publisher) const override {
+    return broker_->is_matched(*queue_, publisher) || (reader_ && reader_->is_matched(publisher));
+  }
   LivelinessChange liveliness() const override { return queue_->liveliness(); }
   SubscriptionStatistics statistics() const override { return queue_->statistics(); }
   const Gid& gid() const override { return gid_; }
@@ -174,6 +177,17 @@ void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<Subscripti
   } else {
     publisher.match(queue);
   }
+}
+
+bool Broker::is_matched(const SubscriptionQueue& queue, const Gid& publisher) {
+  const std::lock_guard lock(mutex_);
+  const auto found = topics_.find(queue.options().topic.name);
+  return found != topics_.end() &&
+         std::any_of(found->second.publishers.begin(), found->second.publishers.end(),
+                     [&](const LocalPublisher* candidate) {
+                       return candidate->gid() == publisher &&
+                              !incompatibility(candidate->qos(), queue.options().qos);
+                     });
 }
 
 void Broker::remove(LocalPublisher& publisher) {

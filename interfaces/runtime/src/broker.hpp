@@ -50,6 +50,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
     tell_destroyed(&subscription);
   }
 
+  /// True when the publisher of that identity is in this process and matches the subscription.
+  [[nodiscard]] bool is_matched(const SubscriptionQueue& queue, const Gid& publisher);
+
   void remove(LocalPublisher& publisher);
   void remove(const std::shared_ptr<SubscriptionQueue>& queue);
 

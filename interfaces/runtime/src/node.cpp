@@ -133,10 +133,12 @@ class Node::Impl {
   std::vector<std::weak_ptr<UntypedSubscription>> subscriptions;
   std::vector<std::weak_ptr<UntypedService>> services;
   std::vector<std::weak_ptr<UntypedClient>> clients;
+  std::vector<std::weak_ptr<UntypedActionServer>> action_servers;
   std::vector<std::weak_ptr<UntypedPublisher>> managed_publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> managed_subscriptions;
   std::vector<std::weak_ptr<UntypedService>> managed_services;
   std::vector<std::weak_ptr<Timer>> managed_timers;
+  std::vector<std::weak_ptr<UntypedActionServer>> managed_action_servers;
 
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
@@ -215,6 +217,9 @@ Node::Node(NodeOptions options, CallbackStart start) {
 
 Node::~Node() {
   close();
+  for (const auto& server : action_servers()) {
+    server->close();  // it asks for the node's time
+  }
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
   impl_->step_participation.reset();
@@ -426,12 +431,26 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
                   .request = &request,
                   .response = &response,
                   .qos = options.qos,
-                  .group = impl_->own_group(options.group)});
+                  .group = impl_->own_group(options.group),
+                  .matched = options.matched});
   context().graph().add_endpoint(impl_->name, client->request_publisher());
   context().graph().add_endpoint(impl_->name, client->reply_subscription());
   const std::lock_guard lock(impl_->mutex);
   add(impl_->clients, client);
   return client;
+}
+
+std::string Node::action_name(std::string_view name) const {
+  return resolve_topic_name(name, impl_->name, impl_->options.remap_rules);
+}
+
+void Node::add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed) {
+  const std::lock_guard lock(impl_->mutex);
+  add(impl_->action_servers, server);
+  if (managed) {
+    add(impl_->managed_action_servers, server);
+    server->set_accepting(impl_->managed_active);
+  }
 }
 
 std::shared_ptr<Timer> Node::create_timer(Duration period, std::function<void()> callback,
@@ -467,16 +486,23 @@ std::vector<std::shared_ptr<UntypedClient>> Node::clients() const {
   return alive(impl_->clients);
 }
 
+std::vector<std::shared_ptr<UntypedActionServer>> Node::action_servers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return alive(impl_->action_servers);
+}
+
 void Node::set_managed_active(bool active) {
   std::vector<std::shared_ptr<UntypedPublisher>> publishers;
   std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
   std::vector<std::shared_ptr<Timer>> timers;
+  std::vector<std::shared_ptr<UntypedActionServer>> servers_of_actions;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->managed_active = active;
     publishers = alive(impl_->managed_publishers);
     subscriptions = alive(impl_->managed_subscriptions);
     timers = alive(impl_->managed_timers);
+    servers_of_actions = alive(impl_->managed_action_servers);
   }
   // Publishers first when enabling: a callback that runs at once may publish.
   for (const auto& publisher : publishers) {
@@ -487,6 +513,9 @@ void Node::set_managed_active(bool active) {
   }
   for (const auto& subscription : subscriptions) {
     subscription->set_enabled(active);
+  }
+  for (const auto& server : servers_of_actions) {
+    server->set_accepting(active);
   }
 }
 

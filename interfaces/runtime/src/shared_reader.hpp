@@ -35,6 +35,7 @@ class SharedReader final : private TransportReaderListener {
   /// No call of the subscription is in progress or follows once this returned.
   void leave(const TransportReaderListener& subscription);
 
+  [[nodiscard]] bool is_matched(const Gid& writer) const { return reader_->is_matched(writer); }
   [[nodiscard]] const Gid& gid() const noexcept { return gid_; }
 
  private:

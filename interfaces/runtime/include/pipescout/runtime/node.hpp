@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/runtime/action_client.hpp"
+#include "pipescout/runtime/action_server.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/logger.hpp"
@@ -67,6 +69,7 @@ struct NodeServiceOptions {
 struct NodeClientOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
+  std::function<void()> matched = {};  ///< called after the servers that are matched changed
 };
 
 struct TimerOptions {
@@ -172,6 +175,22 @@ class Node {
                                               message_type<typename S::Response>(), options));
   }
 
+  /// Serves an action: see ActionHandlers. The server follows the node's clock. Throws
+  /// std::invalid_argument too when the handler `accepted` is empty or an option out of its range.
+  template <ActionTag A>
+  [[nodiscard]] ActionServer<A> create_action_server(std::string_view name,
+                                                     ActionHandlers<A> handlers,
+                                                     const NodeActionServerOptions& options = {}) {
+    return ActionServer<A>(create_untyped_action_server(name, action_types<A>(),
+                                                        std::move(handlers).untyped(), options));
+  }
+
+  template <ActionTag A>
+  [[nodiscard]] ActionClient<A> create_action_client(std::string_view name,
+                                                     const NodeActionClientOptions& options = {}) {
+    return ActionClient<A>(create_untyped_action_client(name, action_types<A>(), options));
+  }
+
   /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
   /// begins when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
@@ -184,12 +203,19 @@ class Node {
       std::string_view topic, const MessageType& type, const QoS& qos,
       UntypedSubscription::Callback callback, NodeSubscriptionOptions options = {});
 
+  [[nodiscard]] std::shared_ptr<UntypedActionServer> create_untyped_action_server(
+      std::string_view name, const ActionTypes& types, UntypedActionHandlers handlers,
+      const NodeActionServerOptions& options = {});
+  [[nodiscard]] std::shared_ptr<UntypedActionClient> create_untyped_action_client(
+      std::string_view name, const ActionTypes& types, const NodeActionClientOptions& options = {});
+
   /// Every endpoint, service and client that this node made and that still exists. The endpoints of
-  /// services and clients are found through these.
+  /// services and clients are found through these; those of actions are among them.
   [[nodiscard]] std::vector<std::shared_ptr<UntypedPublisher>> publishers() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedService>> services() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedClient>> clients() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedActionServer>> action_servers() const;
 
  protected:
   enum class CallbackStart {
@@ -209,7 +235,8 @@ class Node {
   /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
   /// need not wait: `close`, the destructor. Thread-safe.
   void stop_callbacks(const std::function<void()>& stopped);
-  /// Enables or disables all managed publishers, subscriptions and timers, present and future ones.
+  /// Enables or disables all managed publishers, subscriptions, timers and action servers, present
+  /// and future ones.
   void set_managed_active(bool active);
   /// The same for managed services. Requests to disabled ones wait.
   void set_services_enabled(bool enabled);
@@ -252,6 +279,8 @@ class Node {
                                                           const MessageType& request,
                                                           const MessageType& response,
                                                           const NodeClientOptions& options);
+  std::string action_name(std::string_view name) const;
+  void add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed);
 
   class Impl;
   std::unique_ptr<Impl> impl_;
