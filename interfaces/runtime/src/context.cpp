@@ -8,6 +8,7 @@
 #include "broker.hpp"
 #include "graph.hpp"
 #include "pipescout/runtime/graph.hpp"
+#include "transform_listener.hpp"
 
 namespace pipescout {
 
@@ -38,6 +39,19 @@ class ProcessContext final : public Context {
     return clock;
   }
 
+  std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) override {
+    const std::lock_guard lock(mutex_);
+    auto& known = transform_listeners_[{tf_topic, tf_static_topic}];
+    auto listener = known.lock();
+    if (!listener) {
+      listener = std::make_shared<TransformListener>(tf_topic, tf_static_topic);
+      listener->start(*this);
+      known = listener;
+    }
+    return listener;
+  }
+
   Transport* transport() override { return broker_->transport(); }
 
  private:
@@ -46,6 +60,8 @@ class ProcessContext final : public Context {
   const std::shared_ptr<SystemClock> system_clock_;
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
+  std::map<std::pair<std::string, std::string>, std::weak_ptr<TransformListener>>
+      transform_listeners_;  // by topics
 };
 
 }  // namespace

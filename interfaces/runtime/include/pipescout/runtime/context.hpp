@@ -15,6 +15,7 @@
 namespace pipescout {
 
 class Graph;
+class TransformListener;
 
 /// An endpoint was asked for on a topic that carries another type in this process.
 class TopicTypeMismatch : public std::runtime_error {
@@ -74,6 +75,11 @@ class Context : public std::enable_shared_from_this<Context> {
   /// context. The nodes that follow the topic drive it.
   [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock(
       const std::string& topic = "/clock") = 0;
+
+  /// What fills the transform buffer of this process for a pair of topics, in fully qualified
+  /// names; it exists while somebody holds it. For `Transforms`.
+  [[nodiscard]] virtual std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) = 0;
 
   /// Null for the in-process backend.
   [[nodiscard]] virtual Transport* transport() = 0;
