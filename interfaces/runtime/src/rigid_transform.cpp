@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace pipescout {
+namespace pipescout::rigid {
 namespace {
 
 struct Weights {
@@ -84,4 +84,4 @@ geometry_msgs::msg::Transform to_message(const RigidTransform& transform) noexce
   return message;
 }
 
-}  // namespace pipescout
+}  // namespace pipescout::rigid

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <geometry_msgs/msg/transform.hpp>
 
-namespace pipescout {
+/// Of its own, as `interfaces/catalogue` has functions of the same names for its own types.
+namespace pipescout::rigid {
 
 /// A rotation (unit quaternion x y z w), then a translation. The runtime needs no more of geometry
 /// than this, and links no library of it.
@@ -62,4 +63,4 @@ struct RigidTransform {
 [[nodiscard]] RigidTransform from_message(const geometry_msgs::msg::Transform& message) noexcept;
 [[nodiscard]] geometry_msgs::msg::Transform to_message(const RigidTransform& transform) noexcept;
 
-}  // namespace pipescout
+}  // namespace pipescout::rigid

@@ -131,7 +131,7 @@ class TransformBuffer::Impl {
                                          const Gid& authority) {
     const std::string_view child_name = without_slash(message.child_frame_id);
     const std::string_view parent_name = without_slash(message.header.frame_id);
-    RigidTransform transform = from_message(message.transform);
+    RigidTransform transform = rigid::from_message(message.transform);
     if (auto refusal = check(child_name, parent_name, transform)) {
       return refusal;
     }
@@ -513,7 +513,7 @@ class TransformBuffer::Impl {
     told.header.stamp = to_message(time);
     told.header.frame_id = frames_[target].name;
     told.child_frame_id = frames_[source].name;
-    told.transform = to_message(transform);
+    told.transform = rigid::to_message(transform);
     return {std::move(told), gap};
   }
 

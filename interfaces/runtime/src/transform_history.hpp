@@ -10,6 +10,8 @@
 
 namespace pipescout {
 
+using rigid::RigidTransform;
+
 /// The transforms of one child to its parent over the last seconds, by time. Bounded. Not
 /// thread-safe.
 class TransformHistory {

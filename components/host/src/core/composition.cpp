@@ -31,11 +31,12 @@ class Reader {
   Composition read(const YAML::Node& root) {
     if (!root.IsMap()) {
       fail(root,
-           "a composition is a map with the keys name, arguments, executor, components, "
-           "complete_when");
+           "a composition is a map with the keys name, arguments, executor, robot_description, "
+           "components, complete_when");
     }
-    check_keys(root, "the composition",
-               {"name", "arguments", "executor", "components", "complete_when"});
+    check_keys(
+        root, "the composition",
+        {"name", "arguments", "executor", "robot_description", "components", "complete_when"});
     read_arguments(root["arguments"]);
     read_name(root["name"]);
     if (inputs_.mission_folder) {
@@ -47,6 +48,7 @@ class Reader {
     if (!components) {
       fail(root, "key 'components' is missing");
     }
+    read_robot_description(root["robot_description"]);
     read_components(components);
     read_complete_when(root["complete_when"]);
     apply_parameter_files();
@@ -204,6 +206,27 @@ class Reader {
     }
   }
 
+  /// Short for a component that tells it, before all others.
+  void read_robot_description(const YAML::Node& node) {
+    if (!node) {
+      return;
+    }
+    auto file = std::filesystem::path(text(node, "'robot_description'"));
+    if (file.is_relative()) {
+      file = std::filesystem::path(path_).parent_path() / file;
+    }
+    if (!std::filesystem::is_regular_file(file)) {
+      fail(node, "there is no robot description " + file.string());
+    }
+    ComponentEntry entry;
+    entry.type = "pipescout::RobotDescription";
+    entry.name = {inputs_.ns, "robot_description"};
+    entry.location = entry.type_location = location(path_, node.Mark());
+    entry.parameters.push_back(
+        {.name = "urdf_file", .value = file.string(), .source = entry.location});
+    composition_.components.push_back(std::move(entry));
+  }
+
   void read_components(const YAML::Node& node) {
     if (node.IsNull()) {
       return;
@@ -212,6 +235,9 @@ class Reader {
       fail(node, "'components' must be a list");
     }
     std::map<NodeName, std::string> seen;
+    for (const auto& entry : composition_.components) {
+      seen.emplace(entry.name, entry.location);
+    }
     for (const auto& item : node) {
       auto entry = read_component(item);
       const auto [other, is_new] = seen.emplace(entry.name, entry.location);
