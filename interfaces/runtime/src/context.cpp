@@ -10,6 +10,7 @@
 #include "pipescout/runtime/activity.hpp"
 #include "pipescout/runtime/graph.hpp"
 #include "step_reporter.hpp"
+#include "transform_listener.hpp"
 
 namespace pipescout {
 
@@ -63,6 +64,19 @@ class ProcessContext final : public Context {
     return broker_->watch_thread().create_group();
   }
 
+  std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) override {
+    const std::lock_guard lock(mutex_);
+    auto& known = transform_listeners_[{tf_topic, tf_static_topic}];
+    auto listener = known.lock();
+    if (!listener) {
+      listener = std::make_shared<TransformListener>(tf_topic, tf_static_topic);
+      listener->start(*this);
+      known = listener;
+    }
+    return listener;
+  }
+
   Transport* transport() override { return broker_->transport(); }
 
  private:
@@ -73,6 +87,8 @@ class ProcessContext final : public Context {
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
   std::map<std::string, std::weak_ptr<StepReporter>> step_reporters_;        // by clock's topic
+  std::map<std::pair<std::string, std::string>, std::weak_ptr<TransformListener>>
+      transform_listeners_;  // by topics
 };
 
 }  // namespace

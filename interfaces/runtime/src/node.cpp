@@ -12,6 +12,7 @@
 #include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
 #include "step_reporter.hpp"
+#include "transform_listener.hpp"
 
 namespace pipescout {
 
@@ -143,6 +144,7 @@ class Node::Impl {
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
   std::unique_ptr<Rosout> rosout;
+  std::unique_ptr<Transforms> transforms;  // null: not in use
 
  private:
   Node& node_;
@@ -176,6 +178,9 @@ void Node::Impl::use_simulated_time(bool simulated) {
     clock_subscription.swap(subscription);
     step_participation.swap(participation);
     switched = alive(timers);
+    if (transforms) {
+      transforms->follow(clock);
+    }
   }
   for (const auto& timer : switched) {
     timer->follow(clock);
@@ -224,6 +229,7 @@ Node::~Node() {
   impl_->clock_subscription.reset();
   impl_->step_participation.reset();
   impl_->parameter_services.reset();
+  impl_->transforms.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);
 }
@@ -315,12 +321,50 @@ Parameters& Node::parameters() const {
   return impl_->parameters;
 }
 
-Time Node::now() const {
-  std::shared_ptr<SimulatedClock> simulated;
+std::string Node::resolve_topic(std::string_view name) const {
+  return resolve_topic_name(name, impl_->name, impl_->options.remap_rules);
+}
+
+Transforms& Node::transforms() {
   {
     const std::lock_guard lock(impl_->mutex);
-    simulated = impl_->simulated_clock;
+    if (impl_->transforms) {
+      return *impl_->transforms;
+    }
   }
+  auto made = std::make_unique<Transforms>(*this);
+  const auto subscriptions = made->listener_->subscriptions();
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (impl_->transforms) {
+      return *impl_->transforms;  // another thread was faster
+    }
+    if (impl_->simulated_clock) {
+      made->follow(impl_->simulated_clock);
+    }
+    impl_->transforms = std::move(made);
+    for (const auto& subscription : subscriptions) {
+      add(impl_->subscriptions, subscription);
+    }
+  }
+  for (const auto& subscription : subscriptions) {
+    context().graph().add_shared_endpoint(impl_->name, subscription);
+  }
+  return *impl_->transforms;
+}
+
+const Transforms* Node::transforms_in_use() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->transforms.get();
+}
+
+std::shared_ptr<SimulatedClock> Node::simulated_clock() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->simulated_clock;
+}
+
+Time Node::now() const {
+  const std::shared_ptr<SimulatedClock> simulated = simulated_clock();
   return simulated ? simulated->now() : context().system_clock()->now();
 }
 

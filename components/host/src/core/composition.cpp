@@ -87,14 +87,16 @@ class Reader {
   void check_root(const YAML::Node& root) const {
     if (!root.IsMap()) {
       fail(root,
-           "a composition is a map with the keys name, arguments, executor, include, components, "
-           "complete_when");
+           "a composition is a map with the keys name, arguments, executor, robot_description, "
+           "include, components, complete_when");
     }
     check_keys(root, "the composition",
-               {"name", "arguments", "executor", "include", "components", "complete_when"});
+               {"name", "arguments", "executor", "robot_description", "include", "components",
+                "complete_when"});
   }
 
   void read_contents(const YAML::Node& root) {
+    read_robot_description(root["robot_description"]);
     read_includes(root["include"]);
     if (root["components"]) {
       read_components(root["components"]);
@@ -348,6 +350,35 @@ class Reader {
     return settings;
   }
 
+  /// Short for a component that tells it, before all others.
+  void read_robot_description(const YAML::Node& node) {
+    if (!node) {
+      return;
+    }
+    const auto file = existing_file(node, "robot description");
+    ComponentEntry entry;
+    entry.type = "pipescout::RobotDescription";
+    entry.name = {inputs_.ns, "robot_description"};
+    entry.location = entry.type_location = location(path_, node.Mark());
+    entry.parameters.push_back(
+        {.name = "urdf_file", .value = file.string(), .source = entry.location});
+    add_component(node, std::move(entry));
+  }
+
+  void add_component(const YAML::Node& name_node, ComponentEntry entry) {
+    const auto [other, is_new] = reading_.seen.emplace(entry.name, entry.location);
+    if (!is_new) {
+      const auto name = entry.name.fully_qualified();
+      fail(name_node,
+           other->second == entry.location
+               ? "component '" + name +
+                     "' is there twice, since this file is included more than once: give each "
+                     "include a namespace of its own"
+               : "two components of the name '" + name + "'; the other is at " + other->second);
+    }
+    composition_.components.push_back(std::move(entry));
+  }
+
   void read_components(const YAML::Node& node) {
     if (node.IsNull()) {
       return;
@@ -361,18 +392,7 @@ class Reader {
         reading_.left_out.push_back(read_node_name(item));
         continue;
       }
-      auto entry = read_component(item);
-      const auto [other, is_new] = reading_.seen.emplace(entry.name, entry.location);
-      if (!is_new) {
-        const auto name = entry.name.fully_qualified();
-        fail(item["name"],
-             other->second == entry.location
-                 ? "component '" + name +
-                       "' is there twice, since this file is included more than once: give each "
-                       "include a namespace of its own"
-                 : "two components of the name '" + name + "'; the other is at " + other->second);
-      }
-      composition_.components.push_back(std::move(entry));
+      add_component(item["name"], read_component(item));
     }
   }
 

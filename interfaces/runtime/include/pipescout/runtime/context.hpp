@@ -18,6 +18,7 @@ class Activity;
 class Graph;
 class StepTraffic;
 struct StepParticipation;
+class TransformListener;
 
 /// An endpoint was asked for on a topic that carries another type in this process.
 class TopicTypeMismatch : public std::runtime_error {
@@ -90,6 +91,11 @@ class Context : public std::enable_shared_from_this<Context> {
   /// A group on a thread of the context that no component can hold up. Its callbacks must neither
   /// block nor throw, and must not own the context.
   [[nodiscard]] virtual std::shared_ptr<CallbackGroup> create_watch_group() = 0;
+
+  /// What fills the transform buffer of this process for a pair of topics, in fully qualified
+  /// names; it exists while somebody holds it. For `Transforms`.
+  [[nodiscard]] virtual std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) = 0;
 
   /// Null for the in-process backend.
   [[nodiscard]] virtual Transport* transport() = 0;

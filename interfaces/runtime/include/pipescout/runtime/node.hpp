@@ -22,6 +22,7 @@
 #include "pipescout/runtime/subscription.hpp"
 #include "pipescout/runtime/timer.hpp"
 #include "pipescout/runtime/topic.hpp"
+#include "pipescout/runtime/transforms.hpp"
 
 namespace pipescout {
 
@@ -101,6 +102,14 @@ class Node {
   [[nodiscard]] Time now() const;
   /// Mutually exclusive; where callbacks run unless another group is given.
   [[nodiscard]] const std::shared_ptr<CallbackGroup>& default_group() const;
+  /// The name of a topic as the node uses it: expanded, remapped. Throws InvalidName.
+  [[nodiscard]] std::string resolve_topic(std::string_view name) const;
+  /// The transforms of this node's robot. From the first call on the process listens to `tf` and
+  /// `tf_static`, in every lifecycle state; a node that may look up something calls it before, in
+  /// `on_configure`. Throws what making a subscription throws.
+  [[nodiscard]] Transforms& transforms();
+  /// Null before the first call of `transforms`.
+  [[nodiscard]] const Transforms* transforms_in_use() const;
   [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(CallbackGroupType type);
 
   // All that follow throw InvalidName for a name that cannot be expanded or remapped,
@@ -267,6 +276,10 @@ class Node {
       }
     };
   }
+
+  friend class Transforms;
+  /// Null: the time of this machine.
+  [[nodiscard]] std::shared_ptr<SimulatedClock> simulated_clock() const;
 
   std::shared_ptr<UntypedService> create_untyped_service_on(std::string_view name,
                                                             const MessageType& request,
