@@ -74,7 +74,7 @@ SampleIdentity DdsWriter::write(const void* message, const SampleIdentity& relat
   }
   bool written = false;
   contain("a write", [&] {
-    OutgoingSample sample{.message = message, .reference = store(message)};
+    OutgoingSample sample{.type = type_, .message = message, .reference = store(message)};
     written = writer_->write(&sample, params);
   });
   if (!written) {

@@ -246,7 +246,7 @@ void Participant::release(const std::string& name) {
 void Participant::register_type(const MessageType& type) {
   int& uses = type_uses_[std::string(type.dds_name)];
   if (uses == 0) {
-    const fastdds::TypeSupport support(new WireType(type));
+    const fastdds::TypeSupport support(new WireType(type.dds_name));
     if (participant_->register_type(support) != ReturnCode_t::RETCODE_OK) {
       throw TransportError("type " + std::string(type.name) + ": cannot register it");
     }

@@ -289,7 +289,9 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
   }
   ++statistics_.published;
   sample.local_sequence_number = ++sequence_number_;
-  const MessageInfo info{.source_time = SystemClock().now(),
+  const Time now = SystemClock().now();
+  const MessageInfo info{.source_time = now,
+                         .reception_time = now,
                          .identity = {gid_, sequence_number_},
                          .related = related,
                          .from_this_process = true};
@@ -297,15 +299,16 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
   if (options_.qos.lifespan) {
     expiry = info.source_time + *options_.qos.lifespan;
   }
+  MessageForms forms(message, *options_.topic.type);
   for (const auto& queue : matches_) {
-    queue->receive(message, info, expiry);
+    deliver(*queue, forms, info, expiry);
   }
   const bool retain = options_.qos.durability == Durability::kTransientLocal;
   if (retain) {
     if (retained_.size() >= options_.qos.depth) {
       retained_.pop_front();
     }
-    retained_.push_back({message, info, expiry});
+    retained_.push_back({std::move(forms), info, expiry});
   }
   if (deadline_) {
     deadline_->touch();
@@ -319,6 +322,15 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
     sample.remote_sequence_number = send({std::move(message), related}, lock);
   }
   return sample;
+}
+
+void LocalPublisher::deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
+                             std::optional<Time> expiry) {
+  if (auto message = forms.as(*queue.options().topic.type)) {
+    queue.receive(std::move(message), info, expiry);
+  } else {
+    queue.on_malformed_sample();
+  }
 }
 
 std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lock) {
@@ -451,9 +463,9 @@ void LocalPublisher::match(const std::shared_ptr<SubscriptionQueue>& queue) {
     const std::size_t skip = retained_.size() > depth ? retained_.size() - depth : 0;
     const Time now = SystemClock().now();
     for (std::size_t i = skip; i < retained_.size(); ++i) {
-      const Retained& retained = retained_[i];
+      Retained& retained = retained_[i];
       if (!retained.expiry || now <= *retained.expiry) {
-        queue->receive(retained.message, retained.info, retained.expiry);
+        deliver(*queue, retained.forms, retained.info, retained.expiry);
       }
     }
   }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "message_forms.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "shared_reader.hpp"
 #include "step_traffic.hpp"
@@ -131,7 +132,7 @@ class LocalPublisher final : public UntypedPublisher,
 
  private:
   struct Retained {
-    std::shared_ptr<const void> message;
+    MessageForms forms;
     MessageInfo info;
     std::optional<Time> expiry;
   };
@@ -141,6 +142,8 @@ class LocalPublisher final : public UntypedPublisher,
     SampleIdentity related;
   };
 
+  static void deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
+                      std::optional<Time> expiry);
   /// Sends the message, and what other threads publish meanwhile; or leaves it to the thread that
   /// is sending. Returns its sequence number, 0 when it has none (yet). The lock is on mutex_.
   std::int64_t send(Outgoing own, std::unique_lock<std::mutex>& lock);

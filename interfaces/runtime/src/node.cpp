@@ -409,21 +409,27 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
     std::string_view topic, const MessageType& type, const QoS& qos,
     UntypedSubscription::Callback callback, NodeSubscriptionOptions options) {
   const std::string full = resolve_topic_name(topic, impl_->name, impl_->options.remap_rules);
-  auto& incompatible_qos = options.events.incompatible_qos;
-  incompatible_qos = [logger = impl_->logger, full,
-                      told = std::move(incompatible_qos)](const IncompatibleQos& event) {
-    logger.warn("a publisher of '" + full +
-                "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
-    if (told) {
-      told(event);
-    }
-  };
+  if (!options.at_once) {
+    auto& incompatible_qos = options.events.incompatible_qos;
+    incompatible_qos = [logger = impl_->logger, full,
+                        told = std::move(incompatible_qos)](const IncompatibleQos& event) {
+      logger.warn(
+          "a publisher of '" + full +
+          "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
+      if (told) {
+        told(event);
+      }
+    };
+  } else if (options.group) {
+    throw std::invalid_argument("subscription of '" + full +
+                                "': a callback at once runs in no callback group");
+  }
   auto subscription = context().create_subscription(
       {.topic = {mangle_topic_name(full, DdsTopicKind::kTopic), &type},
        .qos = qos,
        .callback = std::move(callback),
        .events = std::move(options.events),
-       .group = impl_->own_group(options.group),
+       .group = options.at_once ? nullptr : impl_->own_group(options.group),
        .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);

@@ -4,6 +4,8 @@
 #include <exception>
 #include <utility>
 
+#include "pipescout/runtime/serialized_message.hpp"
+
 namespace pipescout {
 
 SharedReader::SharedReader(Transport& transport, const WireTopic& topic, const QoS& qos,
@@ -19,7 +21,8 @@ SharedReader::SharedReader(Transport& transport, const WireTopic& topic, const Q
 }
 
 bool SharedReader::serves(const WireTopic& topic, const QoS& qos) const {
-  return topic_ == topic.name && type_->dds_name == topic.type->dds_name && qos_ == qos;
+  return topic_ == topic.name && type_->dds_name == topic.type->dds_name &&
+         is_serialized(*type_) == is_serialized(*topic.type) && qos_ == qos;
 }
 
 bool SharedReader::join(const std::shared_ptr<TransportReaderListener>& subscription) {

@@ -218,8 +218,11 @@ SampleIdentity FakeNetwork::State::write(const Gid& writer, const void* message,
     sample.bytes.resize(written);
     ++serialisations_;
     identity = {writer, ++endpoint.sequence_number};
-    sample.info = {
-        .source_time = now(), .identity = identity, .related = related, .from_this_process = false};
+    sample.info = {.source_time = now(),
+                   .reception_time = {},
+                   .identity = identity,
+                   .related = related,
+                   .from_this_process = false};
     if (endpoint.qos.durability == Durability::kTransientLocal) {
       if (endpoint.history.size() >= endpoint.qos.depth) {
         endpoint.history.pop_front();
@@ -257,6 +260,7 @@ void FakeNetwork::State::receive(const Gid& reader_gid, Sample sample) {
     listener->tell([](TransportReaderListener& told) { told.on_samples_lost(1); });
     return;
   }
+  sample.info.reception_time = now();
   std::shared_ptr<void> message = topic.type->create();
   if (!topic.type->deserialize(sample.bytes, message.get())) {
     listener->tell([](TransportReaderListener& told) { told.on_malformed_sample(); });

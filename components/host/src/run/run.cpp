@@ -8,15 +8,12 @@
 #include <algorithm>
 #include <csignal>
 #include <deque>
-#include <filesystem>
 #include <iostream>
-#include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/watchdog.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
-#include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
 #include "pipescout/runtime/stop_signals.hpp"
@@ -24,12 +21,11 @@
 #include "run/event_loop.hpp"
 #include "run/executors.hpp"
 #include "run/host_node.hpp"
+#include "run/mission.hpp"
 #include "run/service_manager.hpp"
 
 namespace pipescout::host {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// From the request to stop until the process has ended; of that, for the components.
 constexpr Duration kGrace = std::chrono::milliseconds(2000);
@@ -37,12 +33,6 @@ constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
 /// How long a new participant may take to find those that are there already: mostly 0.15 s.
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
-
-/// The run cannot start; what() says why.
-class StartError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// One component of the running composition: loaded here, or in a process of its own.
 struct Running {
@@ -147,43 +137,26 @@ class Run {
 
   [[nodiscard]] int exit_code() const {
     const bool complete = progress_->outcome() == MissionProgress::Outcome::kComplete;
-    if (complete || composition_.complete_when.empty()) {
+    if (complete || mission_.composition.complete_when.empty()) {
       return 0;
     }
     return 128 + stop_signal_;
   }
 
   void read_composition() {
-    auto inputs = options_.inputs();
-    inputs.mission_folder = [this](const std::string& mission) {
-      if (options_.out) {
-        mission_path_ = fs::absolute(*options_.out);
-      } else {
-        reserved_.emplace(fs::current_path(), mission, std::chrono::system_clock::now());
-        mission_path_ = reserved_->path();
-      }
-      return mission_path_.string();
-    };
-    composition_ = load_composition(options_.composition, inputs);
-    for (const auto& entry : composition_.components) {
-      try {
-        static_cast<void>(registry_.find(entry.type));
-      } catch (const UnknownComponent& error) {
-        throw StartError(entry.type_location + ": " + error.what());
-      }
-    }
-    progress_.emplace(composition_.complete_when);
+    mission_.open(options_, registry_);
+    progress_.emplace(mission_.composition.complete_when);
   }
 
   void make_components() {
     auto dds = DdsOptions::from_environment();
-    dds.name = "pipescout " + composition_.name;
+    dds.name = "pipescout " + mission_.composition.name;
     context_ = Context::create(create_dds_transport(dds));
     refuse_taken_names();
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },
         .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
-    auto& shared = executors_->add("the composition", composition_.executor);
+    auto& shared = executors_->add("the composition", mission_.composition.executor);
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{
             context_, &shared, {join_namespaces("/", options_.ns), "pipescout_container"}},
@@ -191,7 +164,7 @@ class Run {
     for (const auto& problem : registry_.problems()) {
       container_->node().logger().warn(problem);
     }
-    for (const auto& entry : composition_.components) {
+    for (const auto& entry : mission_.composition.components) {
       auto& component = components_.emplace_back();
       component.entry = &entry;
       if (entry.executor && !entry.isolate) {
@@ -208,13 +181,13 @@ class Run {
       }
     }
     wait_for_children();
-    check_parameter_arguments();
+    check_parameters();
   }
 
   /// A component on the network that another process runs already.
   [[nodiscard]] const ComponentEntry* taken() const {
     const auto nodes = context_->graph().nodes();
-    const auto& entries = composition_.components;
+    const auto& entries = mission_.composition.components;
     const auto found = std::find_if(entries.begin(), entries.end(), [&](const auto& entry) {
       return std::binary_search(nodes.begin(), nodes.end(), entry.name);
     });
@@ -257,7 +230,7 @@ class Run {
     std::vector<std::string> arguments{"run", options_.composition};
     arguments.insert(arguments.end(), options_.arguments.begin(), options_.arguments.end());
     arguments.insert(arguments.end(),
-                     {"--namespace", options_.ns, "--out", mission_path_.string(),
+                     {"--namespace", options_.ns, "--out", mission_.folder.string(),
                       "--isolated-component", component.entry->name.fully_qualified()});
     for (const auto& parameter : options_.parameters) {
       arguments.insert(arguments.end(), {"--param", parameter});
@@ -346,7 +319,7 @@ class Run {
     if (watchdog_) {
       at(watchdog_->on_time(now));
     }
-    if (progress_ && !composition_.complete_when.empty() && !stopping()) {
+    if (progress_ && !mission_.composition.complete_when.empty() && !stopping()) {
       progress_printer_.show(progress_->line(), progress_->fraction(), now);
     }
     return due;
@@ -417,34 +390,22 @@ class Run {
     }
   }
 
-  /// `--param k:=v` is for all components; when none has it, it is misspelt.
-  void check_parameter_arguments() const {
+  void check_parameters() const {
     if (stopping()) {
       return;
     }
-    std::set<std::string> known;
+    std::vector<std::vector<NamedParameter>> parameters;
     for (const auto& component : components_) {
-      for (const auto& parameter : component.parameters) {
-        known.insert(parameter.name);
-      }
+      parameters.push_back(component.parameters);
     }
-    for (const auto& entry : composition_.components) {
-      for (const auto& parameter : entry.parameters) {
-        if (parameter.from_wildcard && parameter.source.starts_with("--param ") &&
-            !known.contains(parameter.name)) {
-          throw StartError(parameter.source + ": no component has a parameter '" + parameter.name +
-                           "'" +
-                           command_line::suggestion(parameter.name, {known.begin(), known.end()}));
-        }
-      }
-    }
+    check_parameter_arguments(mission_.composition, parameters);
   }
 
   void open_mission() {
     if (stopping()) {
       return;
     }
-    folder_.emplace(mission_path_);
+    folder_.emplace(mission_.folder);
     std::vector<std::vector<NamedParameter>> parameters;
     std::vector<NodeName> names;
     std::vector<NodeName> watched;
@@ -456,7 +417,7 @@ class Run {
         watched.push_back(component.entry->name);
       }
     }
-    folder_->write_composition(to_yaml(composition_, parameters));
+    folder_->write_composition(to_yaml(mission_.composition, parameters));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     HostNode::Callbacks callbacks;
     callbacks.reported = [this](const NodeName& name, ComponentReport report) {
@@ -568,7 +529,7 @@ class Run {
   }
 
   [[nodiscard]] bool awaited(const Running& component) const {
-    const auto& names = composition_.complete_when;
+    const auto& names = mission_.composition.complete_when;
     return std::find(names.begin(), names.end(), component.entry->name) != names.end();
   }
 
@@ -606,7 +567,7 @@ class Run {
       if (!shares_executor || !executor_hangs) {
         loop_.run_until([&] { return settled(*component); }, share);
         executor_hangs = executor_hangs || (shares_executor && !component->has_stopped() &&
-                                            composition_.executor.threads == 1);
+                                            mission_.composition.executor.threads == 1);
       }
     }
     // What others loaded into this process.
@@ -649,22 +610,7 @@ class Run {
       host_->when_logged([this, logged] { loop_.post([logged] { *logged = true; }); });
       loop_.run_until([&] { return *logged; }, steady_now() + std::chrono::milliseconds(100));
     }
-    try {
-      const auto summary = read_summary(folder_->path());
-      write_summary(folder_->path(), summary);
-      if (!summary.sections.empty()) {
-        print_summary(std::cout, summary);
-        std::cout << '\n';
-      }
-      std::cout << "mission folder: " << folder_->path().string() << std::endl;
-      for (const auto& problem : summary.problems) {
-        std::cerr << "error: " << problem << '\n';
-      }
-      return summary.problems.empty();
-    } catch (const std::exception& error) {
-      std::cerr << "error: " << error.what() << '\n';
-      return false;
-    }
+    return finish_summary(folder_->path());
   }
 
   const RunOptions& options_;
@@ -673,9 +619,7 @@ class Run {
   StopSignals signals_;
   int stop_signal_ = 0;
   ComponentRegistry registry_;
-  Composition composition_;
-  fs::path mission_path_;
-  std::optional<ReservedMissionFolder> reserved_;
+  Mission mission_;
   std::optional<MissionFolder> folder_;
   std::optional<MissionProgress> progress_;
   command_line::ProgressPrinter progress_printer_;

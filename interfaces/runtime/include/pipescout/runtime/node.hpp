@@ -18,6 +18,7 @@
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/serialized_message.hpp"
 #include "pipescout/runtime/service.hpp"
 #include "pipescout/runtime/subscription.hpp"
 #include "pipescout/runtime/timer.hpp"
@@ -55,7 +56,14 @@ struct NodeSubscriptionOptions {
   std::optional<WhileInactive> while_inactive = std::nullopt;
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
+  /// The callback runs on whatever thread brings the message, of a publisher or of the transport,
+  /// before `publish` returns; see SubscriptionOptions::group. No events then; what the QoS keeps
+  /// apart is only counted.
+  bool at_once = false;
 };
+
+using GenericPublisher = Publisher<SerializedMessage>;
+using GenericSubscription = Subscription<SerializedMessage>;
 
 /// As those of rclcpp's lifecycle nodes, a service answers in every state: its caller waits. A
 /// handler whose request makes no sense while the component is not active says so in the response.
@@ -145,6 +153,27 @@ class Node {
     options.while_inactive = options.while_inactive.value_or(topic.while_inactive);
     return create_subscription<T>(topic.name, topic.requested, std::move(callback),
                                   std::move(options));
+  }
+
+  /// A publisher of messages that are bytes already, of the type with that ROS name, which need not
+  /// be known here. Subscriptions of this process that know it get one object, decoded once; bytes
+  /// that are no such message are counted there as malformed. Throws InvalidName for the type, too.
+  [[nodiscard]] GenericPublisher create_generic_publisher(std::string_view topic,
+                                                          std::string_view type, const QoS& qos,
+                                                          NodePublisherOptions options = {}) {
+    return GenericPublisher(
+        create_untyped_publisher(topic, serialized_type(type), qos, std::move(options)));
+  }
+  /// The messages of a topic of any type, as bytes: as they came from other processes, and of this
+  /// one's publishers, which serialise once for all generic subscriptions. `callback` as above with
+  /// T = SerializedMessage. What publishers offer is not looked at: see `request_for`.
+  template <class Callback>
+  [[nodiscard]] GenericSubscription create_generic_subscription(
+      std::string_view topic, std::string_view type, const QoS& qos, Callback callback,
+      NodeSubscriptionOptions options = {}) {
+    return GenericSubscription(create_untyped_subscription(
+        topic, serialized_type(type), qos, untyped_callback<SerializedMessage>(std::move(callback)),
+        std::move(options)));
   }
 
   /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const

@@ -43,6 +43,7 @@ struct SampleIdentity {
 /// What is known of a received message beside its content.
 struct MessageInfo {
   Time source_time{};       ///< system time at which the publisher published
+  Time reception_time{};    ///< system time at which the message reached this process
   SampleIdentity identity;  ///< of this sample
   SampleIdentity related;   ///< services: the request this belongs to, or whom to answer
   bool from_this_process = false;
