@@ -460,7 +460,7 @@ class Run {
           std::to_string(components_.size()) +
           (components_.size() == 1 ? " component is active" : " components are active");
       container_->node().logger().info(status);
-      service_manager::tell_ready(composition_.name + ": " + status);
+      service_manager::tell_ready(mission_.composition.name + ": " + status);
       start_watchdog();
     }
   }
