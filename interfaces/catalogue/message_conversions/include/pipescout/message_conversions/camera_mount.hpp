@@ -12,21 +12,21 @@
 
 namespace pipescout {
 
-/// Where a camera is on a robot: always in the same place, or on an arm, of which /tf tells.
+/// Pose of a camera on a robot: constant, or on an arm, where /tf gives it.
 class CameraMount {
  public:
-  /// Always in the same place.
+  /// Constant pose.
   explicit CameraMount(const geometry::SE3& T_base_camera);
-  /// On an arm, where the transform from `base_frame` to `camera_frame` on /tf says.
+  /// On an arm: the transform from `base_frame` to `camera_frame` on /tf.
   CameraMount(std::string base_frame, std::string camera_frame);
 
   [[nodiscard]] bool moves() const noexcept { return !fixed_; }
-  /// Takes the transforms of this camera from the message. One that is not later than the last one
-  /// is left out; one from long before begins anew. Throws std::invalid_argument naming the field
-  /// of one that is no pose.
+  /// Stores the transforms of this camera from the message. A transform that is not later than the
+  /// last one is ignored; one from long before restarts the history. Throws std::invalid_argument
+  /// naming the field of an invalid pose.
   void add(const tf2_msgs::msg::TFMessage& message);
-  /// Between two transforms interpolated, after the last one moved on as it moved before. Nothing
-  /// before the first one, and more than 0.2 s from the one before.
+  /// Interpolated between two transforms, extrapolated after the last one with its last velocity.
+  /// Nothing before the first transform, or more than 0.2 s after the preceding one.
   [[nodiscard]] std::optional<geometry::SE3> T_base_camera(Time time) const;
 
  private:
@@ -43,9 +43,9 @@ class CameraMountParameters {
   /// Declares them.
   explicit CameraMountParameters(Parameters& parameters);
 
-  /// Of the first two; as `camera_mounting`.
+  /// From the first two, as `camera_mounting`.
   [[nodiscard]] geometry::SE3 T_base_camera() const;
-  /// On an arm where `camera.frame` has a name. Throws as `camera_mounting`.
+  /// On an arm if `camera.frame` is not empty. Throws as `camera_mounting`.
   [[nodiscard]] CameraMount read() const;
 
  private:
