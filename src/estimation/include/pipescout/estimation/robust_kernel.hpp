@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
-/// How much a measurement counts that does not fit: weights of iteratively reweighted least
-/// squares, and the consistency gate. Residuals are in standard deviations.
+/// Weights of outliers in iteratively reweighted least squares, and the chi-square gate. Residuals
+/// are in standard deviations.
 namespace pipescout::estimation {
 
 enum class RobustKernel : std::uint8_t {
@@ -25,7 +25,7 @@ struct KernelValue {
 /// `e` >= 0, `width` > 0. Not checked; NaN in, NaN out.
 [[nodiscard]] KernelValue evaluate(RobustKernel kernel, double e, double width) noexcept;
 
-/// "none", "huber", "cauchy", "saliency"; "unknown" for a value that is no enumerator.
+/// "none", "huber", "cauchy", "saliency"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(RobustKernel kernel) noexcept;
 
 /// The probability that a chi-square variable is at most `value`. `degrees` >= 1, `value` >= 0;
@@ -36,11 +36,11 @@ struct KernelValue {
 /// [1, 100] and `probability` in (0, 1).
 [[nodiscard]] double chi_square_quantile(double probability, int degrees);
 
-/// What is done about measurements of one kind that do not fit.
+/// Treatment of outliers among measurements of one kind.
 struct Robustness {
   RobustKernel kernel = RobustKernel::kNone;
   double width = 1;  ///< standard deviations, in [1e-3, 1e3]
-  /// The share of good measurements that the gate lets through; in (0, 1], 1: no gate.
+  /// Share of correct measurements that the gate accepts; in (0, 1], 1: no gate.
   double gate_probability = 1;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
