@@ -126,7 +126,7 @@ TEST_F(RunComponent, EndsByForceWhenACallbackHangs) {
   program.signal(SIGTERM);
   const auto finished = program.finish();
   EXPECT_EQ(finished.code(), 1);
-  EXPECT_THAT(finished.err, HasSubstr("error: not everything stopped in time"));
+  EXPECT_THAT(finished.err, HasSubstr("error: some components did not stop in time"));
 }
 
 TEST_F(RunComponent, Help) {

@@ -99,7 +99,7 @@ class Node::Impl {
           return own.lock() == wanted;
         })) {
       throw std::invalid_argument("node '" + name.fully_qualified() +
-                                  "': a callback group that it has not made");
+                                  "': a callback group of another node");
     }
     return wanted;
   }
@@ -187,7 +187,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
     if (impl_->options.standard_interfaces) {
       const auto use_sim_time = parameters().declare<bool>(
           "use_sim_time", false,
-          {.description = "time comes from the topic /clock instead of this machine"});
+          {.description = "use the time of the topic /clock instead of the system clock"});
       impl_->use_simulated_time(use_sim_time.get());
       impl_->use_sim_time_changed =
           parameters().on_changed([this, use_sim_time](const std::vector<NamedParameter>& changed) {
@@ -328,7 +328,7 @@ std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_vie
   incompatible_qos = [logger = impl_->logger, full,
                       told = std::move(incompatible_qos)](const IncompatibleQos& event) {
     logger.warn("a subscription of '" + full +
-                "' requests an incompatible QoS, it gets nothing: " + to_string(event.policy));
+                "' requests an incompatible QoS, it receives nothing: " + to_string(event.policy));
     if (told) {
       told(event);
     }
@@ -355,8 +355,9 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
   auto& incompatible_qos = options.events.incompatible_qos;
   incompatible_qos = [logger = impl_->logger, full,
                       told = std::move(incompatible_qos)](const IncompatibleQos& event) {
-    logger.warn("a publisher of '" + full +
-                "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
+    logger.warn(
+        "a publisher of '" + full +
+        "' offers an incompatible QoS, nothing is received from it: " + to_string(event.policy));
     if (told) {
       told(event);
     }

@@ -51,7 +51,7 @@ urdf::ModelInterfaceSharedPtr parse(std::string_view text) {
     refuse("urdf", exception.what());
   }
   if (!robot) {
-    refuse("urdf", error.text().empty() ? "is no robot description" : error.text());
+    refuse("urdf", error.text().empty() ? "is not a robot description" : error.text());
   }
   return robot;
 }

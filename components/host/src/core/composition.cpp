@@ -216,7 +216,7 @@ class Reader {
       auto entry = read_component(item);
       const auto [other, is_new] = seen.emplace(entry.name, entry.location);
       if (!is_new) {
-        fail(item["name"], "two components of the name '" + entry.name.fully_qualified() +
+        fail(item["name"], "two components have the name '" + entry.name.fully_qualified() +
                                "'; the other is at " + other->second);
       }
       composition_.components.push_back(std::move(entry));
@@ -289,7 +289,7 @@ class Reader {
         file = std::filesystem::path(path_).parent_path() / file;
       }
       if (!std::filesystem::exists(file)) {
-        fail(item, "there is no parameter file " + file.string());
+        fail(item, "missing parameter file " + file.string());
       }
       auto overrides =
           load_parameter_yaml(file.string()).overrides_for(entry.name.fully_qualified());

@@ -146,7 +146,7 @@ TEST_F(CommandLine, PublishesWhatYamlSays) {
             "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: map\n"
             "point:\n  x: 1.5\n  y: 0.0\n  z: 0.0\n---\n");
   EXPECT_THAT(error({"topic", "pub", "/published", "std_msgs/String", "{date: x}"}),
-              HasSubstr("'date' is no field of std_msgs/msg/String"));
+              HasSubstr("'date' is not a field of std_msgs/msg/String"));
 }
 
 TEST_F(CommandLine, KnowsInterfaces) {
@@ -174,7 +174,7 @@ TEST_F(CommandLine, KnowsInterfaces) {
 
 TEST_F(CommandLine, SaysWhyNothingIsPrinted) {
   EXPECT_THAT(error({"topic", "echo", "/chatter", "--field", "dat"}),
-              HasSubstr("Invalid field 'dat': 'dat' is no field of std_msgs/msg/String"));
+              HasSubstr("Invalid field 'dat': 'dat' is not a field of std_msgs/msg/String"));
   EXPECT_THAT(error({"topic", "echo", "/chatter", "no_msgs/msg/None"}),
               HasSubstr("The message type 'no_msgs/msg/None' is not one of this installation"));
   const auto finished = run_program({"topic", "echo", "/nope", "--spin-time", "0.1"}, folder_);

@@ -291,7 +291,7 @@ TEST_F(LeakInspectorTest, APictureThatIsNotKeptIsCountedAndTheInspectionGoesOn) 
 TEST_F(LeakInspectorTest, AStoreThatIsNoneIsNamed) {
   const testing::TemporaryFolder folder;
   const std::filesystem::path store = folder.path() / "leaks.db";
-  std::ofstream(store) << "This is no store of leaks, and it shall stay as it is. ";
+  std::ofstream(store) << "This is no database of findings, and it shall stay as it is. ";
   auto& inspector = harness_.make<LeakInspector>(
       {.name = "inspector", .parameters = {{"store", store.string()}}});
   const auto result = harness_.configure(inspector);

@@ -192,7 +192,7 @@ TEST_F(RackRecorderTest, ASourceThatDiesFailsTheMissionAndTheRecordingIsWhole) {
   ASSERT_TRUE(harness_.spin_until(
       [&] { return own_status() != nullptr && own_status()->state == MissionStatus::FAILED; }));
   EXPECT_EQ(own_status()->message,
-            "nothing has arrived for 0.02 s, and 'servo' has not said that it is complete: 1 poses "
+            "no message has arrived for 0.02 s, and 'servo' has not reported completion: 1 poses "
             "and 0 images recorded");
   EXPECT_THAT(section(), HasSubstr("Failed: nothing has arrived"));
   EXPECT_THAT(section(), HasSubstr("\"rack_position_median_m\""));

@@ -47,17 +47,17 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of thermal/image_raw and "
-                      "of thermal/camera_info are matched",
+      {.description = "number of matched subscriptions of thermal/image_raw and of "
+                      "thermal/camera_info before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
   lock_step_ = parameters().declare<bool>(
       "lock_step", true,
-      {.description = "with an arm: simulated time waits for the command that answers the last "
-                      "joint_states, for the track of the image before and for odometry, of those "
-                      "that there are, so that slow machines give the same run"});
+      {.description = "with an arm: simulated time waits for the command for the last "
+                      "joint_states, for the track of the previous image and for odometry, as far "
+                      "as they are published, so that slow machines give the same run"});
   lock_step_time_out_ =
       parameters().declare<double>("lock_step_time_out", 1.0,
-                                   {.description = "s of real time: waits no longer for an answer",
+                                   {.description = "s of real time: longest wait for an answer",
                                     .floating_point_range = FloatingPointRange{1e-3, 1e3}});
 }
 
@@ -131,7 +131,7 @@ CallbackReturn PatrolSimulation::on_activate() {
   active_ = true;
   if (steps_ == 0) {
     report_progress(0, expected_images_,
-                    "waits for subscriptions of thermal/image_raw and thermal/camera_info");
+                    "waiting for subscriptions of thermal/image_raw and thermal/camera_info");
   }
   start_if_heard();
   return CallbackReturn::kSuccess;
@@ -221,7 +221,7 @@ void PatrolSimulation::hear(Answer& answer, Time stamp) {
 void PatrolSimulation::on_command(const JointTrajectory& message) {
   const manipulation::ArmModel& arm = *drive_->arm();
   if (message.points.empty()) {
-    report_fault("command.points.empty", "a command has no points: it is not taken");
+    report_fault("command.points.empty", "a command has no points: ignored");
     return;
   }
   const auto& point = message.points.back();
@@ -282,7 +282,7 @@ void PatrolSimulation::next_step() {
   ++steps_;
   complete_ = drive_->arrived();
   if (complete_) {
-    report_complete("the robot has gone " +
+    report_complete("the robot has driven " +
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
   }
   waiting_ = waits_for_answers_ && missing_answer() != nullptr;

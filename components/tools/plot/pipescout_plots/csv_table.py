@@ -33,7 +33,7 @@ class Table:
 
     def require_finite(self, column: str) -> None:
         """Raises BadData when a value is none, or no finite number."""
-        self._refuse(column, ~numpy.isfinite(self.numbers[column]), "is no finite number")
+        self._refuse(column, ~numpy.isfinite(self.numbers[column]), "is not a finite number")
 
     def require_rising(self, column: str) -> None:
         """Raises BadData unless the column's values are finite and never fall."""
@@ -127,7 +127,7 @@ def _number(path: Path, line: int, column: str, text: str) -> float:
     try:
         return float(text) if text else numpy.nan
     except ValueError:
-        raise BadData(f"{path}: line {line}: column '{column}': '{text}' is no number") from None
+        raise BadData(f"{path}: line {line}: column '{column}': '{text}' is not a number") from None
 
 
 def _is_cut(path: Path) -> bool:

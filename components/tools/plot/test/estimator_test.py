@@ -140,7 +140,7 @@ class Estimator(unittest.TestCase):
         path.write_text(path.read_text().replace("3006.000000000,", "soon,", 1))
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"residuals"}, "the others are drawn all the same")
-        self.assertIn("estimate.csv: line 2: column 'stamp': 'soon' is no number", err)
+        self.assertIn("estimate.csv: line 2: column 'stamp': 'soon' is not a number", err)
 
     def test_nothing_to_draw(self):
         _, err = self.plot(self.mission / "gone", code=1)

@@ -139,7 +139,7 @@ class Odometry(unittest.TestCase):
         (data / "welds.csv").write_text("\n".join(lines) + "\n")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual({file.stem for file in files}, CRAWLER - {"eddy_current"})
-        self.assertIn("welds.csv: line 2: column 'confidence': 'high' is no number", err)
+        self.assertIn("welds.csv: line 2: column 'confidence': 'high' is not a number", err)
 
     def test_a_run_that_was_killed_is_drawn_up_to_there(self):
         data = missions.crawler(self.mission)

@@ -182,7 +182,7 @@ class Rack(unittest.TestCase):
         self.replace("rack.yaml", "radius: 0.15, length: 10, gap", "radius: -0.15, length: 10, gap")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"flight", "errors"})
-        self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is no number", err)
+        self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is not a number", err)
         self.assertIn("rack.yaml: line 8: 'radius' is not above 0", err)
 
     def test_a_pose_that_is_none_is_named(self):
@@ -193,7 +193,7 @@ class Rack(unittest.TestCase):
         (self.data / "pose.csv").write_text("\n".join(lines) + "\n")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"offsets"})
-        self.assertIn("pose.csv: line 6: column 'y': nan is no finite number", err)
+        self.assertIn("pose.csv: line 6: column 'y': nan is not a finite number", err)
 
     def test_images_that_are_none(self):
         path = self.data / "images" / "000000.pgm"

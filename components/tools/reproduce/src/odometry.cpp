@@ -50,7 +50,7 @@ std::vector<PaperRow> load_table() {
     }
     const auto value = parse_csv_number(row.cells[*index]);
     if (!value) {
-      throw CsvError(path, row.line, "'" + row.cells[*index] + "' is no number");
+      throw CsvError(path, row.line, "'" + row.cells[*index] + "' is not a number");
     }
     return *value;
   };

@@ -60,11 +60,11 @@ CameraMountParameters::CameraMountParameters(Parameters& parameters) {
                       "the upper border of the image forward"});
   camera_frame_ = parameters.declare<std::string>(
       "camera.frame", "",
-      {.description =
-           "frame on /tf of a camera that moves on the robot, against base_frame; empty: "
-           "it does not, and camera.position and camera.roll_pitch_yaw hold"});
+      {.description = "frame on /tf, relative to base_frame, of a camera that moves on the robot; "
+                      "empty: the camera is fixed at camera.position and camera.roll_pitch_yaw"});
   base_frame_ = parameters.declare<std::string>(
-      "base_frame", "base_link", {.description = "base of the robot, in which the camera moves"});
+      "base_frame", "base_link",
+      {.description = "base frame of the robot, parent of camera.frame"});
 }
 
 geometry::SE3 CameraMountParameters::T_base_camera() const {

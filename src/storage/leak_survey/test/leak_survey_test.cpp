@@ -246,7 +246,7 @@ TEST_F(Survey, TimeThatGoesBackIsTold) {
   const LeakSurveyResult result = survey_leaks(options());
   EXPECT_EQ(result.out_of_order, 1U);
   EXPECT_EQ(result.raised, 1U);
-  EXPECT_THAT(problems_, Contains(HasSubstr("was not taken after the picture before it")));
+  EXPECT_THAT(problems_, Contains(HasSubstr("was not taken after the previous image")));
 }
 
 TEST_F(Survey, ReportsShowNoMoreThanTheyMay) {
@@ -277,7 +277,7 @@ TEST_F(Survey, WhatCannotBeginIsNamed) {
   fs::remove(folder_ / "night/survey.yaml");
   fs::remove(folder_ / "night/poses.csv");
   write("night/thermal.yaml", "scale: [1]\n");
-  EXPECT_THAT([this] { survey_leaks(options()); }, throws("thermal.yaml:1: scale is no map"));
+  EXPECT_THAT([this] { survey_leaks(options()); }, throws("thermal.yaml:1: scale is not a map"));
 }
 
 }  // namespace

@@ -115,10 +115,10 @@ TEST(FlirFile, ABrokenBlockIsNamed) {
     };
   };
   const auto throws = [](const char* what) { return ThrowsMessage<FlirError>(HasSubstr(what)); };
-  EXPECT_THAT(reading("no json"), throws("not answered in JSON"));
-  EXPECT_THAT(reading("[]"), throws("not answered in JSON"));
-  EXPECT_THAT(reading(R"([{"RawThermalImage":"Binary data"}])"), throws("holds no picture"));
-  EXPECT_THAT(reading(R"([{"RawThermalImage":17}])"), throws("holds no picture"));
+  EXPECT_THAT(reading("no json"), throws("is not JSON"));
+  EXPECT_THAT(reading("[]"), throws("is not JSON"));
+  EXPECT_THAT(reading(R"([{"RawThermalImage":"Binary data"}])"), throws("contains no image"));
+  EXPECT_THAT(reading(R"([{"RawThermalImage":17}])"), throws("contains no image"));
   EXPECT_THAT(reading(document("AAAA")), throws("cannot be decoded"));
   EXPECT_THAT(reading(document(png(kSwapped).substr(0, 60))), throws("cannot be decoded"));
   EXPECT_THAT(reading(document(png(kSwapped), "", R"("PlanckR1":5)")), throws("no PlanckR2"));

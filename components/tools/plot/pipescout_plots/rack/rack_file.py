@@ -146,7 +146,7 @@ class _Reader:
     def entries(self, content: _Mapping, key: str) -> list[_Mapping]:
         entries = content.get(key) or []
         if not isinstance(entries, list) or not all(isinstance(entry, _Mapping) for entry in entries):
-            self._refuse(content, key, "is no list of mappings")
+            self._refuse(content, key, "is not a list of mappings")
         return entries
 
     def _radii(self, entry: _Mapping) -> list[tuple[float, float]]:
@@ -166,18 +166,18 @@ class _Reader:
 
     def _name(self, entry: _Mapping) -> str:
         if not isinstance(entry.get("name"), str):
-            self._refuse(entry, "name", "is no text")
+            self._refuse(entry, "name", "is not text")
         return entry["name"]
 
     def _vector(self, entry: _Mapping, key: str) -> numpy.ndarray:
         values = entry.get(key)
         if not isinstance(values, list) or len(values) != 3:
-            self._refuse(entry, key, "is no list of three numbers")
+            self._refuse(entry, key, "is not a list of three numbers")
         return numpy.array([self._number(entry, key, value) for value in values])
 
     def _number(self, entry: _Mapping, key: str, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            self._refuse(entry, key, "is no finite number")
+            self._refuse(entry, key, "is not a finite number")
         return float(value)
 
     def _refuse(self, entry: _Mapping, key: str, why: str) -> NoReturn:

@@ -103,7 +103,7 @@ ParticleFilter<Model>::ParticleFilter(const Model& model,
 template <ShapeModel Model>
 void ParticleFilter<Model>::start(const State& state) {
   if (!state.allFinite()) {
-    throw std::invalid_argument("the shape to start from is not finite");
+    throw std::invalid_argument("the initial shape is not finite");
   }
   for (std::size_t i = 0; i < Model::kSize; ++i) {
     const auto index = static_cast<Eigen::Index>(i);

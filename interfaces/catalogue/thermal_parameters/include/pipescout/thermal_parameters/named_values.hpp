@@ -31,8 +31,8 @@ template <class Names>
     }
     known += (known.empty() ? "'" : ", '") + std::string(name) + "'";
   }
-  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + text + "' is none of " +
-                              known);
+  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + text +
+                              "' is not one of " + known);
 }
 
 /// Adds the name of the parameter to exceptions of `make`.
