@@ -130,7 +130,7 @@ TEST_F(EstimatorReportTest, WithoutTruthThereAreNoErrors) {
   report_.add_estimate(estimate(1.0, place(0.0, 0.0, 0.0)));
   EXPECT_FALSE(has_figure("position_rmse_m"));
   EXPECT_EQ(figure("estimates"), 1.0);
-  EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("no truth")));
+  EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("No ground truth")));
 }
 
 TEST_F(EstimatorReportTest, HowLongItTookToRun) {

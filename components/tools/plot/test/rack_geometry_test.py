@@ -177,7 +177,7 @@ class RackFile(unittest.TestCase):
                             ("row:\n  - name: a\n    radii: [{along: 0, radius: 1}]", "'radii' leads"),
                             (good + "pipes:\n  - {name: b, start: [0, 1]}", "line 4: 'direction'"),
                             (good + "pipes:\n  - {name: b, start: [0, 0, 1], direction: [0, 0, 0]}",
-                             "'direction' has no length"),
+                             "'direction' is zero"),
                             (good + "supports:\n  - {name: s}", "line 4: 'lowest_corner'"),
                             ("row: [", "rack.yaml: ")):
             with self.assertRaises(BadData) as caught:

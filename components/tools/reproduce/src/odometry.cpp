@@ -168,7 +168,7 @@ Reproduction reproduce_odometry(const ReproduceOptions& /*options*/, std::ostrea
       << " (epsilon is 0.75), so all three odometers support each other. Odometers 2 and 3 alone\n"
          "  would give "
       << figure("row_10_without_odometer_1_m")
-      << " m; why odometer 1 should be left out the paper does not say.\n";
+      << " m; the paper gives no reason to reject odometer 1.\n";
   return result;
 }
 

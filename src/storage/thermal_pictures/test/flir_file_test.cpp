@@ -124,7 +124,7 @@ TEST(FlirFile, ABrokenBlockIsNamed) {
   EXPECT_THAT(reading(document(png(kSwapped), "", R"("PlanckR1":5)")), throws("no PlanckR2"));
   std::string other = document(png(kSwapped));
   other.replace(other.find("Width\":2"), 8, "Width\":3");
-  EXPECT_THAT(reading(other), throws("another size"));
+  EXPECT_THAT(reading(other), throws("differs in size"));
   const cv::Mat grey(2, 2, CV_8UC1, cv::Scalar(7));
   std::vector<std::uint8_t> bytes;
   cv::imencode(".png", grey, bytes);

@@ -60,7 +60,7 @@ TEST_F(TemperatureExport, RefusesWhatIsNoneOrNotWhole) {
   }
   write_zipped(much);
   fs::resize_file(file_, fs::file_size(file_) / 2);
-  refused("cut short");
+  refused("truncated");
 }
 
 TEST_F(TemperatureExport, ErrorsAreOverAllPixels) {

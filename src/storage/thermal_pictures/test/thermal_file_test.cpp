@@ -201,7 +201,7 @@ TEST_F(ThermalFile, PicturesCutShort) {
   for (const char* name : {"whole.png", "whole.tiff"}) {
     const std::string bytes = content(write(name, image));
     refuses(write(std::string("half_") + name, bytes.substr(0, bytes.size() / 2)), settings,
-            "cut short");
+            "truncated");
   }
 }
 

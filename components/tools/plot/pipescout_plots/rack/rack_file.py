@@ -75,7 +75,7 @@ class Rack:
 
 def read_rack(recording: Recording) -> Rack:
     """Raises Missing, and BadData naming file and line."""
-    return parse_rack(recording.path("rack.yaml", "its recorder was not told the rack file"))
+    return parse_rack(recording.path("rack.yaml", "its recorder had no rack file"))
 
 
 class _Mapping(dict):
@@ -104,7 +104,7 @@ def parse_rack(path: Path) -> Rack:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
         raise BadData(f"{path}: {problem}") from problem
     if not isinstance(content, _Mapping):
-        raise BadData(f"{path}: no rack: neither 'row' nor 'pipes' nor 'supports'")
+        raise BadData(f"{path}: not a rack: neither 'row' nor 'pipes' nor 'supports'")
     reader = _Reader(path)
     pipes = reader.row(reader.entries(content, "row"))
     pipes += [reader.pipe(entry) for entry in reader.entries(content, "pipes")]
@@ -135,7 +135,7 @@ class _Reader:
         direction = self._vector(entry, "direction")
         length = float(numpy.linalg.norm(direction))
         if length == 0:
-            self._refuse(entry, "direction", "has no length")
+            self._refuse(entry, "direction", "is zero")
         return Pipe(self._name(entry), self._vector(entry, "start"), direction / length,
                     self._radii(entry))
 
