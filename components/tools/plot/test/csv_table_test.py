@@ -53,7 +53,7 @@ class CsvTable(unittest.TestCase):
             read_table(self.path, ["x"])
 
     def test_names_a_column_that_is_there_twice(self):
-        self.assertIn("column 'x' twice", self.problem("x,x\n1,1\n"))
+        self.assertIn("duplicate column 'x'", self.problem("x,x\n1,1\n"))
 
     def test_leaves_out_a_last_line_without_its_end(self):
         for cut in ("1,2", "1,", "1", '"a'):

@@ -66,7 +66,7 @@ class Estimator(unittest.TestCase):
         for name, words in {
                 "trajectory": ("x [m]", "y [m]", "true", "GPS accepted", "GPS gated, 12 beyond", "2σ"),
                 "errors": ("x [m]", "heading [°]", "±2σ as stated", "time [s]"),
-                "consistency": ("NEES of position", "NEES of pose", "right: 3", "right: 6"),
+                "consistency": ("NEES of position", "NEES of pose", "expected: 3", "expected: 6"),
                 "residuals": ("gps: 212 accepted, 26 gated", "zero velocity: 0 accepted, 1 quarantined",
                               "weight below 0.5", "χ² per degree of freedom"),
                 "sources": ("estimator", "visual pose", "trusted, running", "gated measurement", "restart",

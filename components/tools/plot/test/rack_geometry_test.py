@@ -168,7 +168,7 @@ class RackFile(unittest.TestCase):
 
     def test_bad_files_are_named_with_their_line(self):
         good = "row:\n  - {name: a, radius: 0.1, length: 3}\n"
-        for text, words in (("", "no rack"), ("[]", "no rack"), ("supports: []", "no pipes"),
+        for text, words in (("", "not a rack"), ("[]", "no rack"), ("supports: []", "no pipes"),
                             ("row: 3", "line 1: 'row' is not a list"), ("row: [3]", "line 1: 'row'"),
                             ("row:\n  - {name: a, radius: x, length: 3}", "line 2: 'radius' is no finite"),
                             ("row:\n  - {name: a, radius: .nan, length: 3}", "line 2: 'radius'"),

@@ -219,7 +219,7 @@ class Rack(unittest.TestCase):
         with self.assertRaisesRegex(BadData, "camera_matrix is not that of a camera"):
             read_images(self.recording())
         self.replace("camera.yaml", "camera_matrix", "matrix")
-        with self.assertRaisesRegex(BadData, "camera.yaml: no calibration as ROS writes it"):
+        with self.assertRaisesRegex(BadData, "camera.yaml: not a calibration in the format of ROS"):
             read_images(self.recording())
 
     def test_a_run_that_was_killed_is_drawn_up_to_there(self):
