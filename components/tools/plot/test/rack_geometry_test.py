@@ -168,9 +168,9 @@ class RackFile(unittest.TestCase):
 
     def test_bad_files_are_named_with_their_line(self):
         good = "row:\n  - {name: a, radius: 0.1, length: 3}\n"
-        for text, words in (("", "not a rack"), ("[]", "no rack"), ("supports: []", "no pipes"),
+        for text, words in (("", "not a rack"), ("[]", "not a rack"), ("supports: []", "no pipes"),
                             ("row: 3", "line 1: 'row' is not a list"), ("row: [3]", "line 1: 'row'"),
-                            ("row:\n  - {name: a, radius: x, length: 3}", "line 2: 'radius' is no finite"),
+                            ("row:\n  - {name: a, radius: x, length: 3}", "line 2: 'radius' is not a finite"),
                             ("row:\n  - {name: a, radius: .nan, length: 3}", "line 2: 'radius'"),
                             ("row:\n  - {radius: 0.1, length: 3}", "line 2: 'name' is not text"),
                             ("row:\n  - {name: a, radius: 0.1, length: -3}", "line 2: 'length' leads"),

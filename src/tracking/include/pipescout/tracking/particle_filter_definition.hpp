@@ -12,7 +12,7 @@
 #include "pipescout/tracking/gaussian_noise.hpp"
 #include "pipescout/tracking/particle_filter.hpp"
 
-/// What `ParticleFilter` does, for shapes that the library is not compiled for.
+/// Implementation of `ParticleFilter`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 namespace internal {
