@@ -403,7 +403,7 @@ TEST_F(LeakInspectorTest, ParametersOutOfRangeAreNamed) {
               HasSubstr("camera.grey_range"));
   EXPECT_THAT(message({"range.lines", std::vector<double>{1, 2, 3}}), HasSubstr("range.lines"));
   EXPECT_THAT(message({"range.source", "diameter"}), HasSubstr("pipe_diameter"));
-  EXPECT_THAT(message({"range.source", "radar"}), HasSubstr("'radar' is none of"));
+  EXPECT_THAT(message({"range.source", "radar"}), HasSubstr("'radar' is not one of"));
   EXPECT_THAT(message({"datum", std::vector<double>{91, 0, 0}}), HasSubstr("datum"));
   EXPECT_THAT(message({"leak_delta", std::vector<double>{1, 2}}), HasSubstr("leak_delta"));
   EXPECT_THROW((void)harness_.make<LeakInspector>(

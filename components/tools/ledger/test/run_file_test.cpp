@@ -117,7 +117,8 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
   EXPECT_EQ(rows(""), "run.csv: has a header but no rows");
   EXPECT_EQ(error(""), "run.csv: is empty; a header line is needed");
   EXPECT_EQ(error("\xFF\xFE"), "run.csv: is UTF-16; save it as UTF-8");
-  EXPECT_EQ(error(kHeader + std::string("a\0", 2)), "run.csv:2: is not text: it holds a zero byte");
+  EXPECT_EQ(error(kHeader + std::string("a\0", 2)),
+            "run.csv:2: is not text: it contains a zero byte");
   EXPECT_EQ(error("event,log [ft],event,o'clock,to weld\nGWD,1,,,\n"),
             "run.csv:1: two columns are named 'event'");
 }

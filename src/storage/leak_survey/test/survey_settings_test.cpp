@@ -198,7 +198,7 @@ TEST(SurveyPoses, ALineThatIsCutShortTakesNothingElseWithIt) {
     EXPECT_TRUE(poses.by_file.contains("1.tiff"));
     EXPECT_FALSE(poses.by_file.contains("2.tiff")) << length;
     if (length < name) {
-      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is cut short"));
+      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is truncated"));
     }
   }
 }
