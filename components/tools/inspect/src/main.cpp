@@ -66,13 +66,13 @@ int inspect_leaks(const Arguments& arguments) {
   for (const std::string& problem : problems) {
     std::cerr << "warning: " << problem << '\n';
   }
-  std::cout << of(result.pictures, "picture") << ", " << result.with_pipes << " with pipes, "
+  std::cout << of(result.pictures, "image") << ", " << result.with_pipes << " with pipes, "
             << of(result.leak_detections, "leak") << " in single images\n"
             << of(result.raised, "finding") << " raised, " << result.candidates
             << " more with insufficient evidence\n"
             << (options.out / "report.html").string() << '\n';
   if (result.failed > 0) {
-    std::cerr << "error: " << of(result.failed, "picture") << " could not be used\n";
+    std::cerr << "error: " << of(result.failed, "image") << " could not be used\n";
   }
   return result.failed > 0 ? kExitError : kExitOk;
 }
