@@ -27,13 +27,14 @@ struct TransitionResult {
 /// topics. It declares its parameters in the constructor, creates the algorithm and the endpoints
 /// in `on_configure`, and releases them in `on_cleanup`.
 ///
-/// Publishers, subscriptions and timers work only while the component is active: messages published
-/// earlier are dropped and counted, and received messages are queued or dropped, see WhileInactive.
-/// An exception from any callback, of the lifecycle or of a message, is logged, counted on
-/// `/diagnostics` and takes the component through its error state; other components are not
-/// affected. A lifecycle callback that fails or reports an error gives the reason with
-/// `diagnostics().set_status` or `report_failed`; the reason appears in the result of the
-/// transition, and on `/diagnostics` until a transition succeeds.
+/// Publishers, subscriptions and timers work only while the component is active: what is published
+/// earlier is dropped and counted, and arriving messages wait in their queues. Services answer in
+/// every state (see NodeServiceOptions). An exception that
+/// leaves any callback, of the lifecycle or of a message, is logged, counted on `/diagnostics` and
+/// takes the component through its error state; other components do not notice. A lifecycle
+/// callback that fails or reports an error says why with `diagnostics().set_status` or
+/// `report_failed`; the reason appears in the result of the transition, and on `/diagnostics` until
+/// a transition succeeds.
 ///
 /// No callback runs before the object is completely constructed, so a constructor may create
 /// endpoints while the executor spins. `make_component`, or the first requested transition, marks

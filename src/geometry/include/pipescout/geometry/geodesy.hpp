@@ -17,6 +17,10 @@ struct GeodeticPosition {
   void validate() const;
 };
 
+/// The length of the straight line between two places, m: of 10 km less than the way along the
+/// ellipsoid by 1 mm. NaN for what is not finite and for latitudes beyond the poles; not checked.
+[[nodiscard]] double straight_distance(const GeodeticPosition& a, const GeodeticPosition& b);
+
 /// A local Cartesian frame with the ellipsoid's normal at its datum as z axis: x east, y north, z
 /// up (REP 103). At a distance of 1 km z deviates from the local vertical by 0.16 mrad, and the
 /// ellipsoid is 8 cm below the plane.
