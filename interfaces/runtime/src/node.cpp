@@ -495,11 +495,24 @@ std::string Node::action_name(std::string_view name) const {
 }
 
 void Node::add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed) {
-  const std::lock_guard lock(impl_->mutex);
-  add(impl_->action_servers, server);
-  if (managed) {
+  bool is_active = true;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    add(impl_->action_servers, server);
+    if (!managed) {
+      return;
+    }
     add(impl_->managed_action_servers, server);
-    server->set_accepting(impl_->managed_active);
+    is_active = impl_->managed_active;
+  }
+  // Without the lock, as the server asks for the time; so the state may change meanwhile.
+  while (true) {
+    server->set_accepting(is_active);
+    const std::lock_guard lock(impl_->mutex);
+    if (is_active == impl_->managed_active) {
+      return;
+    }
+    is_active = impl_->managed_active;
   }
 }
 
