@@ -7,6 +7,7 @@
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
 
+#include "logger_services.hpp"
 #include "parameter_services.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
@@ -136,6 +137,7 @@ class Node::Impl {
 
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
+  std::unique_ptr<LoggerServices> logger_services;
   std::unique_ptr<Rosout> rosout;
 
  private:
@@ -199,6 +201,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
           });
       impl_->rosout = std::make_unique<Rosout>(*this);
       impl_->parameter_services = std::make_unique<ParameterServices>(*this);
+      impl_->logger_services = std::make_unique<LoggerServices>(*this);
     }
   } catch (...) {
     context().graph().remove_node(impl_->name);
@@ -210,6 +213,7 @@ Node::~Node() {
   close();
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
+  impl_->logger_services.reset();
   impl_->parameter_services.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);
