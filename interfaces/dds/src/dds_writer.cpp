@@ -114,6 +114,18 @@ bool DdsWriter::is_matched(const Gid& reader) const {
   return readers_.contains(reader);
 }
 
+std::vector<Gid> DdsWriter::matched_participants() const {
+  std::vector<Gid> participants;
+  const std::lock_guard lock(mutex_);
+  for (const Gid& reader : readers_) {  // those of one participant follow each other
+    const Gid participant = participant_of(reader);
+    if (participants.empty() || participants.back() != participant) {
+      participants.push_back(participant);
+    }
+  }
+  return participants;
+}
+
 void DdsWriter::assert_liveliness() {
   // Fast DDS 2.9.1 fails to assert, and tells no reader, when the lease expires in that very
   // moment; the next attempt meets an expired lease, which is no trouble.

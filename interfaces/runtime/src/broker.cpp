@@ -35,6 +35,9 @@ class LocalSubscription final : public UntypedSubscription {
   std::size_t publisher_count() const override { return queue_->publisher_count(); }
   int local_publisher_count() const override { return queue_->local_publisher_count(); }
   int remote_publisher_count() const override { return queue_->remote_publisher_count(); }
+  bool is_matched(const Gid& publisher) const override {
+    return broker_->is_matched(*queue_, publisher) || (reader_ && reader_->is_matched(publisher));
+  }
   LivelinessChange liveliness() const override { return queue_->liveliness(); }
   SubscriptionStatistics statistics() const override { return queue_->statistics(); }
   const Gid& gid() const override { return gid_; }
@@ -137,7 +140,8 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
 std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<SubscriptionQueue>& queue) {
   const SubscriptionOptions& options = queue->options();
   if (options.own_reader) {
-    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, step_traffic_,
+                                          queue);
   }
   const std::lock_guard lock(readers_mutex_);
   auto& readers = readers_[options.topic.name];
@@ -148,7 +152,8 @@ std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<Subscript
       return reader;
     }
   }
-  auto reader = std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  auto reader =
+      std::make_shared<SharedReader>(*transport_, options.topic, options.qos, step_traffic_, queue);
   readers.push_back(reader);
   return reader;
 }
@@ -172,6 +177,17 @@ void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<Subscripti
   } else {
     publisher.match(queue);
   }
+}
+
+bool Broker::is_matched(const SubscriptionQueue& queue, const Gid& publisher) {
+  const std::lock_guard lock(mutex_);
+  const auto found = topics_.find(queue.options().topic.name);
+  return found != topics_.end() &&
+         std::any_of(found->second.publishers.begin(), found->second.publishers.end(),
+                     [&](const LocalPublisher* candidate) {
+                       return candidate->gid() == publisher &&
+                              !incompatibility(candidate->qos(), queue.options().qos);
+                     });
 }
 
 void Broker::remove(LocalPublisher& publisher) {
@@ -201,7 +217,10 @@ void Broker::remove(const std::shared_ptr<SubscriptionQueue>& queue) {
 
 LocalPublisher::LocalPublisher(std::shared_ptr<Broker> broker, PublisherOptions options,
                                Gid local_gid)
-    : broker_(std::move(broker)), options_(std::move(options)), gid_(local_gid) {}
+    : broker_(std::move(broker)),
+      options_(std::move(options)),
+      is_step_traffic_(pipescout::is_step_traffic(options_.topic.name)),
+      gid_(local_gid) {}
 
 LocalPublisher::~LocalPublisher() {
   if (!matched_) {
@@ -329,6 +348,12 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
   for (Outgoing next = std::move(own);;
        next = std::move(outgoing_.front()), outgoing_.pop_front()) {
     lock.unlock();
+    // Asked before the message is sent: who is matched later may not get it.
+    std::vector<Gid> receivers;
+    StepTraffic& traffic = *broker_->step_traffic();
+    if (is_step_traffic_ && traffic.is_enabled()) {
+      receivers = writer_->matched_participants();
+    }
     SampleIdentity identity;
     try {
       identity = writer_->write(next.message.get(), next.related);
@@ -337,6 +362,9 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
       is_sending_ = false;
       ++statistics_.send_failures;
       throw;
+    }
+    if (identity.sequence_number != 0 && !receivers.empty()) {
+      traffic.sent(gid_, receivers, identity.sequence_number);
     }
     next = {};  // what may be destroyed with it is destroyed without the lock
     lock.lock();

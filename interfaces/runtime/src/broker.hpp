@@ -15,6 +15,7 @@
 #include "message_forms.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "shared_reader.hpp"
+#include "step_traffic.hpp"
 #include "subscription_queue.hpp"
 #include "watch_thread.hpp"
 
@@ -36,6 +37,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
   [[nodiscard]] WatchThread& watch_thread() noexcept { return watch_thread_; }
+  [[nodiscard]] const std::shared_ptr<StepTraffic>& step_traffic() const noexcept {
+    return step_traffic_;
+  }
 
   /// Told of every endpoint that is destroyed, on the destroying thread. Its address tells which:
   /// subscriptions that share a reader have the same identity. Set once, before endpoints are made.
@@ -46,6 +50,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void tell_destroyed(const UntypedSubscription& subscription) const {
     tell_destroyed(&subscription);
   }
+
+  /// True when the publisher of that identity is in this process and matches the subscription.
+  [[nodiscard]] bool is_matched(const SubscriptionQueue& queue, const Gid& publisher);
 
   void remove(LocalPublisher& publisher);
   void remove(const std::shared_ptr<SubscriptionQueue>& queue);
@@ -75,6 +82,7 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void forget_ended_readers(const std::string& topic);
 
   const std::shared_ptr<Transport> transport_;
+  const std::shared_ptr<StepTraffic> step_traffic_ = std::make_shared<StepTraffic>();
   std::function<void(const void*)> endpoint_destroyed_;
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
@@ -145,6 +153,7 @@ class LocalPublisher final : public UntypedPublisher,
 
   const std::shared_ptr<Broker> broker_;
   const PublisherOptions options_;
+  const bool is_step_traffic_;
   Gid gid_;
   std::shared_ptr<CountedEvent> deadline_missed_;
   std::shared_ptr<CountedEvent> liveliness_lost_;

@@ -9,8 +9,13 @@
 namespace pipescout {
 
 SharedReader::SharedReader(Transport& transport, const WireTopic& topic, const QoS& qos,
+                           std::shared_ptr<StepTraffic> traffic,
                            std::shared_ptr<TransportReaderListener> first)
-    : topic_(topic.name), type_(topic.type), qos_(qos), subscriptions_{std::move(first)} {
+    : topic_(topic.name),
+      type_(topic.type),
+      qos_(qos),
+      traffic_(std::move(traffic)),
+      subscriptions_{std::move(first)} {
   reader_ = transport.create_reader(topic, qos, *this);
   gid_ = reader_->gid();
 }
@@ -63,9 +68,14 @@ void SharedReader::tell_all(Call call) {
 }
 
 void SharedReader::on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) {
-  const std::lock_guard lock(mutex_);
-  has_received_ = true;
-  tell_all([&](TransportReaderListener& told) { told.on_remote_message(message, info); });
+  {
+    const std::lock_guard lock(mutex_);
+    has_received_ = true;
+    tell_all([&](TransportReaderListener& told) { told.on_remote_message(message, info); });
+  }
+  if (traffic_->is_enabled()) {
+    traffic_->received(info.identity);
+  }
 }
 
 void SharedReader::on_malformed_sample() {

@@ -41,7 +41,7 @@ ThermalTracker::ThermalTracker(ComponentOptions options)
 ThermalTracker::~ThermalTracker() = default;
 
 CallbackReturn ThermalTracker::on_configure() {
-  settings_ = declared_.read();
+  settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
   tracker_.emplace(settings_->shape, settings_->tracker, settings_->seed);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
@@ -61,10 +61,6 @@ CallbackReturn ThermalTracker::on_configure() {
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
-  if (settings_->mount.moves()) {
-    tf_subscription_ =
-        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
-  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
@@ -92,7 +88,6 @@ CallbackReturn ThermalTracker::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
-  tf_subscription_ = {};
   track_publisher_ = {};
   particles_publisher_ = {};
   tracker_.reset();
@@ -140,14 +135,6 @@ void ThermalTracker::on_odometry(const Odometry& message) {
   }
 }
 
-void ThermalTracker::on_tf(const TFMessage& message) {
-  try {
-    settings_->mount.add(message);
-  } catch (const std::invalid_argument& error) {
-    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
-  }
-}
-
 ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Image& message) {
   Circumstances known;
   const auto last = std::exchange(last_pose_, std::nullopt);
@@ -167,13 +154,15 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
   }
   const auto T_map_base = odometry_->at(stamp);
   const auto covariance = odometry_->covariance_at(stamp);
-  const auto T_base_camera = settings_->mount.T_base_camera(stamp);
+  std::string missing;
+  const auto T_base_camera = settings_->mount.T_base_camera(stamp, &missing);
   if (!T_map_base || !covariance) {
     report_fault("odometry.missing", "the pose of the robot is not known of a picture");
     return known;
   }
   if (!T_base_camera) {
-    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+    report_fault("tf.missing",
+                 "where the camera was on the robot is not known of a picture: " + missing);
     return known;
   }
   known.T_map_camera = *T_map_base * *T_base_camera;

@@ -200,13 +200,13 @@ PipeTrackerParameters TrackerParameters::tracker() const {
   return result;
 }
 
-TrackerSettings TrackerParameters::read() const {
+TrackerSettings TrackerParameters::read(Node& node) const {
   TrackerSettings result;
   result.map_frame = map_frame_.get();
   result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   result.silent_after = silent_after_.get();
   result.detection = detection_.read();
-  result.mount = mount_.read();
+  result.mount = mount_.read(node);
   result.shape = shape_.read();
   result.shape.validate();
   result.tracker = tracker();

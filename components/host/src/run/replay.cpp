@@ -100,6 +100,7 @@ class Replay {
 
   void make_components() {
     context_ = Context::create_in_process();
+    set_first_time();
     progress_.emplace(mission_.composition.complete_when);
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{
@@ -111,7 +112,7 @@ class Replay {
                         .name = {container_->node().node_name().ns, "replay_recorder"},
                         .parameter_overrides = {parameter("output", *replay_.record),
                                                 parameter("storage", "mcap"),
-                                                parameter("wait_when_full", true)}})
+                                                parameter("repeatable", true)}})
                       .component;
     }
     for (const auto& entry : mission_.composition.components) {
@@ -166,6 +167,20 @@ class Replay {
                        (*result)->message);
     }
     settle();
+  }
+
+  /// The components never see the time leap from zero to that of the recording.
+  void set_first_time() {
+    auto first = Time(Duration(reader_->metadata().starting_time));
+    const std::string clock(topics::kClock.name);
+    reader_->set_filter({.topics = std::vector{clock}});
+    if (const auto message = reader_->next()) {
+      const auto content = deserialize(message_type<rosgraph_msgs::msg::Clock>(), message->data);
+      if (content) {
+        first = from_message(static_cast<const rosgraph_msgs::msg::Clock*>(content.get())->clock);
+      }
+    }
+    context_->simulated_clock(clock)->set(first);
   }
 
   /// All are configured before one is active: what is read, and what is recorded, is known then.
@@ -288,8 +303,7 @@ class Replay {
   /// A bag without /clock: the time is that of its messages, and stops for each timer on the way.
   void advance_clock(Time to) {
     const auto clock = context_->simulated_clock();
-    // Without a time there is no way to go: the first message may be of any year.
-    while (clock->now() > Time{} && is_running()) {
+    while (is_running()) {
       const auto due = clock->next_due();
       if (!due || *due >= to || *due <= clock->now()) {
         break;

@@ -12,15 +12,17 @@
 #include <system_error>
 #include <utility>
 
+#include "core/watchdog.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
-#include "pipescout/runtime/executor_thread.hpp"
 #include "pipescout/runtime/stop_signals.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
+#include "run/executors.hpp"
 #include "run/host_node.hpp"
 #include "run/mission.hpp"
+#include "run/service_manager.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -35,7 +37,8 @@ constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 /// One component of the running composition: loaded here, or in a process of its own.
 struct Running {
   const ComponentEntry* entry = nullptr;
-  std::uint64_t id = 0;  ///< in the container; 0: not loaded
+  Executor* executor = nullptr;  ///< of its own; null: that of the composition
+  std::uint64_t id = 0;          ///< in the container; 0: not loaded
   bool unloaded = false;
   std::vector<NamedParameter> parameters;
   std::unique_ptr<ChildSupervisor> supervisor;  ///< isolated components
@@ -112,6 +115,9 @@ class Run {
     }
     progress_printer_.finish();
     signals_.expect_end();
+    service_manager::tell_stopping();
+    // From now on the time of grace counts, which is shorter.
+    watchdog_.reset();
     const auto stopped = stop_components();
     failed = !end_mission() || !stopped.in_time || failed;
     if (stopped.hangs_here) {
@@ -120,7 +126,9 @@ class Run {
       ChildProcess::signal_all(SIGKILL);
       _exit(1);
     }
-    spinner_.reset();
+    if (executors_) {
+      executors_->stop();
+    }
     return failed ? 1 : exit_code();
   }
 
@@ -145,19 +153,27 @@ class Run {
     dds.name = "pipescout " + mission_.composition.name;
     context_ = Context::create(create_dds_transport(dds));
     refuse_taken_names();
-    executor_.emplace(mission_.composition.threads);
+    executors_.emplace(Executors::Callbacks{
+        .on_failure = [this] { loop_.post([] {}); },
+        .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
+    auto& shared = executors_->add("the composition", mission_.composition.executor);
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{
-            context_, &*executor_, {join_namespaces("/", options_.ns), "pipescout_container"}},
+            context_, &shared, {join_namespaces("/", options_.ns), "pipescout_container"}},
         registry_);
-    spinner_.emplace(*executor_,
-                     ExecutorThread::Callbacks{.on_failure = [this] { loop_.post([] {}); }});
     for (const auto& problem : registry_.problems()) {
       container_->node().logger().warn(problem);
     }
     for (const auto& entry : mission_.composition.components) {
       auto& component = components_.emplace_back();
       component.entry = &entry;
+      if (entry.executor && !entry.isolate) {
+        component.executor = &executors_->add(entry.name.fully_qualified(), *entry.executor);
+      }
+    }
+    executors_->start();
+    for (auto& component : components_) {
+      const auto& entry = *component.entry;
       if (entry.isolate) {
         launch(component);
       } else {
@@ -199,6 +215,8 @@ class Run {
     request.name = component.entry->name;
     request.remap_rules = component.entry->remappings;
     request.parameter_overrides = component.entry->parameters;
+    request.log_threshold = component.entry->log_level;
+    request.executor = component.executor;
     try {
       const auto loaded = container_->load(std::move(request));
       component.id = loaded.id;
@@ -298,6 +316,9 @@ class Run {
     if (isolated && host_) {
       at(diagnostics_at_);
     }
+    if (watchdog_) {
+      at(watchdog_->on_time(now));
+    }
     if (progress_ && !mission_.composition.complete_when.empty() && !stopping()) {
       progress_printer_.show(progress_->line(), progress_->fraction(), now);
     }
@@ -337,14 +358,14 @@ class Run {
   }
 
   void check_executor() const {
-    if (spinner_ && spinner_->failed()) {
-      throw std::runtime_error(spinner_->failure());
+    if (executors_ && executors_->failed()) {
+      throw std::runtime_error(executors_->failure());
     }
   }
 
   /// Until `done`, or the run is stopped. Throws when the executor failed.
   void wait(const std::function<bool()>& done) {
-    loop_.run_until([&] { return done() || stopping() || spinner_->failed(); });
+    loop_.run_until([&] { return done() || stopping() || executors_->failed(); });
     check_executor();
   }
 
@@ -435,10 +456,41 @@ class Run {
       }
     }
     if (!stopping()) {
-      container_->node().logger().info(
+      const auto status =
           std::to_string(components_.size()) +
-          (components_.size() == 1 ? " component is active" : " components are active"));
+          (components_.size() == 1 ? " component is active" : " components are active");
+      container_->node().logger().info(status);
+      service_manager::tell_ready(mission_.composition.name + ": " + status);
+      start_watchdog();
     }
+  }
+
+  void start_watchdog() {
+    const auto period = service_manager::watchdog_period();
+    if (!period) {
+      return;
+    }
+    Watchdog::Callbacks callbacks;
+    callbacks.ask = [this] {
+      executors_->ask();
+      for (auto& component : components_) {
+        if (component.supervisor) {
+          component.supervisor->ask();
+        }
+      }
+    };
+    callbacks.silent = [this] {
+      auto silent = executors_->silent();
+      for (const auto& component : components_) {
+        if (component.supervisor && component.supervisor->silent()) {
+          silent.push_back(component.supervisor->name());
+        }
+      }
+      return silent;
+    };
+    callbacks.alive = service_manager::tell_alive;
+    callbacks.warn = [this](const std::string& text) { container_->node().logger().error(text); };
+    watchdog_.emplace(*period, steady_now(), std::move(callbacks));
   }
 
   void wait_for_end() {
@@ -493,7 +545,7 @@ class Run {
 
   /// Nothing is left to wait for: what an executor that failed should do will not happen.
   [[nodiscard]] bool settled(const Running& component) const {
-    return component.has_stopped() || (!component.supervisor && spinner_->failed());
+    return component.has_stopped() || (!component.supervisor && executors_->failed());
   }
 
   /// In reverse order. Each component has its share of the time that is left to itself; if it takes
@@ -510,11 +562,12 @@ class Run {
       const auto now = steady_now();
       const auto share = now + (deadline - now) / left--;
       request_stop(*component);
-      // Behind a callback that hangs on the only thread nothing that is loaded here gets its turn.
-      if (component->supervisor || !executor_hangs) {
+      // Behind a callback that hangs on the only thread nothing of that executor gets its turn.
+      const bool shares_executor = !component->supervisor && component->executor == nullptr;
+      if (!shares_executor || !executor_hangs) {
         loop_.run_until([&] { return settled(*component); }, share);
-        executor_hangs = executor_hangs || (!component->supervisor && !component->has_stopped() &&
-                                            mission_.composition.threads == 1);
+        executor_hangs = executor_hangs || (shares_executor && !component->has_stopped() &&
+                                            mission_.composition.executor.threads == 1);
       }
     }
     // What others loaded into this process.
@@ -522,7 +575,7 @@ class Run {
     container_->unload_all([this, unloaded] { loop_.post([unloaded] { *unloaded = true; }); });
     loop_.run_until(
         [&] {
-          return (*unloaded || spinner_->failed()) &&
+          return (*unloaded || executors_->failed()) &&
                  std::all_of(components_.begin(), components_.end(),
                              [&](const Running& component) { return settled(component); });
         },
@@ -574,12 +627,12 @@ class Run {
   SteadyTime diagnostics_at_{};
   std::string diagnostics_states_;
   std::shared_ptr<Context> context_;
-  std::optional<Executor> executor_;
+  std::optional<Executors> executors_;
   std::unique_ptr<ComponentContainer> container_;
   std::unique_ptr<HostNode> host_;
   /// Addresses are kept by callbacks.
   std::deque<Running> components_;
-  std::optional<ExecutorThread> spinner_;
+  std::optional<Watchdog> watchdog_;
 };
 
 }  // namespace

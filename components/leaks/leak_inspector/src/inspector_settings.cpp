@@ -157,7 +157,7 @@ SurveySettings InspectorParameters::survey_settings(const InspectorSettings& set
   return result;
 }
 
-InspectorSettings InspectorParameters::read() const {
+InspectorSettings InspectorParameters::read(Node& node) const {
   InspectorSettings result;
   result.map_frame = map_frame_.get();
   result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
@@ -168,7 +168,7 @@ InspectorSettings InspectorParameters::read() const {
   }
   result.findings = findings_.read(result.detection.detector);
   result.findings.T_base_camera = mount_.T_base_camera();
-  result.mount = mount_.read();
+  result.mount = mount_.read(node);
   result.store = store_.get();
   result.report_folder = report_folder_.get();
   result.pictures_folder = pictures_folder_.get();

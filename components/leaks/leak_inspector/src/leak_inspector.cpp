@@ -70,7 +70,7 @@ LeakInspector::LeakInspector(ComponentOptions options)
 LeakInspector::~LeakInspector() = default;
 
 CallbackReturn LeakInspector::on_configure() {
-  settings_ = declared_.read();
+  settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   camera_.reset();
@@ -99,10 +99,6 @@ CallbackReturn LeakInspector::on_configure() {
       topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
-  if (settings_->mount.moves()) {
-    tf_subscription_ =
-        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
-  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (!std::exchange(image_heard_, false)) {
       report_fault("image.silent",
@@ -140,7 +136,6 @@ CallbackReturn LeakInspector::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
-  tf_subscription_ = {};
   detections_publisher_ = {};
   event_publisher_ = {};
   findings_.reset();
@@ -212,14 +207,6 @@ void LeakInspector::on_odometry(const Odometry& message) {
   }
 }
 
-void LeakInspector::on_tf(const TFMessage& message) {
-  try {
-    settings_->mount.add(message);
-  } catch (const std::invalid_argument& error) {
-    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
-  }
-}
-
 std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
   const auto T_map_base = odometry_->at(stamp);
   const auto covariance = odometry_->covariance_at(stamp);
@@ -251,9 +238,12 @@ void LeakInspector::on_image(const Image& message) {
     return;
   }
   ++frame_;
-  const std::optional<geometry::SE3> T_base_camera = settings_->mount.T_base_camera(stamp);
+  std::string missing;
+  const std::optional<geometry::SE3> T_base_camera =
+      settings_->mount.T_base_camera(stamp, &missing);
   if (!T_base_camera) {
-    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+    report_fault("tf.missing",
+                 "where the camera was on the robot is not known of a picture: " + missing);
   }
   const leak_findings::Frame frame{.time = to_seconds(stamp.time_since_epoch()),
                                    .number = frame_,

@@ -131,10 +131,11 @@ class BagRecorder::Settings {
         "snapshot_mode", false,
         {.description = "keep the last max_cache_size bytes, and write them when the service "
                         "snapshot asks for it"});
-    wait_when_full_ = parameters.declare<bool>(
-        "wait_when_full", false,
-        {.description = "publishers wait while the cache is full, nothing is dropped: for "
-                        "simulated missions"});
+    repeatable_ = parameters.declare<bool>(
+        "repeatable", false,
+        {.description = "publishers wait while the cache is full, and nothing is written because "
+                        "of the time: the same messages give the same bytes. For simulated "
+                        "missions"});
     use_sim_time_ = parameters.handle<bool>("use_sim_time");
   }
 
@@ -154,9 +155,10 @@ class BagRecorder::Settings {
         chunk_compression_, {{"none", bags::ChunkCompression::kNone},
                              {"lz4", bags::ChunkCompression::kLz4},
                              {"zstd", bags::ChunkCompression::kZstd}});
+    writer.flush_by_time = !repeatable_.get();
     queue = {.limit = static_cast<std::uint64_t>(max_cache_size_.get()),
              .snapshot = snapshot_mode_.get(),
-             .wait_when_full = wait_when_full_.get()};
+             .repeatable = repeatable_.get()};
     selection = {.all = all_.get(),
                  .topics = {},
                  .regex = optional_regex(regex_),
@@ -203,7 +205,7 @@ class BagRecorder::Settings {
   Parameter<std::string> chunk_compression_;
   Parameter<std::string> qos_overrides_;
   Parameter<bool> snapshot_mode_;
-  Parameter<bool> wait_when_full_;
+  Parameter<bool> repeatable_;
   Parameter<bool> use_sim_time_;
 };
 
@@ -276,8 +278,8 @@ class BagRecorder::Recording {
   void fail(const std::string& why) {
     graph_changes_.reset();
     subscriptions_.clear();
-    recorder_.report_failed("the recording has ended: " + why + "; the bag has " +
-                            std::to_string(queue_.counts().written) + " messages");
+    recorder_.report_failed("the recording has ended: " + why +
+                            "; the bag is closed, and lacks the last second at most");
   }
 
   void show_counts() const {
@@ -340,6 +342,7 @@ class BagRecorder::Recording {
                     // Unmanaged: what latched topics have kept comes at once, while the component
                     // is still being activated.
                     {.managed = false, .at_once = true}));
+      recorder_.logger().info("recording '" + name + "' [" + type + "]");
       warn_of_incompatible(name, offered, qos);
     } catch (const std::runtime_error& error) {
       warn_once(name, "topic '" + name + "' is not recorded: " + error.what());

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <exception>
-#include <iterator>
 #include <utility>
 
 namespace pipescout {
@@ -36,8 +35,22 @@ bool RecordingQueue::has_room_for(const Item& item) const {
 }
 
 void RecordingQueue::append(Item item) {
+  if (options_.snapshot) {
+    keep(std::move(item));
+    return;
+  }
   bytes_ += item.size();
-  (options_.snapshot ? kept_ : waiting_).push_back(std::move(item));
+  waiting_.push_back(std::move(item));
+  work_.notify_one();
+}
+
+void RecordingQueue::keep(Item item) {
+  while (!kept_.empty() && kept_bytes_ + item.size() > options_.limit) {
+    kept_bytes_ -= kept_.front().size();
+    kept_.pop_front();
+  }
+  kept_bytes_ += item.size();
+  kept_.push_back(std::move(item));
 }
 
 void RecordingQueue::give_time_to_early(std::int64_t log_time) {
@@ -45,6 +58,9 @@ void RecordingQueue::give_time_to_early(std::int64_t log_time) {
   for (Item& item : std::exchange(early_, {})) {
     bytes_ -= item.size();
     item.log_time = log_time;
+    if (item.publish_time == 0) {
+      item.publish_time = log_time;
+    }
     append(std::move(item));
   }
 }
@@ -53,18 +69,13 @@ bool RecordingQueue::push(bags::TopicIndex topic, std::int64_t log_time, std::in
                           std::shared_ptr<const SerializedMessage> message) {
   Item item{topic, log_time, publish_time, std::move(message)};
   std::unique_lock lock(mutex_);
-  if (options_.snapshot) {
-    while (!has_room_for(item) && !kept_.empty()) {
-      bytes_ -= kept_.front().size();
-      kept_.pop_front();
-    }
-  } else if (options_.wait_when_full) {
+  if (options_.repeatable) {
     room_.wait(lock, [&] { return has_room_for(item) || failed_ || ending_; });
   }
   if (ending_ || failed_) {
     return true;  // nobody records any more; not for want of room
   }
-  if (!has_room_for(item)) {
+  if (!options_.snapshot && !has_room_for(item)) {
     ++counts_.dropped;
     return false;
   }
@@ -77,9 +88,6 @@ bool RecordingQueue::push(bags::TopicIndex topic, std::int64_t log_time, std::in
     give_time_to_early(log_time);
   }
   append(std::move(item));
-  if (!options_.snapshot) {
-    work_.notify_one();
-  }
   return true;
 }
 
@@ -88,8 +96,11 @@ bool RecordingQueue::take_snapshot() {
     return false;
   }
   const std::lock_guard lock(mutex_);
-  std::move(kept_.begin(), kept_.end(), std::back_inserter(waiting_));
-  kept_.clear();
+  if (bytes_ > 0) {
+    return false;
+  }
+  waiting_ = std::exchange(kept_, {});
+  bytes_ = std::exchange(kept_bytes_, 0);
   work_.notify_one();
   return true;
 }
@@ -134,7 +145,7 @@ bool RecordingQueue::guarded(const std::function<void()>& step) {
     waiting_.clear();
     kept_.clear();
     early_.clear();
-    bytes_ = 0;
+    bytes_ = kept_bytes_ = 0;
     room_.notify_all();
   }
   try {
@@ -213,7 +224,7 @@ void RecordingQueue::run() {
     for (const Item& item : batch) {
       write(item);
     }
-    flushed = false;
+    flushed = options_.repeatable;
     lock.lock();
   }
 }

@@ -24,13 +24,15 @@ namespace pipescout {
 class RecordingQueue {
  public:
   struct Options {
-    /// Of the messages that wait; one message is taken however large it is.
+    /// Bytes of the messages that wait, and as many of those that are kept for a snapshot; one
+    /// message is taken however large it is.
     std::uint64_t limit = 100 * 1024 * 1024;
     /// Keep the last `limit` bytes, and write them only when `take_snapshot` asks for it.
     bool snapshot = false;
-    /// A full queue makes the publisher wait: for missions in simulated time, which must not depend
-    /// on the disk.
-    bool wait_when_full = false;
+    /// A full queue makes the publisher wait, and nothing is written because of the time: for
+    /// missions in simulated time, which must not depend on machine and disk. The same messages
+    /// then give the same bytes.
+    bool repeatable = false;
   };
   /// Called on the writing thread; must not call back.
   struct Events {
@@ -58,7 +60,8 @@ class RecordingQueue {
   /// was received before there was any time, and gets that of the first one that has a time.
   bool push(bags::TopicIndex topic, std::int64_t log_time, std::int64_t publish_time,
             std::shared_ptr<const SerializedMessage> message);
-  /// What is kept is to be written. False without `Options::snapshot`.
+  /// What is kept is to be written. False without `Options::snapshot`, and while the snapshot
+  /// before is still being written.
   bool take_snapshot();
   /// Writes what waits and closes the bag; nothing is taken any more.
   void finish();
@@ -78,6 +81,7 @@ class RecordingQueue {
   // Under mutex_.
   [[nodiscard]] bool has_room_for(const Item& item) const;
   void append(Item item);
+  void keep(Item item);
   void give_time_to_early(std::int64_t log_time);
 
   void run();
@@ -95,7 +99,8 @@ class RecordingQueue {
   std::deque<Item> waiting_;  // for the thread
   std::deque<Item> kept_;     // for a snapshot
   std::vector<Item> early_;   // from before there was a time
-  std::uint64_t bytes_ = 0;   // of all these, and of what the thread has just taken
+  std::uint64_t bytes_ = 0;   // of what waits, is early, or was just taken by the thread
+  std::uint64_t kept_bytes_ = 0;
   std::vector<bags::BagTopic> topics_;
   Counts counts_;
   bool has_time_ = false;

@@ -120,9 +120,7 @@ class BagWriter::Implementation {
       }
       file_->write(stored);
       count(stored);
-      if (Clock::now() - last_flush_ >= kFlushPeriod) {
-        flush();
-      }
+      flush_if_due();
     });
   }
 
@@ -135,7 +133,7 @@ class BagWriter::Implementation {
   }
 
   void flush_if_due() {
-    if (Clock::now() - last_flush_ >= kFlushPeriod) {
+    if (options_.flush_by_time && Clock::now() - last_flush_ >= kFlushPeriod) {
       flush();
     }
   }

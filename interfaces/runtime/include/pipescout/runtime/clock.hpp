@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "pipescout/runtime/executor.hpp"
 #include "pipescout/runtime/time.hpp"
@@ -42,6 +44,9 @@ class SimulatedClock final : public Clock {
   /// while the source exists that was the first, the others count for nothing. Together they would
   /// make the time jump back and forth.
   void set_from(const std::shared_ptr<const void>& source, Time now);
+  /// Calls `set_back` when the time is set to an earlier one, before any work is scheduled for
+  /// that, on the thread that sets it; it must return soon. Until the returned handle is gone.
+  [[nodiscard]] std::shared_ptr<void> on_set_back(std::function<void()> set_back);
 
   /// Schedules `waitable` in `group` once, when this clock reaches `when`. Replaces an earlier call
   /// for the same waitable.
@@ -64,6 +69,7 @@ class SimulatedClock final : public Clock {
   std::weak_ptr<const void> source_;
   std::uint64_t last_order_ = 0;
   std::map<const Waitable*, Waiting> waiting_;
+  std::vector<std::weak_ptr<std::function<void()>>> set_back_;
 };
 
 }  // namespace pipescout

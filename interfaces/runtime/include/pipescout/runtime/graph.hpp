@@ -47,6 +47,9 @@ class Graph {
                             const std::shared_ptr<UntypedPublisher>& publisher) = 0;
   virtual void add_endpoint(const NodeName& node,
                             const std::shared_ptr<UntypedSubscription>& subscription) = 0;
+  /// The same for a subscription that several nodes share: it appears once for each of them.
+  virtual void add_shared_endpoint(const NodeName& node,
+                                   const std::shared_ptr<UntypedSubscription>& subscription) = 0;
 
   /// All nodes, sorted; a name that two nodes bear appears twice.
   [[nodiscard]] virtual std::vector<NodeName> nodes() const = 0;

@@ -33,9 +33,12 @@ inline constexpr Topic<pipescout_msgs::msg::MissionStatus> kMissionStatus{"missi
 inline constexpr Topic<rosgraph_msgs::msg::Clock> kClock{
     .name = "/clock", .qos = QoS::reliable(10), .requested = QoS::sensor_data(1)};
 /// Transforms between frames, from whoever knows them; those that never change kept for late
-/// joiners.
-inline constexpr Topic<tf2_msgs::msg::TFMessage> kTf{"/tf", QoS::reliable(100)};
-inline constexpr Topic<tf2_msgs::msg::TFMessage> kTfStatic{"/tf_static", QoS::latched(1)};
+/// joiners. Each robot has its own, `/ROBOT/tf`, with the same names of frames: `/tf` only without
+/// a namespace. A publisher of static ones says all of its transforms in one message; who listens
+/// must not lose one of many publishers for another.
+inline constexpr Topic<tf2_msgs::msg::TFMessage> kTf{"tf", QoS::reliable(100)};
+inline constexpr Topic<tf2_msgs::msg::TFMessage> kTfStatic{
+    .name = "tf_static", .qos = QoS::latched(1), .requested = QoS::latched(100)};
 inline constexpr Topic<diagnostic_msgs::msg::DiagnosticArray> kDiagnostics{"/diagnostics",
                                                                            QoS::reliable(10)};
 /// As rcl: kept for late joiners, forgotten after ten seconds.

@@ -33,6 +33,9 @@ struct Imu;
 struct JointState;
 struct NavSatFix;
 }  // namespace sensor_msgs::msg
+namespace std_msgs::msg {
+struct String;
+}
 namespace trajectory_msgs::msg {
 struct JointTrajectory;
 }
@@ -106,6 +109,9 @@ inline constexpr Topic<sensor_msgs::msg::JointState> kJointStates{
     .name = "joint_states", .qos = QoS::reliable(100), .requested = QoS::sensor_data(100)};
 inline constexpr Topic<trajectory_msgs::msg::JointTrajectory> kArmCommand{
     .name = "arm/command", .qos = QoS::reliable(1), .while_inactive = WhileInactive::kDrop};
+/// The robot as a URDF text, for those that come later too.
+inline constexpr Topic<std_msgs::msg::String> kRobotDescription{"robot_description",
+                                                                QoS::latched(1)};
 /// What the camera arm does and why, in each cycle.
 inline constexpr Topic<pipescout_msgs::msg::ArmState> kArmState{"arm/state", QoS::reliable(100)};
 /// Angular rate and specific force, from the driver, and the position of the GPS antenna.

@@ -30,6 +30,10 @@ struct BagWriterOptions {
   /// CRC32 of each chunk and of the summary.
   bool checksums = true;
 
+  /// Flush once in a second too, so that a kill loses no more. Otherwise only what is full goes to
+  /// the file: the same messages then give the same bytes, however long they take.
+  bool flush_by_time = true;
+
   /// SQLite only: memory for changed pages before they go to the file, bytes.
   std::uint64_t cache_size = 10 * 1024 * 1024;
 };
@@ -38,8 +42,9 @@ struct BagWriterOptions {
 /// or these with .zstd).
 ///
 /// A process that is killed leaves all messages that were written more than a second before,
-/// provided that `write` or `flush_if_due` is called at least every 100 ms. The bag then lacks
-/// metadata and the index of the last file; readers do without, `recover_bag` makes it whole.
+/// provided that `flush_by_time` is set and `write` or `flush_if_due` is called at least every 100
+/// ms. The bag then lacks metadata and the index of the last file; readers do without,
+/// `recover_bag` makes it whole.
 ///
 /// Throws BagError; its fault is kNoSpace when the disk is full. After an error of `write`, `flush`
 /// or `split` the writer only takes `close`, which completes what is on the disk to a readable bag
