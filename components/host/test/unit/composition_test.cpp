@@ -209,7 +209,7 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
       {"components:\n  - {type: A, name: a, remappings: {__node: b}}",
        "c.yaml:2:37: a component is renamed by its 'name' and 'namespace'"},
       {"components:\n  - {type: A, name: a, parameter_files: [none.yaml]}",
-       "c.yaml:2:42: missing parameter file none.yaml"},
+       "c.yaml:2:42: there is no parameter file none.yaml"},
       {"components:\n  - {type: A, name: alpha}\ncomplete_when: [alpa]",
        "c.yaml:3:17: no component 'alpa' in this composition; did you mean 'alpha'?"},
       {"components: []\nexecutor: {type: fast}",
