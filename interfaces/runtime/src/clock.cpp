@@ -105,6 +105,17 @@ void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>
   group->schedule(waitable);
 }
 
+std::optional<Time> SimulatedClock::next_due() const {
+  std::optional<Time> next;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [waitable, work] : waiting_) {
+    if (!work.waitable.expired() && (!next || work.when < *next)) {
+      next = work.when;
+    }
+  }
+  return next;
+}
+
 void SimulatedClock::cancel(const Waitable* waitable) {
   const std::lock_guard lock(mutex_);
   waiting_.erase(waitable);

@@ -11,6 +11,7 @@
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
+#include "step_reporter.hpp"
 #include "transform_listener.hpp"
 
 namespace pipescout {
@@ -79,6 +80,7 @@ class Node::Impl {
     auto group = options.executor->create_callback_group(type);
     group->set_exception_handler(
         [this](std::exception_ptr error) { node_.on_callback_exception(std::move(error)); });
+    group->join(options.context->activity(), name.fully_qualified());
     const std::lock_guard lock(mutex);
     if (held != Held::kNone) {
       group->hold();
@@ -122,18 +124,22 @@ class Node::Impl {
   // As queued work keeps a group that is not held.
   std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
+  bool services_enabled = true;
   std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
   std::shared_ptr<UntypedSubscription> clock_subscription;
+  std::shared_ptr<StepParticipation> step_participation;  // null unless it follows `/clock`
   std::vector<std::weak_ptr<Timer>> timers;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::weak_ptr<UntypedPublisher>> publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> subscriptions;
   std::vector<std::weak_ptr<UntypedService>> services;
   std::vector<std::weak_ptr<UntypedClient>> clients;
+  std::vector<std::weak_ptr<UntypedActionServer>> action_servers;
   std::vector<std::weak_ptr<UntypedPublisher>> managed_publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> managed_subscriptions;
   std::vector<std::weak_ptr<UntypedService>> managed_services;
   std::vector<std::weak_ptr<Timer>> managed_timers;
+  std::vector<std::weak_ptr<UntypedActionServer>> managed_action_servers;
 
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
@@ -147,6 +153,7 @@ class Node::Impl {
 void Node::Impl::use_simulated_time(bool simulated) {
   std::shared_ptr<SimulatedClock> clock;
   std::shared_ptr<UntypedSubscription> subscription;
+  std::shared_ptr<StepParticipation> participation;
   if (simulated) {
     Context& context = *options.context;
     const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
@@ -162,12 +169,14 @@ void Node::Impl::use_simulated_time(bool simulated) {
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);
+    participation = context.take_part_in_steps(subscription->topic().name, name.fully_qualified());
   }
   std::vector<std::shared_ptr<Timer>> switched;
   {
     const std::lock_guard lock(mutex);
     simulated_clock = clock;
     clock_subscription.swap(subscription);
+    step_participation.swap(participation);
     switched = alive(timers);
     if (transforms) {
       transforms->follow(clock);
@@ -213,8 +222,12 @@ Node::Node(NodeOptions options, CallbackStart start) {
 
 Node::~Node() {
   close();
+  for (const auto& server : action_servers()) {
+    server->close();  // it asks for the node's time
+  }
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
+  impl_->step_participation.reset();
   impl_->parameter_services.reset();
   impl_->transforms.reset();
   impl_->rosout.reset();
@@ -396,21 +409,27 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
     std::string_view topic, const MessageType& type, const QoS& qos,
     UntypedSubscription::Callback callback, NodeSubscriptionOptions options) {
   const std::string full = resolve_topic_name(topic, impl_->name, impl_->options.remap_rules);
-  auto& incompatible_qos = options.events.incompatible_qos;
-  incompatible_qos = [logger = impl_->logger, full,
-                      told = std::move(incompatible_qos)](const IncompatibleQos& event) {
-    logger.warn("a publisher of '" + full +
-                "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
-    if (told) {
-      told(event);
-    }
-  };
+  if (!options.at_once) {
+    auto& incompatible_qos = options.events.incompatible_qos;
+    incompatible_qos = [logger = impl_->logger, full,
+                        told = std::move(incompatible_qos)](const IncompatibleQos& event) {
+      logger.warn(
+          "a publisher of '" + full +
+          "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
+      if (told) {
+        told(event);
+      }
+    };
+  } else if (options.group) {
+    throw std::invalid_argument("subscription of '" + full +
+                                "': a callback at once runs in no callback group");
+  }
   auto subscription = context().create_subscription(
       {.topic = {mangle_topic_name(full, DdsTopicKind::kTopic), &type},
        .qos = qos,
        .callback = std::move(callback),
        .events = std::move(options.events),
-       .group = impl_->own_group(options.group),
+       .group = options.at_once ? nullptr : impl_->own_group(options.group),
        .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);
@@ -450,7 +469,7 @@ void Node::enable_service(const std::shared_ptr<UntypedService>& service,
   if (options.managed) {
     add(impl_->managed_services, service);
   }
-  service->set_enabled(!options.managed || impl_->managed_active);
+  service->set_enabled(!options.managed || impl_->services_enabled);
 }
 
 std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view name,
@@ -462,12 +481,26 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
                   .request = &request,
                   .response = &response,
                   .qos = options.qos,
-                  .group = impl_->own_group(options.group)});
+                  .group = impl_->own_group(options.group),
+                  .matched = options.matched});
   context().graph().add_endpoint(impl_->name, client->request_publisher());
   context().graph().add_endpoint(impl_->name, client->reply_subscription());
   const std::lock_guard lock(impl_->mutex);
   add(impl_->clients, client);
   return client;
+}
+
+std::string Node::action_name(std::string_view name) const {
+  return resolve_topic_name(name, impl_->name, impl_->options.remap_rules);
+}
+
+void Node::add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed) {
+  const std::lock_guard lock(impl_->mutex);
+  add(impl_->action_servers, server);
+  if (managed) {
+    add(impl_->managed_action_servers, server);
+    server->set_accepting(impl_->managed_active);
+  }
 }
 
 std::shared_ptr<Timer> Node::create_timer(Duration period, std::function<void()> callback,
@@ -503,31 +536,48 @@ std::vector<std::shared_ptr<UntypedClient>> Node::clients() const {
   return alive(impl_->clients);
 }
 
+std::vector<std::shared_ptr<UntypedActionServer>> Node::action_servers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return alive(impl_->action_servers);
+}
+
 void Node::set_managed_active(bool active) {
   std::vector<std::shared_ptr<UntypedPublisher>> publishers;
   std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
-  std::vector<std::shared_ptr<UntypedService>> services;
   std::vector<std::shared_ptr<Timer>> timers;
+  std::vector<std::shared_ptr<UntypedActionServer>> servers_of_actions;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->managed_active = active;
     publishers = alive(impl_->managed_publishers);
     subscriptions = alive(impl_->managed_subscriptions);
-    services = alive(impl_->managed_services);
     timers = alive(impl_->managed_timers);
+    servers_of_actions = alive(impl_->managed_action_servers);
   }
   // Publishers first when enabling: a callback that runs at once may publish.
   for (const auto& publisher : publishers) {
     publisher->set_enabled(active);
-  }
-  for (const auto& service : services) {
-    service->set_enabled(active);
   }
   for (const auto& timer : timers) {
     timer->set_enabled(active);
   }
   for (const auto& subscription : subscriptions) {
     subscription->set_enabled(active);
+  }
+  for (const auto& server : servers_of_actions) {
+    server->set_accepting(active);
+  }
+}
+
+void Node::set_services_enabled(bool enabled) {
+  std::vector<std::shared_ptr<UntypedService>> services;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->services_enabled = enabled;
+    services = alive(impl_->managed_services);
+  }
+  for (const auto& service : services) {
+    service->set_enabled(enabled);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <shared_mutex>
 
+#include "number_text.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -41,9 +42,16 @@ struct IsEmpty {
   }
 };
 
-// An empty array of one type becomes one of the type that is expected.
+// An empty array of one type becomes one of the type that is expected, and a text that is a number
+// becomes that number where one is expected.
 ParameterValue conform(ParameterValue value, const ParameterDescriptor& descriptor) {
-  if (descriptor.dynamic_typing || value.type() == descriptor.type || !value.visit(IsEmpty{})) {
+  if (descriptor.dynamic_typing || value.type() == descriptor.type) {
+    return value;
+  }
+  if (auto numbers = numbers_from_text(value, descriptor.type)) {
+    return *std::move(numbers);
+  }
+  if (!value.visit(IsEmpty{})) {
     return value;
   }
   switch (descriptor.type) {
@@ -193,6 +201,21 @@ struct Parameters::State {
     return result;
   }
 
+  /// A declared parameter "a" for "a.b", or the other way round: `ros2 param dump` writes names as
+  /// nested maps, and fails on both.
+  [[nodiscard]] std::optional<std::string> branch_of(const std::string& name) const {
+    for (auto dot = name.find(kSeparator); dot != std::string::npos;
+         dot = name.find(kSeparator, dot + 1)) {
+      if (const auto found = entries.find(name.substr(0, dot)); found != entries.end()) {
+        return found->first;
+      }
+    }
+    const std::string prefix = name + kSeparator;
+    const auto below = entries.lower_bound(prefix);
+    return below != entries.end() && below->first.starts_with(prefix) ? std::optional(below->first)
+                                                                      : std::nullopt;
+  }
+
   [[nodiscard]] SetResult validate(const std::vector<NamedParameter>& parameters) const {
     SetResult result;
     validators.for_each([&](const ValidateCallback& callback) {
@@ -340,6 +363,11 @@ ParameterValue Parameters::declare(ParameterDescriptor descriptor, ParameterValu
   descriptor.validate();
   if (state.entries.contains(name)) {
     throw ParameterError(name, about(name, "it is already declared"));
+  }
+  if (const auto other = state.branch_of(name)) {
+    throw ParameterError(name, about(name, "'" + *other +
+                                               "' is declared, and the one name begins the other: "
+                                               "in YAML it would be a value and a map at once"));
   }
   if (default_value.is_set()) {
     if (const auto objection = descriptor.objection(default_value)) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
 namespace pipescout {
@@ -29,19 +28,6 @@ std::optional<std::string_view> refusal_of(std::string_view argument) {
   for (const auto& [name, why] : kRefused) {
     if (argument == name) {
       return why;
-    }
-  }
-  return std::nullopt;
-}
-
-std::optional<LogSeverity> severity_of(std::string_view name) {
-  std::string upper(name);
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  for (const auto severity : {LogSeverity::kDebug, LogSeverity::kInfo, LogSeverity::kWarn,
-                              LogSeverity::kError, LogSeverity::kFatal}) {
-    if (upper == to_string(severity)) {
-      return severity;
     }
   }
   return std::nullopt;
@@ -129,7 +115,7 @@ class Parser {
     const auto separator = text.find(kSeparator);
     const bool names_logger = separator != std::string::npos;
     const auto level = names_logger ? text.substr(separator + kSeparator.size()) : text;
-    const auto severity = severity_of(level);
+    const auto severity = log_severity(level);
     if (!severity) {
       throw RosArgumentError(argument + " " + text + ": '" + level +
                              "' is none of debug, info, warn, error, fatal");

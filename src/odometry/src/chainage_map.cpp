@@ -5,10 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 // Joints on either side that the local ratio of the odometers is taken over: long enough to average
 // the noise of single joints, short enough to follow wear.

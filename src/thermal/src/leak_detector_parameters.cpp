@@ -2,9 +2,12 @@
 #include <algorithm>
 
 #include "pipescout/thermal/leak_detector.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
+
+using validation::refuse;
+using validation::require;
 
 std::string_view to_string(Severity severity) noexcept {
   switch (severity) {

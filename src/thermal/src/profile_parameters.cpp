@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/thermal/pipe_profile.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
+
+using validation::refuse;
+using validation::require;
 
 std::string_view to_string(PartKind kind) noexcept {
   switch (kind) {

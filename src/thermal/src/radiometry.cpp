@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastDistance = 1e-3;  // m, where derivatives are taken at the least

@@ -16,8 +16,8 @@ namespace pipescout {
 namespace {
 
 using estimation::FactorKind;
-using estimation::RobustKernel;
 using estimation::StateEstimatorParameters;
+using statistics::RobustKernel;
 
 constexpr FloatingPointRange kSeconds{0.0, 86400.0};
 constexpr FloatingPointRange kMetres{-1e4, 1e4};
@@ -213,7 +213,7 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
            "said to be is taken for the one that lies where the state is; empty: it is "
            "not used"});
   centre_line_ = parameters.declare<std::string>(
-      "centre_line", "",
+      "centre_line.file", "",
       {.description = "CSV file with the points x, y, z (m, in the map) of the pipe's centre line; "
                       "empty: none, and welds are not used"});
   centre_line_first_chainage_ = parameters.declare<double>(

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cli/session.hpp"
+#include "core/actions.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -87,8 +88,8 @@ int node_info(Session& session, const Options& options) {
   print_section("Publishers", names(true, DdsTopicKind::kTopic));
   print_section("Service Servers", names(false, DdsTopicKind::kServiceRequest));
   print_section("Service Clients", names(true, DdsTopicKind::kServiceRequest));
-  print_section("Action Servers", {});
-  print_section("Action Clients", {});
+  print_section("Action Servers", actions_of_node(endpoints, node, true));
+  print_section("Action Clients", actions_of_node(endpoints, node, false));
   return kExitOk;
 }
 

@@ -82,7 +82,7 @@ complete_when: [fusion]
 TEST(Composition, ReadsTheWholeFormat) {
   const auto composition = parse(kWhole);
   EXPECT_EQ(composition.name, "survey");
-  EXPECT_EQ(composition.threads, 4U);
+  EXPECT_EQ(composition.executor.threads, 4U);
   EXPECT_EQ(composition.mission_folder, "/missions/survey");
   EXPECT_THAT(composition.arguments,
               ElementsAre(std::pair("readings", "/prefix/share/x/table.csv"),
@@ -135,7 +135,7 @@ TEST(Composition, TakesArgumentsFromTheCommandLine) {
 TEST(Composition, DefaultsAreModest) {
   const auto composition = parse("components: [{type: A, name: a}]");
   EXPECT_EQ(composition.name, "c");
-  EXPECT_EQ(composition.threads, 1U);
+  EXPECT_EQ(composition.executor.threads, 1U);
   EXPECT_THAT(composition.complete_when, IsEmpty());
   EXPECT_EQ(composition.components.at(0).name.fully_qualified(), "/a");
   EXPECT_EQ(composition.components.at(0).restart, RestartPolicy{});
@@ -306,7 +306,7 @@ TEST(Composition, WritesItselfAsItWasRun) {
   const auto again = parse(text);
   EXPECT_EQ(again.name, composition.name);
   EXPECT_EQ(again.arguments, composition.arguments);
-  EXPECT_EQ(again.threads, composition.threads);
+  EXPECT_EQ(again.executor.threads, composition.executor.threads);
   EXPECT_EQ(again.complete_when, composition.complete_when);
   ASSERT_EQ(again.components.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {

@@ -77,6 +77,11 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
       {.description = "nothing is published before so many subscriptions of odometer/readings and "
                       "of eddy_current are matched",
        .integer_range = IntegerRange{0, 1000}});
+  step_time_out_ = parameters().declare<double>(
+      "step_time_out", to_seconds(LockStepOptions{}.time_out),
+      {.description = "s of real time that consumers may take for one step before those that are "
+                      "not through are left out",
+       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   declare_wheel_parameters();
   declare_drive_parameters();
   declare_imu_parameters();
@@ -260,7 +265,6 @@ CallbackReturn CrawlerSimulation::on_configure() {
   }
   names_ = wheels_.get();
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
-  period_ = from_seconds(kStep / rate_.get());
   run_.emplace(run_parameters(), read_tally(file));
   steps_ = 0;
   standing_steps_ = static_cast<std::uint64_t>(std::ceil(standing_.get() / kStep));
@@ -273,6 +277,16 @@ CallbackReturn CrawlerSimulation::on_configure() {
   readings_publisher_ =
       create_publisher(topics::kOdometerReadings, {.events = {.matched = matched}});
   samples_publisher_ = create_publisher(topics::kEddyCurrent, {.events = {.matched = matched}});
+  lock_step_.emplace(
+      *this, *clock_publisher_.untyped(),
+      LockStepOptions{.period = from_seconds(kStep / rate_.get()),
+                      .time_out = from_seconds(step_time_out_.get())},
+      [this] { return step(); },
+      [this](const std::string& who) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited "
+                                          "for any more");
+      });
   logger().info("a run of " + std::to_string(std::lround(run_->duration())) + " s");
   return CallbackReturn::kSuccess;
 }
@@ -289,13 +303,13 @@ CallbackReturn CrawlerSimulation::on_activate() {
 
 CallbackReturn CrawlerSimulation::on_deactivate() {
   active_ = false;
-  timer_.reset();
+  lock_step_->pause();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn CrawlerSimulation::on_cleanup() {
   active_ = false;
-  timer_.reset();
+  lock_step_.reset();
   clock_publisher_ = {};
   truth_publisher_ = {};
   true_odometry_publisher_ = {};
@@ -313,12 +327,12 @@ bool CrawlerSimulation::is_heard() const {
 }
 
 void CrawlerSimulation::start_if_heard() {
-  if (active_ && !timer_ && steps_ < total_steps_ && is_heard()) {
-    timer_ = create_timer(period_, [this] { step(); });
+  if (active_ && lock_step_ && steps_ < total_steps_ && is_heard()) {
+    lock_step_->resume();
   }
 }
 
-void CrawlerSimulation::step() {
+bool CrawlerSimulation::step() {
   const double until =
       kStep * (static_cast<double>(++steps_) - static_cast<double>(standing_steps_));
   Clock clock;
@@ -332,11 +346,12 @@ void CrawlerSimulation::step() {
   if (steps_ == total_steps_ || steps_ * 100 / total_steps_ != (steps_ - 1) * 100 / total_steps_) {
     report_progress(steps_, total_steps_);
   }
-  if (steps_ == total_steps_) {
-    timer_.reset();
-    report_complete("the crawler has gone " +
-                    std::to_string(std::lround(run_->position(until).distance)) + " m");
+  if (steps_ < total_steps_) {
+    return true;
   }
+  report_complete("the crawler has gone " +
+                  std::to_string(std::lround(run_->position(until).distance)) + " m");
+  return false;
 }
 
 void CrawlerSimulation::publish_readings(double until) {

@@ -77,18 +77,15 @@ void RackSimulation::declare_run_parameters() {
       {.description = "nothing is published before so many subscriptions of camera/image_raw and "
                       "of camera/camera_info are matched",
        .integer_range = IntegerRange{0, 1000}});
-  lock_step_ = parameters().declare<bool>(
-      "lock_step", true,
-      {.description = "simulated time waits for the command that answers the last image, so that "
-                      "slow machines give the same run"});
-  lock_step_time_out_ =
-      parameters().declare<double>("lock_step_time_out", 1.0,
-                                   {.description = "s of real time: waits no longer for a command",
-                                    .floating_point_range = FloatingPointRange{1e-3, 1e3}});
+  step_time_out_ = parameters().declare<double>(
+      "step_time_out", to_seconds(LockStepOptions{}.time_out),
+      {.description = "s of real time that consumers may take for one step before those that are "
+                      "not through are left out",
+       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   latency_ = parameters().declare<double>(
       "latency", 0.03,
-      {.description = "s of simulated time from an image to when its command takes effect, with "
-                      "lock_step; at most until the next image",
+      {.description = "s of simulated time from an image to when its command takes effect; at most "
+                      "until the next image",
        .floating_point_range = FloatingPointRange{0.0, 10.0}});
 }
 
@@ -253,15 +250,11 @@ CallbackReturn RackSimulation::on_configure() {
   flight_.emplace(flight);
   camera_ = flight.camera;
   frame_ = frame_id_.get();
-  waits_for_commands_ = lock_step_.get();
-  time_out_ = from_seconds(lock_step_time_out_.get());
   image_period_ = std::round(1.0 / image_rate_.get() / Uav::kStep) * Uav::kStep;
   latency_of_commands_ = std::min(latency_.get(), image_period_);
-  real_period_ = from_seconds(image_period_ / rate_.get());
   total_images_ = static_cast<std::uint64_t>(std::ceil(duration_.get() / image_period_));
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   images_ = 0;
-  waiting_ = false;
   answer_.reset();
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
@@ -272,6 +265,16 @@ CallbackReturn RackSimulation::on_configure() {
   image_publisher_ = create_publisher(topics::kCameraImage, {.events = {.matched = matched}});
   command_subscription_ = create_subscription(
       topics::kVelocityCommand, [this](const Twist& message) { on_command(message); });
+  lock_step_.emplace(
+      *this, *clock_publisher_.untyped(),
+      LockStepOptions{.period = from_seconds(image_period_ / rate_.get()),
+                      .time_out = from_seconds(step_time_out_.get())},
+      [this] { return next_image(); },
+      [this](const std::string& who) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited "
+                                          "for any more");
+      });
   return CallbackReturn::kSuccess;
 }
 
@@ -287,14 +290,13 @@ CallbackReturn RackSimulation::on_activate() {
 
 CallbackReturn RackSimulation::on_deactivate() {
   active_ = false;
-  waiting_ = false;
-  timer_.reset();
+  lock_step_->pause();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn RackSimulation::on_cleanup() {
   active_ = false;
-  timer_.reset();
+  lock_step_.reset();
   command_subscription_ = {};
   clock_publisher_ = {};
   truth_publisher_ = {};
@@ -310,50 +312,33 @@ void RackSimulation::start_if_heard() {
   const bool heard = image_publisher_ && camera_info_publisher_ &&
                      image_publisher_.subscription_count() >= wanted_subscribers_ &&
                      camera_info_publisher_.subscription_count() >= wanted_subscribers_;
-  if (active_ && heard && !timer_) {
-    next_image_not_before_ = steady_now();
-    schedule();
+  if (active_ && heard && lock_step_ && images_ < total_images_) {
+    lock_step_->resume();
   }
 }
 
-void RackSimulation::schedule() {
-  timer_.reset();
-  if (images_ == total_images_) {
-    return;
-  }
-  const Duration left = next_image_not_before_ - steady_now();
-  const Duration delay = waiting_ ? time_out_ : std::max(left, Duration(1));
-  timer_ = create_timer(delay, [this] {
-    timer_.reset();
-    if (std::exchange(waiting_, false)) {
-      report_fault("command.missing", "no command has answered an image within " +
-                                          std::to_string(to_seconds(time_out_)) + " s");
-    }
-    next_image();
-  });
-}
-
-void RackSimulation::next_image() {
+bool RackSimulation::next_image() {
   if (answer_) {
     flight_->fly_until(to_seconds(last_stamp_ - kStart) + latency_of_commands_);
     flight_->command(*answer_);
     answer_.reset();
+  } else if (images_ > 0) {
+    report_fault("command.missing", "no command has answered an image");
   }
   const double time = static_cast<double>(images_) * image_period_;
   flight_->fly_until(time);
   last_stamp_ = at(time);
-  next_image_not_before_ = steady_now() + real_period_;
-  waiting_ = waits_for_commands_;
   publish_image(last_stamp_);
   ++images_;
   // At most a hundred reports.
   if (images_ * 100 / total_images_ != (images_ - 1) * 100 / total_images_) {
     report_progress(images_, total_images_);
   }
-  if (images_ == total_images_) {
-    report_complete("the UAV has flown " + std::to_string(std::lround(time)) + " s");
+  if (images_ < total_images_) {
+    return true;
   }
-  schedule();
+  report_complete("the UAV has flown " + std::to_string(std::lround(time)) + " s");
+  return false;
 }
 
 void RackSimulation::publish_image(Time stamp) {
@@ -418,13 +403,7 @@ void RackSimulation::on_command(const Twist& message) {
     report_fault("command.not_a_number", "a command is not finite: it is not taken");
     return;
   }
-  if (!waits_for_commands_) {
-    flight_->command(command);
-  } else if (waiting_ && from_message(message.header.stamp) >= last_stamp_) {
-    answer_ = command;
-    waiting_ = false;
-    schedule();
-  }
+  answer_ = command;
 }
 
 }  // namespace pipescout

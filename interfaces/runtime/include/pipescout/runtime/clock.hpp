@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "pipescout/runtime/executor.hpp"
@@ -52,6 +53,9 @@ class SimulatedClock final : public Clock {
   void schedule_at(Time when, const std::shared_ptr<CallbackGroup>& group,
                    const std::shared_ptr<Waitable>& waitable);
   void cancel(const Waitable* waitable);
+  /// The earliest time at which something is scheduled: whoever drives the clock in leaps stops
+  /// there, so that no timer is late.
+  [[nodiscard]] std::optional<Time> next_due() const;
 
  private:
   struct Waiting {

@@ -28,7 +28,8 @@ struct TransitionResult {
 /// in `on_configure`, and drops them in `on_cleanup`.
 ///
 /// Publishers, subscriptions and timers work only while the component is active: what is published
-/// earlier is dropped and counted, and arriving messages wait in their queues. An exception that
+/// earlier is dropped and counted, and arriving messages wait in their queues. Services answer in
+/// every state (see NodeServiceOptions). An exception that
 /// leaves any callback, of the lifecycle or of a message, is logged, counted on `/diagnostics` and
 /// takes the component through its error state; other components do not notice. A lifecycle
 /// callback that fails or reports an error says why with `diagnostics().set_status` or

@@ -14,7 +14,10 @@
 
 namespace pipescout {
 
+class Activity;
 class Graph;
+class StepTraffic;
+struct StepParticipation;
 class TransformListener;
 
 /// An endpoint was asked for on a topic that carries another type in this process.
@@ -75,6 +78,19 @@ class Context : public std::enable_shared_from_this<Context> {
   /// context. The nodes that follow the topic drive it.
   [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock(
       const std::string& topic = "/clock") = 0;
+
+  /// Whether the nodes of this context have anything to do.
+  [[nodiscard]] virtual const std::shared_ptr<Activity>& activity() const = 0;
+
+  /// What has passed between this process and others, for simulations in lock step.
+  [[nodiscard]] virtual const std::shared_ptr<StepTraffic>& step_traffic() const = 0;
+  /// While it exists, this process tells the simulation that drives the clock of that topic (DDS
+  /// name) when it has nothing more to do; `node` (fully qualified) is why. Null without transport.
+  [[nodiscard]] virtual std::shared_ptr<StepParticipation> take_part_in_steps(
+      const std::string& clock_topic, const std::string& node) = 0;
+  /// A group on a thread of the context that no component can hold up. Its callbacks must neither
+  /// block nor throw, and must not own the context.
+  [[nodiscard]] virtual std::shared_ptr<CallbackGroup> create_watch_group() = 0;
 
   /// What fills the transform buffer of this process for a pair of topics, in fully qualified
   /// names; it exists while somebody holds it. For `Transforms`.

@@ -5,11 +5,13 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 
+class Activity;
 class Executor;
 
 enum class CallbackGroupType {
@@ -38,6 +40,9 @@ class CallbackGroup {
 
   [[nodiscard]] virtual CallbackGroupType type() const noexcept = 0;
   virtual void set_exception_handler(ExceptionHandler handler) = 0;
+
+  /// Counts the callbacks of the group as those of `node` in the activity of a process.
+  virtual void join(const std::shared_ptr<Activity>& activity, std::string node) = 0;
 
   /// Queues one unit of work of `waitable`. Wakes the executor.
   virtual void schedule(std::shared_ptr<Waitable> waitable) = 0;

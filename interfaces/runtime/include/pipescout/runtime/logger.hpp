@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <source_location>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ enum class LogSeverity : std::uint8_t {
 };
 
 [[nodiscard]] const char* to_string(LogSeverity severity) noexcept;
+
+/// "debug", "info", "warn", "error" or "fatal", in any case; nothing for another text.
+[[nodiscard]] std::optional<LogSeverity> log_severity(std::string_view name);
 
 /// Writes a node's messages to the standard error stream ("[WARN] [1718.123456789] [robot.fusion]:
 /// text") and, once connected, to `/rosout`. Thread-safe; copies share the state.

@@ -10,12 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/runtime/action_client.hpp"
+#include "pipescout/runtime/action_server.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/logger.hpp"
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/serialized_message.hpp"
 #include "pipescout/runtime/service.hpp"
 #include "pipescout/runtime/subscription.hpp"
 #include "pipescout/runtime/timer.hpp"
@@ -38,8 +41,8 @@ struct NodeOptions {
 // How a node makes its endpoints and timers; each has the members
 //
 //   group    where callbacks run: one that the node made; null: its default group
-//   managed  unmanaged ones work in every lifecycle state, managed ones only while active. A plain
-//            node is always active.
+//   managed  unmanaged ones work in every lifecycle state, managed ones only while active; but a
+//            service answers in every state, see there. A plain node is always active.
 
 struct NodePublisherOptions {
   PublisherEvents events = {};
@@ -53,8 +56,18 @@ struct NodeSubscriptionOptions {
   std::optional<WhileInactive> while_inactive = std::nullopt;
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
+  /// The callback runs on whatever thread brings the message, of a publisher or of the transport,
+  /// before `publish` returns; see SubscriptionOptions::group. No events then; what the QoS keeps
+  /// apart is only counted.
+  bool at_once = false;
 };
 
+using GenericPublisher = Publisher<SerializedMessage>;
+using GenericSubscription = Subscription<SerializedMessage>;
+
+/// As those of rclcpp's lifecycle nodes, a service answers in every state: its caller waits. A
+/// handler whose request makes no sense while the component is not active says so in the response.
+/// Requests to managed services wait while an exception that left a callback is being processed.
 struct NodeServiceOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
@@ -65,6 +78,7 @@ struct NodeServiceOptions {
 struct NodeClientOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
+  std::function<void()> matched = {};  ///< called after the servers that are matched changed
 };
 
 struct TimerOptions {
@@ -141,6 +155,27 @@ class Node {
                                   std::move(options));
   }
 
+  /// A publisher of messages that are bytes already, of the type with that ROS name, which need not
+  /// be known here. Subscriptions of this process that know it get one object, decoded once; bytes
+  /// that are no such message are counted there as malformed. Throws InvalidName for the type, too.
+  [[nodiscard]] GenericPublisher create_generic_publisher(std::string_view topic,
+                                                          std::string_view type, const QoS& qos,
+                                                          NodePublisherOptions options = {}) {
+    return GenericPublisher(
+        create_untyped_publisher(topic, serialized_type(type), qos, std::move(options)));
+  }
+  /// The messages of a topic of any type, as bytes: as they came from other processes, and of this
+  /// one's publishers, which serialise once for all generic subscriptions. `callback` as above with
+  /// T = SerializedMessage. What publishers offer is not looked at: see `request_for`.
+  template <class Callback>
+  [[nodiscard]] GenericSubscription create_generic_subscription(
+      std::string_view topic, std::string_view type, const QoS& qos, Callback callback,
+      NodeSubscriptionOptions options = {}) {
+    return GenericSubscription(create_untyped_subscription(
+        topic, serialized_type(type), qos, untyped_callback<SerializedMessage>(std::move(callback)),
+        std::move(options)));
+  }
+
   /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const
   /// S::Request>&, Responder<S>)` to answer later.
   template <class S, class Handler>
@@ -178,6 +213,22 @@ class Node {
                                               message_type<typename S::Response>(), options));
   }
 
+  /// Serves an action: see ActionHandlers. The server follows the node's clock. Throws
+  /// std::invalid_argument too when the handler `accepted` is empty or an option out of its range.
+  template <ActionTag A>
+  [[nodiscard]] ActionServer<A> create_action_server(std::string_view name,
+                                                     ActionHandlers<A> handlers,
+                                                     const NodeActionServerOptions& options = {}) {
+    return ActionServer<A>(create_untyped_action_server(name, action_types<A>(),
+                                                        std::move(handlers).untyped(), options));
+  }
+
+  template <ActionTag A>
+  [[nodiscard]] ActionClient<A> create_action_client(std::string_view name,
+                                                     const NodeActionClientOptions& options = {}) {
+    return ActionClient<A>(create_untyped_action_client(name, action_types<A>(), options));
+  }
+
   /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
   /// begins when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
@@ -190,12 +241,19 @@ class Node {
       std::string_view topic, const MessageType& type, const QoS& qos,
       UntypedSubscription::Callback callback, NodeSubscriptionOptions options = {});
 
+  [[nodiscard]] std::shared_ptr<UntypedActionServer> create_untyped_action_server(
+      std::string_view name, const ActionTypes& types, UntypedActionHandlers handlers,
+      const NodeActionServerOptions& options = {});
+  [[nodiscard]] std::shared_ptr<UntypedActionClient> create_untyped_action_client(
+      std::string_view name, const ActionTypes& types, const NodeActionClientOptions& options = {});
+
   /// Every endpoint, service and client that this node made and that still exists. The endpoints of
-  /// services and clients are found through these.
+  /// services and clients are found through these; those of actions are among them.
   [[nodiscard]] std::vector<std::shared_ptr<UntypedPublisher>> publishers() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedService>> services() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedClient>> clients() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedActionServer>> action_servers() const;
 
  protected:
   enum class CallbackStart {
@@ -215,8 +273,11 @@ class Node {
   /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
   /// need not wait: `close`, the destructor. Thread-safe.
   void stop_callbacks(const std::function<void()>& stopped);
-  /// Enables or disables all managed endpoints and timers, present and future ones.
+  /// Enables or disables all managed publishers, subscriptions, timers and action servers, present
+  /// and future ones.
   void set_managed_active(bool active);
+  /// The same for managed services. Requests to disabled ones wait.
+  void set_services_enabled(bool enabled);
   /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
   /// it. The default lets it leave the executor's spin.
   virtual void on_callback_exception(std::exception_ptr error);
@@ -260,6 +321,8 @@ class Node {
                                                           const MessageType& request,
                                                           const MessageType& response,
                                                           const NodeClientOptions& options);
+  std::string action_name(std::string_view name) const;
+  void add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed);
 
   class Impl;
   std::unique_ptr<Impl> impl_;

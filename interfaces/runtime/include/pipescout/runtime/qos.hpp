@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "pipescout/runtime/time.hpp"
@@ -57,5 +58,10 @@ enum class QosPolicy { kReliability, kDurability, kDeadline, kLiveliness };
 /// The first policy by which `offered` does not satisfy `requested` (DDS 1.4, section 2.2.3), or
 /// nothing when the two match.
 [[nodiscard]] std::optional<QosPolicy> incompatibility(const QoS& offered, const QoS& requested);
+
+/// What a subscription asks for to hear all these publishers, as rosbag2 and `ros2 topic echo`
+/// choose it: reliable if all offer it, transient local if all offer it, else the weaker. With no
+/// publisher: reliable and volatile.
+[[nodiscard]] QoS request_for(std::span<const QoS> offered, std::size_t depth);
 
 }  // namespace pipescout

@@ -29,15 +29,19 @@ class ServiceResult {
   using Shared = std::shared_ptr<const Response>;
 
  public:
-  explicit ServiceResult(Shared response) : value_(std::move(response)) {}
+  explicit ServiceResult(Shared response, const Gid& server = {})
+      : value_(std::move(response)), server_(server) {}
   explicit ServiceResult(ServiceError error) : value_(error) {}
   [[nodiscard]] explicit operator bool() const noexcept { return value_.index() == 0; }
   [[nodiscard]] const Response* operator->() const { return std::get<0>(value_).get(); }
   [[nodiscard]] const Shared& shared() const { return std::get<0>(value_); }
   [[nodiscard]] ServiceError error() const { return std::get<1>(value_); }
+  /// The reply writer of the server that answered; zero when none did.
+  [[nodiscard]] const Gid& server() const noexcept { return server_; }
 
  private:
   std::variant<Shared, ServiceError> value_;
+  Gid server_;
 };
 
 struct ServiceStatistics {
@@ -86,9 +90,16 @@ class UntypedClient {
   /// lost, and calls `answer` exactly once, in the client's callback group (but see the
   /// destructor). With several servers the first reply counts. Throws std::invalid_argument when
   /// `request` or `answer` is null, std::runtime_error when the executor has not yet told of
-  /// `kMaxOutstandingCalls` refusals. Thread-safe.
-  virtual void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) = 0;
+  /// `kMaxOutstandingCalls` refusals. Returns the number of the call, 0 when it is refused.
+  /// Thread-safe.
+  virtual std::uint64_t call(std::shared_ptr<const void> request, Answer answer,
+                             Duration timeout) = 0;
+  /// Gives a call up: its answer is neither called nor waited for. False when the call has its
+  /// answer already, or none is known by that number.
+  virtual bool forget(std::uint64_t call) = 0;
   [[nodiscard]] virtual bool is_ready() const = 0;
+  /// The server that `ServiceResult::server` named is there still.
+  [[nodiscard]] virtual bool is_matched(const Gid& server) const = 0;
   [[nodiscard]] virtual ClientStatistics statistics() const = 0;
   [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> request_publisher() const = 0;
   [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> reply_subscription() const = 0;
@@ -103,6 +114,8 @@ struct ServiceOptions {
   /// Services only: start disabled, see UntypedService::set_enabled. A handler that answers through
   /// the returned service needs this, as a request may arrive before the service is returned.
   bool enabled = true;
+  /// Clients only: called in `group` after the servers that are matched changed. May be empty.
+  std::function<void()> matched = {};
 };
 
 /// Throw what Context::create_publisher and create_subscription throw, InvalidName, and
@@ -160,7 +173,8 @@ class Client {
         std::make_shared<const Request>(std::move(request)),
         [answer = std::move(answer)](ServiceResult<void> result) {
           if (result) {
-            answer(Result(std::static_pointer_cast<const Response>(result.shared())));
+            answer(
+                Result(std::static_pointer_cast<const Response>(result.shared()), result.server()));
           } else {
             answer(Result(result.error()));
           }

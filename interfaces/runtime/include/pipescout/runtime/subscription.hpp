@@ -52,6 +52,8 @@ class UntypedSubscription {
   [[nodiscard]] virtual std::size_t publisher_count() const = 0;
   [[nodiscard]] virtual int local_publisher_count() const = 0;
   [[nodiscard]] virtual int remote_publisher_count() const = 0;
+  /// True when the publisher of that identity, here or in another process, is matched.
+  [[nodiscard]] virtual bool is_matched(const Gid& publisher) const = 0;
   [[nodiscard]] virtual LivelinessChange liveliness() const = 0;
   [[nodiscard]] virtual SubscriptionStatistics statistics() const = 0;
   /// Identity of the reader, which subscriptions of the same topic and QoS may share.

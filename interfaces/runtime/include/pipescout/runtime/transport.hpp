@@ -30,6 +30,9 @@ struct Gid {
 /// True when both name something of the same participant.
 [[nodiscard]] bool same_participant(const Gid& a, const Gid& b) noexcept;
 
+/// The participant that an endpoint belongs to: the same bytes without the entity.
+[[nodiscard]] Gid participant_of(const Gid& endpoint) noexcept;
+
 /// Names one sample of one writer; services relate a reply to its request with it.
 struct SampleIdentity {
   Gid writer;
@@ -40,6 +43,7 @@ struct SampleIdentity {
 /// What is known of a received message beside its content.
 struct MessageInfo {
   Time source_time{};       ///< system time at which the publisher published
+  Time reception_time{};    ///< system time at which the message reached this process
   SampleIdentity identity;  ///< of this sample
   SampleIdentity related;   ///< services: the request this belongs to, or whom to answer
   bool from_this_process = false;
@@ -102,6 +106,8 @@ class TransportWriter {
   [[nodiscard]] virtual int matched_remote_readers() const = 0;
   /// True when the remote reader of that identity is matched (service replies wait for it).
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
+  /// Participants of the matched remote readers, without their entity, each once.
+  [[nodiscard]] virtual std::vector<Gid> matched_participants() const = 0;
   /// For `Liveliness::kManualByTopic`.
   virtual void assert_liveliness() = 0;
   [[nodiscard]] virtual Gid gid() const = 0;

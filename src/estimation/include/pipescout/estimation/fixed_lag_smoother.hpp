@@ -12,7 +12,7 @@
 
 #include "pipescout/estimation/factors.hpp"
 #include "pipescout/estimation/imu_timeline.hpp"
-#include "pipescout/estimation/robust_kernel.hpp"
+#include "pipescout/estimation/robustness.hpp"
 
 namespace pipescout::estimation {
 

@@ -16,6 +16,10 @@ struct GeodeticPosition {
   void validate() const;
 };
 
+/// The length of the straight line between two places, m: of 10 km less than the way along the
+/// ellipsoid by 1 mm. NaN for what is not finite and for latitudes beyond the poles; not checked.
+[[nodiscard]] double straight_distance(const GeodeticPosition& a, const GeodeticPosition& b);
+
 /// A Cartesian frame that touches the ellipsoid's normal at its datum: x east, y north, z up there
 /// (REP 103). Far from the datum z is no longer up: 1 km away by 0.16 mrad, and the Earth lies
 /// 8 cm below the plane.

@@ -16,8 +16,8 @@
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
-#include "pipescout/rack_vision/robust_kernel.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
+#include "pipescout/statistics/robust_kernel.hpp"
 
 /// The camera's pose and the pipes' offsets from features of one image: Lippiello and Cacace,
 /// equations (15) to (18) and (23) to (29), iterated to convergence.
@@ -110,8 +110,9 @@ enum class SolverMethod : std::uint8_t {
 
 struct PoseSolverParameters {
   SolverMethod method = SolverMethod::kIterated;
-  RobustKernel kernel = RobustKernel::kTukey;  ///< of the last iterations; of no other method
-  double kernel_width = 4.685;                 ///< standard deviations, > 0
+  statistics::RobustKernel kernel =
+      statistics::RobustKernel::kTukey;  ///< of the last iterations; of no other method
+  double kernel_width = 4.685;           ///< standard deviations, > 0
   /// kIterated: begin with the saliency, which finds its way from far, but may also find a way from
   /// near to far where edges lie close together.
   bool saliency_first = true;
