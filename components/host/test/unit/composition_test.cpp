@@ -200,7 +200,7 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
       {"components:\n  - {type: A, name: a, isolate: true, restart: {backoff: x}}",
        "c.yaml:2:58: 'backoff' must be a number of seconds in [0, 3600], not 'x'"},
       {"components:\n  - {type: A, name: a}\n  - {type: B, name: a}",
-       "c.yaml:3:21: two components of the name '/a'; the other is at c.yaml:2:5"},
+       "c.yaml:3:21: two components have the name '/a'; the other is at c.yaml:2:5"},
       {"components:\n  - {type: A, name: a, parameters: 3}",
        "c.yaml:2:36: a map of parameters is expected"},
       {"components:\n  - {type: A, name: a, parameters: {x: [1, a]}}", "c.yaml:2:"},
@@ -327,6 +327,28 @@ TEST(ParseArgument, SplitsAtTheFirstSeparator) {
   EXPECT_EQ(parse_argument("a:=").second, "");
   EXPECT_THROW(static_cast<void>(parse_argument("a=b")), CompositionError);
   EXPECT_THROW(static_cast<void>(parse_argument(":=b")), CompositionError);
+}
+
+TEST(Composition, ARobotDescriptionIsShortForTheComponentThatTellsIt) {
+  const ::pipescout::testing::TemporaryFolder folder;
+  const auto urdf = folder.path() / "robot.urdf";
+  std::ofstream(urdf) << "<robot/>";
+  const auto path = (folder.path() / "c.yaml").string();
+  auto given = inputs();
+  given.ns = "/robot_1";
+  const auto composition = parse_composition(
+      "robot_description: robot.urdf\ncomponents:\n  - {type: a::B, name: b}", path, given);
+  ASSERT_EQ(composition.components.size(), 2U);
+  const auto& first = composition.components.front();
+  EXPECT_EQ(first.type, "pipescout::RobotDescription");
+  EXPECT_EQ(first.name.fully_qualified(), "/robot_1/robot_description");
+  EXPECT_EQ(value(first, "urdf_file"), ParameterValue(urdf.string()));
+  EXPECT_EQ(first.location, path + ":1:20");
+  EXPECT_THAT(error_of("robot_description: no.urdf\ncomponents: []"),
+              HasSubstr("c.yaml:1:20: there is no robot description"));
+  EXPECT_THAT(error_of("robot_description: " + urdf.string() +
+                       "\ncomponents:\n  - {type: a::B, name: robot_description}"),
+              HasSubstr("two components of the name '/robot_description'"));
 }
 
 }  // namespace
