@@ -8,8 +8,8 @@
 
 namespace pipescout::benchmarks {
 
-/// The peer of the transform buffer: tf2's BufferCore, as Debian builds it. Its headers are those of ROS 1, so
-/// none of them appears here.
+/// The peer of the transform buffer: tf2's BufferCore, as Debian builds it. Its headers are those
+/// of ROS 1, so none of them appears here.
 class Tf2Peer {
  public:
   enum class Outcome { kFound, kUnknown, kDisconnected, kExtrapolation };

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "pipescout/idl/installed_prefixes.hpp"
+#include "pipescout/runtime/hint.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -185,7 +186,7 @@ const ComponentType& ComponentRegistry::find(std::string_view class_name,
   }
   if (const auto nearest = nearest_class(class_name, types_)) {
     message += *nearest == class_name ? "; another package provides it"
-                                      : "; did you mean '" + *nearest + "'?";
+                                      : did_you_mean(class_name, *nearest);
   }
   message += " (" + std::to_string(types_.size()) + " known, in " + std::to_string(prefixes_) +
              (prefixes_ == 1 ? " prefix searched)" : " prefixes searched)");

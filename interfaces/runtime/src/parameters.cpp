@@ -7,6 +7,7 @@
 #include <shared_mutex>
 
 #include "number_text.hpp"
+#include "pipescout/runtime/hint.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -126,7 +127,7 @@ std::string to_string(const UnusedOverride& unused) {
   }
   text += "no parameter '" + unused.parameter.name + "'";
   if (unused.nearest) {
-    text += "; did you mean '" + *unused.nearest + "'?";
+    text += did_you_mean(unused.parameter.name, *unused.nearest);
   }
   return text;
 }

@@ -71,6 +71,7 @@ int run(const std::vector<std::string>& words) {
   add_param_commands(app, action);
   add_lifecycle_commands(app, action);
   add_service_commands(app, action);
+  add_tf_commands(app, action);
   add_action_commands(app, action);
   add_summary_command(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");

@@ -329,5 +329,27 @@ TEST(ParseArgument, SplitsAtTheFirstSeparator) {
   EXPECT_THROW(static_cast<void>(parse_argument(":=b")), CompositionError);
 }
 
+TEST(Composition, ARobotDescriptionIsShortForTheComponentThatTellsIt) {
+  const ::pipescout::testing::TemporaryFolder folder;
+  const auto urdf = folder.path() / "robot.urdf";
+  std::ofstream(urdf) << "<robot/>";
+  const auto path = (folder.path() / "c.yaml").string();
+  auto given = inputs();
+  given.ns = "/robot_1";
+  const auto composition = parse_composition(
+      "robot_description: robot.urdf\ncomponents:\n  - {type: a::B, name: b}", path, given);
+  ASSERT_EQ(composition.components.size(), 2U);
+  const auto& first = composition.components.front();
+  EXPECT_EQ(first.type, "pipescout::RobotDescription");
+  EXPECT_EQ(first.name.fully_qualified(), "/robot_1/robot_description");
+  EXPECT_EQ(value(first, "urdf_file"), ParameterValue(urdf.string()));
+  EXPECT_EQ(first.location, path + ":1:20");
+  EXPECT_THAT(error_of("robot_description: no.urdf\ncomponents: []"),
+              HasSubstr("c.yaml:1:20: there is no robot description"));
+  EXPECT_THAT(error_of("robot_description: " + urdf.string() +
+                       "\ncomponents:\n  - {type: a::B, name: robot_description}"),
+              HasSubstr("two components of the name '/robot_description'"));
+}
+
 }  // namespace
 }  // namespace pipescout::host

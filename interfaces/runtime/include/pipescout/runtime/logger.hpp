@@ -56,6 +56,7 @@ class Logger {
 
   /// Messages below it are dropped. Default: info.
   void set_threshold(LogSeverity severity);
+  [[nodiscard]] LogSeverity threshold() const;
   /// Replaces the second sink (`/rosout`); an empty one removes it.
   void set_sink(Sink sink);
   [[nodiscard]] const std::string& name() const;
