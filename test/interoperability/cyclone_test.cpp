@@ -38,10 +38,24 @@ using sensor_msgs::msg::Image;
 constexpr const char* kEchoMark = "echoed by cyclone";
 constexpr Duration kPatience = std::chrono::seconds(30);
 
+// Loopback only, as the project's own side.
+constexpr const char* kWithMulticast =
+    "<CycloneDDS><Domain><General><Interfaces>"
+    "<NetworkInterface name='lo' multicast='true'/></Interfaces>"
+    "<AllowMulticast>true</AllowMulticast></General></Domain></CycloneDDS>";
+// As on a machine whose loopback has no multicast; after its start it speaks to those alone that
+// speak to it.
+constexpr const char* kWithoutMulticast =
+    "<CycloneDDS><Domain><General><Interfaces>"
+    "<NetworkInterface name='lo' multicast='false'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<SPDPInterval>3600s</SPDPInterval></Discovery></Domain></CycloneDDS>";
+
 /// The other vendor's program, running; reads its standard output.
 class CyclonePeer {
  public:
-  explicit CyclonePeer(std::uint32_t domain) {
+  explicit CyclonePeer(std::uint32_t domain, const char* settings = kWithMulticast) {
     std::array<int, 2> input{};
     std::array<int, 2> output{};
     if (pipe(input.data()) != 0 || pipe(output.data()) != 0) {
@@ -55,12 +69,7 @@ class CyclonePeer {
       dup2(output[1], STDOUT_FILENO);
       close(input[1]);
       close(output[0]);
-      // Loopback only, as the project's own side.
-      setenv("CYCLONEDDS_URI",
-             "<CycloneDDS><Domain><General><Interfaces>"
-             "<NetworkInterface name='lo' multicast='true'/></Interfaces>"
-             "<AllowMulticast>true</AllowMulticast></General></Domain></CycloneDDS>",
-             1);
+      setenv("CYCLONEDDS_URI", settings, 1);
       execl(CYCLONE_PEER, "cyclone_peer", domain_text.c_str(), nullptr);
       _exit(127);
     }
@@ -239,6 +248,24 @@ TEST_F(CycloneTest, LateJoinerGetsItsLatchedImage) {
   EXPECT_EQ(received->header.stamp.sec, 7);
   EXPECT_EQ(received->header.frame_id, "latched");
   EXPECT_THAT(received->data, testing::ElementsAre(1, 2, 3, 4));
+}
+
+TEST(CycloneWithoutMulticast, IsFoundByWhoComesLater) {
+  const auto domain = static_cast<std::uint32_t>(101 + getpid() % 100);
+  CyclonePeer peer(domain, kWithoutMulticast);
+  ASSERT_TRUE(peer.wait_for_line("ready"));
+  const auto context =
+      Context::create(create_dds_transport({.domain_id = domain, .localhost_only = true}));
+  Executor executor;
+  Node node({.context = context,
+             .executor = &executor,
+             .name = {"/interop", "our_side"},
+             .standard_interfaces = false});
+  std::optional<Image> received;
+  const auto subscription = node.create_subscription<Image>(
+      "latched", QoS::latched(), [&](const Image& image) { received = image; });
+  ASSERT_TRUE(executor.spin_until([&] { return received.has_value(); }, kPatience));
+  EXPECT_EQ(received->header.frame_id, "latched");
 }
 
 TEST_F(CycloneTest, IncompatibleQosIsReportedHere) {

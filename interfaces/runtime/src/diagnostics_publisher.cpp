@@ -105,6 +105,7 @@ class DiagnosticsPublisher::Impl {
     const std::lock_guard lock(mutex_);
     Diagnostics::Snapshot snapshot = component_.diagnostics().take();
     add_endpoints(snapshot, clients);
+    add_transforms(snapshot);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
     status.level = static_cast<std::uint8_t>(snapshot.level);
@@ -242,10 +243,32 @@ class DiagnosticsPublisher::Impl {
     snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
   }
 
+  /// The transforms that were refused; a warning while one is.
+  void add_transforms(Diagnostics::Snapshot& snapshot) {
+    const Transforms* const transforms = component_.transforms_in_use();
+    if (transforms == nullptr) {
+      return;
+    }
+    const TransformStatistics statistics = transforms->statistics();
+    std::uint64_t refused = 0;
+    for (const auto& [fault, total] : statistics.refused) {
+      refused += total;
+      snapshot.values.insert_or_assign("tf.refused." + std::string(to_string(fault)),
+                                       std::to_string(total));
+    }
+    if (const std::uint64_t growth = refused - std::exchange(transforms_refused_, refused);
+        growth > 0) {
+      snapshot.message += (snapshot.message.empty() ? "tf.refused +" : "; tf.refused +") +
+                          std::to_string(growth) + ": " + statistics.last_refused;
+      snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
+    }
+  }
+
   Component& component_;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> publisher_;
   std::mutex mutex_;  // publishing is in the order of taking
   std::map<TotalKey, std::uint64_t> seen_;
+  std::uint64_t transforms_refused_ = 0;
   std::shared_ptr<Timer> timer_;
 };
 
