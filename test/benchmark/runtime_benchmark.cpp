@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the runtime costs beyond messages: transforms, with libtf2 in the same run.
+// What the runtime does beyond messages: transforms, with libtf2 in the same run, and actions.
+#include "action_cases.hpp"
 #include "figures.hpp"
 #include "program.hpp"
 #include "transform_cases.hpp"
@@ -11,6 +12,7 @@ int main(int argc, char** argv) {
       [] {
         pb::Figures figures;
         pb::add_transform_figures(figures);
+        pb::add_action_figures(figures);
         return figures;
       });
 }
