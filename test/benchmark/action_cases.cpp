@@ -1,21 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "action_cases.hpp"
 
-#include <cstdint>
+#include <benchmark/benchmark.h>
+
+#include <cstddef>
+#include <example_interfaces/action/fibonacci.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
 
 #include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/node.hpp"
 #include "pipescout/testing/action_race.hpp"
 
 namespace pipescout::benchmarks {
 
 namespace {
 
+using example_interfaces::action::Fibonacci;
+
 constexpr std::size_t kGoals = 10000;
 
+void goal_in_process(benchmark::State& state) {
+  Executor executor;
+  Node node({.context = Context::create_in_process(),
+             .executor = &executor,
+             .name = {"/", "benchmark"},
+             .standard_interfaces = false});
+  const auto server = node.create_action_server<Fibonacci>(
+      "goal", {.accepted = [](const ServerGoal<Fibonacci>& goal) { goal.succeed(); }},
+      {.max_results = 10});
+  auto client = node.create_action_client<Fibonacci>("goal");
+  std::size_t succeeded = 0;
+  std::size_t sent = 0;
+  for (auto _ : state) {
+    client.send_goal({}, {.result = [&](const GoalOutcome<Fibonacci>& outcome) {
+                       succeeded += outcome ? 1 : 0;
+                     }});
+    ++sent;
+    executor.spin_ready();
+  }
+  if (succeeded != sent) {
+    state.SkipWithError("goals are missing");
+  }
+}
+
 }  // namespace
+
+void register_action_cases() {
+  benchmark::RegisterBenchmark("action/goal_in_process", goal_in_process);
+}
 
 void add_action_figures(Figures& figures) {
   const auto process = [] {

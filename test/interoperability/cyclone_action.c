@@ -110,11 +110,11 @@ static void send_requests(struct cyclone_action* action) {
     // Another goal each time: the reply to the one before may have been lost, while the server's
     // writer had not found its reader.
     ++action->goal_id[15];
-    memcpy(request.goal_id.uuid, action->goal_id, sizeof action->goal_id);
+    memcpy(request.goal_id.uuid_, action->goal_id, sizeof action->goal_id);
     check(dds_write(action->goal_writer, &request), "send_goal");
   } else if (action->is_accepted && is_matched(action->result_writer, action->result_reader)) {
     example_interfaces_action_Fibonacci_GetResult_Request request;
-    memcpy(request.goal_id.uuid, action->goal_id, sizeof action->goal_id);
+    memcpy(request.goal_id.uuid_, action->goal_id, sizeof action->goal_id);
     check(dds_write(action->result_writer, &request), "get_result");
   } else {
     action->rounds = 0;
@@ -134,7 +134,7 @@ void run_action(struct cyclone_action* action) {
   }
   while (take(action->feedback_reader, &sample)) {
     const example_interfaces_action_Fibonacci_FeedbackMessage* message = sample;
-    printf("feedback %x", message->goal_id.uuid[0]);
+    printf("feedback %x", message->goal_id.uuid_[0]);
     print_numbers(message->feedback.sequence._buffer, message->feedback.sequence._length);
     give_back(action->feedback_reader, &sample);
   }

@@ -132,10 +132,10 @@ class Background:
                 return
         raise AssertionError(f"'{part}' was not said: {seen}")
 
-    def stop(self):
+    def stop(self, code=0):
         self.process.send_signal(signal.SIGINT)
         out, err = self.process.communicate(timeout=TIMEOUT)
-        assert self.process.returncode == 0, err
+        assert self.process.returncode == code, (self.process.returncode, err)
         return out
 
 
@@ -153,7 +153,7 @@ def record_words(bag, topic):
     recorder.await_error_line(f"recording '{topic}'")
     pipescout("topic", "echo", "-n", 10, topic, timeout=TIMEOUT)
     recorder.stop()
-    talker.stop()
+    talker.stop(128 + signal.SIGINT)
 
 
 def across_processes(scratch):

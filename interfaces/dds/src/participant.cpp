@@ -53,15 +53,15 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   remove_abandoned_segments();
   const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes);
   if (!segment) {
-    warnings->add("no room in " + std::string(kSharedMemoryFolder) +
+    warnings->add("no space in " + std::string(kSharedMemoryFolder) +
                   ": messages to other processes of this machine go over UDP" + kMakeRoom);
     add(std::make_shared<UDPv4TransportDescriptor>());
     return;
   }
   if (*segment < options.shared_memory_segment_bytes) {
-    warnings->add("little room in " + std::string(kSharedMemoryFolder) + ": the segment for " +
+    warnings->add("little space in " + std::string(kSharedMemoryFolder) + ": the segment for " +
                   "messages to other processes of this machine has " + in_megabytes(*segment) +
-                  " in place of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
+                  " instead of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
   }
   auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
   shortcut->shared_memory.segment_size(*segment);

@@ -26,7 +26,7 @@ std::string text_of(const std::exception_ptr& error) {
   } catch (const std::exception& exception) {
     return exception.what();
   } catch (...) {
-    return "an object that is no std::exception";
+    return "an object that is not a std::exception";
   }
 }
 

@@ -57,6 +57,13 @@ constexpr std::array kServiceTotals{
     Total<ServiceStatistics>{"responses_dropped", &ServiceStatistics::responses_dropped, true},
 };
 
+/// What a server rejects is the client's affair, or the operator's.
+constexpr std::array kActionTotals{
+    Total<ActionServerStatistics>{"dropped", &ActionServerStatistics::dropped, true},
+    Total<ActionServerStatistics>{"results_lost", &ActionServerStatistics::results_lost, true},
+    Total<ActionServerStatistics>{"rejected", &ActionServerStatistics::rejected, false},
+};
+
 /// A late reply is no fault: a call that timed out has been counted, and of several servers all but
 /// the first are late.
 constexpr std::array kClientTotals{
@@ -66,9 +73,14 @@ constexpr std::array kClientTotals{
     Total<ClientStatistics>{"late_replies", &ClientStatistics::late_replies, false},
 };
 
-std::string ros_name(const WireTopic& topic) {
+template <class Endpoint>
+std::string ros_name(const Endpoint& endpoint) {
+  const WireTopic& topic = endpoint.topic();
   const auto demangled = demangle_topic_name(topic.name);
   return demangled ? demangled->name : topic.name;
+}
+std::string ros_name(const UntypedActionServer& server) {
+  return server.name();
 }
 
 diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::string& value) {
@@ -160,8 +172,8 @@ class DiagnosticsPublisher::Impl {
       if (total == 0) {
         continue;
       }
-      const std::string key = std::string(kind) + " " + ros_name(endpoint->topic()) + ": " +
-                              std::string(kind_of_total.name);
+      const std::string key =
+          std::string(kind) + " " + ros_name(*endpoint) + ": " + std::string(kind_of_total.name);
       losses.totals[key] += total;
       const TotalKey total_key{endpoint, kind_of_total.name};
       losses.seen[total_key] = total;
@@ -196,6 +208,9 @@ class DiagnosticsPublisher::Impl {
       add_endpoint(service->request_subscription(), "service", losses);
       add_totals(service->request_subscription(), service->statistics(), "service", kServiceTotals,
                  losses);
+    }
+    for (const auto& server : component_.action_servers()) {
+      add_totals(server, server->statistics(), "action", kActionTotals, losses);
     }
     for (const auto& client : clients) {
       add_endpoint(client->request_publisher(), "client", losses);

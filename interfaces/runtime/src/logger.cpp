@@ -142,6 +142,10 @@ void Logger::set_threshold(LogSeverity severity) {
   state_->threshold.store(severity, std::memory_order_relaxed);
 }
 
+LogSeverity Logger::threshold() const {
+  return state_->threshold.load(std::memory_order_relaxed);
+}
+
 void Logger::set_sink(Sink sink) {
   auto shared = sink ? std::make_shared<const Sink>(std::move(sink)) : nullptr;
   const std::lock_guard lock(state_->mutex);

@@ -7,6 +7,7 @@
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
 
+#include "logger_services.hpp"
 #include "parameter_services.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
@@ -102,7 +103,7 @@ class Node::Impl {
           return own.lock() == wanted;
         })) {
       throw std::invalid_argument("node '" + name.fully_qualified() +
-                                  "': a callback group that it has not made");
+                                  "': a callback group of another node");
     }
     return wanted;
   }
@@ -143,6 +144,7 @@ class Node::Impl {
 
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
+  std::unique_ptr<LoggerServices> logger_services;
   std::unique_ptr<Rosout> rosout;
   std::unique_ptr<Transforms> transforms;  // null: not in use
 
@@ -201,7 +203,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
     if (impl_->options.standard_interfaces) {
       const auto use_sim_time = parameters().declare<bool>(
           "use_sim_time", false,
-          {.description = "time comes from the topic /clock instead of this machine"});
+          {.description = "use the time of the topic /clock instead of the system clock"});
       impl_->use_simulated_time(use_sim_time.get());
       impl_->use_sim_time_changed =
           parameters().on_changed([this, use_sim_time](const std::vector<NamedParameter>& changed) {
@@ -213,6 +215,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
           });
       impl_->rosout = std::make_unique<Rosout>(*this);
       impl_->parameter_services = std::make_unique<ParameterServices>(*this);
+      impl_->logger_services = std::make_unique<LoggerServices>(*this);
     }
   } catch (...) {
     context().graph().remove_node(impl_->name);
@@ -228,6 +231,7 @@ Node::~Node() {
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
   impl_->step_participation.reset();
+  impl_->logger_services.reset();
   impl_->parameter_services.reset();
   impl_->transforms.reset();
   impl_->rosout.reset();
@@ -385,7 +389,7 @@ std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_vie
   incompatible_qos = [logger = impl_->logger, full,
                       told = std::move(incompatible_qos)](const IncompatibleQos& event) {
     logger.warn("a subscription of '" + full +
-                "' requests an incompatible QoS, it gets nothing: " + to_string(event.policy));
+                "' requests an incompatible QoS, it receives nothing: " + to_string(event.policy));
     if (told) {
       told(event);
     }
@@ -415,7 +419,7 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
                         told = std::move(incompatible_qos)](const IncompatibleQos& event) {
       logger.warn(
           "a publisher of '" + full +
-          "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
+          "' offers an incompatible QoS, nothing is received from it: " + to_string(event.policy));
       if (told) {
         told(event);
       }
@@ -495,11 +499,24 @@ std::string Node::action_name(std::string_view name) const {
 }
 
 void Node::add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed) {
-  const std::lock_guard lock(impl_->mutex);
-  add(impl_->action_servers, server);
-  if (managed) {
+  bool is_active = true;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    add(impl_->action_servers, server);
+    if (!managed) {
+      return;
+    }
     add(impl_->managed_action_servers, server);
-    server->set_accepting(impl_->managed_active);
+    is_active = impl_->managed_active;
+  }
+  // Without the lock, as the server asks for the time; so the state may change meanwhile.
+  while (true) {
+    server->set_accepting(is_active);
+    const std::lock_guard lock(impl_->mutex);
+    if (is_active == impl_->managed_active) {
+      return;
+    }
+    is_active = impl_->managed_active;
   }
 }
 

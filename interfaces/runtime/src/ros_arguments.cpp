@@ -13,10 +13,10 @@ constexpr std::string_view kSeparator = ":=";
 /// Why an argument that rcl knows is refused; nothing for all others.
 std::optional<std::string_view> refusal_of(std::string_view argument) {
   constexpr std::string_view kAlwaysOnRosout =
-      "messages always go to /rosout; --log-level says which";
+      "messages are always published on /rosout; select them with --log-level";
   constexpr std::string_view kAlwaysOnStderr =
-      "messages always go to the standard error stream; --log-level says which, and the stream can "
-      "be redirected";
+      "messages are always written to the standard error stream; select them with --log-level, or "
+      "redirect the stream";
   constexpr std::string_view kNoLogFiles =
       "there are no log files; redirect the standard error stream, or record /rosout";
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kRefused{
@@ -70,7 +70,7 @@ class Parser {
     } else if (const auto why = refusal_of(argument)) {
       throw RosArgumentError(argument + " is not supported: " + std::string(*why));
     } else if (argument != "--enable-rosout-logs" && argument != "--enable-stdout-logs") {
-      throw RosArgumentError("'" + argument + "' is no argument of --ros-args");
+      throw RosArgumentError("'" + argument + "' is not an argument of --ros-args");
     }
   }
 
@@ -118,7 +118,7 @@ class Parser {
     const auto severity = log_severity(level);
     if (!severity) {
       throw RosArgumentError(argument + " " + text + ": '" + level +
-                             "' is none of debug, info, warn, error, fatal");
+                             "' is not one of debug, info, warn, error, fatal");
     }
     if (names_logger && separator == 0) {
       throw RosArgumentError(argument + " " + text +

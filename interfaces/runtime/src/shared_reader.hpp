@@ -14,9 +14,9 @@
 namespace pipescout {
 
 /// The reader of one topic with one QoS, for all subscriptions of the process that ask for this
-/// QoS, and all for objects or all for bytes: each message is received and deserialised once and handed to all of them as the same
-/// object. A subscription that joins later is told of the matches, the liveliness and the
-/// incompatible writers that there have been. Thread-safe.
+/// QoS, and all for objects or all for bytes: each message is received and deserialised once and
+/// handed to all of them as the same object. A subscription that joins later is told of the
+/// matches, the liveliness and the incompatible writers that there have been. Thread-safe.
 class SharedReader final : private TransportReaderListener {
  public:
   /// The first subscription joins before anything can arrive. Throws TransportError.

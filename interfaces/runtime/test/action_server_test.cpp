@@ -535,6 +535,19 @@ TEST(ActionServerOfAComponent, WorksWhileTheComponentIsActive) {
   EXPECT_FALSE(client.client.is_ready());
 }
 
+TEST(ActionServerOfAComponent, GoalsThatWereDroppedShowOnDiagnostics) {
+  ComponentHarness harness({.ns = "/robot"});
+  auto& worker = harness.make<Worker>({.name = "worker"});
+  FibonacciClient client(harness.peer());
+  ASSERT_TRUE(harness.bring_up(worker).success);
+  client.send(1);
+  harness.spin();
+  worker.goals.clear();
+  const auto status = harness.next_diagnostics(worker);
+  EXPECT_EQ(ComponentHarness::value(status, "action /robot/fibonacci: dropped"), "1");
+  EXPECT_THAT(status.message, HasSubstr("action /robot/fibonacci: dropped +1"));
+}
+
 TEST(ActionServerOfAComponent, AFailingComponentAbortsAllItsGoals) {
   ComponentHarness harness({.ns = "/robot"});
   auto& worker = harness.make<Worker>({.name = "worker"});

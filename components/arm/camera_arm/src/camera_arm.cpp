@@ -168,9 +168,10 @@ void CameraArm::on_track(const PipeTrack& message) {
 void CameraArm::on_odometry(const Odometry& message) {
   if (message.header.frame_id != settings_->map_frame ||
       message.child_frame_id != settings_->base_frame) {
-    report_fault("odometry.header.frame_id",
-                 "odometry is of '" + message.child_frame_id + "' in '" + message.header.frame_id +
-                     "', not of '" + settings_->base_frame + "' in '" + settings_->map_frame + "'");
+    report_fault("odometry.header.frame_id", "odometry is in frame '" + message.child_frame_id +
+                                                 "' in '" + message.header.frame_id +
+                                                 "', not of '" + settings_->base_frame + "' in '" +
+                                                 settings_->map_frame + "'");
     return;
   }
   count("odometry", controller_->observe(vehicle_motion(message), seconds(now())));

@@ -255,7 +255,7 @@ TEST_F(CameraArmTest, AnArmThatIsNotDescribedIsNamed) {
   };
   EXPECT_THAT(refusal({{"camera_frame", "gripper"}}), HasSubstr("gripper"));
   EXPECT_THAT(refusal({{"urdf_file", "/nowhere/arm.urdf"}}), HasSubstr("/nowhere/arm.urdf"));
-  EXPECT_THAT(refusal({{"centring", "sometimes"}}), HasSubstr("'sometimes' is none of"));
+  EXPECT_THAT(refusal({{"centring", "sometimes"}}), HasSubstr("'sometimes' is not one of"));
   EXPECT_THAT(refusal({{"ready", std::vector<double>{0, 0}}}), HasSubstr("ready"));
   const testing::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "arm.urdf";

@@ -21,6 +21,9 @@ namespace {
 /// seconds.
 constexpr Duration kCancelPatience = std::chrono::milliseconds(1500);
 
+/// Nothing is cut.
+constexpr MessageFormat kFull{.truncate = std::nullopt};
+
 struct ListOptions {
   DiscoveryOptions discovery;
   bool types = false;
@@ -189,7 +192,6 @@ int send_goal(Session& session, const SendOptions& options) {
   const std::string action = resolved(options.action);
   const ActionTypes types = types_of(options.type);
   const std::shared_ptr<void> request = goal_request(types, options);
-  constexpr MessageFormat kFull{.truncate = std::nullopt};
   const auto client = session.node().create_untyped_action_client(action, types);
   std::cout << "Waiting for an action server to become available..." << std::endl;
   wait_for_server(session, *client, types);

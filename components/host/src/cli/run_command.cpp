@@ -31,7 +31,7 @@ void add_run_command(CLI::App& app, Action& action) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       ->add_option("--params-file", options->run.parameter_files,
-                   "Parameter file (ROS 2 YAML); repeat for more")
+                   "Parameter file (ROS 2 YAML); may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--out", options->run.out,

@@ -244,7 +244,7 @@ void QosOptions::override(QoS& qos) const {
 
 void ListenOptions::add_to(CLI::App& command) {
   command.add_option("topic", topic, "Name of the topic")->required();
-  command.add_option("type", type, "Its type, when nobody publishes yet");
+  command.add_option("type", type, "Its type, if there is no publisher yet");
   qos.add_to(command);
 }
 
@@ -266,7 +266,7 @@ void add_topic_commands(CLI::App& app, Action& action) {
   const auto [list, list_options] =
       add_session_command<Options>(*group, action, "list", "List the topics", false, list_topics);
   list->add_flag("-t,--show-types", list_options->types, "Show the types too");
-  list->add_flag("-c,--count-topics", list_options->count, "Print only how many there are");
+  list->add_flag("-c,--count-topics", list_options->count, "Print only the count");
   list->add_flag("-a,--include-hidden-topics", list_options->hidden, "Hidden topics too");
   list->add_flag("-v,--verbose", list_options->verbose, "Show types and numbers of endpoints");
 

@@ -62,7 +62,7 @@ ChildMessage ChildMessage::from_json(const std::string& text) {
     } else if (event == "alive") {
       message.event = Event::kAlive;
     } else if (event != "failed") {
-      throw std::invalid_argument("event '" + event + "' is not known");
+      throw std::invalid_argument("event '" + event + "' is unknown");
     }
     message.message = object.at("message").get<std::string>();
     for (const auto& parameter : object.at("parameters")) {

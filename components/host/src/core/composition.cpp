@@ -374,7 +374,7 @@ class Reader {
                ? "component '" + name +
                      "' is there twice, since this file is included more than once: give each "
                      "include a namespace of its own"
-               : "two components of the name '" + name + "'; the other is at " + other->second);
+               : "two components have the name '" + name + "'; the other is at " + other->second);
     }
     composition_.components.push_back(std::move(entry));
   }

@@ -121,6 +121,7 @@ class Replay {
       request.name = entry.name;
       request.remap_rules = entry.remappings;
       request.parameter_overrides = entry.parameters;
+      request.log_threshold = entry.log_level;
       try {
         components_.push_back(load(std::move(request)).component);
       } catch (const std::exception& error) {

@@ -204,8 +204,8 @@ class Run {
     if (const auto* entry = taken(); entry != nullptr && !stopping()) {
       throw StartError(entry->location + ": another process in this DDS domain has a node " +
                        entry->name.fully_qualified() +
-                       " already; give this composition a namespace of its own (--namespace), or "
-                       "another ROS_DOMAIN_ID");
+                       " already; give this composition another namespace (--namespace) or another "
+                       "ROS_DOMAIN_ID");
     }
   }
 

@@ -153,7 +153,7 @@ TEST_F(CommandLine, PublishesWhatYamlSays) {
               HasSubstr("publishing #1: {header: {stamp: {sec: 0, nanosec: 0}, frame_id: map}, "
                         "point: {x: 1.5, y: 0.0, z: 0.0}}\n"));
   EXPECT_THAT(error({"topic", "pub", "/published", "std_msgs/String", "{date: x}"}),
-              HasSubstr("'date' is no field of std_msgs/msg/String"));
+              HasSubstr("'date' is not a field of std_msgs/msg/String"));
 }
 
 TEST_F(CommandLine, KnowsInterfaces) {
@@ -181,7 +181,7 @@ TEST_F(CommandLine, KnowsInterfaces) {
 
 TEST_F(CommandLine, SaysWhyNothingIsPrinted) {
   EXPECT_THAT(error({"topic", "echo", "/chatter", "--field", "dat"}),
-              HasSubstr("Invalid field 'dat': 'dat' is no field of std_msgs/msg/String"));
+              HasSubstr("Invalid field 'dat': 'dat' is not a field of std_msgs/msg/String"));
   EXPECT_THAT(error({"topic", "echo", "/chatter", "no_msgs/msg/None"}),
               HasSubstr("The message type 'no_msgs/msg/None' is not one of this installation"));
   const auto finished = run_program({"topic", "echo", "/nope", "--spin-time", "0.1"}, folder_);

@@ -170,7 +170,7 @@ TEST_F(CompositionOfFiles, ErrorsOfIncludes) {
             "b.yaml:1:33: component '/b' is there twice, since this file is included more than "
             "once: give each include a namespace of its own");
   write("c.yaml", "include: [b.yaml]\ncomponents: [{type: a::B, name: b}]\n");
-  EXPECT_EQ(error(), "c.yaml:2:33: two components of the name '/b'; the other is at b.yaml:1:14");
+  EXPECT_EQ(error(), "c.yaml:2:33: two components have the name '/b'; the other is at b.yaml:1:14");
   write("b.yaml", "components: []\ncomplete_when: [c]\n");
   write("c.yaml", "include: [b.yaml]\ncomponents: [{type: a::C, name: c}]\n");
   EXPECT_EQ(error(), "b.yaml:2:17: no component 'c' in this composition");

@@ -200,7 +200,7 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
       {"components:\n  - {type: A, name: a, isolate: true, restart: {backoff: x}}",
        "c.yaml:2:58: 'backoff' must be a number of seconds in [0, 3600], not 'x'"},
       {"components:\n  - {type: A, name: a}\n  - {type: B, name: a}",
-       "c.yaml:3:21: two components of the name '/a'; the other is at c.yaml:2:5"},
+       "c.yaml:3:21: two components have the name '/a'; the other is at c.yaml:2:5"},
       {"components:\n  - {type: A, name: a, parameters: 3}",
        "c.yaml:2:36: a map of parameters is expected"},
       {"components:\n  - {type: A, name: a, parameters: {x: [1, a]}}", "c.yaml:2:"},

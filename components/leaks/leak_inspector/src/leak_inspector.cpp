@@ -102,7 +102,7 @@ CallbackReturn LeakInspector::on_configure() {
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (!std::exchange(image_heard_, false)) {
       report_fault("image.silent",
-                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+                   "no image for " + std::to_string(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
@@ -159,15 +159,15 @@ void LeakInspector::on_camera_info(const CameraInfo& message) {
   leak_findings::LeakFindings anew(settings_->findings, *camera_);
   if (findings_) {
     report_fault("camera_info.changed",
-                 "the calibration has changed: leaks that are not raised yet start again" +
-                     std::string(recording_ ? ", and no more pictures are kept" : ""));
+                 "the calibration has changed: candidates are discarded" +
+                     std::string(recording_ ? ", and no more images are recorded" : ""));
     recording_.reset();  // is of one camera
     anew.restore(findings_->findings());
   } else {
     try_to_keep([&] {
       const std::vector<Finding> known = archive_->known();
       if (const std::size_t taken = anew.restore(known); taken > 0) {
-        logger().info(std::to_string(taken) + " findings are known from before");
+        logger().info(std::to_string(taken) + " findings were loaded");
       }
     });
   }
@@ -198,7 +198,7 @@ void LeakInspector::on_odometry(const Odometry& message) {
   }
   if (!odometry_->add(entry)) {
     report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than that of the one before");
+                 "odometry has a stamp that is not later than the previous one");
     return;
   }
   const Eigen::Vector2d place = entry.T_odom_base.translation().head<2>();
@@ -258,8 +258,8 @@ void LeakInspector::on_image(const Image& message) {
   if (detections.fault != FrameFault::kNone) {
     ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),
-                 "nothing can be detected in a picture of " + std::to_string(message.width) +
-                     " x " + std::to_string(message.height) + ": " +
+                 "detection failed in an image of " + std::to_string(message.width) + " x " +
+                     std::to_string(message.height) + ": " +
                      std::string(to_string(detections.fault)));
   }
   with_pipe_ += detections.pipes.empty() ? 0 : 1;
@@ -267,13 +267,14 @@ void LeakInspector::on_image(const Image& message) {
   std::span<const std::uint64_t> finding_of;
   if (!findings_) {
     report_fault("camera_info.missing",
-                 "pictures come without a calibration on thermal/camera_info: leaks have no place");
+                 "images without a calibration on thermal/camera_info: leaks have no position");
   } else {
     const FrameResult& result = findings_->update(frame, detections);
     // A picture without detections is told above.
     if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
-      report_fault("findings." + std::string(to_string(result.fault)),
-                   "a picture is of less use to findings: " + std::string(to_string(result.fault)));
+      report_fault(
+          "findings." + std::string(to_string(result.fault)),
+          "the findings cannot use all of an image: " + std::string(to_string(result.fault)));
     }
     if (result.fault != InputFault::kBadTime) {
       record(picture, frame);
@@ -298,7 +299,7 @@ void LeakInspector::record(const ThermalImageReader::View& picture,
   try {
     recording_->add(picture, frame, camera_->parameters());
   } catch (const std::system_error& error) {
-    report_fault("pictures.failed", std::string("a picture was not kept: ") + error.what());
+    report_fault("pictures.failed", std::string("an image was not recorded: ") + error.what());
   }
 }
 

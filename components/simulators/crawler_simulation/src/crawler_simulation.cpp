@@ -66,7 +66,7 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
       {.description = "CSV file with the joints of the pipe, see docs/weld_ledger.md"});
   seed_ = parameters().declare<std::int64_t>(
       "seed", 1,
-      {.description = "of everything that is drawn; the same seed gives the same run",
+      {.description = "seed of all random numbers; the same seed gives the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
   rate_ = parameters().declare<double>(
       "rate", 1.0,
@@ -74,8 +74,8 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of odometer/readings and "
-                      "of eddy_current are matched",
+      {.description = "number of matched subscriptions of odometer/readings and of eddy_current "
+                      "before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
   step_time_out_ = parameters().declare<double>(
       "step_time_out", to_seconds(LockStepOptions{}.time_out),
@@ -97,7 +97,7 @@ void CrawlerSimulation::declare_wheel_parameters() {
       "wheels", {"wheel_1", "wheel_2", "wheel_3"}, {.description = "names of the odometers"});
   kinds_ = parameters().declare<std::vector<std::string>>(
       "kinds", {},
-      {.description = "one per wheel: 'absolute' counter or 'increment' since the sample before; "
+      {.description = "one per wheel: 'absolute' counter or 'increment' since the previous sample; "
                       "empty: all absolute"});
   periods_ = parameters().declare<std::vector<double>>(
       "periods", {},
@@ -109,7 +109,7 @@ void CrawlerSimulation::declare_wheel_parameters() {
        .floating_point_range = FloatingPointRange{-0.3, 0.3}});
   wear_ = parameters().declare<std::vector<double>>(
       "wear_per_metre", {},
-      {.description = "1/m, change of the scale along the way, one per wheel; empty: none",
+      {.description = "1/m, change of the scale by wear, one per wheel; empty: none",
        .floating_point_range = FloatingPointRange{-1e-3, 1e-3}});
   resolution_ = parameters().declare<double>(
       "resolution", wheel.resolution,
@@ -120,30 +120,30 @@ void CrawlerSimulation::declare_wheel_parameters() {
        .floating_point_range = kNotNegative});
   dropped_share_ = parameters().declare<double>(
       "dropped_share", 0.0,
-      {.description = "of the samples, that never come", .floating_point_range = kShare});
+      {.description = "share of the samples that are dropped", .floating_point_range = kShare});
   nan_share_ = parameters().declare<double>(
       "nan_share", 0.0,
-      {.description = "of the samples, that come as NaN", .floating_point_range = kShare});
+      {.description = "share of the samples that are NaN", .floating_point_range = kShare});
   slip_spacing_ = parameters().declare<double>(
       "slip.spacing", crawler.slip_spacing,
       {.description = "m, mean path between bursts of slip of one wheel; 0: none",
        .floating_point_range = kNotNegative});
   slip_most_ = parameters().declare<double>(
       "slip.most", crawler.slip_most,
-      {.description = "largest share of the distance that a slip loses",
+      {.description = "largest share of the distance lost in a slip",
        .floating_point_range = FloatingPointRange{crawler.slip_least, 1.0}});
-  slip_together_ =
-      parameters().declare<double>("slip.together_share", crawler.slip_together_share,
-                                   {.description = "of the bursts, in which two wheels slip alike",
-                                    .floating_point_range = kShare});
+  slip_together_ = parameters().declare<double>(
+      "slip.together_share", crawler.slip_together_share,
+      {.description = "share of the bursts in which two wheels slip equally",
+       .floating_point_range = kShare});
   stick_spacing_ = parameters().declare<double>(
       "stick_spacing", crawler.stick_spacing,
       {.description = "m, mean path between times that a wheel is stuck; 0: never",
        .floating_point_range = kNotNegative});
-  gravity_slip_ =
-      parameters().declare<double>("gravity_slip", wheel.gravity_slip,
-                                   {.description = "share that all wheels lose on a vertical climb",
-                                    .floating_point_range = FloatingPointRange{0.0, 0.5}});
+  gravity_slip_ = parameters().declare<double>(
+      "gravity_slip", wheel.gravity_slip,
+      {.description = "share of the distance that all wheels lose on a vertical climb",
+       .floating_point_range = FloatingPointRange{0.0, 0.5}});
 }
 
 void CrawlerSimulation::declare_drive_parameters() {
@@ -154,7 +154,7 @@ void CrawlerSimulation::declare_drive_parameters() {
        .integer_range = IntegerRange{0, 1'000'000}});
   length_ = parameters().declare<double>(
       "length", 1e6,
-      {.description = "m that the crawler goes, to the end of the pipe at most",
+      {.description = "m, distance to travel, limited to the end of the pipe",
        .floating_point_range = FloatingPointRange{0.1, 1e6}});
   speed_ = parameters().declare<double>(
       "speed", motion.speed,
@@ -164,7 +164,7 @@ void CrawlerSimulation::declare_drive_parameters() {
       {.description = "m, mean distance between stops", .floating_point_range = kPositive});
   reverse_share_ = parameters().declare<double>(
       "reverse_share", motion.reverse_share,
-      {.description = "of the stops, after which the crawler first goes back a little",
+      {.description = "share of the stops after which the crawler first reverses",
        .floating_point_range = FloatingPointRange{0.0, 0.9}});
   joint_error_ = parameters().declare<double>(
       "joint_error", 0.01,
@@ -176,17 +176,17 @@ void CrawlerSimulation::declare_imu_parameters() {
   route_ = parameters().declare<std::string>(
       "route", "",
       {.description = "CSV file with the bends of the pipe, see docs/components/"
-                      "crawler_simulation.md; empty: it is straight and level"});
+                      "crawler_simulation.md; empty: straight and level"});
   imu_ = parameters().declare<std::string>(
       "imu", "industrial",
-      {.description = "errors of the IMU at the probe: tactical, industrial or consumer; none: "
-                      "there is no IMU"});
+      {.description =
+           "errors of the IMU at the probe: tactical, industrial or consumer; none: no IMU"});
   imu_rate_ = parameters().declare<double>(
       "imu_rate", 100.0,
       {.description = "Hz", .floating_point_range = FloatingPointRange{10.0, 1000.0}});
   standing_ =
       parameters().declare<double>("standing", 3.0,
-                                   {.description = "s that the crawler stands before it starts",
+                                   {.description = "s of standstill before the start",
                                     .floating_point_range = FloatingPointRange{0.0, 3600.0}});
 }
 
@@ -203,13 +203,13 @@ void CrawlerSimulation::declare_signal_parameters() {
   const FloatingPointRange per_km{0.0, 100.0};
   valves_ = parameters().declare<double>(
       "valves_per_km", pipe.valves_per_km,
-      {.description = "that look like many welds at once", .floating_point_range = per_km});
+      {.description = "features that resemble many welds at once", .floating_point_range = per_km});
   bends_ = parameters().declare<double>(
       "bends_per_km", pipe.bends_per_km,
-      {.description = "that lift the coil off", .floating_point_range = per_km});
+      {.description = "features that lift the coil off", .floating_point_range = per_km});
   dents_ = parameters().declare<double>(
       "dents_per_km", pipe.dents_per_km,
-      {.description = "that look like wide welds", .floating_point_range = per_km});
+      {.description = "features that resemble wide welds", .floating_point_range = per_km});
 }
 
 SimulatedRunParameters CrawlerSimulation::run_parameters() const {
@@ -349,7 +349,7 @@ bool CrawlerSimulation::step() {
   if (steps_ < total_steps_) {
     return true;
   }
-  report_complete("the crawler has gone " +
+  report_complete("the crawler has travelled " +
                   std::to_string(std::lround(run_->position(until).distance)) + " m");
   return false;
 }

@@ -45,8 +45,8 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of thermal/image_raw and "
-                      "of thermal/camera_info are matched",
+      {.description = "number of matched subscriptions of thermal/image_raw and of "
+                      "thermal/camera_info before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
   step_time_out_ = parameters().declare<double>(
       "step_time_out", to_seconds(LockStepOptions{}.time_out),
@@ -120,7 +120,7 @@ CallbackReturn PatrolSimulation::on_activate() {
   active_ = true;
   if (steps_ == 0) {
     report_progress(0, expected_images_,
-                    "waits for subscriptions of thermal/image_raw and thermal/camera_info");
+                    "waiting for subscriptions of thermal/image_raw and thermal/camera_info");
   }
   start_if_heard();
   return CallbackReturn::kSuccess;
@@ -162,7 +162,7 @@ void PatrolSimulation::start_if_heard() {
 void PatrolSimulation::on_command(const JointTrajectory& message) {
   const manipulation::ArmModel& arm = *drive_->arm();
   if (message.points.empty()) {
-    report_fault("command.points.empty", "a command has no points: it is not taken");
+    report_fault("command.points.empty", "a command has no points: ignored");
     return;
   }
   const auto& point = message.points.back();
@@ -219,7 +219,7 @@ bool PatrolSimulation::next_step() {
   ++steps_;
   complete_ = drive_->arrived();
   if (complete_) {
-    report_complete("the robot has gone " +
+    report_complete("the robot has driven " +
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
   }
   return !complete_;

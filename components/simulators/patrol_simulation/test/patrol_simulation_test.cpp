@@ -228,9 +228,9 @@ std::string refusal(std::vector<NamedParameter> parameters) {
 }
 
 TEST(PatrolSimulation, NamesWhatIsWrong) {
-  EXPECT_THAT(refusal({{"terrain", "F"}}), HasSubstr("'terrain': 'F' is none of A, B, C, D, E"));
+  EXPECT_THAT(refusal({{"terrain", "F"}}), HasSubstr("'terrain': 'F' is not one of A, B, C, D, E"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{1, 2}}}),
-              HasSubstr("'leaks' has 2 values: must be threes"));
+              HasSubstr("'leaks' has 2 values: must be a multiple of three"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{400, 0.3, 80}}}),
               HasSubstr("leaks[0].place: 400"));
   EXPECT_THAT(refusal({{"row.position", std::vector<double>{1}}}),

@@ -62,20 +62,19 @@ void RackSimulation::declare_run_parameters() {
       "rack", "", {.description = "YAML file with the rack, see docs/rack_file.md"});
   seed_ = parameters().declare<std::int64_t>(
       "seed", 1,
-      {.description = "of everything that is drawn; the same seed and commands give the same run",
+      {.description = "seed of all random numbers; the same seed and commands give the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
-  duration_ =
-      parameters().declare<double>("duration", 60.0,
-                                   {.description = "s of simulated time, then it is complete",
-                                    .floating_point_range = FloatingPointRange{0.1, 1e5}});
+  duration_ = parameters().declare<double>("duration", 60.0,
+                                           {.description = "s of simulated time until completion",
+                                            .floating_point_range = FloatingPointRange{0.1, 1e5}});
   rate_ = parameters().declare<double>(
       "rate", 1.0,
       {.description = "largest speed of the simulation, as a multiple of real time",
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of camera/image_raw and "
-                      "of camera/camera_info are matched",
+      {.description = "number of matched subscriptions of camera/image_raw and of "
+                      "camera/camera_info before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
   step_time_out_ = parameters().declare<double>(
       "step_time_out", to_seconds(LockStepOptions{}.time_out),
@@ -99,23 +98,24 @@ void RackSimulation::declare_flight_parameters() {
       parameters().declare<double>("start.yaw", 0.0,
                                    {.description = "rad, from rack x towards rack y",
                                     .floating_point_range = FloatingPointRange{-7.0, 7.0}});
-  frame_id_ =
-      parameters().declare<std::string>("frame_id", "rack", {.description = "of the true poses"});
+  frame_id_ = parameters().declare<std::string>("frame_id", "rack",
+                                                {.description = "frame of the true poses"});
   offsets_ = parameters().declare<std::vector<double>>(
       "offsets", {},
-      {.description = "m along rack x, one per pipe: where they really are, against the rack file; "
-                      "empty: as it says",
+      {.description =
+           "m along rack x, one per pipe: true offsets relative to the rack file; empty: none",
        .floating_point_range = FloatingPointRange{-1.0, 1.0}});
   plain_ = parameters().declare<std::vector<double>>(
       "plain", {},
-      {.description = "from, to, from, to ... along rack y, m: where pipes have no texture"});
-  clutter_share_ =
-      parameters().declare<double>("clutter_share", scene.clutter_share,
-                                   {.description = "of the contours, that are hidden or imitated",
-                                    .floating_point_range = kShare});
+      {.description =
+           "from, to, from, to ... along rack y, m: intervals in which the pipes have no texture"});
+  clutter_share_ = parameters().declare<double>(
+      "clutter_share", scene.clutter_share,
+      {.description = "share of the contours that are hidden or imitated",
+       .floating_point_range = kShare});
   ground_height_ = parameters().declare<double>(
       "ground_height", scene.ground_height,
-      {.description = "m, rack z of the ground; the wind, too, is by the height above it",
+      {.description = "m, rack z of the ground; also the height reference of the wind",
        .floating_point_range = FloatingPointRange{-100.0, -0.5}});
   wind_speed_ = parameters().declare<double>(
       "wind.speed", wind.speed_at_20_feet,
@@ -123,19 +123,19 @@ void RackSimulation::declare_flight_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 40.0}});
   wind_direction_ = parameters().declare<double>(
       "wind.direction", wind.direction,
-      {.description = "rad: where it blows to, from rack x towards rack y",
+      {.description = "rad: direction in which it blows, from rack x towards rack y",
        .floating_point_range = FloatingPointRange{-7.0, 7.0}});
   velocity_error_ = parameters().declare<double>(
       "velocity_error", uav.velocity_error,
-      {.description = "m/s, standard deviation of what the autopilot's own velocity is off by",
+      {.description = "m/s, standard deviation of the autopilot's velocity error",
        .floating_point_range = FloatingPointRange{0.0, 1.0}});
 }
 
 void RackSimulation::declare_imu_parameters() {
   imu_ = parameters().declare<std::string>(
       "imu", "industrial",
-      {.description = "errors of the IMU at base_link: tactical, industrial or consumer; none: "
-                      "there is no IMU"});
+      {.description =
+           "errors of the IMU at base_link: tactical, industrial or consumer; none: no IMU"});
   imu_rate_ =
       parameters().declare<double>("imu_rate", 200.0,
                                    {.description = "Hz; the period is rounded to ms",
@@ -169,9 +169,9 @@ void RackSimulation::declare_camera_parameters() {
       "camera.roll_pitch_yaw", {},
       {.description = "rad, of the optical frame in base_link; empty: straight down, the upper "
                       "border of the image forward"});
-  exposure_ = parameters().declare<double>(
-      "camera.exposure", sensor.exposure,
-      {.description = "s, blurs what moves", .floating_point_range = FloatingPointRange{0.0, 0.1}});
+  exposure_ = parameters().declare<double>("camera.exposure", sensor.exposure,
+                                           {.description = "s, causes motion blur",
+                                            .floating_point_range = FloatingPointRange{0.0, 0.1}});
   read_noise_ =
       parameters().declare<double>("camera.read_noise", sensor.read_noise,
                                    {.description = "grey levels, standard deviation",
@@ -282,7 +282,7 @@ CallbackReturn RackSimulation::on_activate() {
   active_ = true;
   if (images_ == 0) {
     report_progress(0, total_images_,
-                    "waits for subscriptions of camera/image_raw and camera/camera_info");
+                    "waiting for subscriptions of camera/image_raw and camera/camera_info");
   }
   start_if_heard();
   return CallbackReturn::kSuccess;
@@ -400,7 +400,7 @@ void RackSimulation::on_command(const Twist& message) {
   const simulation::UavCommand command{.velocity = {linear.x, linear.y, linear.z},
                                        .yaw_rate = angular.z};
   if (!command.velocity.allFinite() || !std::isfinite(command.yaw_rate)) {
-    report_fault("command.not_a_number", "a command is not finite: it is not taken");
+    report_fault("command.not_a_number", "a command is not finite: ignored");
     return;
   }
   answer_ = command;

@@ -177,7 +177,7 @@ TEST(RackSimulation, NamesWhatIsWrong) {
               HasSubstr("'start.position' has 2 values"));
   EXPECT_THAT(refusal(short_flight({{"wind.speed", 40.0}})), HasSubstr("cannot hover"));
   EXPECT_THAT(refusal(short_flight({{"offsets", std::vector<double>{0, -0.3, 0, 0, 0}}})),
-              HasSubstr("'P2': runs into"));
+              HasSubstr("'P2': intersects"));
 }
 
 }  // namespace

@@ -79,7 +79,8 @@ CameraMountParameters::CameraMountParameters(Parameters& parameters) {
       {.description = "frame on tf of a camera that moves on the robot, against base_frame; empty: "
                       "it does not, and camera.position and camera.roll_pitch_yaw hold"});
   base_frame_ = parameters.declare<std::string>(
-      "base_frame", "base_link", {.description = "base of the robot, in which the camera moves"});
+      "base_frame", "base_link",
+      {.description = "base frame of the robot, parent of camera.frame"});
   history_ = parameters.declare<double>(
       "tf.history", 10.0,
       {.description =

@@ -2,7 +2,6 @@
 #include "compression.hpp"
 
 #include <bzlib.h>
-#include <libdeflate.h>
 #include <lz4frame.h>
 #include <zstd.h>
 
@@ -136,11 +135,6 @@ Unpacked unpack_bzip2(ByteView compressed, std::uint64_t limit, Bytes& into) {
 }
 
 }  // namespace
-
-std::uint32_t crc32(ByteView bytes, std::uint32_t before) noexcept {
-  // libdeflate begins anew where there is no buffer.
-  return bytes.empty() ? before : libdeflate_crc32(before, bytes.data(), bytes.size());
-}
 
 struct ZstdCompressor::State {
   ZstdContext context;

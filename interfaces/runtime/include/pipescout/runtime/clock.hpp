@@ -14,12 +14,12 @@
 
 namespace pipescout {
 
-/// Where a component reads ROS time. Thread-safe.
+/// Source of ROS time for a component. Thread-safe.
 class Clock {
  public:
   virtual ~Clock() = default;
   [[nodiscard]] virtual Time now() const = 0;
-  /// True when `/clock`, and not this machine, drives the time.
+  /// True when `/clock`, not the system clock, drives the time.
   [[nodiscard]] virtual bool is_simulated() const noexcept = 0;
 };
 
@@ -30,7 +30,7 @@ class SystemClock final : public Clock {
   [[nodiscard]] bool is_simulated() const noexcept override { return false; }
 };
 
-/// A clock that stands at zero until somebody sets it: `/clock`, or a test.
+/// A clock that stays at zero until it is set, by `/clock` or a test.
 class SimulatedClock final : public Clock {
  public:
   [[nodiscard]] Time now() const override;
@@ -40,9 +40,9 @@ class SimulatedClock final : public Clock {
   /// times; a jump backwards schedules all waiting work, so that timers can start again from the
   /// new time.
   void set(Time now);
-  /// The same from one of several sources that say the same, as the subscriptions of one topic do:
-  /// while the source exists that was the first, the others count for nothing. Together they would
-  /// make the time jump back and forth.
+  /// The same from one of several redundant sources, such as the subscriptions of one topic: while
+  /// the first source exists, the others are ignored. Otherwise they would make the time jump back
+  /// and forth.
   void set_from(const std::shared_ptr<const void>& source, Time now);
   /// Calls `set_back` when the time is set to an earlier one, before any work is scheduled for
   /// that, on the thread that sets it; it must return soon. Until the returned handle is gone.

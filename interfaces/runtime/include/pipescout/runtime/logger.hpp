@@ -30,7 +30,7 @@ enum class LogSeverity : std::uint8_t {
 class Logger {
  public:
   using Location = std::source_location;
-  /// Receives what passes the threshold, and where in the code it was said.
+  /// Receives messages at or above the threshold, with their source location.
   using Sink = std::function<void(LogSeverity, const std::string& text, const Location& where)>;
 
   /// `name`: as in ROS 2, the fully qualified node name with dots: "robot_1.odometry_fusion".
@@ -54,8 +54,9 @@ class Logger {
     log(LogSeverity::kFatal, text, where);
   }
 
-  /// Messages below it go nowhere. Default: info.
+  /// Messages below it are dropped. Default: info.
   void set_threshold(LogSeverity severity);
+  [[nodiscard]] LogSeverity threshold() const;
   /// Replaces the second sink (`/rosout`); an empty one removes it.
   void set_sink(Sink sink);
   [[nodiscard]] const std::string& name() const;

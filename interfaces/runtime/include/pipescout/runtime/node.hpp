@@ -33,14 +33,14 @@ struct NodeOptions {
   NodeName name;
   RemapRules remap_rules = {};
   std::vector<ParameterOverride> parameter_overrides = {};
-  /// Serve `~/get_parameters` and its five sisters, `/parameter_events` and `/rosout`. Off for the
-  /// short-lived nodes of command line tools.
+  /// Serve `~/get_parameters` and the other five parameter services, the log level, `/parameter_events` and
+  /// `/rosout`. Off for the short-lived nodes of command line tools.
   bool standard_interfaces = true;
 };
 
-// How a node makes its endpoints and timers; each has the members
+// Options of endpoints and timers; each struct has the members
 //
-//   group    where callbacks run: one that the node made; null: its default group
+//   group callback group, created by the node; null: its default group
 //   managed  unmanaged ones work in every lifecycle state, managed ones only while active; but a
 //            service answers in every state, see there. A plain node is always active.
 
@@ -52,7 +52,7 @@ struct NodePublisherOptions {
 
 struct NodeSubscriptionOptions {
   SubscriptionEvents events = {};
-  /// None: as the topic says, for a topic by its name kKeep.
+  /// None: as the catalogue topic defines; kKeep for a topic by name.
   std::optional<WhileInactive> while_inactive = std::nullopt;
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
@@ -74,7 +74,7 @@ struct NodeServiceOptions {
   bool managed = true;
 };
 
-/// A client calls in every lifecycle state.
+/// A client may call in every lifecycle state.
 struct NodeClientOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
@@ -88,7 +88,7 @@ struct TimerOptions {
 
 /// A member of the ROS graph: a name, parameters, and the means to communicate. `Component` adds
 /// the managed lifecycle. Names of topics and services are expanded and remapped as in ROS 2.
-/// Making endpoints is thread-safe.
+/// Creating endpoints is thread-safe.
 class Node {
  public:
   /// Throws InvalidName, std::invalid_argument when this process has a node of that name already,
@@ -99,16 +99,16 @@ class Node {
   Node& operator=(const Node&) = delete;
 
   [[nodiscard]] const NodeName& node_name() const;
-  /// As asked for in the options.
+  /// As given in the options.
   [[nodiscard]] bool has_standard_interfaces() const;
   [[nodiscard]] Context& context() const;
   [[nodiscard]] Executor& executor() const;
   [[nodiscard]] const Logger& logger() const;
   [[nodiscard]] Parameters& parameters() const;
   /// ROS time: of the system, or of `/clock` while the parameter `use_sim_time` is true. The nodes
-  /// of a process that follow the same topic share one time, which is zero until the first message.
+  /// of a process with the same clock topic share one time, which is zero until the first message.
   [[nodiscard]] Time now() const;
-  /// Mutually exclusive; where callbacks run unless another group is given.
+  /// Mutually exclusive; the group of callbacks unless another one is given.
   [[nodiscard]] const std::shared_ptr<CallbackGroup>& default_group() const;
   /// The name of a topic as the node uses it: expanded, remapped. Throws InvalidName.
   [[nodiscard]] std::string resolve_topic(std::string_view name) const;
@@ -120,10 +120,10 @@ class Node {
   [[nodiscard]] const Transforms* transforms_in_use() const;
   [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(CallbackGroupType type);
 
-  // All that follow throw InvalidName for a name that cannot be expanded or remapped,
+  // The following functions throw InvalidName for a name that cannot be expanded or remapped,
   // TopicTypeMismatch when this process uses the name with another type, TransportError, and
-  // std::invalid_argument for an invalid QoS or a group that is not the node's. Nothing is left
-  // behind then.
+  // std::invalid_argument for an invalid QoS or a group of another node. They have the strong
+  // exception guarantee.
 
   template <class T>
   [[nodiscard]] Publisher<T> create_publisher(std::string_view topic, const QoS& qos,
@@ -229,8 +229,8 @@ class Node {
     return ActionClient<A>(create_untyped_action_client(name, action_types<A>(), options));
   }
 
-  /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
-  /// begins when that changes. Throws std::invalid_argument unless the period is positive.
+  /// Uses simulated time while `use_sim_time` is true, else the steady clock; a new period begins
+  /// when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
                                                     const TimerOptions& options = {});
 
@@ -258,32 +258,32 @@ class Node {
  protected:
   enum class CallbackStart {
     kAtOnce,
-    kWhenAllowed  ///< not before `allow_callbacks`: for classes that others derive from
+    kWhenAllowed  ///< not before `allow_callbacks`: for base classes
   };
   Node(NodeOptions options, CallbackStart start);
-  /// Lets the callbacks of all groups begin, present and future ones. Thread-safe.
+  /// Allows the callbacks of all groups, present and future ones. Thread-safe.
   void allow_callbacks();
-  /// Keeps callbacks of all groups but the default one from beginning, in groups made later too,
-  /// until `release_other_groups`. True when none of them is running. Otherwise `idle` is called in
-  /// the default group once none is; nothing waits for that, so a callback that never returns holds
-  /// up this node only. Calls do not nest. To be called in the default group.
+  /// Suspends callbacks of all groups except the default one, including groups created later, until
+  /// `release_other_groups`. True when none of them is running. Otherwise `idle` is called in the
+  /// default group once none is; no thread blocks, so a callback that never returns stops this node
+  /// only. Calls do not nest. Call it in the default group.
   bool hold_other_groups(std::function<void()> idle);
   void release_other_groups();
-  /// For good: no callback of any group begins any more. `stopped` is called once none is running,
-  /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
-  /// need not wait: `close`, the destructor. Thread-safe.
+  /// Stops all groups permanently: no further callback begins. `stopped` is called once none is
+  /// running, at once or on the thread that ran the last one; it must neither block nor throw.
+  /// After it `close` and the destructor do not wait. Thread-safe.
   void stop_callbacks(const std::function<void()>& stopped);
   /// Enables or disables all managed publishers, subscriptions, timers and action servers, present
   /// and future ones.
   void set_managed_active(bool active);
   /// The same for managed services. Requests to disabled ones wait.
   void set_services_enabled(bool enabled);
-  /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
-  /// it. The default lets it leave the executor's spin.
+  /// Called when a callback of one of the node's groups throws, on the thread that ran it. The
+  /// default rethrows it out of the executor's spin.
   virtual void on_callback_exception(std::exception_ptr error);
-  /// Ends all callbacks: closes the groups, and waits for callbacks that are running, but not for
-  /// one that calls it. For classes that others derive from, whose objects the owner closes before
-  /// it destroys them: a callback must not meet a half-destroyed object.
+  /// Ends all callbacks: closes the groups, and waits for running callbacks, but not for one that
+  /// calls it. For base classes, whose objects the owner closes before it destroys them: a callback
+  /// must not access a partly destroyed object.
   void close();
 
  private:

@@ -14,9 +14,9 @@ enum class Reliability { kBestEffort, kReliable };
 enum class Durability { kVolatile, kTransientLocal };
 enum class Liveliness { kAutomatic, kManualByTopic };
 
-/// Quality of service of one publisher (what it offers) or subscription (what it requests).
-/// The meaning is that of ROS 2 and DDS, and it is the same in one process and across processes.
-/// History is always "keep last": every queue is bounded.
+/// Quality of service of one publisher (what it offers) or subscription (what it requests). The
+/// semantics are those of ROS 2 and DDS, both in one process and across processes. History is
+/// always "keep last": every queue is bounded.
 struct QoS {
   std::size_t depth = 10;  ///< messages kept, at least 1
   Reliability reliability = Reliability::kReliable;
@@ -49,7 +49,7 @@ struct QoS {
   bool operator==(const QoS&) const = default;
 };
 
-/// The DDS policies that can keep a publisher and a subscription apart.
+/// The DDS policies that can be incompatible.
 enum class QosPolicy { kReliability, kDurability, kDeadline, kLiveliness };
 
 [[nodiscard]] const char* to_string(QosPolicy policy) noexcept;

@@ -13,17 +13,17 @@
 
 namespace pipescout {
 
-/// Why a call got no response.
+/// The reason why a call got no response.
 enum class ServiceError {
-  kNoServer,    ///< no server was matched in both directions before the time was over
-  kTimeout,     ///< a server was there but did not answer in time
+  kNoServer,    ///< no server was matched in both directions before the time-out
+  kTimeout,     ///< a server was matched but did not answer in time
   kCancelled,   ///< the client was destroyed
-  kOverloaded,  ///< too many calls of this client wait for an answer already; it was not sent
+  kOverloaded,  ///< too many outstanding calls of this client; the request was not sent
 };
 
 [[nodiscard]] const char* to_string(ServiceError error) noexcept;
 
-/// A response or the reason why there is none.
+/// A response or an error.
 template <class Response>
 class ServiceResult {
   using Shared = std::shared_ptr<const Response>;
@@ -45,7 +45,7 @@ class ServiceResult {
 };
 
 struct ServiceStatistics {
-  std::uint64_t requests = 0;           ///< handed to the handler
+  std::uint64_t requests = 0;           ///< passed to the handler
   std::uint64_t responses = 0;          ///< published
   std::uint64_t responses_dropped = 0;  ///< the caller's reply reader did not appear in time
 };
@@ -56,7 +56,7 @@ struct ClientStatistics {
   std::uint64_t without_server = 0;  ///< ended with ServiceError::kNoServer
   std::uint64_t timed_out = 0;
   std::uint64_t refused = 0;       ///< ended with ServiceError::kOverloaded
-  std::uint64_t late_replies = 0;  ///< to a call that had its answer, or had timed out
+  std::uint64_t late_replies = 0;  ///< to a call that was already answered or had timed out
 };
 
 /// A service of types known at run time. Requests arrive in its callback group, and each is
@@ -77,21 +77,20 @@ class UntypedService {
 };
 
 /// A client of types known at run time. At most `kMaxOutstandingCalls` calls wait for their answer,
-/// and as many for the news that they were refused.
+/// and as many for the callback of their refusal.
 class UntypedClient {
  public:
   static constexpr std::size_t kMaxOutstandingCalls = 1000;
 
   using Answer = std::function<void(ServiceResult<void>)>;
-  /// Calls `answer` with kCancelled for every call that has none yet, on the destroying thread.
-  /// What such an answer throws is ignored.
+  /// Calls `answer` with kCancelled for every outstanding call, on the destroying thread.
+  /// Exceptions from these calls are ignored.
   virtual ~UntypedClient() = default;
   /// Sends the request once a server is matched in both directions, so that its reply cannot be
   /// lost, and calls `answer` exactly once, in the client's callback group (but see the
   /// destructor). With several servers the first reply counts. Throws std::invalid_argument when
-  /// `request` or `answer` is null, std::runtime_error when the executor has not yet told of
-  /// `kMaxOutstandingCalls` refusals. Returns the number of the call, 0 when it is refused.
-  /// Thread-safe.
+  /// `request` or `answer` is null, std::runtime_error when the callbacks of `kMaxOutstandingCalls`
+  /// refusals have not run yet. Returns the number of the call, 0 when it is refused. Thread-safe.
   virtual std::uint64_t call(std::shared_ptr<const void> request, Answer answer,
                              Duration timeout) = 0;
   /// Gives a call up: its answer is neither called nor waited for. False when the call has its
@@ -110,9 +109,9 @@ struct ServiceOptions {
   const MessageType* request = nullptr;
   const MessageType* response = nullptr;
   QoS qos = QoS::services();
-  std::shared_ptr<CallbackGroup> group;  ///< where handler and answers run; not null
-  /// Services only: start disabled, see UntypedService::set_enabled. A handler that answers through
-  /// the returned service needs this, as a request may arrive before the service is returned.
+  std::shared_ptr<CallbackGroup> group;  ///< of the handler and the answers; not null
+  /// Services only: start disabled, see UntypedService::set_enabled. Needed if the handler answers
+  /// through the returned service, because a request may arrive before the function returns.
   bool enabled = true;
   /// Clients only: called in `group` after the servers that are matched changed. May be empty.
   std::function<void()> matched = {};
@@ -125,8 +124,8 @@ struct ServiceOptions {
 [[nodiscard]] std::shared_ptr<UntypedClient> create_untyped_client(Context& context,
                                                                    const ServiceOptions& options);
 
-/// Answers one request, once; may be kept and used later. A responder that goes without an answer
-/// leaves the caller to its timeout.
+/// Answers one request, once; may be stored and used later. If it is destroyed without an answer,
+/// the caller times out.
 template <class S>
 class Responder {
  public:
@@ -143,7 +142,7 @@ class Responder {
   SampleIdentity caller_;
 };
 
-/// A handle: the service ends with the last copy.
+/// A handle: the service is destroyed with the last copy.
 template <class S>
 class Service {
  public:
@@ -155,7 +154,7 @@ class Service {
   std::shared_ptr<UntypedService> untyped_;
 };
 
-/// A handle: the client ends with the last copy.
+/// A handle: the client is destroyed with the last copy.
 template <class S>
 class Client {
  public:

@@ -14,7 +14,7 @@ namespace pipescout {
 /// tell.
 class CameraMount {
  public:
-  /// Always in the same place.
+  /// Constant pose.
   explicit CameraMount(const geometry::SE3& T_base_camera);
   /// On an arm, where the chain of transforms from `camera_frame` to `base_frame` says.
   /// `transforms` must outlive it.
@@ -44,7 +44,7 @@ class CameraMountParameters {
   /// Declares them.
   explicit CameraMountParameters(Parameters& parameters);
 
-  /// Of the first two; as `camera_mounting`.
+  /// From the first two, as `camera_mounting`.
   [[nodiscard]] geometry::SE3 T_base_camera() const;
   /// On an arm where `camera.frame` has a name; only then `node` listens to transforms. Throws as
   /// `camera_mounting` and as `Node::transforms`.
