@@ -185,8 +185,8 @@ const ComponentType& ComponentRegistry::find(std::string_view class_name,
     message += " in package '" + std::string(package) + "'";
   }
   if (const auto nearest = nearest_class(class_name, types_)) {
-    message += *nearest == class_name ? "; another package offers it"
-                                      : did_you_mean(class_name, *nearest);
+    message +=
+        *nearest == class_name ? "; another package offers it" : did_you_mean(class_name, *nearest);
   }
   message += " (" + std::to_string(types_.size()) + " known, in " + std::to_string(prefixes_) +
              (prefixes_ == 1 ? " prefix searched)" : " prefixes searched)");

@@ -263,10 +263,10 @@ class Parameters {
   /// Declares a parameter; the initial value is that of its override, else `default_value`.
   /// The type is that of the descriptor or, if not set there, that of the default. Without any
   /// value the parameter is declared but not set. Types are strict, as in ROS 2: 1 is no double.
-  /// But an empty array fits every array type, since YAML does not tell of what it is empty, and a
-  /// text that is wholly a number fits a double, since `ros2 param load` sends small ones as texts.
-  /// Throws ParameterError for an invalid descriptor or default, a name already declared, one that
-  /// is a part of another ("line" and "line.width", a value and a map in YAML), an override of the wrong type or out of range, or an initial value that a callback refuses.
+  /// But an empty array fits every array type, and a text that is wholly a number fits a double
+  /// (`ros2 param load` sends small ones so). Throws ParameterError for an invalid descriptor or
+  /// default, a name already declared or a part of another ("line", "line.width"), an override of
+  /// the wrong type or out of range, an initial value that a callback refuses.
   ParameterValue declare(ParameterDescriptor descriptor, ParameterValue default_value = {});
 
   /// The same with a C++ type: bool, double, std::string, any integer, std::vector of
