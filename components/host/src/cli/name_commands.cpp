@@ -25,10 +25,15 @@ void add_name_commands(CLI::App& group, Action& action, const char* what,
       group, action, "type", type_text.c_str(), false,
       [names, thing](Session& session, const Options& options) {
         const auto name = topic_name(options.name);
-        if (!session.wait_for([&] { return names(session).contains(name); })) {
+        NamesAndTypes found;
+        const bool known = session.wait_for([&] {
+          found = names(session);
+          return found.contains(name);
+        });
+        if (!known) {
           throw CommandError("Unknown " + thing + " '" + options.name + "'");
         }
-        for (const auto& each : names(session).at(name)) {
+        for (const auto& each : found.at(name)) {
           std::cout << each << '\n';
         }
         return kExitOk;

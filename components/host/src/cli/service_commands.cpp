@@ -62,7 +62,8 @@ int service_info(Session& session, const InfoOptions& options) {
       ++(endpoint.is_publisher ? clients : servers);
     }
   }
-  for (const auto& type : graph.services()[name]) {
+  const auto types = graph.services()[name];
+  for (const auto& type : types) {
     std::cout << "Type: " << type << '\n';
   }
   std::cout << "Clients count: " << clients << "\nServices count: " << servers << '\n';
