@@ -53,15 +53,15 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   remove_abandoned_segments();
   const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes);
   if (!segment) {
-    warnings->add("no room in " + std::string(kSharedMemoryFolder) +
+    warnings->add("no space in " + std::string(kSharedMemoryFolder) +
                   ": messages to other processes of this machine go over UDP" + kMakeRoom);
     add(std::make_shared<UDPv4TransportDescriptor>());
     return;
   }
   if (*segment < options.shared_memory_segment_bytes) {
-    warnings->add("little room in " + std::string(kSharedMemoryFolder) + ": the segment for " +
+    warnings->add("little space in " + std::string(kSharedMemoryFolder) + ": the segment for " +
                   "messages to other processes of this machine has " + in_megabytes(*segment) +
-                  " in place of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
+                  " instead of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
   }
   auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
   shortcut->shared_memory.segment_size(*segment);
@@ -246,7 +246,7 @@ void Participant::release(const std::string& name) {
 void Participant::register_type(const MessageType& type) {
   int& uses = type_uses_[std::string(type.dds_name)];
   if (uses == 0) {
-    const fastdds::TypeSupport support(new WireType(type));
+    const fastdds::TypeSupport support(new WireType(type.dds_name));
     if (participant_->register_type(support) != ReturnCode_t::RETCODE_OK) {
       throw TransportError("type " + std::string(type.name) + ": cannot register it");
     }

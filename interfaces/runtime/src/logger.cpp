@@ -5,7 +5,9 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/ansicolor_sink.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <mutex>
 #include <utility>
 
@@ -92,6 +94,19 @@ const char* to_string(LogSeverity severity) noexcept {
       return "FATAL";
   }
   return "UNKNOWN";
+}
+
+std::optional<LogSeverity> log_severity(std::string_view name) {
+  std::string upper(name);
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  for (const auto severity : {LogSeverity::kDebug, LogSeverity::kInfo, LogSeverity::kWarn,
+                              LogSeverity::kError, LogSeverity::kFatal}) {
+    if (upper == to_string(severity)) {
+      return severity;
+    }
+  }
+  return std::nullopt;
 }
 
 struct Logger::State {

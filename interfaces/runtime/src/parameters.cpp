@@ -114,7 +114,7 @@ SetResult guarded(const Call& call) {
   } catch (const std::exception& error) {
     return SetResult::refuse(error.what());
   } catch (...) {
-    return SetResult::refuse("a parameter callback threw something that is no exception");
+    return SetResult::refuse("a parameter callback threw an object that is not an exception");
   }
 }
 
@@ -283,7 +283,7 @@ SetResult Parameters::State::check(std::vector<NamedParameter>& parameters) cons
       return cannot_be_set("it was not declared");
     }
     if (!seen.insert(parameter.name).second) {
-      return refuse("it is given twice in one set");
+      return refuse("it occurs twice in one set");
     }
     const ParameterDescriptor& descriptor = found->second.descriptor;
     if (descriptor.read_only) {
@@ -452,7 +452,7 @@ std::shared_ptr<const detail::ParameterCell> Parameters::cell(
   if (descriptor.dynamic_typing || descriptor.type != type) {
     throw ParameterError(
         name, about(name, std::string("it is of type ") + to_string(descriptor.type) +
-                              (descriptor.dynamic_typing ? " (dynamic)" : "") + ", asked for as " +
+                              (descriptor.dynamic_typing ? " (dynamic)" : "") + ", requested as " +
                               to_string(type)));
   }
   const auto& range = descriptor.integer_range;

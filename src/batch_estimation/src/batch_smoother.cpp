@@ -136,7 +136,7 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
     measurements_.push_back(placed(measurement, recording_.times));
   }
   for (const Robustness& one : parameters.robustness) {
-    losses_.push_back(one.kernel == RobustKernel::kNone
+    losses_.push_back(one.kernel == statistics::RobustKernel::kNone
                           ? nullptr
                           : std::make_unique<KernelLoss>(one.kernel, one.width));
   }

@@ -74,7 +74,7 @@ bool GlobalPriorCost::Evaluate(const double* const* parameters, double* residual
 }
 
 void KernelLoss::Evaluate(double square, double* out) const {
-  const KernelValue value = evaluate(kernel_, std::sqrt(std::max(square, 0.0)), width_);
+  const statistics::KernelValue value = evaluate(kernel_, std::sqrt(std::max(square, 0.0)), width_);
   out[0] = 2 * value.cost;
   out[1] = value.weight;
   out[2] = 0;

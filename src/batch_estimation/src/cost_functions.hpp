@@ -11,7 +11,7 @@
 #include "manifolds.hpp"
 #include "pipescout/estimation/carried_factor.hpp"
 #include "pipescout/estimation/factors.hpp"
-#include "pipescout/estimation/robust_kernel.hpp"
+#include "pipescout/estimation/robustness.hpp"
 
 /// The factors of pipescout_estimation as Ceres asks for them. Derivatives are over the tangent
 /// space: see manifolds.hpp.
@@ -135,11 +135,11 @@ class GlobalPriorCost final : public ceres::CostFunction {
 /// A kernel as weights of reweighted least squares: no second derivative, as in FixedLagSmoother.
 class KernelLoss final : public ceres::LossFunction {
  public:
-  KernelLoss(RobustKernel kernel, double width) : kernel_(kernel), width_(width) {}
+  KernelLoss(statistics::RobustKernel kernel, double width) : kernel_(kernel), width_(width) {}
   void Evaluate(double square, double* out) const override;
 
  private:
-  RobustKernel kernel_;
+  statistics::RobustKernel kernel_;
   double width_;
 };
 

@@ -188,7 +188,8 @@ TEST(BatchSmootherTest, AgreesWithTheSmootherWhereKernelsAreAtWork) {
     flight.gps[k].position += Vector3d(3, -2, 1);
   }
   FixedLagSmootherParameters parameters = without_end(test::flight_parameters());
-  parameters.robustness[static_cast<std::size_t>(FactorKind::kGps)].kernel = RobustKernel::kCauchy;
+  parameters.robustness[static_cast<std::size_t>(FactorKind::kGps)].kernel =
+      statistics::RobustKernel::kCauchy;
   expect_agreement("outliers", recording_of(flight), parameters);
 }
 

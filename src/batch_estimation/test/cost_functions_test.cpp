@@ -221,7 +221,7 @@ TEST(FactorCostTest, WhatIsUndefinedSaysNothing) {
 }
 
 TEST(KernelLossTest, IsTheKernelOfTheSmoother) {
-  const KernelLoss loss(RobustKernel::kCauchy, 2);
+  const KernelLoss loss(statistics::RobustKernel::kCauchy, 2);
   for (const double e : {0.1, 1.0, 5.0}) {
     double at[3];
     double after[3];
@@ -229,7 +229,7 @@ TEST(KernelLossTest, IsTheKernelOfTheSmoother) {
     loss.Evaluate(e * e, at);
     loss.Evaluate(e * e + kStep, after);
     EXPECT_NEAR(at[1], (after[0] - at[0]) / kStep, 1e-6);
-    EXPECT_EQ(at[1], evaluate(RobustKernel::kCauchy, e, 2).weight);
+    EXPECT_EQ(at[1], evaluate(statistics::RobustKernel::kCauchy, e, 2).weight);
     EXPECT_EQ(at[2], 0);
   }
 }

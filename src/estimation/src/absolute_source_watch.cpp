@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 
-#include "pipescout/estimation/robust_kernel.hpp"
-#include "refuse.hpp"
+#include "pipescout/statistics/chi_square.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
 namespace {
+
+using validation::require;
 
 /// What a position or a heading has at most.
 constexpr int kDegrees = 3;
@@ -59,7 +61,7 @@ double covariance_factor(double correlation_time, double spacing, double memory)
 AbsoluteSourceWatch::AbsoluteSourceWatch(const SourceWatchParameters& parameters)
     : parameters_(parameters) {
   parameters.validate();
-  gate_ = chi_square_quantile(parameters.gate_probability, kDegrees);
+  gate_ = statistics::chi_square_quantile(parameters.gate_probability, kDegrees);
 }
 
 double AbsoluteSourceWatch::drift_speed(const WatchedFix& fix) const noexcept {

@@ -7,6 +7,7 @@
 
 #include "estimator_implementation.hpp"
 #include "pipescout/linear_algebra/products.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -249,7 +250,7 @@ void StateEstimator::Implementation::reassign(const WeldMeasurement& m) {
   const WatchedFix fix = fix_of(m);
   const double chainage = line.chainage_of(fix.predicted, chainage_);
   constexpr int kDegrees = 3;
-  const double gate = chi_square_quantile(parameters_.weld.gate_probability, kDegrees);
+  const double gate = statistics::chi_square_quantile(parameters_.weld.gate_probability, kDegrees);
   const double reach = std::sqrt(gate) * std::hypot(fix.predicted_deviation, m.along_deviation);
   const auto weld = std::ranges::lower_bound(parameters_.tally, chainage - reach);
   const auto next = std::ranges::upper_bound(parameters_.tally, chainage + reach);

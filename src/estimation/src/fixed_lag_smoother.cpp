@@ -4,10 +4,12 @@
 #include <array>
 #include <utility>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
+
+using validation::require;
 
 GlobalVector GlobalDeviations::tangent() const {
   const auto by_rows = [](double scale, double misalignment) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/estimation/imu_preintegration.hpp"
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
 namespace {
+
+using validation::require;
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipescout/estimation/robust_kernel.hpp"
 #include "pipescout/linear_algebra/cholesky.hpp"
 #include "pipescout/linear_algebra/products.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -82,7 +82,7 @@ RowsOfState<1> heading_derivative(const NavState& state) {
 }  // namespace
 
 InMotionAlignment::InMotionAlignment(const ImuIntegration& how, std::size_t samples)
-    : how_(how), imu_(samples), gate_(chi_square_quantile(kByChance, 3)) {
+    : how_(how), imu_(samples), gate_(statistics::chi_square_quantile(kByChance, 3)) {
   hypotheses_.reserve(kHeadings * kMostStarts);
   told_.reserve(kHeadings * kMostStarts);
 }
@@ -247,7 +247,7 @@ std::optional<InMotionAlignment::Result> InMotionAlignment::solve(
   }
   const Hypothesis& likeliest = *std::ranges::max_element(told_, {}, &Hypothesis::log_weight);
   const int degrees = static_cast<int>(likeliest.degrees);
-  if (degrees > 0 && likeliest.misfit > chi_square_quantile(kByChance, degrees)) {
+  if (degrees > 0 && likeliest.misfit > statistics::chi_square_quantile(kByChance, degrees)) {
     return std::nullopt;
   }
   double sum = 0;

@@ -5,9 +5,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
+
+using validation::require;
 
 PipeCentreLine::PipeCentreLine(std::vector<Eigen::Vector3d> points, double first_chainage)
     : points_(std::move(points)) {

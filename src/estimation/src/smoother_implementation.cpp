@@ -4,10 +4,13 @@
 #include <cmath>
 #include <exception>
 
-#include "refuse.hpp"
+#include "pipescout/statistics/chi_square.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
 namespace {
+
+using validation::require;
 
 /// Rows of the factors of one time, by kind; the gates' degrees.
 constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6, 3, 2};
@@ -26,7 +29,7 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   report_.factors.reserve(parameters.max_waiting);
   for (std::size_t kind = 0; kind < kFactorKinds; ++kind) {
     const double probability = parameters.robustness[kind].gate_probability;
-    gates_[kind] = probability < 1 ? chi_square_quantile(probability, kRows[kind]) : 0;
+    gates_[kind] = probability < 1 ? statistics::chi_square_quantile(probability, kRows[kind]) : 0;
   }
   const GlobalVector deviations = parameters.global_deviations.tangent();
   for (int i = 0; i < kGlobalSize; ++i) {

@@ -135,7 +135,7 @@ class FixedLagSmoother::Implementation {
   void linearise(const PlacedFactor& factor, std::size_t k, LinearFactor& linear) const;
   /// Squared norm of its residual at the estimate.
   [[nodiscard]] double chi_square(const PlacedFactor& factor, std::size_t k) const;
-  [[nodiscard]] KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
+  [[nodiscard]] statistics::KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
   void linearise_prior();
   void linearise_clique(std::size_t k);
   [[nodiscard]] CornerVector estimated_part(const GlobalVector& all) const;

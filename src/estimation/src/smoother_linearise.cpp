@@ -72,8 +72,8 @@ double FixedLagSmoother::Implementation::chi_square(const PlacedFactor& placed,
       placed.factor);
 }
 
-KernelValue FixedLagSmoother::Implementation::kernel(const PlacedFactor& placed,
-                                                     double chi_square) const {
+statistics::KernelValue FixedLagSmoother::Implementation::kernel(const PlacedFactor& placed,
+                                                                 double chi_square) const {
   const Robustness& robustness = parameters_.robustness[index_of(kind_of(placed.factor))];
   return evaluate(robustness.kernel, std::sqrt(chi_square), robustness.width);
 }

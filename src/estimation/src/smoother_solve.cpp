@@ -66,7 +66,8 @@ void FixedLagSmoother::Implementation::relinearise() {
       ++report_.relinearised;
     }
     for (const PlacedFactor& placed : here.factors) {
-      if (parameters_.robustness[index_of(kind_of(placed.factor))].kernel != RobustKernel::kNone &&
+      if (parameters_.robustness[index_of(kind_of(placed.factor))].kernel !=
+              statistics::RobustKernel::kNone &&
           !here.dirty) {
         const double weight = kernel(placed, chi_square(placed, k)).weight;
         if (std::abs(weight - placed.weight) > kWeightChange) {

@@ -4,10 +4,12 @@
 #include <stdexcept>
 
 #include "pipescout/estimation/state_estimator.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
 namespace {
+
+using validation::require;
 
 void within(const char* field, double value, double low, double high, const char* range) {
   require(field, value, value >= low && value <= high, range);
@@ -63,7 +65,7 @@ void validate_standstill(const StandstillUse& p) {
 
 /// Wheels that slip, and readings that are wrong, count for little.
 Robustness slipping() {
-  return {.kernel = RobustKernel::kCauchy, .width = 3};
+  return {.kernel = statistics::RobustKernel::kCauchy, .width = 3};
 }
 
 void validate_watch(const char* source, const SourceWatchParameters& watch) {

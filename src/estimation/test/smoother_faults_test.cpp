@@ -205,8 +205,9 @@ TEST_F(SmootherFaultsTest, TheGateKeepsOutliersOut) {
 }
 
 TEST_F(SmootherFaultsTest, KernelsTakeWeightFromOutliers) {
-  for (const RobustKernel kernel :
-       {RobustKernel::kHuber, RobustKernel::kCauchy, RobustKernel::kSaliency}) {
+  for (const statistics::RobustKernel kernel :
+       {statistics::RobustKernel::kHuber, statistics::RobustKernel::kCauchy,
+        statistics::RobustKernel::kSaliency}) {
     FixedLagSmootherParameters parameters = test::flight_parameters();
     FixedLagSmoother plain = flown(30, parameters);
     parameters.robustness[static_cast<std::size_t>(FactorKind::kGps)].kernel = kernel;

@@ -13,7 +13,7 @@ TEST(SmootherHeapTest, NothingIsAllocatedAfterConstruction) {
   FixedLagSmootherParameters parameters = test::flight_parameters();
   parameters.robustness = FixedLagSmootherParameters::default_robustness();
   for (Robustness& one : parameters.robustness) {
-    one.kernel = RobustKernel::kCauchy;
+    one.kernel = statistics::RobustKernel::kCauchy;
   }
   parameters.global_deviations = {.odometer_scale = 0.1,
                                   .mount_yaw = 0.1,

@@ -5,8 +5,9 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
+
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::geometry {
 namespace {
@@ -16,14 +17,6 @@ using Eigen::Vector2d;
 
 /// Nearer points than this (m) are not in front of the camera.
 constexpr double kNearestDepth = 1e-6;
-
-void require(bool holds, const char* field, double value, const char* range) {
-  if (!holds) {
-    std::ostringstream text;
-    text << "CameraParameters." << field << " is " << value << "; it must be " << range;
-    throw std::invalid_argument(text.str());
-  }
-}
 
 /// Derivative of r (1 + k1 r^2 + k2 r^4 + k3 r^6) with respect to r.
 double radial_slope(const CameraParameters& c, double squared_radius) {
@@ -89,20 +82,21 @@ std::optional<Vector2d> undistort_plane(const CameraParameters& c, const Vector2
 }  // namespace
 
 void CameraParameters::validate() const {
-  require(width >= 1, "width", width, "at least 1");
-  require(height >= 1, "height", height, "at least 1");
-  require(std::isfinite(focal_length) && focal_length > 0, "focal_length", focal_length,
-          "finite and above 0");
-  require(std::isfinite(aspect_ratio) && aspect_ratio > 0, "aspect_ratio", aspect_ratio,
-          "finite and above 0");
-  require(std::isfinite(skew), "skew", skew, "finite");
-  require(std::isfinite(centre_u), "centre_u", centre_u, "finite");
-  require(std::isfinite(centre_v), "centre_v", centre_v, "finite");
-  require(std::isfinite(k1), "k1", k1, "finite");
-  require(std::isfinite(k2), "k2", k2, "finite");
-  require(std::isfinite(k3), "k3", k3, "finite");
-  require(std::isfinite(p1), "p1", p1, "finite");
-  require(std::isfinite(p2), "p2", p2, "finite");
+  const auto require = [](const char* field, double value, bool in_range, const char* range) {
+    validation::require({"CameraParameters.", field}, value, in_range, range);
+  };
+  require("width", width, width >= 1, "[1, inf)");
+  require("height", height, height >= 1, "[1, inf)");
+  require("focal_length", focal_length, focal_length > 0, "(0, inf)");
+  require("aspect_ratio", aspect_ratio, aspect_ratio > 0, "(0, inf)");
+  require("skew", skew, true, "(-inf, inf)");
+  require("centre_u", centre_u, true, "(-inf, inf)");
+  require("centre_v", centre_v, true, "(-inf, inf)");
+  require("k1", k1, true, "(-inf, inf)");
+  require("k2", k2, true, "(-inf, inf)");
+  require("k3", k3, true, "(-inf, inf)");
+  require("p1", p1, true, "(-inf, inf)");
+  require("p2", p2, true, "(-inf, inf)");
   const Camera camera(*this, Camera::Unchecked{});
   for (const double u : {0.0, width - 1.0}) {
     for (const double v : {0.0, height - 1.0}) {

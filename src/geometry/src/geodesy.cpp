@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/validation/check.hpp"
+
 namespace pipescout::geometry {
 
 namespace {
@@ -14,13 +16,6 @@ struct Geocentric {
   Eigen::Vector3d position;
   Eigen::Matrix3d R_geocentric_enu;
 };
-
-void require(bool good, const char* field, double value, const char* range) {
-  if (!good) {
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
-                                "; it must be " + range);
-  }
-}
 
 Geocentric to_geocentric(const GeodeticPosition& geodetic) {
   geodetic.validate();
@@ -37,9 +32,19 @@ Geocentric to_geocentric(const GeodeticPosition& geodetic) {
 }  // namespace
 
 void GeodeticPosition::validate() const {
-  require(latitude >= -90 && latitude <= 90, "latitude", latitude, "in [-90, 90] degrees");
-  require(longitude >= -540 && longitude <= 540, "longitude", longitude, "in [-540, 540] degrees");
-  require(altitude >= -1e7 && altitude <= 1e7, "altitude", altitude, "in [-1e7, 1e7] m");
+  validation::check_within("latitude", latitude, -90, 90);
+  validation::check_within("longitude", longitude, -540, 540);
+  validation::check_within("altitude", altitude, -1e7, 1e7);
+}
+
+double straight_distance(const GeodeticPosition& a, const GeodeticPosition& b) {
+  const auto geocentric = [](const GeodeticPosition& p) {
+    Eigen::Vector3d place;
+    GeographicLib::Geocentric::WGS84().Forward(p.latitude, p.longitude, p.altitude, place.x(),
+                                               place.y(), place.z());
+    return place;
+  };
+  return (geocentric(b) - geocentric(a)).norm();
 }
 
 LocalFrame::LocalFrame(const GeodeticPosition& datum) : datum_(datum) {

@@ -95,5 +95,12 @@ TEST(LocalFrame, RefusesPlacesThatAreNone) {
   EXPECT_THROW((void)LocalFrame({}).position({-91, 0, 0}), std::invalid_argument);
 }
 
+TEST(StraightDistance, IsThatOfTheLocalFrame) {
+  const GeodeticPosition a{.latitude = 47.4, .longitude = 179.99, .altitude = 300};
+  const GeodeticPosition b{.latitude = 47.5, .longitude = -179.98, .altitude = 420};
+  EXPECT_NEAR(straight_distance(a, b), LocalFrame(a).position(b).norm(), 1e-7);
+  EXPECT_EQ(straight_distance(a, a), 0);
+}
+
 }  // namespace
 }  // namespace pipescout::geometry

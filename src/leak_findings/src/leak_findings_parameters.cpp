@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/leak_findings/leak_findings.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::leak_findings {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 void require_positive(const char* field, double value, const char* unit_range) {
   require(field, value, value > 0, unit_range);

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "arm_inputs.hpp"
-#include "check.hpp"
 #include "joint_steps.hpp"
+#include "pipescout/validation/check.hpp"
 #include "resolved_rates.hpp"
 
 namespace pipescout::manipulation {
@@ -112,8 +112,8 @@ class ArmController::Implementation {
          {std::pair("ready", &parameters.ready), std::pair("stow", &parameters.stow)}) {
       for (std::size_t i = 0; i < angles->size(); ++i) {
         const ArmJoint& joint = model.joints()[i];
-        internal::check_within(std::string(name) + " of " + joint.name, (*angles)[i], joint.lower,
-                               joint.upper);
+        validation::check_within(std::string(name) + " of " + joint.name, (*angles)[i], joint.lower,
+                                 joint.upper);
       }
     }
     return parameters;

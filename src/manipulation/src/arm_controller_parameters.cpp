@@ -2,14 +2,14 @@
 #include <string>
 #include <utility>
 
-#include "check.hpp"
 #include "pipescout/manipulation/arm_controller.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::manipulation {
 
 void ArmControllerParameters::validate(std::size_t joints) const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   check_within("period", period, 0.001, 0.1);
   for (const auto& [name, posture] : {std::pair("ready", &ready), std::pair("stow", &stow)}) {
     if (posture->size() != joints) {

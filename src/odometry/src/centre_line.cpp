@@ -3,17 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
-#include "refuse.hpp"
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
-constexpr double kEquatorialRadius = 6378137.0;            // m, WGS 84
-constexpr double kEccentricitySquared = 6.69437999014e-3;  // WGS 84
+using validation::refuse;
+using validation::require;
 
 /// Difference of longitudes the short way, degrees.
 double turn(double from, double to) {
@@ -44,16 +43,7 @@ double map_distance(MapFrame frame, const std::array<double, 3>& a,
   if (frame != MapFrame::kGeodetic) {
     return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
   }
-  const double latitude = 0.5 * (a[0] + b[0]) * kRadiansPerDegree;
-  const double height = 0.5 * (a[2] + b[2]);
-  const double sine = std::sin(latitude);
-  const double w = 1.0 - kEccentricitySquared * sine * sine;
-  const double prime_vertical = kEquatorialRadius / std::sqrt(w);
-  const double meridian = prime_vertical * (1.0 - kEccentricitySquared) / w;
-  const double north = (b[0] - a[0]) * kRadiansPerDegree * (meridian + height);
-  const double east =
-      turn(a[1], b[1]) * kRadiansPerDegree * (prime_vertical + height) * std::cos(latitude);
-  return std::hypot(north, east, b[2] - a[2]);
+  return geometry::straight_distance({a[0], a[1], a[2]}, {b[0], b[1], b[2]});
 }
 
 std::array<double, 3> map_between(MapFrame frame, const std::array<double, 3>& a,
@@ -91,13 +81,13 @@ CentreLine::CentreLine(MapFrame frame, std::vector<SurveyedPoint> points,
       const double step =
           map_distance(frame, points_[k - 1].position.coordinates, points_[k].position.coordinates);
       if (!(step > 0.0)) {
-        refuse("points[", k, "]: is where the one before is");
+        refuse("points[", k, "]: coincides with the previous one");
       }
       lengths_.push_back(lengths_.back() + step);
     }
     if (points_[k].chainage) {
       if (!anchors_.empty() && !(*points_[k].chainage > *points_[anchors_.back()].chainage)) {
-        refuse("points[", k, "].chainage: ", *points_[k].chainage, " does not rise from ",
+        refuse("points[", k, "].chainage: ", *points_[k].chainage, " is not above ",
                *points_[anchors_.back()].chainage);
       }
       anchors_.push_back(k);

@@ -4,20 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
-#include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 namespace {
 
-template <typename... Parts>
-[[noreturn]] void refuse(const Parts&... parts) {
-  std::ostringstream message;
-  (message << ... << parts);
-  throw std::invalid_argument(message.str());
-}
+using validation::refuse;
 
 void check_count(const char* field, std::size_t count) {
   if (count < kMinOdometers || count > kMaxOdometers) {

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
+
+using validation::refuse;
 
 JointChain::JointChain(std::span<const TallyJoint> tally) {
   weld_.reserve(tally.size() + 1);

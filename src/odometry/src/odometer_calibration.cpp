@@ -6,10 +6,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 using Matrix2 = Eigen::Matrix<double, 2, 2, Eigen::DontAlign>;
 using Vector2 = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;

@@ -6,12 +6,15 @@
 #include <optional>
 #include <utility>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 #include "weld_alignment_model.hpp"
 #include "weld_search.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 using alignment::Pair;
 using alignment::Posterior;

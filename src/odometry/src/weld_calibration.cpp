@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 /// Of the scale: from here on it is known well enough to tell wear from ignorance.
 constexpr double kKnownScale = 0.002;

@@ -8,11 +8,14 @@
 #include <utility>
 
 #include "ledger_adjustment.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 #include "weld_alignment_model.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 void check_run(const LedgerRun& run) {
   const auto fits = [](const std::string& text) {

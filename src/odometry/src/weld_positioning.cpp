@@ -6,11 +6,14 @@
 #include <utility>
 
 #include "joint_chain.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 #include "weld_hypotheses.hpp"
 
 namespace pipescout::odometry {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 constexpr double kBandSigmas = 1.959963984540054;  // 95 % of a normal variable
 constexpr double kBandLeft = 0.05;

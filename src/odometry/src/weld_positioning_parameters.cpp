@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/odometry/weld_positioning.hpp"
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
+
+using validation::refuse;
+using validation::require;
 
 void WeldPositioningParameters::validate() const {
   const auto within = [](const char* field, double value, double low, double high,

@@ -9,7 +9,7 @@
 #include "bilinear.hpp"
 #include "limb_pair.hpp"
 #include "limb_profile.hpp"
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -60,10 +60,10 @@ double peak_offset(float before, float at, float after) noexcept {
 }  // namespace
 
 void EdgeSearchParameters::validate() const {
-  internal::check_within("samples_per_edge", samples_per_edge, 2, 100);
-  internal::check_within("filter_sigma", filter_sigma, 0.6, 4.0);
-  internal::check_within("least_contrast", least_contrast, 0.1, 255.0);
-  internal::check_within("least_share", least_share, 0.0, 1.0);
+  validation::check_within("samples_per_edge", samples_per_edge, 2, 100);
+  validation::check_within("filter_sigma", filter_sigma, 0.6, 4.0);
+  validation::check_within("least_contrast", least_contrast, 0.1, 255.0);
+  validation::check_within("least_share", least_share, 0.0, 1.0);
 }
 
 Eigen::Vector2d edge_normal(const VisibleEdge& edge, const Pipe* pipe,

@@ -35,7 +35,7 @@ bool usable(const PointObservation& point, std::size_t pipes) {
          (point.pipe < pipes || point.pipe == PointObservation::kOnNoPipe);
 }
 
-void add_sums(ResidualSums& sums, const KernelValue& value, double e, bool inlier) {
+void add_sums(ResidualSums& sums, const statistics::KernelValue& value, double e, bool inlier) {
   sums.count += 1;
   sums.weight += value.weight;
   sums.slope += value.slope;
@@ -179,7 +179,7 @@ void FeatureSystem::add_samples(const Run& run, const ImageLine& line, const Wei
     }
     const double inverse_sigma = 1 / sample.sigma;
     const double e = std::min(std::abs(residual), gate_) * inverse_sigma;
-    const KernelValue value = evaluate(weighting.kernel, e, weighting.edge_width);
+    const statistics::KernelValue value = evaluate(weighting.kernel, e, weighting.edge_width);
     cost += value.cost;
     if (std::abs(residual) > gate_) {
       continue;
@@ -273,13 +273,13 @@ void FeatureSystem::add_point(const PointObservation& point, const SolverState& 
   }
   const double pixels = residual.norm();
   const bool beyond = !(pixels <= gate_);
-  const KernelValue value =
+  const statistics::KernelValue value =
       evaluate(weighting.kernel, beyond ? gate_ / point.sigma : e, weighting.point_width);
   equations.cost += value.cost;
   if (beyond) {
     return;
   }
-  KernelValue per_row = value;
+  statistics::KernelValue per_row = value;
   per_row.slope = 0.5 * (value.slope + value.weight);
   add_sums(equations.points, per_row, e * std::sqrt(0.5), e <= weighting.inlier_bound);
   point_residuals_.push_back(e);

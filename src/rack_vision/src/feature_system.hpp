@@ -62,7 +62,7 @@ struct NormalEquations {
 };
 
 struct Weighting {
-  RobustKernel kernel = RobustKernel::kNone;
+  statistics::RobustKernel kernel = statistics::RobustKernel::kNone;
   double edge_width = 1;
   double point_width = 1;
   double inlier_bound = 3;

@@ -7,12 +7,12 @@
 #include "first_pose_across.hpp"
 #include "first_pose_evidence.hpp"
 #include "first_pose_search.hpp"
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 
-using internal::check_above;
-using internal::check_within;
+using validation::check_above;
+using validation::check_within;
 
 void FirstPoseHint::validate() const {
   const auto check = [](const std::string& name, const std::optional<Value>& part, double largest) {

@@ -6,16 +6,16 @@
 #include <stdexcept>
 #include <vector>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 
 void OffsetFilterParameters::validate() const {
   constexpr double kHuge = 1e3;
-  internal::check_above("initial_deviation", initial_deviation, 0, kHuge);
-  internal::check_within("creep", creep, 0, kHuge);
-  internal::check_within("images_to_move", images_to_move, 1, 100);
-  internal::check_above("largest_mean_innovation", largest_mean_innovation, 0, kHuge);
+  validation::check_above("initial_deviation", initial_deviation, 0, kHuge);
+  validation::check_within("creep", creep, 0, kHuge);
+  validation::check_within("images_to_move", images_to_move, 1, 100);
+  validation::check_above("largest_mean_innovation", largest_mean_innovation, 0, kHuge);
 }
 
 OffsetFilter::OffsetFilter(const RackModel& model, const OffsetFilterParameters& parameters)

@@ -89,12 +89,12 @@ class PoseSolver::Implementation {
 
  private:
   [[nodiscard]] bool iterated() const { return parameters_.method == SolverMethod::kIterated; }
-  [[nodiscard]] RobustKernel final_kernel() const {
+  [[nodiscard]] statistics::RobustKernel final_kernel() const {
     switch (parameters_.method) {
       case SolverMethod::kLippielloLeastSquares:
-        return RobustKernel::kNone;
+        return statistics::RobustKernel::kNone;
       case SolverMethod::kLippielloSaliency:
-        return RobustKernel::kSaliency;
+        return statistics::RobustKernel::kSaliency;
       case SolverMethod::kIterated:
         break;
     }
@@ -140,11 +140,12 @@ class PoseSolver::Implementation {
 
 Weighting PoseSolver::Implementation::first_weighting() const {
   const bool unweighted = parameters_.method == SolverMethod::kLippielloLeastSquares;
-  return {.kernel = unweighted ? RobustKernel::kNone : RobustKernel::kSaliency,
-          .edge_width = parameters_.saliency_nu,
-          .point_width = parameters_.saliency_nu,
-          .inlier_bound = kInlierSigmas,
-          .points_along_displacement = !iterated()};
+  return {
+      .kernel = unweighted ? statistics::RobustKernel::kNone : statistics::RobustKernel::kSaliency,
+      .edge_width = parameters_.saliency_nu,
+      .point_width = parameters_.saliency_nu,
+      .inlier_bound = kInlierSigmas,
+      .points_along_displacement = !iterated()};
 }
 
 PoseSolver::Implementation::ResidualScales PoseSolver::Implementation::residual_scales() {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <stdexcept>
 
-#include "parameter_range.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 
 void PoseSolverParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   constexpr double kHuge = 1e9;
-  if (method > SolverMethod::kLippielloSaliency || kernel > RobustKernel::kTukey) {
+  if (method > SolverMethod::kLippielloSaliency || kernel > statistics::RobustKernel::kTukey) {
     throw std::invalid_argument("method, kernel: none of their enumerators");
   }
   check_above("kernel_width", kernel_width, 0, kHuge);
@@ -44,7 +44,7 @@ std::string_view to_string(PoseStatus status) noexcept {
     case PoseStatus::kOk:
       return "ok";
     case PoseStatus::kUnobserved:
-      return "part of the pose is not observed";
+      return "part of the pose is unobservable";
     case PoseStatus::kNotConverged:
       return "not converged";
     case PoseStatus::kTooFewInliers:

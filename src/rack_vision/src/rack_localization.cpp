@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 #include "pose_belief.hpp"
 
 namespace pipescout::rack_vision {
@@ -78,11 +78,12 @@ void sharpen(std::optional<FirstPoseHint::Value>& known, double value, double de
 void RackLocalizationParameters::validate() const {
   tracker.validate();
   first_pose.validate();
-  internal::check_within("RackLocalizationParameters.retry_period", retry_period, 0, 3600);
-  internal::check_above("RackLocalizationParameters.drift_speed", drift_speed, 0, 100);
-  internal::check_above("RackLocalizationParameters.drift_angular_speed", drift_angular_speed, 0,
-                        100);
-  internal::check_above("RackLocalizationParameters.hover_drift_speed", hover_drift_speed, 0, 100);
+  validation::check_within("RackLocalizationParameters.retry_period", retry_period, 0, 3600);
+  validation::check_above("RackLocalizationParameters.drift_speed", drift_speed, 0, 100);
+  validation::check_above("RackLocalizationParameters.drift_angular_speed", drift_angular_speed, 0,
+                          100);
+  validation::check_above("RackLocalizationParameters.hover_drift_speed", hover_drift_speed, 0,
+                          100);
 }
 
 class RackLocalization::Implementation {

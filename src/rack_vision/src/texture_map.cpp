@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 #include "texture_corner.hpp"
 
 namespace pipescout::rack_vision {
@@ -23,14 +23,14 @@ constexpr double kClearlyWorseAnchor = 1e-6;  // m^2
 }  // namespace
 
 void TextureMapParameters::validate() const {
-  internal::check_within("capacity", capacity, 0, 20000);
-  internal::check_within("points_per_frame", points_per_frame, 0, 200);
-  internal::check_within("cells_per_frame", cells_per_frame, 0, 500);
-  internal::check_within("cell_side", cell_side, 24, kLargestCell);
-  internal::check_above("point_sigma", point_sigma, 0, 10);
-  internal::check_above("least_contrast", least_contrast, 0, 255);
-  internal::check_within("least_correlation", least_correlation, 0, 1);
-  internal::check_within("least_facing", least_facing, 0, 1);
+  validation::check_within("capacity", capacity, 0, 20000);
+  validation::check_within("points_per_frame", points_per_frame, 0, 200);
+  validation::check_within("cells_per_frame", cells_per_frame, 0, 500);
+  validation::check_within("cell_side", cell_side, 24, kLargestCell);
+  validation::check_above("point_sigma", point_sigma, 0, 10);
+  validation::check_above("least_contrast", least_contrast, 0, 255);
+  validation::check_within("least_correlation", least_correlation, 0, 1);
+  validation::check_within("least_facing", least_facing, 0, 1);
 }
 
 TextureMap::TextureMap(const RackModel& model, const geometry::Camera& camera,

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -38,8 +38,8 @@ SE3 downward_camera(const Eigen::Vector3d& position_in_base) {
 }
 
 void VisualServoParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   check_above("position_gain", position_gain, 0, 20);
   check_above("rotation_gain", rotation_gain, 0, 20);
   check_within("response_time", response_time, 0, 5);

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -31,13 +31,13 @@ Progress progress(double u) noexcept {
 
 void WayPointMissionParameters::validate() const {
   tolerance.validate();
-  internal::check_within("reached_for", reached_for, 0, 60);
-  internal::check_within("deviations_within", deviations_within, 0, 10);
-  internal::check_within("look_around", look_around, 0, 2);
-  internal::check_above("look_around_speed", look_around_speed, 0, 20);
-  internal::check_within("patience", patience, 0, 3600);
-  internal::check_above("largest_lag", largest_lag, 0, 100);
-  internal::check_above("largest_yaw_lag", largest_yaw_lag, 0, std::numbers::pi);
+  validation::check_within("reached_for", reached_for, 0, 60);
+  validation::check_within("deviations_within", deviations_within, 0, 10);
+  validation::check_within("look_around", look_around, 0, 2);
+  validation::check_above("look_around_speed", look_around_speed, 0, 20);
+  validation::check_within("patience", patience, 0, 3600);
+  validation::check_above("largest_lag", largest_lag, 0, 100);
+  validation::check_above("largest_yaw_lag", largest_yaw_lag, 0, std::numbers::pi);
 }
 
 WayPointMission::WayPointMission(WayPointPath path, const WayPointMissionParameters& parameters)

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "parameter_range.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -39,7 +39,7 @@ double wrap_angle(double angle) noexcept {
 }
 
 void WayPointPathParameters::validate() const {
-  using internal::check_above;
+  using validation::check_above;
   check_above("largest_speed", largest_speed, 0, 20);
   check_above("largest_acceleration", largest_acceleration, 0, 20);
   check_above("largest_yaw_rate", largest_yaw_rate, 0, 6);
@@ -57,10 +57,10 @@ WayPointPath::WayPointPath(std::span<const WayPoint> way_points,
   for (std::size_t i = 0; i < way_points_.size(); ++i) {
     const std::string name = "way_points[" + std::to_string(i) + "].";
     for (const double coordinate : way_points_[i].position) {
-      internal::check_within(name + "position", coordinate, -kFarthest, kFarthest);
+      validation::check_within(name + "position", coordinate, -kFarthest, kFarthest);
     }
-    internal::check_within(name + "yaw", way_points_[i].yaw, -kFarthest, kFarthest);
-    internal::check_within(name + "hold", way_points_[i].hold, 0, kLongestHold);
+    validation::check_within(name + "yaw", way_points_[i].yaw, -kFarthest, kFarthest);
+    validation::check_within(name + "hold", way_points_[i].hold, 0, kLongestHold);
   }
 
   stays_.push_back({.arrival = 0, .departure = way_points_.front().hold});
@@ -122,8 +122,8 @@ PathPoint WayPointPath::at(double time) const noexcept {
 }
 
 void ReachedTolerance::validate() const {
-  internal::check_above("tolerance.position", position, 0, 10);
-  internal::check_above("tolerance.yaw", yaw, 0, std::numbers::pi);
+  validation::check_above("tolerance.position", position, 0, 10);
+  validation::check_above("tolerance.yaw", yaw, 0, std::numbers::pi);
 }
 
 bool is_reached(const WayPoint& way_point, const Eigen::Vector3d& position, double yaw,

@@ -49,7 +49,7 @@ struct Statistics {
 Statistics run_many(const PoseSolverParameters& parameters, double outlier_share, int runs = 150) {
   const RackModel model = test::row_rack(4);
   PoseSolver solver(model, parameters);
-  PoseSolver bound_solver(model, {.kernel = RobustKernel::kNone});
+  PoseSolver bound_solver(model, {.kernel = statistics::RobustKernel::kNone});
   const SE3 truth = test::above();
   Statistics result;
   for (int seed = 1; seed <= runs; ++seed) {
@@ -102,7 +102,7 @@ TEST(PoseSolver, HoldsAgainstThirtyPercentOfOutliers) {
   const Statistics dirty = run_many({}, 0.3);
   EXPECT_LT(std::sqrt(dirty.position_square / clean.position_square), 1.6);
   EXPECT_LT(dirty.consistency / dirty.runs, 1.5);
-  const Statistics plain = run_many({.kernel = RobustKernel::kNone}, 0.3);
+  const Statistics plain = run_many({.kernel = statistics::RobustKernel::kNone}, 0.3);
   EXPECT_GT(plain.position_square, 4 * dirty.position_square) << "which least squares does not";
 }
 
@@ -403,7 +403,7 @@ TEST(PoseSolverParameters, AreValidated) {
   bad([](auto& p) { p.largest_edge_widening = 0.9; });
   bad([](auto& p) { p.gate = -1; });
   bad([](auto& p) { p.edge_bias_sigma = -0.1; });
-  bad([](auto& p) { p.kernel = static_cast<RobustKernel>(99); });
+  bad([](auto& p) { p.kernel = static_cast<statistics::RobustKernel>(99); });
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -22,8 +22,8 @@ void check_finite(const char* field, std::span<const double> values, std::size_t
 }  // namespace
 
 void ArmDynamicsParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   if (lower.empty()) {
     throw std::invalid_argument("lower: there are no joints");
   }
@@ -48,7 +48,8 @@ ArmDynamics::ArmDynamics(const ArmDynamicsParameters& parameters, std::span<cons
   parameters_.validate();
   check_finite("positions", positions, parameters_.lower.size());
   for (std::size_t i = 0; i < positions_.size(); ++i) {
-    internal::check_within("positions", positions_[i], parameters_.lower[i], parameters_.upper[i]);
+    validation::check_within("positions", positions_[i], parameters_.lower[i],
+                             parameters_.upper[i]);
   }
   points_.push_back({.begin = 0, .end = 0, .positions = positions_, .rates = rates_});
 }
@@ -61,7 +62,7 @@ void ArmDynamics::command(std::span<const double> positions, std::span<const dou
                           double time_from_start) {
   check_finite("positions", positions, positions_.size());
   check_finite("rates", rates, positions_.size());
-  internal::check_within("time_from_start", time_from_start, 0, 1e6);
+  validation::check_within("time_from_start", time_from_start, 0, 1e6);
   const double begin = time() + parameters_.delay;
   points_.push_back({.begin = begin,
                      .end = begin + time_from_start,

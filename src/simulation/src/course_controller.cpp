@@ -5,16 +5,16 @@
 #include <stdexcept>
 #include <utility>
 
-#include "check.hpp"
 #include "pipescout/simulation/ground_robot.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 
 using Eigen::Vector2d;
 
 void CourseParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   check_above("speed", speed, 0, 20);
   check_above("slowest", slowest, 0, speed);
   check_above("gain", gain, 0, 10);

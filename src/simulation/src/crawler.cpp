@@ -7,18 +7,18 @@
 #include <string>
 #include <utility>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_above;
-using internal::check_within;
-using internal::exponential;
-using internal::make_engine;
-using internal::normal;
-using internal::uniform;
+using statistics::exponential;
+using statistics::make_engine;
+using statistics::normal;
+using statistics::uniform;
+using validation::check_above;
+using validation::check_within;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kFaultDraws = 5;

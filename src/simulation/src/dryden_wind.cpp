@@ -8,8 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -77,7 +77,7 @@ template <int kStates>
 Eigen::Matrix<double, kStates, 1> white(std::mt19937_64& engine) {
   Eigen::Matrix<double, kStates, 1> result;
   for (double& entry : result) {
-    entry = internal::normal(engine);
+    entry = statistics::normal(engine);
   }
   return result;
 }
@@ -98,7 +98,7 @@ void set_up(Filter& filter, const Square<kStates>& a, const Square<kStates>& int
 }  // namespace
 
 void DrydenWindParameters::validate() const {
-  using internal::check_within;
+  using validation::check_within;
   check_within("speed_at_20_feet", speed_at_20_feet, 0, 40);
   check_within("direction", direction, -100, 100);
   check_within("height", height, 0, kHighest * kMetresPerFoot);
@@ -187,7 +187,7 @@ DrydenWind::CrossFilter DrydenWind::cross_filter(double airspeed, double length,
 DrydenWind::DrydenWind(const DrydenWindParameters& parameters, std::uint64_t seed)
     : model_(dryden_model(parameters)),
       R_frame_wind_(Eigen::AngleAxisd(parameters.direction, Eigen::Vector3d::UnitZ())),
-      engine_(internal::make_engine(seed, 1)) {
+      engine_(statistics::make_engine(seed, 1)) {
   const double airspeed = model_.airspeed;
   const double period = parameters.period;
   const Eigen::Vector3d& length = model_.length_scale;

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -16,29 +18,8 @@ using Complex = std::complex<double>;
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kReachDeviations = 6.0;  // a bell is below 2e-8 of its peak beyond
 
-void check(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    std::ostringstream message;
-    message << field << ": " << value << " is outside [" << low << ", " << high << "]";
-    throw std::invalid_argument(message.str());
-  }
-}
-
-void check_positive(const char* field, double value) {
-  if (!(value > 0.0 && std::isfinite(value))) {
-    std::ostringstream message;
-    message << field << ": " << value << " is outside (0, inf)";
-    throw std::invalid_argument(message.str());
-  }
-}
-
-double uniform(std::mt19937_64& engine, double low, double high) {
-  return low + (high - low) * std::generate_canonical<double, 53>(engine);
-}
-
-double normal(std::mt19937_64& engine) {
-  return std::normal_distribution<double>()(engine);
-}
+using statistics::normal;
+using statistics::uniform;
 
 /// Height of the larger extreme of bell(u + s) - bell(u - s).
 double doublet_peak(double s) {
@@ -86,8 +67,9 @@ PipeFeature make_bend(double position, std::mt19937_64& engine, const PipeParame
 std::vector<double> draw_positions(double per_km, double length, std::mt19937_64& engine) {
   std::vector<double> positions;
   if (per_km > 0.0) {
-    std::exponential_distribution<double> gap(per_km / 1000.0);
-    for (double at = gap(engine); at < length; at += gap(engine)) {
+    const double spacing = 1000.0 / per_km;
+    for (double at = spacing * statistics::exponential(engine); at < length;
+         at += spacing * statistics::exponential(engine)) {
       positions.push_back(at);
     }
   }
@@ -153,21 +135,23 @@ PipeFeature make_weld(double position, const WeldPulse& pulse) {
 }
 
 void PipeParameters::validate() const {
-  check_positive("length", length);
-  check("length", length, 0.0, 1e6);
-  check("joint_length", joint_length, 0.5, std::max(0.5, length));
-  check("joint_spread", joint_spread, 0.0, 0.2);
-  check_positive("weld_peak", weld_peak);
-  check("peak_spread", peak_spread, 0.0, 1.0);
-  check_positive("smallest_lobe_distance", smallest_lobe_distance);
-  check("largest_lobe_distance", largest_lobe_distance, smallest_lobe_distance, 1.0);
-  check("weld_phase", weld_phase, -1e3, 1e3);
-  check("phase_spread", phase_spread, 0.0, 1e3);
-  check("largest_asymmetry", largest_asymmetry, 0.0, 0.9);
-  check("largest_quadrature", largest_quadrature, 0.0, 1.0);
-  check("valves_per_km", valves_per_km, 0.0, 100.0);
-  check("bends_per_km", bends_per_km, 0.0, 100.0);
-  check("dents_per_km", dents_per_km, 0.0, 100.0);
+  validation::require("length", length, length > 0, "(0, inf)");
+  validation::check_within("length", length, 0.0, 1e6);
+  validation::check_within("joint_length", joint_length, 0.5, std::max(0.5, length));
+  validation::check_within("joint_spread", joint_spread, 0.0, 0.2);
+  validation::require("weld_peak", weld_peak, weld_peak > 0, "(0, inf)");
+  validation::check_within("peak_spread", peak_spread, 0.0, 1.0);
+  validation::require("smallest_lobe_distance", smallest_lobe_distance, smallest_lobe_distance > 0,
+                      "(0, inf)");
+  validation::check_within("largest_lobe_distance", largest_lobe_distance, smallest_lobe_distance,
+                           1.0);
+  validation::check_within("weld_phase", weld_phase, -1e3, 1e3);
+  validation::check_within("phase_spread", phase_spread, 0.0, 1e3);
+  validation::check_within("largest_asymmetry", largest_asymmetry, 0.0, 0.9);
+  validation::check_within("largest_quadrature", largest_quadrature, 0.0, 1.0);
+  validation::check_within("valves_per_km", valves_per_km, 0.0, 100.0);
+  validation::check_within("bends_per_km", bends_per_km, 0.0, 100.0);
+  validation::check_within("dents_per_km", dents_per_km, 0.0, 100.0);
 }
 
 std::vector<PipeFeature> draw_features(const PipeParameters& parameters, std::uint64_t seed) {
@@ -202,22 +186,23 @@ std::vector<PipeFeature> draw_features(const PipeParameters& parameters,
 }
 
 void EddyCurrentParameters::validate() const {
-  check("sample_rate", sample_rate, 1.0, 1e6);
-  check_positive("weld_peak", weld_peak);
-  check("peak_snr", peak_snr, -20.0, 400.0);
-  check("pink_share", pink_share, 0.0, 1.0);
-  check("amplitude_drift", amplitude_drift, 0.0, 2.0);
-  check("baseline_drift", baseline_drift, 0.0, 100.0);
-  check("lift_off_loss", lift_off_loss, 0.0, 3.0);
-  check("lift_off_rotation", lift_off_rotation, -std::numbers::pi, std::numbers::pi);
-  check("lift_off_baseline", lift_off_baseline, 0.0, 100.0);
-  check("lift_off_direction", lift_off_direction, -1e3, 1e3);
-  check("hum", hum, 0.0, 100.0);
-  check("hum_frequency", hum_frequency, 0.0, 1e6);
-  check("spikes_per_second", spikes_per_second, 0.0, sample_rate);
-  check("spike_peak", spike_peak, 0.0, 1e3);
-  check("dropouts_per_second", dropouts_per_second, 0.0, sample_rate);
-  check("longest_dropout", longest_dropout, 0.0, 60.0);
+  validation::check_within("sample_rate", sample_rate, 1.0, 1e6);
+  validation::require("weld_peak", weld_peak, weld_peak > 0, "(0, inf)");
+  validation::check_within("peak_snr", peak_snr, -20.0, 400.0);
+  validation::check_within("pink_share", pink_share, 0.0, 1.0);
+  validation::check_within("amplitude_drift", amplitude_drift, 0.0, 2.0);
+  validation::check_within("baseline_drift", baseline_drift, 0.0, 100.0);
+  validation::check_within("lift_off_loss", lift_off_loss, 0.0, 3.0);
+  validation::check_within("lift_off_rotation", lift_off_rotation, -std::numbers::pi,
+                           std::numbers::pi);
+  validation::check_within("lift_off_baseline", lift_off_baseline, 0.0, 100.0);
+  validation::check_within("lift_off_direction", lift_off_direction, -1e3, 1e3);
+  validation::check_within("hum", hum, 0.0, 100.0);
+  validation::check_within("hum_frequency", hum_frequency, 0.0, 1e6);
+  validation::check_within("spikes_per_second", spikes_per_second, 0.0, sample_rate);
+  validation::check_within("spike_peak", spike_peak, 0.0, 1e3);
+  validation::check_within("dropouts_per_second", dropouts_per_second, 0.0, sample_rate);
+  validation::check_within("longest_dropout", longest_dropout, 0.0, 60.0);
 }
 
 EddyCurrentParameters undisturbed() {
@@ -246,12 +231,12 @@ PinkNoise::PinkNoise(std::mt19937_64& engine) {
   }
   for (std::size_t i = 0; i < kPoles; ++i) {
     gains_[i] /= std::sqrt(variance);
-    states_[i] = normal_(engine) / std::sqrt(1.0 - poles_[i] * poles_[i]);
+    states_[i] = normal(engine) / std::sqrt(1.0 - poles_[i] * poles_[i]);
   }
 }
 
 double PinkNoise::next(std::mt19937_64& engine) {
-  const double white = normal_(engine);
+  const double white = normal(engine);
   double sum = 0.0;
   for (std::size_t i = 0; i < kPoles; ++i) {
     states_[i] = poles_[i] * states_[i] + white;
@@ -290,11 +275,11 @@ EddyCurrentSignal::EddyCurrentSignal(const EddyCurrentParameters& parameters,
       pink_y_(engine_),
       hum_phase_(uniform(engine_, 0.0, kTwoPi)) {
   for (const auto& feature : features_) {
-    check("features: position", feature.position, -1e9, 1e9);
+    validation::check_within("features: position", feature.position, -1e9, 1e9);
     for (const auto& lobe : feature.lobes) {
-      check("features: offset", lobe.offset, -1e6, 1e6);
-      check_positive("features: deviation", lobe.deviation);
-      check("features: amplitude", std::abs(lobe.amplitude), 0.0, 1e9);
+      validation::check_within("features: offset", lobe.offset, -1e6, 1e6);
+      validation::require("features: deviation", lobe.deviation, lobe.deviation > 0, "(0, inf)");
+      validation::check_within("features: amplitude", std::abs(lobe.amplitude), 0.0, 1e9);
       reach_ = std::max(reach_, std::abs(lobe.offset) + kReachDeviations * lobe.deviation);
     }
   }
@@ -325,8 +310,8 @@ double EddyCurrentSignal::lift_off_at(double distance) const noexcept {
 Complex EddyCurrentSignal::noise() {
   const double white = std::sqrt(1.0 - parameters_.pink_share);
   const double pink = std::sqrt(parameters_.pink_share);
-  const double x = white * normal_(engine_) + pink * pink_x_.next(engine_);
-  const double y = white * normal_(engine_) + pink * pink_y_.next(engine_);
+  const double x = white * normal(engine_) + pink * pink_x_.next(engine_);
+  const double y = white * normal(engine_) + pink * pink_y_.next(engine_);
   return noise_deviation_ * Complex(x, y);
 }
 

@@ -7,18 +7,18 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_within;
+using validation::check_within;
 
 Eigen::Vector3d white(std::mt19937_64& engine) {
   Eigen::Vector3d result;
   for (double& entry : result) {
-    entry = internal::normal(engine);
+    entry = statistics::normal(engine);
   }
   return result;
 }
@@ -66,7 +66,7 @@ void GpsParameters::validate() const {
 
 GpsReceiver::GpsReceiver(const GpsParameters& parameters, std::uint64_t seed)
     : parameters_(parameters),
-      engine_(internal::make_engine(seed, 4)),
+      engine_(statistics::make_engine(seed, 4)),
       trapped_at_(parameters.traps.size()) {
   parameters_.validate();
   correlated_ = parameters_.correlated_deviation.cwiseProduct(white(engine_));
@@ -79,10 +79,12 @@ double GpsReceiver::due() const noexcept {
 std::optional<GpsFix> GpsReceiver::measure(const geometry::SE3& T_map_body) {
   // All that is drawn is drawn for every fix, so that options change nothing but what they say.
   const Eigen::Vector3d noise = parameters_.white_deviation.cwiseProduct(white(engine_));
-  const bool outlier = internal::uniform(engine_) < parameters_.outlier_share;
-  const double by = internal::uniform(engine_, parameters_.outlier_least, parameters_.outlier_most);
-  const double towards = internal::uniform(engine_, 0, 2 * std::numbers::pi);
-  const double late = parameters_.latency + parameters_.latency_spread * internal::uniform(engine_);
+  const bool outlier = statistics::uniform(engine_) < parameters_.outlier_share;
+  const double by =
+      statistics::uniform(engine_, parameters_.outlier_least, parameters_.outlier_most);
+  const double towards = statistics::uniform(engine_, 0, 2 * std::numbers::pi);
+  const double late =
+      parameters_.latency + parameters_.latency_spread * statistics::uniform(engine_);
 
   GpsFix fix;
   fix.time = due();

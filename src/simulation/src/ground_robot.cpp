@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "check.hpp"
-#include "draw.hpp"
 #include "pipescout/simulation/uav.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -23,8 +23,8 @@ using geometry::SO3;
 }  // namespace
 
 void GroundRobotParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   check_within("wheel_base", wheel_base, 0.1, 10);
   check_within("track", track, 0.1, 10);
   check_within("ride_height", ride_height, 0, 5);
@@ -53,7 +53,7 @@ GroundRobot::GroundRobot(const GroundRobotParameters& parameters, Terrain terrai
                          const Vector2d& place, double yaw, std::uint64_t seed)
     : parameters_(parameters),
       terrain_(std::move(terrain)),
-      engine_(internal::make_engine(seed, 6)) {
+      engine_(statistics::make_engine(seed, 6)) {
   parameters_.validate();
   if (!place.allFinite() || !std::isfinite(yaw)) {
     throw std::invalid_argument("ground_robot: its place and its yaw must be finite");
@@ -66,7 +66,7 @@ GroundRobot::GroundRobot(const GroundRobotParameters& parameters, Terrain terrai
   state_[kPitch] = ground_.place[1];
   state_[kRoll] = ground_.place[2];
   for (Wheel& wheel : wheels_) {
-    wheel.scale = 1 + parameters_.wheel_scale_error * internal::normal(engine_);
+    wheel.scale = 1 + parameters_.wheel_scale_error * statistics::normal(engine_);
     draw_burst(wheel);
   }
   measure(derivative(state_, ground_));
@@ -210,10 +210,10 @@ void GroundRobot::draw_burst(Wheel& wheel) {
     wheel.burst_begin = std::numeric_limits<double>::infinity();
     return;
   }
-  wheel.burst_begin = wheel.path + parameters_.slip_spacing * internal::exponential(engine_);
-  wheel.burst_end = wheel.burst_begin +
-                    internal::uniform(engine_, parameters_.slip_shortest, parameters_.slip_longest);
-  wheel.burst = parameters_.slip_most * internal::uniform(engine_);
+  wheel.burst_begin = wheel.path + parameters_.slip_spacing * statistics::exponential(engine_);
+  wheel.burst_end = wheel.burst_begin + statistics::uniform(engine_, parameters_.slip_shortest,
+                                                            parameters_.slip_longest);
+  wheel.burst = parameters_.slip_most * statistics::uniform(engine_);
 }
 
 void GroundRobot::turn_wheels(double moved, double turned) {
@@ -231,7 +231,7 @@ void GroundRobot::turn_wheels(double moved, double turned) {
     wheel.turned +=
         rolled * wheel.scale * (1 + burst) +
         parameters_.traction_slip * traction * std::abs(rolled) +
-        parameters_.wheel_noise * std::sqrt(std::abs(rolled)) * internal::normal(engine_);
+        parameters_.wheel_noise * std::sqrt(std::abs(rolled)) * statistics::normal(engine_);
   }
 }
 

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
 #include "pipescout/simulation/uav.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -22,20 +22,20 @@ constexpr double kMicroG = 1e-6 * kGravity;
 Eigen::Vector3d white(std::mt19937_64& engine) {
   Eigen::Vector3d result;
   for (double& entry : result) {
-    entry = internal::normal(engine);
+    entry = statistics::normal(engine);
   }
   return result;
 }
 
 void check_triad(const std::string& name, const InertialTriadParameters& triad) {
-  using internal::check_within;
+  using validation::check_within;
   check_within(name + ".noise_density", triad.noise_density, 0, 10);
   check_within(name + ".bias_instability", triad.bias_instability, 0, 10);
   check_within(name + ".bias_random_walk", triad.bias_random_walk, 0, 10);
   check_within(name + ".turn_on_bias", triad.turn_on_bias, 0, 10);
   check_within(name + ".scale_error", triad.scale_error, 0, 0.2);
   check_within(name + ".misalignment", triad.misalignment, 0, 0.2);
-  internal::check_above(name + ".range", triad.range, 0, 1e6);
+  validation::check_above(name + ".range", triad.range, 0, 1e6);
   check_within(name + ".resolution", triad.resolution, 0, 10);
 }
 
@@ -44,7 +44,7 @@ void check_triad(const std::string& name, const InertialTriadParameters& triad) 
 void ImuParameters::validate() const {
   check_triad("gyro", gyro);
   check_triad("accelerometer", accelerometer);
-  internal::check_within("period", period, 1e-4, 1);
+  validation::check_within("period", period, 1e-4, 1);
 }
 
 ImuParameters ImuParameters::tactical() {
@@ -117,11 +117,11 @@ ImuParameters ImuParameters::of_grade(std::string_view grade) {
     return consumer();
   }
   throw std::invalid_argument("grade of IMU '" + std::string(grade) +
-                              "' is none of 'tactical', 'industrial', 'consumer'");
+                              "' is not one of 'tactical', 'industrial', 'consumer'");
 }
 
 ImuSensor::ImuSensor(const ImuParameters& parameters, std::uint64_t seed)
-    : parameters_(parameters), engine_(internal::make_engine(seed, 3)) {
+    : parameters_(parameters), engine_(statistics::make_engine(seed, 3)) {
   parameters_.validate();
   double time = kShortest;
   for (double& decay : decay_) {
@@ -135,10 +135,10 @@ ImuSensor::ImuSensor(const ImuParameters& parameters, std::uint64_t seed)
 ImuSensor::Triad ImuSensor::make(const InertialTriadParameters& parameters) {
   Triad triad;
   for (Eigen::Index row = 0; row < 3; ++row) {
-    const double scale = 1 + parameters.scale_error * internal::normal(engine_);
+    const double scale = 1 + parameters.scale_error * statistics::normal(engine_);
     for (Eigen::Index column = 0; column < 3; ++column) {
       triad.shown_by_true(row, column) =
-          scale * (row == column ? 1.0 : parameters.misalignment * internal::normal(engine_));
+          scale * (row == column ? 1.0 : parameters.misalignment * statistics::normal(engine_));
     }
   }
   triad.constant = parameters.turn_on_bias * white(engine_);

@@ -6,17 +6,17 @@
 #include <limits>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_above;
-using internal::check_within;
-using internal::exponential;
-using internal::make_engine;
-using internal::uniform;
+using statistics::exponential;
+using statistics::make_engine;
+using statistics::uniform;
+using validation::check_above;
+using validation::check_within;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kShortestDrive = 0.01;  // m

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "check.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -47,14 +47,14 @@ std::vector<RoutePiece> route_pieces(const JointedPipe& pipe) {
 
 PipeRoute::PipeRoute(std::span<const RoutePiece> pieces, double ease, const Vector3d& start,
                      double heading) {
-  internal::check_within("ease", ease, 0.001, 100);
+  validation::check_within("ease", ease, 0.001, 100);
   if (pieces.empty() || !start.allFinite() || !std::isfinite(heading)) {
     throw std::invalid_argument("pipe_route: it takes a piece, and a start that is finite");
   }
   for (const RoutePiece& piece : pieces) {
-    internal::check_within("pieces.length", piece.length, ease, 1e7);
-    internal::check_within("pieces.heading_rate", piece.heading_rate, -10, 10);
-    internal::check_within("pieces.pitch_rate", piece.pitch_rate, -10, 10);
+    validation::check_within("pieces.length", piece.length, ease, 1e7);
+    validation::check_within("pieces.heading_rate", piece.heading_rate, -10, 10);
+    validation::check_within("pieces.pitch_rate", piece.pitch_rate, -10, 10);
   }
   const auto rates = [](const RoutePiece& piece) {
     return Vector2d(piece.heading_rate, piece.pitch_rate);
@@ -146,7 +146,7 @@ BodyMotion PipeRoute::motion(double chainage, double speed, double acceleration)
 }
 
 std::vector<Vector3d> PipeRoute::polyline(double spacing) const {
-  internal::check_within("spacing", spacing, 0.001, 1e6);
+  validation::check_within("spacing", spacing, 0.001, 1e6);
   const auto segments = static_cast<std::size_t>(std::ceil(length() / spacing));
   std::vector<Vector3d> points;
   points.reserve(segments + 1);

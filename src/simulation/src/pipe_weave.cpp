@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -34,14 +34,14 @@ struct Direction {
 }  // namespace
 
 void PipeWeaveParameters::validate() const {
-  internal::check_within("deviation", deviation, 0, 0.1);
-  internal::check_within("crab_deviation", crab_deviation, 0, 0.2);
-  internal::check_within("shortest_wavelength", shortest_wavelength, 0.1, 100);
+  validation::check_within("deviation", deviation, 0, 0.1);
+  validation::check_within("crab_deviation", crab_deviation, 0, 0.2);
+  validation::check_within("shortest_wavelength", shortest_wavelength, 0.1, 100);
 }
 
 PipeWeave::PipeWeave(const PipeWeaveParameters& parameters, std::uint64_t seed) {
   parameters.validate();
-  auto engine = internal::make_engine(seed, kWeaveDraws);
+  auto engine = statistics::make_engine(seed, kWeaveDraws);
   const Vector4d deviations = Vector4d(parameters.deviation, parameters.deviation,
                                        parameters.crab_deviation, parameters.crab_deviation) /
                               std::sqrt(static_cast<double>(kWaves));
@@ -49,11 +49,11 @@ PipeWeave::PipeWeave(const PipeWeaveParameters& parameters, std::uint64_t seed) 
   const double part = largest / static_cast<double>(kWaves);
   double begin = 0;  // of the part of the spectrum that the wave stands for
   for (Wave& wave : waves_) {
-    wave.number = begin + part * internal::uniform(engine);
+    wave.number = begin + part * statistics::uniform(engine);
     begin += part;
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
-      wave.cosine[i] = deviations[i] * internal::normal(engine);
-      wave.sine[i] = deviations[i] * internal::normal(engine);
+      wave.cosine[i] = deviations[i] * statistics::normal(engine);
+      wave.sine[i] = deviations[i] * statistics::normal(engine);
     }
   }
 }

@@ -7,16 +7,16 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_above;
-using internal::check_within;
-using internal::normal;
-using internal::uniform;
+using statistics::normal;
+using statistics::uniform;
+using validation::check_above;
+using validation::check_within;
 
 constexpr std::uint64_t kTexturePurpose = 21;
 constexpr std::uint64_t kNoisePurpose = 22;
@@ -55,7 +55,7 @@ std::vector<TexturePoint> random_texture_points(const rack_vision::RackModel& mo
   if (model.pipes.empty()) {
     throw std::invalid_argument("random_texture_points: model.pipes: 0 pipes; there must be one");
   }
-  std::mt19937_64 engine = internal::make_engine(seed, kTexturePurpose);
+  std::mt19937_64 engine = statistics::make_engine(seed, kTexturePurpose);
   const std::size_t pipes = model.pipes.size();
   std::vector<TexturePoint> points;
   points.reserve(count);
@@ -81,7 +81,7 @@ RackFeatureCamera::RackFeatureCamera(const RackFeatureParameters& parameters,
                                      const geometry::Camera& camera, std::uint64_t seed)
     : parameters_((parameters.validate(), parameters)),
       camera_(camera),
-      engine_(internal::make_engine(seed, kNoisePurpose)) {
+      engine_(statistics::make_engine(seed, kNoisePurpose)) {
   // The error of rounding is uniform over a pixel.
   const double rounding = parameters.quantised ? 1.0 / 12 : 0;
   sigma_ = std::max(parameters.least_deviation,

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
+#include "pipescout/validation/check.hpp"
 #include "rack_image_bodies.hpp"
 #include "rack_image_rays.hpp"
 #include "rack_image_scene.hpp"
@@ -18,7 +18,7 @@
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_within;
+using validation::check_within;
 
 /// Samples of a pixel that more than one surface shares: a Fibonacci lattice, so that a straight
 /// edge at any angle is placed to 1/110 pixel, and the mean of all samples is the pixel's middle.

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 #include "rack_image_scene.hpp"
 
 namespace pipescout::simulation::internal {
@@ -15,18 +15,19 @@ constexpr float kDark = 0.08F;
 /// A cloth over the contour of a horizontal pipe, wide enough for oblique views.
 Sheet draw_sheet(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction, double radius,
                  double length, std::mt19937_64& engine) {
-  const double turn = uniform(engine, -0.25, 0.25);
+  const double turn = statistics::uniform(engine, -0.25, 0.25);
   const double angle = std::atan2(-direction.x(), direction.y()) + turn;
   Sheet sheet;
   sheet.centre = middle;
-  sheet.centre.z() += radius * uniform(engine, 0.55, 1.05);
+  sheet.centre.z() += radius * statistics::uniform(engine, 0.55, 1.05);
   sheet.cosine = std::cos(angle);
   sheet.sine = std::sin(angle);
-  sheet.half_across = radius * uniform(engine, 0.5, 0.8);
+  sheet.half_across = radius * statistics::uniform(engine, 0.5, 0.8);
   sheet.half_along = 0.5 * length;
-  sheet.scallop = static_cast<float>(uniform(engine, 0.0, 0.03));
-  sheet.albedo = uniform(engine) < 0.5 ? static_cast<float>(uniform(engine, 0.05, 0.15))
-                                       : static_cast<float>(uniform(engine, 0.35, 0.65));
+  sheet.scallop = static_cast<float>(statistics::uniform(engine, 0.0, 0.03));
+  sheet.albedo = statistics::uniform(engine) < 0.5
+                     ? static_cast<float>(statistics::uniform(engine, 0.05, 0.15))
+                     : static_cast<float>(statistics::uniform(engine, 0.35, 0.65));
   return sheet;
 }
 
@@ -34,15 +35,15 @@ Sheet draw_sheet(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction
 Cone draw_cable(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction,
                 const Eigen::Vector3d& outward, double length, std::mt19937_64& engine) {
   Cone cable;
-  const double skew = uniform(engine, -0.06, 0.06);
+  const double skew = statistics::uniform(engine, -0.06, 0.06);
   cable.axis = (direction + skew * outward).normalized();
-  cable.radius = uniform(engine, 0.015, 0.04);
+  cable.radius = statistics::uniform(engine, 0.015, 0.04);
   cable.length = length;
   // It lies on the flank: over the contour, and a little to either side of it.
-  const Eigen::Vector3d place = middle + uniform(engine, -0.02, 0.03) * outward +
+  const Eigen::Vector3d place = middle + statistics::uniform(engine, -0.02, 0.03) * outward +
                                 (cable.radius + 0.05) * Eigen::Vector3d::UnitZ();
   cable.start = place - 0.5 * length * cable.axis;
-  cable.albedo = uniform(engine) < 0.6 ? kDark : 0.5F;
+  cable.albedo = statistics::uniform(engine) < 0.6 ? kDark : 0.5F;
   cable.gloss = 0.2F;
   return cable;
 }
@@ -63,9 +64,9 @@ void add_clutter(const rack_vision::RackModel& model, double share, std::mt19937
     }
     for (const double sign : {-1.0, 1.0}) {
       const Eigen::Vector3d outward = sign * side.normalized();
-      double along = uniform(engine, 0, 1) * mean_free;
+      double along = statistics::uniform(engine, 0, 1) * mean_free;
       while (along < pipe.length() && bodies.size() + 1 < kMostBodies) {
-        const double length = uniform(engine, kShortest, kLongest);
+        const double length = statistics::uniform(engine, kShortest, kLongest);
         const double centre = along + 0.5 * length;
         double radius = pipe.radii.front().radius;
         for (std::size_t i = 1; i < pipe.radii.size(); ++i) {
@@ -77,12 +78,12 @@ void add_clutter(const rack_vision::RackModel& model, double share, std::mt19937
           }
         }
         const Eigen::Vector3d contour = pipe.start + centre * pipe.direction + radius * outward;
-        if (uniform(engine) < 0.65) {
+        if (statistics::uniform(engine) < 0.65) {
           bodies.sheets.push_back(draw_sheet(contour, pipe.direction, radius, length, engine));
         } else {
           bodies.cones.push_back(draw_cable(contour, pipe.direction, outward, length, engine));
         }
-        along += length + mean_free * uniform(engine, 0.5, 1.5);
+        along += length + mean_free * statistics::uniform(engine, 0.5, 1.5);
       }
     }
   }

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_within;
+using validation::check_within;
 
 constexpr std::uint64_t kCloudPurpose = 11;
 constexpr std::uint64_t kSkyPurpose = 12;
@@ -19,7 +19,7 @@ constexpr std::uint64_t kGainPurpose = 13;
 constexpr std::uint64_t kOffsetPurpose = 14;
 
 Wander make_wander(double period, std::uint64_t seed, std::uint64_t purpose) {
-  std::mt19937_64 engine = internal::make_engine(seed, purpose);
+  std::mt19937_64 engine = statistics::make_engine(seed, purpose);
   return {0.5 * period, 2 * period, engine};
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 #include "rack_texture_bake.hpp"
 
 namespace pipescout::simulation::internal {
@@ -23,9 +23,10 @@ PipeFinish draw_finish(std::mt19937_64& engine) {
       {.albedo = 0.10, .rust = 0.15, .contrast = 1.0, .gloss = 0.08},  // bitumen
       {.albedo = 0.48, .rust = 0.35, .contrast = 1.0, .gloss = 0.15},  // old white paint
   };
-  PipeFinish finish = kKinds[static_cast<std::size_t>(uniform(engine, 0, std::size(kKinds)))];
-  finish.albedo *= uniform(engine, 0.85, 1.15);
-  finish.rust *= uniform(engine, 0.7, 1.4);
+  PipeFinish finish =
+      kKinds[static_cast<std::size_t>(statistics::uniform(engine, 0, std::size(kKinds)))];
+  finish.albedo *= statistics::uniform(engine, 0.85, 1.15);
+  finish.rust *= statistics::uniform(engine, 0.7, 1.4);
   return finish;
 }
 
@@ -51,8 +52,8 @@ std::vector<PlainStretch> along_pipe(const rack_vision::Pipe& pipe,
 BuiltScene build_scene(const RackScene& scene) {
   BuiltScene built;
   built.bodies.ground_height = scene.ground_height;
-  std::mt19937_64 texture_engine = make_engine(scene.seed, kTexturePurpose);
-  std::mt19937_64 finish_engine = make_engine(scene.seed, kFinishPurpose);
+  std::mt19937_64 texture_engine = statistics::make_engine(scene.seed, kTexturePurpose);
+  std::mt19937_64 finish_engine = statistics::make_engine(scene.seed, kFinishPurpose);
   const Fractal fractal(texture_engine);
   built.wardrobe.ground = bake_ground(scene.ground_albedo, fractal, texture_engine);
   built.wardrobe.grime = bake_grime(fractal);
@@ -60,7 +61,7 @@ BuiltScene build_scene(const RackScene& scene) {
     const rack_vision::Pipe& pipe = scene.model.pipes[i];
     const PipeFinish finish =
         scene.finishes.empty() ? draw_finish(finish_engine) : scene.finishes[i];
-    std::mt19937_64 engine = make_engine(scene.seed, kPipePurpose + i);
+    std::mt19937_64 engine = statistics::make_engine(scene.seed, kPipePurpose + i);
     int texture = -1;
     double step = 1;
     if (finish.contrast > 0) {
@@ -87,11 +88,12 @@ BuiltScene build_scene(const RackScene& scene) {
     built.axes_height += (pipe.start.z() + 0.5 * pipe.length() * pipe.direction.z()) /
                          static_cast<double>(scene.model.pipes.size());
   }
-  std::mt19937_64 clutter_engine = make_engine(scene.seed, kClutterPurpose);
+  std::mt19937_64 clutter_engine = statistics::make_engine(scene.seed, kClutterPurpose);
   for (const rack_vision::Support& support : scene.model.supports) {
-    built.bodies.boxes.push_back({.low = support.lowest_corner,
-                                  .high = support.highest_corner,
-                                  .albedo = static_cast<float>(uniform(clutter_engine, 0.2, 0.4))});
+    built.bodies.boxes.push_back(
+        {.low = support.lowest_corner,
+         .high = support.highest_corner,
+         .albedo = static_cast<float>(statistics::uniform(clutter_engine, 0.2, 0.4))});
   }
   add_clutter(scene.model, scene.clutter_share, clutter_engine, built.bodies);
   return built;

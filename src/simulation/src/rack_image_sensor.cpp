@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::simulation::internal {
 namespace {
@@ -74,10 +74,10 @@ Sensor::Sensor(const ImageSensor& parameters, const geometry::Camera& camera, st
           static_cast<float>(1 - parameters.vignetting * squared / std::max(farthest, 1.0)));
     }
   }
-  std::mt19937_64 engine = make_engine(seed, 0x5e);
+  std::mt19937_64 engine = statistics::make_engine(seed, 0x5e);
   normals_.resize(kNormals + static_cast<std::size_t>(c.width));
   for (std::size_t i = 0; i < kNormals; ++i) {
-    normals_[i] = static_cast<float>(normal(engine));
+    normals_[i] = static_cast<float>(statistics::normal(engine));
   }
   // A row may begin anywhere in the table.
   std::copy_n(normals_.begin(), c.width, normals_.begin() + kNormals);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::simulation::internal {
 namespace {
@@ -25,7 +25,7 @@ float mix(float a, float b, float share) {
 }
 
 int draw_int(std::mt19937_64& engine, int end) {
-  return static_cast<int>(uniform(engine, 0, end));
+  return static_cast<int>(statistics::uniform(engine, 0, end));
 }
 
 /// A place of the fractal where one layer of one texture begins.
@@ -86,7 +86,7 @@ void paint_and_rust(Canvas& canvas, const PipeFinish& finish, const Fractal& fra
   const Origin streak = draw_origin(engine);
   const Origin patch = draw_origin(engine);
   const auto paint = static_cast<float>(finish.albedo);
-  const auto rust = static_cast<float>(uniform(engine, 0.07, 0.16));
+  const auto rust = static_cast<float>(statistics::uniform(engine, 0.07, 0.16));
   // The fractal is close to Gaussian: its quantile at the share of rust, by a logistic curve.
   const double share = std::clamp(finish.rust, 0.002, 0.998);
   const auto threshold = static_cast<float>(-std::log(share / (1 - share)) / 1.702);
@@ -114,7 +114,8 @@ void weld_seams(Canvas& canvas, const Scale& scale, double length, const Fractal
   const Origin wave = draw_origin(engine);
   const int heat = scale.rows(0.035);
   const int bead = scale.rows(0.006);
-  for (double along = uniform(engine, 0.3, 2.5); along < length; along += uniform(engine, 1.5, 3)) {
+  for (double along = statistics::uniform(engine, 0.3, 2.5); along < length;
+       along += statistics::uniform(engine, 1.5, 3)) {
     const int middle = scale.rows(along);
     for (int x = 0; x < canvas.width; ++x) {
       for (int j = -heat; j <= heat; ++j) {
@@ -133,10 +134,11 @@ void weld_seams(Canvas& canvas, const Scale& scale, double length, const Fractal
 void bands(Canvas& canvas, const Scale& scale, double length, const Fractal& fractal,
            std::mt19937_64& engine) {
   const Origin wear = draw_origin(engine);
-  for (double along = uniform(engine, 0.5, 5); along < length; along += uniform(engine, 3, 8)) {
-    const auto albedo = static_cast<float>(uniform(engine, 0.08, 0.75));
+  for (double along = statistics::uniform(engine, 0.5, 5); along < length;
+       along += statistics::uniform(engine, 3, 8)) {
+    const auto albedo = static_cast<float>(statistics::uniform(engine, 0.08, 0.75));
     const int begin = scale.rows(along);
-    const int count = scale.rows(uniform(engine, 0.06, 0.25));
+    const int count = scale.rows(statistics::uniform(engine, 0.06, 0.25));
     for (int j = 0; j < count; ++j) {
       for (int x = 0; x < canvas.width; ++x) {
         const float worn = fractal.at(x + wear.x, begin + j + wear.y);
@@ -152,10 +154,11 @@ void bands(Canvas& canvas, const Scale& scale, double length, const Fractal& fra
 void stencils(Canvas& canvas, const Scale& scale, double length, float paint,
               std::mt19937_64& engine) {
   const float ink = paint > 0.35F ? 0.06F : 0.7F;
-  for (double along = uniform(engine, 0.2, 3); along < length; along += uniform(engine, 2, 4)) {
+  for (double along = statistics::uniform(engine, 0.2, 3); along < length;
+       along += statistics::uniform(engine, 2, 4)) {
     const int across =
         kTexelsAround / 2 + draw_int(engine, scale.columns(0.2)) - scale.columns(0.1);
-    const double cell = uniform(engine, 0.012, 0.022);
+    const double cell = statistics::uniform(engine, 0.012, 0.022);
     const int letters = 3 + draw_int(engine, 5);
     const int wide = scale.columns(cell);
     const int tall = scale.rows(cell);
@@ -186,10 +189,10 @@ void splashes(Canvas& canvas, const Scale& scale, double length, const Fractal& 
     const int x = draw_int(engine, canvas.width);
     const int y = draw_int(engine, scale.rows(length));
     // Many small ones, few large ones; most are dark (oil, grime), some are white (birds).
-    const double size = 0.006 + 0.012 * exponential(engine);
-    const double stretch = uniform(engine, 0.7, 2.5);
-    const float target = uniform(engine) < 0.3 ? 0.7F : 0.05F;
-    const auto strength = static_cast<float>(uniform(engine, 0.3, 0.9));
+    const double size = 0.006 + 0.012 * statistics::exponential(engine);
+    const double stretch = statistics::uniform(engine, 0.7, 2.5);
+    const float target = statistics::uniform(engine) < 0.3 ? 0.7F : 0.05F;
+    const auto strength = static_cast<float>(statistics::uniform(engine, 0.3, 0.9));
     canvas.blot(x, y, scale.columns(size * stretch), scale.rows(size),
                 [&](float& texel, float distance, int column, int row) {
                   const float ragged =
@@ -225,7 +228,7 @@ Fractal::Fractal(std::mt19937_64& engine) : values_(kWidth * std::size_t{kHeight
   constexpr int kLattice = 4096;
   std::vector<float> lattice(kCells * std::size_t{kLattice});
   for (float& value : lattice) {
-    value = static_cast<float>(uniform(engine, -1, 1));
+    value = static_cast<float>(statistics::uniform(engine, -1, 1));
   }
   // An octave of 2^k cells around repeats after all rows: 2^k cells per 512 texels.
   float amplitude = 1.0F;
@@ -303,14 +306,14 @@ TextureMap bake_ground(double albedo, const Fractal& fractal, std::mt19937_64& e
   std::vector<float> lane_albedos;
   std::vector<bool> lane_is_slab;
   for (std::size_t n = 0; n <= lane_begins.size(); ++n) {
-    lane_is_slab.push_back(uniform(engine) < 0.55);
-    lane_albedos.push_back(mean * static_cast<float>(lane_is_slab.back()
-                                                         ? uniform(engine, 1.0, 1.6)
-                                                         : uniform(engine, 0.45, 0.95)));
+    lane_is_slab.push_back(statistics::uniform(engine) < 0.55);
+    lane_albedos.push_back(
+        mean * static_cast<float>(lane_is_slab.back() ? statistics::uniform(engine, 1.0, 1.6)
+                                                      : statistics::uniform(engine, 0.45, 0.95)));
   }
   std::vector<float> stones(canvas.values.size());
   for (float& stone : stones) {
-    stone = static_cast<float>(uniform(engine, -1, 1));
+    stone = static_cast<float>(statistics::uniform(engine, -1, 1));
   }
   const int slab_length = 128 << draw_int(engine, 2);
   for (int x = 0; x < canvas.width; ++x) {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -24,9 +24,9 @@ double iso_8608_density(RoadClass road) noexcept {
 }
 
 void TerrainParameters::validate() const {
-  using internal::check_within;
+  using validation::check_within;
   check_within("roughness", roughness, 0, 0.1);
-  internal::check_above("longest", longest, shortest, 1e4);
+  validation::check_above("longest", longest, shortest, 1e4);
   check_within("shortest", shortest, 0.01, longest);
   if (waves < 1 || waves > 10000) {
     throw std::invalid_argument("waves: " + std::to_string(waves) + " is outside [1, 10000]");
@@ -40,13 +40,13 @@ void TerrainParameters::validate() const {
 Terrain::Terrain(const TerrainParameters& parameters, std::uint64_t seed)
     : parameters_(parameters) {
   parameters_.validate();
-  auto engine = internal::make_engine(seed, 5);
+  auto engine = statistics::make_engine(seed, 5);
   const auto add = [&](double wave_number, double variance) {
-    const double towards = internal::uniform(engine, 0, kTwoPi);
+    const double towards = statistics::uniform(engine, 0, kTwoPi);
     waves_.push_back(
         {.number = kTwoPi * wave_number * Eigen::Vector2d(std::cos(towards), std::sin(towards)),
          .amplitude = std::sqrt(2 * variance),
-         .phase = internal::uniform(engine, 0, kTwoPi)});
+         .phase = statistics::uniform(engine, 0, kTwoPi)});
   };
   if (parameters_.roughness > 0) {
     // Variance by wave number, A / k^2. A wave of number k at an angle t to a line shows there as
@@ -56,14 +56,14 @@ Terrain::Terrain(const TerrainParameters& parameters, std::uint64_t seed)
     const double ratio = std::pow(parameters_.longest / parameters_.shortest, 1 / count);
     double low = 1 / parameters_.longest;
     for (std::size_t i = 0; i < parameters_.waves; ++i) {
-      add(low * std::pow(ratio, internal::uniform(engine)), a * (1 / low - 1 / (low * ratio)));
+      add(low * std::pow(ratio, statistics::uniform(engine)), a * (1 / low - 1 / (low * ratio)));
       low *= ratio;
     }
   }
   if (parameters_.hill_height > 0) {
     const double variance = parameters_.hill_height * parameters_.hill_height / kHillWaves;
     for (std::size_t i = 0; i < kHillWaves; ++i) {
-      add(std::pow(kHillSpread, -internal::uniform(engine)) / parameters_.hill_length, variance);
+      add(std::pow(kHillSpread, -statistics::uniform(engine)) / parameters_.hill_length, variance);
     }
   }
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::simulation::internal {
 namespace {
@@ -23,7 +23,7 @@ constexpr double kSkyHeight = 0.5;   // rad, over which the sky gets as cold as 
 /// Smoothed by a box, both ways, and repeating both ways; standard deviation 1.
 std::vector<float> periodic_noise(std::mt19937_64& engine) {
   std::vector<double> values(std::size_t{kGrainRows} * kGrainColumns);
-  std::ranges::generate(values, [&engine] { return normal(engine); });
+  std::ranges::generate(values, [&engine] { return statistics::normal(engine); });
   const auto smooth = [&values](int along, int count_along, int across, int count_across) {
     std::vector<double> result(values.size());
     for (int j = 0; j < count_across; ++j) {
@@ -78,7 +78,7 @@ ThermalBackground::ThermalBackground(const ThermalSceneParameters& scene,
   mirror_change_ = static_cast<float>(planck.slope(scene.mirror_temperature) * scene.mirror_change);
   const auto amplitude =
       static_cast<float>(planck.slope(scene.ground_temperature) * scene.ground_grain);
-  std::mt19937_64 engine = make_engine(scene.seed, 0x7b);
+  std::mt19937_64 engine = statistics::make_engine(scene.seed, 0x7b);
   const std::vector<float> noise = periodic_noise(engine);
   const auto stride = static_cast<std::size_t>(kGrainColumns + width);
   grain_.resize(stride * kGrainRows);

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
+#include "pipescout/validation/check.hpp"
 #include "thermal_background.hpp"
 #include "thermal_band.hpp"
 #include "thermal_bodies.hpp"
@@ -46,8 +46,8 @@ ThermalCameraParameters ThermalCameraParameters::vga() {
 }
 
 void ThermalCameraParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   camera.validate();
   if (camera.skew != 0 || geometry::Camera(camera).has_distortion()) {
     throw std::invalid_argument("camera: skew and distortion must be 0: images are rectified");

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "check.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -39,10 +39,10 @@ void ThermalPatrolParameters::validate() const {
   camera.validate();
   robot.validate();
   terrain.validate();
-  internal::check_within("speed", speed, 0.1, 20);
-  internal::check_within("distance", distance, 1, 100);
-  internal::check_within("begin", begin, -1000, 1000);
-  internal::check_above("end", end, begin, 10000);
+  validation::check_within("speed", speed, 0.1, 20);
+  validation::check_within("distance", distance, 1, 100);
+  validation::check_within("begin", begin, -1000, 1000);
+  validation::check_above("end", end, begin, 10000);
 }
 
 ThermalPatrol::ThermalPatrol(const ThermalPatrolParameters& parameters)

@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
-using internal::check_above;
-using internal::check_within;
+using validation::check_above;
+using validation::check_within;
 
 constexpr double kGrainStep = 0.05;  // m
 constexpr int kGrainReach = 9;       // steps; three deviations of the smoothing
@@ -56,7 +55,7 @@ std::vector<float> smooth_noise(std::size_t count, std::mt19937_64& engine) {
     power += weights.back() * weights.back();
   }
   std::vector<double> white(count + weights.size());
-  std::ranges::generate(white, [&engine] { return internal::normal(engine); });
+  std::ranges::generate(white, [&engine] { return statistics::normal(engine); });
   std::vector<float> result(count);
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0;
@@ -102,14 +101,15 @@ void ThermalSceneParameters::validate() const {
 ThermalScene::ThermalScene(const ThermalSceneParameters& parameters) : parameters_(parameters) {
   parameters_.validate();
   const ThermalSceneParameters& p = parameters_;
-  std::mt19937_64 engine = internal::make_engine(p.seed, 0x7e);
+  std::mt19937_64 engine = statistics::make_engine(p.seed, 0x7e);
   for (double place = p.joint_spacing; place < p.length; place += p.joint_spacing) {
     ThermalJoint joint;
     joint.place = place;
-    joint.width = p.joint_width * internal::uniform(engine, 0.75, 1.25);
-    joint.swing = 0.35 * (p.joint_most - p.joint_least) * internal::uniform(engine);
-    joint.rise = internal::uniform(engine, p.joint_least + joint.swing, p.joint_most - joint.swing);
-    joint.phase = internal::uniform(engine, 0, 2 * std::numbers::pi);
+    joint.width = p.joint_width * statistics::uniform(engine, 0.75, 1.25);
+    joint.swing = 0.35 * (p.joint_most - p.joint_least) * statistics::uniform(engine);
+    joint.rise =
+        statistics::uniform(engine, p.joint_least + joint.swing, p.joint_most - joint.swing);
+    joint.phase = statistics::uniform(engine, 0, 2 * std::numbers::pi);
     joints_.push_back(joint);
   }
   for (const ThermalDecoy& decoy : p.decoys) {

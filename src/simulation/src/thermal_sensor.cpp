@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::simulation::internal {
 namespace {
@@ -21,10 +21,10 @@ ThermalSensor::ThermalSensor(const ThermalCameraParameters& parameters, float hi
   const auto height = static_cast<std::size_t>(parameters.camera.height);
   const thermal::PlanckConstants& planck = parameters.constants.planck;
   deviation_ = static_cast<float>(parameters.netd * planck.slope(kNetdTemperature));
-  std::mt19937_64 engine = make_engine(seed_, 0x7c);
+  std::mt19937_64 engine = statistics::make_engine(seed_, 0x7c);
   normals_.resize(kNormals + width);
   for (std::size_t i = 0; i < kNormals; ++i) {
-    normals_[i] = static_cast<float>(normal(engine));
+    normals_[i] = static_cast<float>(statistics::normal(engine));
   }
   // A row may begin anywhere in the table.
   std::copy_n(normals_.begin(), width, normals_.begin() + kNormals);
@@ -33,18 +33,21 @@ ThermalSensor::ThermalSensor(const ThermalCameraParameters& parameters, float hi
   const auto fixed =
       deviation_ * static_cast<float>(parameters.fixed_pattern / std::numbers::sqrt2);
   std::vector<float> columns(width);
-  std::ranges::generate(columns, [&] { return fixed * static_cast<float>(normal(engine)); });
+  std::ranges::generate(columns,
+                        [&] { return fixed * static_cast<float>(statistics::normal(engine)); });
   pattern_.resize(width * height);
   for (std::size_t i = 0; i < pattern_.size(); ++i) {
-    pattern_[i] = columns[i % width] + fixed * static_cast<float>(normal(engine));
+    pattern_[i] = columns[i % width] + fixed * static_cast<float>(statistics::normal(engine));
   }
   const auto dead = static_cast<std::size_t>(
       std::lround(parameters.dead_share * static_cast<double>(pattern_.size())));
   for (std::size_t i = 0; i < dead; ++i) {
     DeadPixel pixel;
-    pixel.index = static_cast<std::size_t>(uniform(engine) * static_cast<double>(pattern_.size()));
+    pixel.index = static_cast<std::size_t>(statistics::uniform(engine) *
+                                           static_cast<double>(pattern_.size()));
     // As often black as bright.
-    const double shown = uniform(engine) < 0.5 ? 0 : uniform(engine, 0.8, 1);
+    const double shown =
+        statistics::uniform(engine) < 0.5 ? 0 : statistics::uniform(engine, 0.8, 1);
     pixel.counts = static_cast<std::uint16_t>(shown * static_cast<double>(highest));
     dead_.push_back(pixel);
   }

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "check.hpp"
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -43,8 +43,8 @@ SO3 attitude(const Eigen::Vector3d& up, double yaw) {
 }  // namespace
 
 void UavParameters::validate() const {
-  using internal::check_above;
-  using internal::check_within;
+  using validation::check_above;
+  using validation::check_within;
   check_within("linear_drag", linear_drag, 0, 10);
   check_within("quadratic_drag", quadratic_drag, 0, 10);
   check_within("rotational_drag", rotational_drag, 0, 50);
@@ -63,7 +63,7 @@ void UavParameters::validate() const {
 
 Uav::Uav(const UavParameters& parameters, const Eigen::Vector3d& position, double yaw,
          const Eigen::Vector3d& mean_wind, std::uint64_t seed)
-    : parameters_(parameters), engine_(internal::make_engine(seed, 2)), wanted_yaw_(yaw) {
+    : parameters_(parameters), engine_(statistics::make_engine(seed, 2)), wanted_yaw_(yaw) {
   parameters_.validate();
   if (!position.allFinite() || !std::isfinite(yaw) || !mean_wind.allFinite()) {
     throw std::invalid_argument("uav: its position, its yaw and the mean wind must be finite");
@@ -80,7 +80,7 @@ Uav::Uav(const UavParameters& parameters, const Eigen::Vector3d& position, doubl
   state_.T_rack_body = SE3(R_rack_body, position);
   state_.specific_force = R_rack_body.inverse() * (kGravity * Eigen::Vector3d::UnitZ());
   for (double& entry : velocity_error_) {
-    entry = parameters_.velocity_error * internal::normal(engine_);
+    entry = parameters_.velocity_error * statistics::normal(engine_);
   }
 }
 
@@ -105,7 +105,7 @@ void Uav::drift_velocity_error() {
   const double decay = std::exp(-kStep / parameters_.velocity_error_time);
   const double growth = parameters_.velocity_error * std::sqrt(1 - decay * decay);
   for (double& entry : velocity_error_) {
-    entry = decay * entry + growth * internal::normal(engine_);
+    entry = decay * entry + growth * statistics::normal(engine_);
   }
 }
 

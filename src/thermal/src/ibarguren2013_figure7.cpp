@@ -5,10 +5,12 @@
 #include <charconv>
 #include <limits>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
+
+using validation::refuse;
 
 constexpr std::size_t kPartSamples = 20;
 constexpr std::size_t kJointSamples = 3;

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastDistance = 1e-3;  // m, where derivatives are taken at the least
@@ -114,7 +117,7 @@ void CameraConstants::validate() const {
   planck.validate();
   atmosphere.validate();
   if (to_string(path) == "unknown") {
-    refuse("path: ", static_cast<int>(path), " is none of the enumerators");
+    refuse("path: ", static_cast<int>(path), " is not an enumerator");
   }
 }
 

@@ -3,10 +3,12 @@
 
 #include <cmath>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
+
+using validation::require;
 
 constexpr double k95Percent = 1.959963984540054;
 

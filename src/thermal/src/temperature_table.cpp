@@ -6,10 +6,13 @@
 #include <limits>
 #include <stdexcept>
 
-#include "refuse.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
+
+using validation::refuse;
+using validation::require;
 
 constexpr std::size_t kCounts = 65536;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

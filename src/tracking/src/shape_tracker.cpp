@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/tracking/shape_tracker_definition.hpp"
+#include "pipescout/tracking/shape_tracker.hpp"
 
 namespace pipescout::tracking {
 
@@ -38,15 +38,5 @@ std::string_view to_string(TrackFault fault) noexcept {
   }
   return "unknown";
 }
-
-template class ShapeKalman<PipeShape>;
-template class ShapeKalman<ValveShape>;
-template class ShapeKalman<VesselShape>;
-template struct ShapeTrackerParameters<PipeShape>;
-template struct ShapeTrackerParameters<ValveShape>;
-template struct ShapeTrackerParameters<VesselShape>;
-template class ShapeTracker<PipeShape>;
-template class ShapeTracker<ValveShape>;
-template class ShapeTracker<VesselShape>;
 
 }  // namespace pipescout::tracking

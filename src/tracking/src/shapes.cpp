@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/tracking/shapes.hpp"
 
-#include <cmath>
-#include <stdexcept>
-#include <string>
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::tracking {
 namespace {
@@ -12,10 +10,7 @@ static_assert(TrackableShape<PipeShape> && TrackableShape<ValveShape> &&
               TrackableShape<VesselShape>);
 
 void require_weight(const char* field, double value) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
-                                ": must be above 0 and finite");
-  }
+  validation::require(field, value, value > 0, "(0, inf)");
 }
 
 }  // namespace
@@ -26,14 +21,8 @@ void PipeShape::validate() const {
   require_weight("gamma", gamma);
   require_weight("edge_deviation", edge_deviation);
   require_weight("end_deviation", end_deviation);
-  if (!(border >= 0) || !std::isfinite(border)) {
-    throw std::invalid_argument("border is " + std::to_string(border) +
-                                ": must be at least 0 and finite");
-  }
-  if (!(least_piece >= 0 && least_piece <= 0.5)) {
-    throw std::invalid_argument("least_piece is " + std::to_string(least_piece) +
-                                ": must be in [0, 0.5]");
-  }
+  validation::require("border", border, border >= 0, "[0, inf)");
+  validation::check_within("least_piece", least_piece, 0, 0.5);
 }
 
 void ValveShape::validate() const {

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <stdexcept>
 #include <utility>
+
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout {
 namespace {
@@ -27,22 +27,14 @@ simulation::ImuParameters sampled(const PatrolDriveParameters& parameters) {
   return imu;
 }
 
-void check(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    std::ostringstream message;
-    message << field << ": " << value << " is outside [" << low << ", " << high << "]";
-    throw std::invalid_argument(message.str());
-  }
-}
-
 }  // namespace
 
 void PatrolDriveParameters::validate() const {
   patrol.validate();
   imu.validate();
   gps.validate();
-  check("standing", standing, 0, 1000);
-  check("odometer_period", odometer_period, GroundRobot::kStep, 10);
+  validation::check_within("standing", standing, 0, 1000);
+  validation::check_within("odometer_period", odometer_period, GroundRobot::kStep, 10);
 }
 
 PatrolDrive::PatrolDrive(const PatrolDriveParameters& parameters)

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "check.hpp"
 #include "drive_loop.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::arm_study {
 namespace {
@@ -32,7 +32,7 @@ manipulation::TrackState state_of(const PipeTrack& track) {
 }  // namespace
 
 void CarrierSettings::validate() const {
-  internal::check_within("distance", distance, 1, 1000);
+  validation::check_within("distance", distance, 1, 1000);
   shape.validate();
   tracker.validate();
   drive.validate();

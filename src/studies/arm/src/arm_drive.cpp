@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "check.hpp"
 #include "drive_loop.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::arm_study {
 namespace {
@@ -15,7 +15,7 @@ using internal::CameraArm;
 }  // namespace
 
 void TrackErrors::validate() const {
-  using internal::check_within;
+  using validation::check_within;
   check_within("track.rate", rate, 1, 100);
   check_within("track.latency", latency, 0, 1);
   check_within("track.position_deviation", position_deviation, 0, 100);
@@ -26,7 +26,7 @@ void TrackErrors::validate() const {
 }
 
 void OdometryErrors::validate() const {
-  using internal::check_within;
+  using validation::check_within;
   check_within("odometry.rate", rate, 10, 500);
   check_within("odometry.latency", latency, 0, 0.1);
   check_within("odometry.tilt_deviation", tilt_deviation, 0, 1);
@@ -37,7 +37,7 @@ void OdometryErrors::validate() const {
 }
 
 void DriveSettings::validate() const {
-  using internal::check_within;
+  using validation::check_within;
   check_within("hill_height", hill_height, 0, 10);
   check_within("length", length, 10, 1e5);
   check_within("speed", speed, 0.1, 5.56);

@@ -30,7 +30,7 @@ simulation::ArmDynamicsParameters dynamics_of(const ArmModel& arm, double delay)
 }
 
 JointVector zero_errors(std::size_t joints, double deviation, std::uint64_t seed) {
-  Draw draw(seed, 0x73);
+  statistics::Draw draw(seed, 0x73);
   JointVector errors(static_cast<Eigen::Index>(joints));
   for (double& error : errors) {
     error = deviation * draw.normal();

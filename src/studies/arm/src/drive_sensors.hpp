@@ -5,10 +5,10 @@
 #include <deque>
 #include <optional>
 
-#include "draw.hpp"
 #include "pipescout/arm_study/arm_drive.hpp"
 #include "pipescout/simulation/body_motion.hpp"
 #include "pipescout/simulation/pipe_view.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::arm_study::internal {
 
@@ -47,7 +47,7 @@ class TrackSensor {
   void draw_gap(double moved);
 
   TrackErrors errors_;
-  Draw draw_;
+  statistics::Draw draw_;
   double range_scale_;
   double gap_begins_ = 0;  // m
   double gap_lasts_ = 0;   // s
@@ -63,7 +63,7 @@ class OdometrySensor {
 
  private:
   OdometryErrors errors_;
-  Draw draw_;
+  statistics::Draw draw_;
   Eigen::Vector3d tilt_;      // rad
   Eigen::Vector3d velocity_;  // m/s
 };

@@ -89,7 +89,7 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
   options.validate();
   VehicleRun run;
   run.vehicle = Vehicle::kCrawler;
-  internal::Draw draw(seed, 13);
+  internal::Draw draw = internal::make_draw(seed, 13);
   internal::Recorder recorder(options, run, seed);
   const simulation::Motion motion = drive(options.duration, draw);
   const auto joints =
@@ -106,7 +106,7 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
   run.odometer_scale_deviation =
       std::hypot(kCommonScale, kOwnScale / std::sqrt(static_cast<double>(kCrawlerWheels)));
   // Off along the pipe by the tally and by the detector.
-  internal::Draw tally_draw(seed, 14);
+  internal::Draw tally_draw = internal::make_draw(seed, 14);
   for (const simulation::Joint& joint : pipe.joints()) {
     run.tally.push_back(std::max(0.0, joint.begin + kWeldDeviation * tally_draw.normal()));
   }

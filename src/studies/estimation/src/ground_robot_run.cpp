@@ -89,7 +89,7 @@ VehicleRun ground_robot_run(const RunOptions& options, std::uint64_t seed) {
   run.R_body_imu = SO3::about_z(std::numbers::pi / 2);
   run.antenna = Vector3d(-0.2, 0.1, 0.6);
   run.odometer_point = -kImuPlace;
-  internal::Draw draw(seed, 10);
+  internal::Draw draw = internal::make_draw(seed, 10);
   internal::Recorder recorder(options, run, seed);
 
   constexpr std::array kRoads{simulation::RoadClass::kC, simulation::RoadClass::kD,

@@ -54,30 +54,9 @@ simulation::GpsParameters gps_parameters(const RunOptions& options, const Vehicl
 
 }  // namespace
 
-Draw::Draw(std::uint64_t seed, std::uint64_t purpose) {
+Draw make_draw(std::uint64_t seed, std::uint64_t purpose) {
   std::seed_seq sequence{seed & 0xffffffffU, seed >> 32U, purpose, std::uint64_t{77}};
-  engine_.seed(sequence);
-}
-
-double Draw::uniform(double low, double high) {
-  return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53;
-}
-
-double Draw::normal() {
-  const double radius = std::sqrt(-2 * std::log(1 - uniform(0, 1)));
-  return radius * std::cos(uniform(0, 2 * std::numbers::pi));
-}
-
-Vector3d Draw::normals() {
-  Vector3d result;
-  for (double& entry : result) {
-    entry = normal();
-  }
-  return result;
-}
-
-Vector3d Draw::direction() {
-  return normals().normalized();
+  return Draw(statistics::Engine(sequence));
 }
 
 Recorder::Recorder(const RunOptions& options, VehicleRun& run, std::uint64_t seed)
@@ -85,10 +64,10 @@ Recorder::Recorder(const RunOptions& options, VehicleRun& run, std::uint64_t see
       run_(run),
       imu_(options.imu, seed),
       gps_(gps_parameters(options, run), seed),
-      imu_draw_(seed, 1),
-      odometer_draw_(seed, 2),
-      vision_draw_(seed, 3),
-      weld_draw_(seed, 4) {}
+      imu_draw_(make_draw(seed, 1)),
+      odometer_draw_(make_draw(seed, 2)),
+      vision_draw_(make_draw(seed, 3)),
+      weld_draw_(make_draw(seed, 4)) {}
 
 void Recorder::push(double arrival, const Reading& reading, bool wrong) {
   run_.events.push_back({.arrival = arrival, .reading = reading, .wrong = wrong});

@@ -2,28 +2,19 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 
 #include "pipescout/estimation_study/vehicle_run.hpp"
 #include "pipescout/simulation/body_motion.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 /// What the runs have in common: from the motion of a body to readings.
 namespace pipescout::estimation_study::internal {
 
-/// Draws that are the same with every standard library, of one purpose each.
-class Draw {
- public:
-  Draw(std::uint64_t seed, std::uint64_t purpose);
-  double uniform(double low, double high);
-  double normal();
-  Eigen::Vector3d normals();
-  /// Of length 1, in any direction.
-  Eigen::Vector3d direction();
-  bool happens(double share) { return uniform(0, 1) < share; }
+using statistics::Draw;
 
- private:
-  std::mt19937_64 engine_;
-};
+/// Draws of a run that have nothing to do with those of the simulators, which are given the same
+/// seed; one for each purpose.
+[[nodiscard]] Draw make_draw(std::uint64_t seed, std::uint64_t purpose);
 
 class Recorder {
  public:

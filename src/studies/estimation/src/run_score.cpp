@@ -8,6 +8,7 @@
 
 #include "innovation.hpp"
 #include "pipescout/simulation/uav.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::estimation_study {
 namespace {
@@ -151,17 +152,16 @@ struct Share {
 
 /// Values by time, averaged over runs where there are several; of `degrees` each.
 Share within_bounds(const std::map<long, std::pair<double, int>>& sums, double degrees) {
-  constexpr double kTwoSided = 1.959964;  // of 95 %
+  constexpr double kOutside = 0.05;
   Share share;
   double total = 0;
   int count = 0;
   for (const auto& [time, sum] : sums) {
     const double all = degrees * sum.second;
-    share.below += sum.first < chi_square_at(-kTwoSided, all) ? 1 : 0;
-    share.within +=
-        sum.first >= chi_square_at(-kTwoSided, all) && sum.first <= chi_square_at(kTwoSided, all)
-            ? 1
-            : 0;
+    const double low = statistics::chi_square_quantile(0.5 * kOutside, all);
+    const double high = statistics::chi_square_quantile(1 - 0.5 * kOutside, all);
+    share.below += sum.first < low ? 1 : 0;
+    share.within += sum.first >= low && sum.first <= high ? 1 : 0;
     total += sum.first;
     count += sum.second;
   }
@@ -286,11 +286,6 @@ Consistency consistency(std::span<const RunScore> runs) {
           .nees_share = of_nees.within,
           .nees_below = of_nees.below,
           .nis_share = of_nis.within};
-}
-
-double chi_square_at(double deviations, double degrees) noexcept {
-  const double a = 2 / (9 * degrees);
-  return degrees * std::pow(1 - a + deviations * std::sqrt(a), 3);
 }
 
 }  // namespace pipescout::estimation_study

@@ -73,12 +73,12 @@ VehicleRun uav_run(const RunOptions& options, std::uint64_t seed) {
   run.T_map_rack = kMapFromRack;
   run.rack_position_deviation = 0.3;
   run.rack_rotation_deviation = 0.02;
-  internal::Draw survey(seed, 14);
+  internal::Draw survey = internal::make_draw(seed, 14);
   run.T_map_rack_surveyed =
       SE3(kMapFromRack.rotation() * SO3::exp(run.rack_rotation_deviation * survey.normals()),
           kMapFromRack.translation() + run.rack_position_deviation * survey.normals());
-  internal::Draw draw(seed, 11);
-  internal::Draw losses(seed, 12);
+  internal::Draw draw = internal::make_draw(seed, 11);
+  internal::Draw losses = internal::make_draw(seed, 12);
   internal::Recorder recorder(options, run, seed);
 
   constexpr int kStepsPerGust = 10;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "pipescout/validation/check.hpp"
+
 namespace pipescout::estimation_study {
 namespace {
 
@@ -22,21 +24,14 @@ std::pair<std::size_t, double> place(const VehicleRun& run, double time) {
   return {index, (time - run.truth[index].time) / (after->time - run.truth[index].time)};
 }
 
-void check(const std::string& field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw std::invalid_argument(field + ": " + std::to_string(value) + " is outside [" +
-                                std::to_string(low) + ", " + std::to_string(high) + "]");
-  }
-}
-
 }  // namespace
 
 void RunOptions::validate() const {
-  check("duration", duration, 20, 3600);
-  check("outlier_share", outlier_share, 0, 1);
+  validation::check_within("duration", duration, 20, 3600);
+  validation::check_within("outlier_share", outlier_share, 0, 1);
   for (const Silence& silence : silences) {
-    check("silences.begin", silence.begin, -1e9, 1e9);
-    check("silences.duration", silence.duration, 0, 1e9);
+    validation::check_within("silences.begin", silence.begin, -1e9, 1e9);
+    validation::check_within("silences.duration", silence.duration, 0, 1e9);
   }
   imu.validate();
 }

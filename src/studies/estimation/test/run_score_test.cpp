@@ -9,13 +9,6 @@
 namespace pipescout::estimation_study {
 namespace {
 
-TEST(ChiSquareAt, IsThatOfTheTables) {
-  EXPECT_NEAR(chi_square_at(1.959964, 9), 19.02, 0.05);
-  EXPECT_NEAR(chi_square_at(-1.959964, 9), 2.70, 0.05);
-  EXPECT_NEAR(chi_square_at(1.959964, 60), 83.30, 0.05);
-  EXPECT_NEAR(chi_square_at(-1.959964, 180), 144.74, 0.05);
-}
-
 /// Runs whose errors are normal, and `scale` times what they are said to be.
 std::vector<RunScore> made_up(double scale) {
   std::mt19937_64 engine(1);

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "pipescout/estimation/robust_kernel.hpp"
 #include "pipescout/simulation/uav.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::estimation_study {
 namespace {
@@ -127,7 +127,7 @@ TEST(VehicleRun, VisualPosesAreOfTheRackAndMostOfThemAsGoodAsTheySay) {
   // some of the wrong ones, does not know it, and is four times as far off: that share is for the
   // estimator's gates, and would hide in an average over all. One in 10 000 of the others is
   // beyond this bound, of the twentieth nearly all (1 - P(chi-square of 6 < 27.9 / 16) = 0.94).
-  const double most = estimation::chi_square_quantile(0.9999, 6);
+  const double most = statistics::chi_square_quantile(0.9999, 6);
   double sum = 0;
   double as_stated = 0;
   for (const Event& event : poses) {

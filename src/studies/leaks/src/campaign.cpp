@@ -9,31 +9,24 @@
 #include <stdexcept>
 #include <string>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::leak_study {
 namespace {
 
-using internal::Draw;
 using simulation::ThermalDecoy;
 using simulation::ThermalDecoyKind;
 using simulation::ThermalLeak;
 using simulation::ThermalPatrolParameters;
 using simulation::ThermalScene;
+using statistics::Draw;
 
 constexpr std::uint64_t kOfPlaces = 1;
 constexpr std::uint64_t kOfDecoys = 2;
 /// m: what is thermally quiet about a faint leak, that has neither a joint nor a post in it.
 constexpr double kQuiet = 0.4;
 constexpr double kBodyHalfWidth = 1;  // m
-
-void check(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw std::invalid_argument(std::string(field) + ": " + std::to_string(value) +
-                                " is outside [" + std::to_string(low) + ", " +
-                                std::to_string(high) + "]");
-  }
-}
 
 /// What of a row is taken.
 class Room {
@@ -132,15 +125,15 @@ ThermalPatrolParameters draw_patrol(const CampaignSettings& settings, std::size_
 }  // namespace
 
 void CampaignSettings::validate() const {
-  check("sequences", static_cast<double>(sequences), 1, 10000);
+  validation::check_within("sequences", static_cast<double>(sequences), 1, 10000);
   const auto count = static_cast<double>(sequences);
-  check("faint_leaks", static_cast<double>(faint_leaks), 0, count);
-  check("other_leaks", static_cast<double>(other_leaks), 0, 10 * count);
-  check("decoys", static_cast<double>(decoys), 0, 10 * count);
-  check("netd_least", netd_least, 0, netd_most);
-  check("netd_most", netd_most, netd_least, 5);
-  check("length", length, 20, 5000);
-  check("apart", apart, 0, length / 4);
+  validation::check_within("faint_leaks", static_cast<double>(faint_leaks), 0, count);
+  validation::check_within("other_leaks", static_cast<double>(other_leaks), 0, 10 * count);
+  validation::check_within("decoys", static_cast<double>(decoys), 0, 10 * count);
+  validation::check_within("netd_least", netd_least, 0, netd_most);
+  validation::check_within("netd_most", netd_most, netd_least, 5);
+  validation::check_within("length", length, 20, 5000);
+  validation::check_within("apart", apart, 0, length / 4);
 }
 
 ThermalDecoy draw_decoy(ThermalDecoyKind kind, double place, std::uint64_t seed) {

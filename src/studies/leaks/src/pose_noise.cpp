@@ -2,35 +2,28 @@
 #include "pose_noise.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
+
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::leak_study {
 namespace {
 
 using Eigen::Vector3d;
 
-void check(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw std::invalid_argument(std::string(field) + ": " + std::to_string(value) +
-                                " is outside [" + std::to_string(low) + ", " +
-                                std::to_string(high) + "]");
-  }
-}
-
 }  // namespace
 
 void PoseErrors::validate() const {
-  check("level_deviation", level_deviation, 0, 10);
-  check("height_deviation", height_deviation, 0, 10);
-  check("position_time", position_time, 0.1, 1e5);
-  check("heading_deviation", heading_deviation, 0, 1);
-  check("heading_time", heading_time, 0.1, 1e5);
-  check("tilt_deviation", tilt_deviation, 0, 1);
-  check("tilt_time", tilt_time, 0.1, 1e5);
-  check("mounting_deviation", mounting_deviation, 0, 1);
-  check("mounting_shift_deviation", mounting_shift_deviation, 0, 10);
-  check("line_deviation", line_deviation, 0, 10);
+  validation::check_within("level_deviation", level_deviation, 0, 10);
+  validation::check_within("height_deviation", height_deviation, 0, 10);
+  validation::check_within("position_time", position_time, 0.1, 1e5);
+  validation::check_within("heading_deviation", heading_deviation, 0, 1);
+  validation::check_within("heading_time", heading_time, 0.1, 1e5);
+  validation::check_within("tilt_deviation", tilt_deviation, 0, 1);
+  validation::check_within("tilt_time", tilt_time, 0.1, 1e5);
+  validation::check_within("mounting_deviation", mounting_deviation, 0, 1);
+  validation::check_within("mounting_shift_deviation", mounting_shift_deviation, 0, 10);
+  validation::check_within("line_deviation", line_deviation, 0, 10);
 }
 
 namespace internal {

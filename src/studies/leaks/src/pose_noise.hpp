@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "draw.hpp"
 #include "pipescout/leak_study/sequence_run.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::leak_study::internal {
 
@@ -21,7 +21,7 @@ class PoseNoise {
 
  private:
   PoseErrors errors_;
-  Draw draw_;
+  statistics::Draw draw_;
   double time_ = 0;
   bool started_ = false;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero();  // in deviations

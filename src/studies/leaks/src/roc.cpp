@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "draw.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::leak_study {
 namespace {
@@ -17,7 +17,7 @@ constexpr double kFirst = 1.5 * simulation::kAbsorberLength;  // m
 constexpr std::uint64_t kOfRoc = 3;
 
 /// A row with leaks or decoys, evenly.
-SequencePlan plan_row(double netd, std::size_t places, internal::Draw& draw) {
+SequencePlan plan_row(double netd, std::size_t places, statistics::Draw& draw) {
   const CampaignSettings one{.sequences = 1,
                              .faint_leaks = 0,
                              .other_leaks = 0,
@@ -43,7 +43,7 @@ std::vector<RocScores> run_roc(const RocSettings& roc, const InspectionSettings&
   keen.detector.profile.leak_delta = roc.least_delta;
   keen.detector.profile.split_delta = std::min(keen.detector.profile.split_delta, roc.least_delta);
   std::vector<RocScores> result;
-  internal::Draw draw(seed, kOfRoc);
+  statistics::Draw draw(seed, kOfRoc);
   for (const double netd : roc.netds) {
     RocScores scores{.netd = netd};
     scores.of_leaks.resize(roc.rises.size());

@@ -5,29 +5,23 @@
 #include <array>
 #include <cmath>
 #include <deque>
-#include <random>
 
 #include "pipescout/odometry/odometer_stream.hpp"
 #include "pipescout/simulation/crawler.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::odometry_study {
 namespace {
 
-using Engine = std::mt19937_64;
+using statistics::Engine;
+using statistics::normal;
+using statistics::uniform;
 
 constexpr std::size_t kWheels = 3;
 constexpr double kEventSpacing = 0.1;  // m, path
 
-double uniform(Engine& engine, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(engine);
-}
-
 bool happens(Engine& engine, double probability) {
   return uniform(engine, 0.0, 1.0) < probability;
-}
-
-double normal(Engine& engine, double sigma) {
-  return std::normal_distribution<double>(0.0, 1.0)(engine) * sigma;
 }
 
 simulation::JointedPipe lay_pipe(const CrawlerRunSettings& settings, std::uint64_t seed) {
@@ -81,14 +75,13 @@ std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& setting
   }
   const std::vector<simulation::WheelFault> doubles = slips;
   constexpr double kShortest = 0.5;  // m
-  std::exponential_distribution<double> gap(1.0 / settings.slip_every);
-  std::uniform_int_distribution<std::size_t> wheel(0, kWheels - 1);
-  for (double at = gap(engine); at < path;) {
-    const simulation::WheelFault slip{.wheel = wheel(engine),
-                                      .begin = at,
-                                      .length = uniform(engine, kShortest, settings.slip_longest),
-                                      .ratio = uniform(engine, 0.0, settings.slip_most)};
-    at += slip.length + gap(engine);
+  for (double at = settings.slip_every * statistics::exponential(engine); at < path;) {
+    const simulation::WheelFault slip{
+        .wheel = static_cast<std::size_t>(uniform(engine, 0.0, kWheels)),
+        .begin = at,
+        .length = uniform(engine, kShortest, settings.slip_longest),
+        .ratio = uniform(engine, 0.0, settings.slip_most)};
+    at += slip.length + settings.slip_every * statistics::exponential(engine);
     const bool clear = std::none_of(doubles.begin(), doubles.end(), [&slip](const auto& other) {
       constexpr double kApart = 1.0;  // m
       return slip.begin < other.begin + other.length + kApart &&
@@ -112,10 +105,10 @@ Wheels make_wheels(const CrawlerRunSettings& settings, double path, Engine& engi
   Wheels wheels;
   wheels.fused.window_distance = settings.window_distance;
   wheels.fused.lookback_windows = settings.lookback_windows;
-  const double common = normal(engine, settings.common_scale_error);
+  const double common = settings.common_scale_error * normal(engine);
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const double wear = settings.wear * (1.0 + normal(engine, settings.wear_difference)) / path;
-    const double scale = common + normal(engine, settings.radius_error);
+    const double wear = settings.wear * (1.0 + settings.wear_difference * normal(engine)) / path;
+    const double scale = common + settings.radius_error * normal(engine);
     wheels.simulated.wheels.push_back(
         {.period = settings.sample_period,
          // They do not know of each other.
@@ -208,7 +201,7 @@ class Recorder {
       passed_ += new_ground ? 1 : 0;
       if ((new_ground || settings_.detects_on_old_ground) && !happens(engine_, settings_.missed)) {
         pending_.push_back({path + settings_.detector_lag,
-                            odometer_at(*weld) + normal(engine_, settings_.weld_sigma), false});
+                            odometer_at(*weld) + settings_.weld_sigma * normal(engine_), false});
       }
     }
     if (distance > farthest_) {

@@ -9,9 +9,12 @@
 
 #include "pipescout/odometry/odometer_stream.hpp"
 #include "pipescout/simulation/crawler.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::odometry_study {
 namespace {
+
+using statistics::uniform;
 
 using simulation::WheelFault;
 
@@ -24,7 +27,6 @@ constexpr double kMostWrong = kSlipRatio * kBenchJoint;
 constexpr double kLength = kBenchJoints * kBenchJoint;
 
 WheelFault draw_slip(std::size_t wheel, double joint_begin, std::mt19937_64& engine) {
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const double wrong = kLeastWrong + (kMostWrong - kLeastWrong) * uniform(engine);
   const double shortest = std::max(1.0, wrong / kSlipRatio);
   const double length =
@@ -35,7 +37,6 @@ WheelFault draw_slip(std::size_t wheel, double joint_begin, std::mt19937_64& eng
 
 std::vector<WheelFault> draw_slips(BenchSlips slips, std::uint64_t seed) {
   std::mt19937_64 engine(seed);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
   constexpr auto kWheels = static_cast<double>(kSigmas.size());
   std::vector<WheelFault> drawn;
   for (int joint = 0; joint < kBenchJoints; ++joint) {

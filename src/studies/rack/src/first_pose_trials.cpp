@@ -8,21 +8,9 @@
 #include "pipescout/rack_study/paper_flight.hpp"
 #include "pipescout/rack_study/pose_run.hpp"
 #include "pipescout/rack_vision/contour.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
-namespace {
-
-Eigen::Vector3d random_direction(std::mt19937_64& engine) {
-  std::normal_distribution<double> normal;
-  Eigen::Vector3d direction;
-  for (double& value : direction) {
-    value = normal(engine);
-  }
-  return direction.normalized();
-}
-
-}  // namespace
-
 FirstPoseScore& FirstPoseScore::operator+=(const FirstPoseScore& other) noexcept {
   trials += other.trials;
   converged += other.converged;
@@ -47,14 +35,13 @@ FirstPoseScore try_first_poses(const FirstPoseSettings& settings, std::size_t tr
   rack_vision::PoseSolver solver(model);
   rack_vision::PoseSolution solution;
   simulation::RackFeatures features;
-  std::mt19937_64 engine(seed);
-  std::uniform_int_distribution<std::size_t> any_frame(0, flight.size() - 1);
+  statistics::Draw draw{statistics::Engine(seed)};
   FirstPoseScore score;
   for (std::size_t i = 0; i < trials; ++i) {
-    const geometry::SE3& truth = flight[any_frame(engine)];
+    const geometry::SE3& truth = flight[draw.index(flight.size())];
     geometry::Vector6d wrong;
-    wrong << settings.position_error * random_direction(engine),
-        settings.orientation_error * random_direction(engine);
+    wrong << settings.position_error * draw.direction(),
+        settings.orientation_error * draw.direction();
     eye.look(model, {}, truth, texture, features);
     rack_vision::PoseProblem problem;
     problem.T_camera_rack = rack_vision::moved(truth, wrong);

@@ -11,6 +11,7 @@
 #include "pipescout/rack_study/pose_run.hpp"
 #include "pipescout/simulation/contour_clutter.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -78,11 +79,9 @@ class Flight {
   }
 
   Vector6d noise(double position_deviation, double rotation_deviation) {
-    std::normal_distribution<double> normal;
     Vector6d value;
-    for (int i = 0; i < 6; ++i) {
-      value(i) = (i < 3 ? position_deviation : rotation_deviation) * normal(engine_);
-    }
+    value << position_deviation * statistics::normals<3>(engine_),
+        rotation_deviation * statistics::normals<3>(engine_);
     return value;
   }
 
@@ -132,9 +131,9 @@ class Flight {
     } else if (settings_.loss->kind == Outage::kCovered) {
       constexpr double kDark = 8;     // grey level
       constexpr double kNoise = 1.5;  // grey levels
-      std::normal_distribution<double> level(kDark, kNoise);
       std::generate(grey_.begin(), grey_.end(), [&] {
-        return static_cast<std::uint8_t>(std::clamp(level(engine_), 0.0, 255.0));
+        return static_cast<std::uint8_t>(
+            std::clamp(kDark + kNoise * statistics::normal(engine_), 0.0, 255.0));
       });
     }
   }

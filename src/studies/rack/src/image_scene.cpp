@@ -12,6 +12,7 @@
 #include "pipescout/rack_vision/visual_servo.hpp"
 #include "pipescout/simulation/dryden_wind.hpp"
 #include "pipescout/simulation/uav.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -82,7 +83,7 @@ std::vector<WayPoint> inspection_way_points(double duration, std::uint64_t seed)
                                    {.position = {0.73, 5, 3}, .yaw = 0, .hold = 0}};
   std::mt19937_64 engine(seed);
   const auto between = [&engine](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine);
+    return statistics::uniform(engine, low, high);
   };
   while (rack_vision::WayPointPath(way_points, {}).duration() < duration) {
     WayPoint next;

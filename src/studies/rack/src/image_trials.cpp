@@ -7,6 +7,7 @@
 
 #include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -72,7 +73,7 @@ class Place {
     constexpr double kLatest = 25;   // s
     const std::size_t count = kImagesBefore + settings_.images;
     CameraFlightSettings flight;
-    const double begin = std::uniform_real_distribution<double>(kEarliest, kLatest)(engine_);
+    const double begin = statistics::uniform(engine_, kEarliest, kLatest);
     flight.duration = begin + static_cast<double>(count) / flight.frame_rate;
     motions_ = fly_camera(inspection_way_points(flight.duration, engine_()), flight, engine_());
     motions_.erase(motions_.begin(), motions_.end() - static_cast<std::ptrdiff_t>(count));
@@ -89,19 +90,10 @@ class Place {
     }
   }
 
-  Eigen::Vector3d direction() {
-    std::normal_distribution<double> normal;
-    Eigen::Vector3d vector;
-    for (int i = 0; i < 3; ++i) {
-      vector(i) = normal(engine_);
-    }
-    return vector.normalized();
-  }
-
   Vector6d draw_error() {
     Vector6d error;
-    error.head<3>() = settings_.position_error * direction();
-    error.tail<3>() = settings_.rotation_error * direction();
+    error.head<3>() = settings_.position_error * statistics::normals<3>(engine_).normalized();
+    error.tail<3>() = settings_.rotation_error * statistics::normals<3>(engine_).normalized();
     return error;
   }
 

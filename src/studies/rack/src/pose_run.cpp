@@ -7,6 +7,7 @@
 #include <random>
 
 #include "pipescout/rack_study/pose_bound.hpp"
+#include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -75,8 +76,7 @@ PoseErrors run_poses(const rack_vision::RackModel& model, std::span<const geomet
   rack_vision::PoseSolver solver(model, settings.solver);
   simulation::RackFeatures features;
   rack_vision::PoseSolution solution;
-  std::mt19937_64 engine(seed);
-  std::normal_distribution<double> normal;
+  statistics::Engine engine(seed);
   PoseErrors errors;
   geometry::SE3 last = flight.front();
   for (const geometry::SE3& truth : flight) {
@@ -88,7 +88,7 @@ PoseErrors run_poses(const rack_vision::RackModel& model, std::span<const geomet
     geometry::Matrix6d along = geometry::Matrix6d::Zero();
     if (settings.along_deviation > 0) {
       geometry::Vector6d shift = geometry::Vector6d::Zero();
-      shift[1] = settings.along_deviation * normal(engine);
+      shift[1] = settings.along_deviation * statistics::normal(engine);
       along(1, 1) = 1 / (settings.along_deviation * settings.along_deviation);
       problem.pose_prior = {rack_vision::moved(truth, shift), along};
     }

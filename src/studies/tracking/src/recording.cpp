@@ -2,16 +2,15 @@
 #include "pipescout/tracking_study/recording.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <random>
 #include <stdexcept>
 #include <string>
 
 #include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/statistics/draw.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
-#include "pipescout/tracking/gaussian_noise.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::tracking_study {
 namespace {
@@ -21,42 +20,17 @@ using simulation::ThermalPatrol;
 using tracking::PipeRegion;
 using tracking::PipeShape;
 
-constexpr double kVelocityStep = 0.01;  // s, of the mean of the velocity
-constexpr double kSpare = 30;           // m, of a row beyond what is driven
-constexpr double kFirstShare = 0.5;     // of the picture's width
+constexpr double kVelocityStep = 0.01;    // s, of the mean of the velocity
+constexpr std::uint64_t kPurpose = 0x7d;  // of the draws of the recording
+constexpr double kSpare = 30;             // m, of a row beyond what is driven
+constexpr double kFirstShare = 0.5;       // of the picture's width
 
-void check(const char* field, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw std::invalid_argument(std::string(field) + ": " + std::to_string(value) +
-                                " is outside [" + std::to_string(low) + ", " +
-                                std::to_string(high) + "]");
-  }
+/// Linear, then angular, with these deviations.
+Vector6d draw_velocity(statistics::Draw& draw, double linear, double angular) {
+  Vector6d velocity;
+  velocity << linear * draw.normals(), angular * draw.normals();
+  return velocity;
 }
-
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : engine_(seed) {}
-  double uniform() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
-  /// Linear, then angular, with these deviations.
-  Vector6d velocity(double linear, double angular) {
-    std::array<float, 6> normals{};
-    tracking::draw_gaussian(engine_, normals);
-    Vector6d result;
-    for (Eigen::Index i = 0; i < 6; ++i) {
-      result[i] =
-          (i < 3 ? linear : angular) * static_cast<double>(normals[static_cast<std::size_t>(i)]);
-    }
-    return result;
-  }
-  double normal() {
-    std::array<float, 1> one{};
-    tracking::draw_gaussian(engine_, one);
-    return static_cast<double>(one[0]);
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// From counts to regions, by who knows nothing of the scene but the paper's settings.
 class Pictures {
@@ -107,13 +81,13 @@ double true_depth(const ThermalPatrol& patrol, const simulation::ThermalView& vi
 }  // namespace
 
 void RecordingSettings::validate() const {
-  check("frames", static_cast<double>(frames), 1, 100000);
-  check("frame_rate", frame_rate, 1, 200);
-  check("gap_spacing", gap_spacing, 0.1, 1e6);
-  check("gap", gap, 0, 10);
-  check("velocity_deviation", velocity_deviation, 0, 10);
-  check("angular_deviation", angular_deviation, 0, 1);
-  check("depth_deviation", depth_deviation, 0, 1);
+  validation::check_within("frames", static_cast<double>(frames), 1, 100000);
+  validation::check_within("frame_rate", frame_rate, 1, 200);
+  validation::check_within("gap_spacing", gap_spacing, 0.1, 1e6);
+  validation::check_within("gap", gap, 0, 10);
+  validation::check_within("velocity_deviation", velocity_deviation, 0, 10);
+  validation::check_within("angular_deviation", angular_deviation, 0, 1);
+  validation::check_within("depth_deviation", depth_deviation, 0, 1);
 }
 
 Recording record(const simulation::ThermalPatrolParameters& parameters,
@@ -121,10 +95,11 @@ Recording record(const simulation::ThermalPatrolParameters& parameters,
   settings.validate();
   ThermalPatrol patrol(parameters);
   Pictures pictures(parameters);
-  Draw draw(seed);
+  statistics::Draw draw(seed, kPurpose);
   Recording recording;
   recording.camera = patrol.renderer().camera();
-  const Vector6d bias = draw.velocity(settings.velocity_deviation, settings.angular_deviation);
+  const Vector6d bias =
+      draw_velocity(draw, settings.velocity_deviation, settings.angular_deviation);
   const double depth_scale = 1 + settings.depth_deviation * draw.normal();
 
   simulation::ThermalTruth truth;
@@ -156,9 +131,9 @@ Recording record(const simulation::ThermalPatrolParameters& parameters,
     RecordedPicture picture{.time = next, .first_region = recording.regions.size()};
     picture.truth = seen;
     picture.velocity = sum / std::max(steps, 1) + bias +
-                       draw.velocity(settings.velocity_deviation, settings.angular_deviation);
-    if (gap_left <= 0 && draw.uniform() < period / settings.gap_spacing) {
-      gap_left = 2 * settings.gap * draw.uniform();
+                       draw_velocity(draw, settings.velocity_deviation, settings.angular_deviation);
+    if (gap_left <= 0 && draw.uniform(0, 1) < period / settings.gap_spacing) {
+      gap_left = 2 * settings.gap * draw.uniform(0, 1);
     }
     picture.gap = gap_left > 0;
     gap_left -= period;

@@ -21,7 +21,7 @@
 /// Pulses are functions of distance; noise, hum, spikes and dropouts are functions of time.
 /// Distances are in metres, angles in radians, times in seconds; signal values in any unit, that of
 /// `weld_peak`. All draws come from engines that the caller seeds; the same seed gives the same
-/// bits on one platform (std::normal_distribution is not the same everywhere).
+/// draws with every standard library.
 namespace pipescout::simulation {
 
 enum class FeatureKind : std::uint8_t {
@@ -148,7 +148,6 @@ class PinkNoise {
   std::array<double, kPoles> poles_{};
   std::array<double, kPoles> gains_{};
   std::array<double, kPoles> states_{};
-  std::normal_distribution<double> normal_;
 };
 
 /// A slow wander within [-1, 1]: a mean of sinusoids, a closed form of its argument.
@@ -196,7 +195,6 @@ class EddyCurrentSignal {
   double reach_ = 0.0;                 // m, of the widest pulse
   double noise_deviation_ = 0.0;
   std::mt19937_64 engine_;
-  std::normal_distribution<double> normal_;
   Wander gain_;
   Wander baseline_x_;
   Wander baseline_y_;

@@ -11,8 +11,9 @@
 
 #include "pipescout/tracking/gaussian_noise.hpp"
 #include "pipescout/tracking/particle_filter.hpp"
+#include "pipescout/validation/check.hpp"
 
-/// What `ParticleFilter` does, for shapes that the library is not compiled for.
+/// Implementation of `ParticleFilter`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 namespace internal {
@@ -56,29 +57,22 @@ double sum_over_blocks(std::span<const float> numbers, const OfBlock& of_block) 
   return sum;
 }
 
-inline void require(bool good, const char* field, double value, const char* range) {
-  if (!good) {
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
-                                ": must be in " + range);
-  }
-}
-
 }  // namespace internal
 
 template <ShapeModel Model>
 void ParticleFilterParameters<Model>::validate() const {
   const auto number = [](std::size_t value) { return static_cast<double>(value); };
-  internal::require(particles >= 10 && particles <= 1000000, "particles", number(particles),
-                    "[10, 1000000]");
-  internal::require(resample_share > 0 && resample_share <= 1, "resample_share", resample_share,
-                    "(0, 1]");
-  internal::require(best_particles >= 1 && best_particles <= particles, "best_particles",
-                    number(best_particles), "[1, particles]");
+  validation::require("particles", number(particles), particles >= 10 && particles <= 1000000,
+                      "[10, 1000000]");
+  validation::require("resample_share", resample_share, resample_share > 0 && resample_share <= 1,
+                      "(0, 1]");
+  validation::require("best_particles", number(best_particles),
+                      best_particles >= 1 && best_particles <= particles, "[1, particles]");
   for (Eigen::Index i = 0; i < start_deviation.size(); ++i) {
-    internal::require(start_deviation[i] >= 0 && start_deviation[i] < 1e6, "start_deviation",
-                      start_deviation[i], "[0, 1e6)");
-    internal::require(process_deviation[i] >= 0 && process_deviation[i] < 1e6, "process_deviation",
-                      process_deviation[i], "[0, 1e6)");
+    validation::require("start_deviation", start_deviation[i],
+                        start_deviation[i] >= 0 && start_deviation[i] < 1e6, "[0, 1e6)");
+    validation::require("process_deviation", process_deviation[i],
+                        process_deviation[i] >= 0 && process_deviation[i] < 1e6, "[0, 1e6)");
   }
 }
 
@@ -103,7 +97,7 @@ ParticleFilter<Model>::ParticleFilter(const Model& model,
 template <ShapeModel Model>
 void ParticleFilter<Model>::start(const State& state) {
   if (!state.allFinite()) {
-    throw std::invalid_argument("the shape to start from is not finite");
+    throw std::invalid_argument("the initial shape is not finite");
   }
   for (std::size_t i = 0; i < Model::kSize; ++i) {
     const auto index = static_cast<Eigen::Index>(i);

@@ -11,7 +11,7 @@
 #include "pipescout/tracking/shape_kalman_definition.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
 
-/// What `ShapeTracker` does, for shapes that the library is not compiled for.
+/// Implementation of `ShapeTracker`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 template <TrackableShape Model>
@@ -26,27 +26,29 @@ ShapeTrackerParameters<Model>::ShapeTrackerParameters() {
 
 template <TrackableShape Model>
 void ShapeTrackerParameters<Model>::validate() const {
-  using internal::require;
   filter.validate();
   for (const double walk : rate_walk) {
-    require(walk > 0 && walk <= 1e6, "rate_walk", walk, "(0, 1e6]");
+    validation::require("rate_walk", walk, walk > 0 && walk <= 1e6, "(0, 1e6]");
   }
-  require(motion_share > 0 && motion_share <= 1, "motion_share", motion_share, "(0, 1]");
-  require(rate_memory > 0 && rate_memory <= 100, "rate_memory", rate_memory, "(0, 100]");
-  require(gate >= 1 && gate <= 20, "gate", gate, "[1, 20]");
-  require(detection > 0 && detection < 1, "detection", detection, "(0, 1)");
-  require(clutter > 0 && clutter <= 100, "clutter", clutter, "(0, 100]");
-  require(doubt > 0 && doubt < 1, "doubt", doubt, "(0, 1)");
-  require(confirm >= 1 && confirm <= 100, "confirm", static_cast<double>(confirm), "[1, 100]");
-  require(confidence_time > 0 && confidence_time <= 1000, "confidence_time", confidence_time,
-          "(0, 1000]");
-  require(max_coast > 0 && max_coast <= 1000, "max_coast", max_coast, "(0, 1000]");
-  require(max_lost >= 0 && max_lost <= 1000, "max_lost", max_lost, "[0, 1000]");
-  require(max_back >= 0 && max_back <= 1000, "max_back", max_back, "[0, 1000]");
-  require(max_regions >= 1 && max_regions <= 100000, "max_regions",
-          static_cast<double>(max_regions), "[1, 100000]");
-  require(guard_distance > 0 && guard_distance <= 1e6, "guard_distance", guard_distance,
-          "(0, 1e6]");
+  validation::require("motion_share", motion_share, motion_share > 0 && motion_share <= 1,
+                      "(0, 1]");
+  validation::require("rate_memory", rate_memory, rate_memory > 0 && rate_memory <= 100,
+                      "(0, 100]");
+  validation::require("gate", gate, gate >= 1 && gate <= 20, "[1, 20]");
+  validation::require("detection", detection, detection > 0 && detection < 1, "(0, 1)");
+  validation::require("clutter", clutter, clutter > 0 && clutter <= 100, "(0, 100]");
+  validation::require("doubt", doubt, doubt > 0 && doubt < 1, "(0, 1)");
+  validation::require("confirm", static_cast<double>(confirm), confirm >= 1 && confirm <= 100,
+                      "[1, 100]");
+  validation::require("confidence_time", confidence_time,
+                      confidence_time > 0 && confidence_time <= 1000, "(0, 1000]");
+  validation::require("max_coast", max_coast, max_coast > 0 && max_coast <= 1000, "(0, 1000]");
+  validation::require("max_lost", max_lost, max_lost >= 0 && max_lost <= 1000, "[0, 1000]");
+  validation::require("max_back", max_back, max_back >= 0 && max_back <= 1000, "[0, 1000]");
+  validation::require("max_regions", static_cast<double>(max_regions),
+                      max_regions >= 1 && max_regions <= 100000, "[1, 100000]");
+  validation::require("guard_distance", guard_distance, guard_distance > 0 && guard_distance <= 1e6,
+                      "(0, 1e6]");
 }
 
 template <TrackableShape Model>

@@ -83,8 +83,4 @@ struct Consistency {
 };
 [[nodiscard]] Consistency consistency(std::span<const RunScore> runs);
 
-/// Chi-square variable of so many degrees of freedom that is exceeded with a probability of that of
-/// a normal one beyond `deviations` (Wilson and Hilferty, 1931; within 1 % from 9 degrees on).
-[[nodiscard]] double chi_square_at(double deviations, double degrees) noexcept;
-
 }  // namespace pipescout::estimation_study
