@@ -81,7 +81,7 @@ TEST_F(OperatorCommands, ShowAService) {
 TEST_F(OperatorCommands, CallAService) {
   EXPECT_EQ(
       out(run({"service", "call", "/talker/get_state", "lifecycle_msgs/srv/GetState"})),
-      "requester: making request: {}\nresponse:\ncurrent_state:\n  id: 3\n  label: active\n\n");
+      "requester: making request: {}\n\nresponse:\ncurrent_state:\n  id: 3\n  label: active\n\n");
   EXPECT_THAT(out(run({"service", "call", "/listener/get_parameters",
                        "rcl_interfaces/srv/GetParameters", "{names: [use_sim_time]}"})),
               AllOf(StartsWith("requester: making request: {names: [use_sim_time]}\n"),
@@ -118,7 +118,6 @@ TEST_F(OperatorCommands, LoadParametersFromAFile) {
   EXPECT_EQ(out(run({"param", "load", "/talker", file.string()})),
             "Set parameter text successful\nSet parameter use_sim_time successful\n");
   EXPECT_EQ(out(run({"param", "get", "/talker", "text"})), "String value is: from the file\n");
-  EXPECT_THAT(error(run({"param", "load", "/other", file.string()})), HasSubstr("/other"));
   std::ofstream(file) << "/talker:\n  ros__parameters:\n    txt: x\n";
   EXPECT_THAT(error(run({"param", "load", "/talker", file.string()})),
               HasSubstr("p.yaml:3: Set parameter txt failed"));
