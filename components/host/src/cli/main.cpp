@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <iostream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include "cli/command.hpp"
+#include "cli/completion.hpp"
+#include "cli/completion_names.hpp"
 #include "cli/external_commands.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
@@ -12,6 +15,7 @@ namespace pipescout::host {
 namespace {
 
 constexpr const char* kHelp = "help";
+constexpr const char* kComplete = "__complete";  // for environment/completion.bash alone
 
 /// A value such as -1 or -.inf, which is no option.
 bool is_negative_number(const std::string& text) {
@@ -21,7 +25,8 @@ bool is_negative_number(const std::string& text) {
 
 /// The words after the program's name in the form that the commands know.
 std::vector<std::string> plain_words(std::vector<std::string> words) {
-  if (words.size() > 2 && words[0] == "param" && words[1] == "set" &&
+  const bool options_ended = std::find(words.begin(), words.end(), "--") != words.end();
+  if (words.size() > 2 && words[0] == "param" && words[1] == "set" && !options_ended &&
       is_negative_number(words.back())) {
     words.insert(words.end() - 1, "--");
   }
@@ -57,6 +62,18 @@ void add_external_commands(CLI::App& app, const ExternalCommandPlaces& places) {
   }
 }
 
+/// Prints what a shell offers for the last word: "__complete -- topic ec".
+int print_completions(CLI::App& app, std::vector<std::string> words) {
+  words.erase(words.begin(), words.begin() + std::min<std::ptrdiff_t>(2, std::ssize(words)));
+  if (words.size() <= 1) {
+    add_external_commands(app, external_command_places());
+  }
+  for (const auto& word : complete(app, words, completion_names)) {
+    std::cout << word << '\n';
+  }
+  return kExitOk;
+}
+
 int run(const std::vector<std::string>& words) {
   CLI::App app("Pipescout: runs compositions of robot components, and inspects running ones",
                "pipescout");
@@ -71,10 +88,15 @@ int run(const std::vector<std::string>& words) {
   add_param_commands(app, action);
   add_lifecycle_commands(app, action);
   add_service_commands(app, action);
+  add_log_commands(app, action);
+  add_doctor_command(app, action);
   add_tf_commands(app, action);
   add_action_commands(app, action);
   add_summary_command(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
+  if (!words.empty() && words.front() == kComplete) {
+    return print_completions(app, words);
+  }
   if (words.empty() || words.front().starts_with('-')) {
     add_external_commands(app, external_command_places());
   } else if (!has_command(app, words.front())) {

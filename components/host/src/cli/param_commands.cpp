@@ -4,10 +4,11 @@
 #include <rcl_interfaces/srv/describe_parameters.hpp>
 #include <rcl_interfaces/srv/get_parameters.hpp>
 #include <rcl_interfaces/srv/list_parameters.hpp>
-#include <rcl_interfaces/srv/set_parameters.hpp>
 
+#include "cli/param_changes.hpp"
 #include "cli/session.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/hint.hpp"
 #include "pipescout/runtime/parameter_yaml.hpp"
 
 namespace pipescout::host {
@@ -16,14 +17,12 @@ namespace {
 using rcl_interfaces::srv::DescribeParameters;
 using rcl_interfaces::srv::GetParameters;
 using rcl_interfaces::srv::ListParameters;
-using rcl_interfaces::srv::SetParameters;
 
 struct Options {
   DiscoveryOptions discovery;
   std::string node;
   std::string name;
   std::vector<std::string> names;
-  std::string value;
   bool flag = false;  ///< --param-type, --hide-type
   bool hidden = false;
 };
@@ -110,7 +109,7 @@ int list(Session& session, const Options& options) {
 [[noreturn]] void not_declared(Session& session, const NodeName& node, const std::string& name) {
   const auto nearest = nearest_name(name, list_names(session, node, {}));
   throw CommandError("Parameter '" + name + "' is not declared by " + node.fully_qualified() +
-                     (nearest ? "; did you mean '" + *nearest + "'?" : ""));
+                     (nearest ? did_you_mean(name, *nearest) : ""));
 }
 
 int get(Session& session, const Options& options) {
@@ -130,31 +129,6 @@ int get(Session& session, const Options& options) {
     }
     std::cout << '\n';
   }
-  return kExitOk;
-}
-
-int set(Session& session, const Options& options) {
-  NamedParameter parameter{options.name, {}};
-  try {
-    parameter.value = parse_parameter_value(options.value);
-  } catch (const std::exception& error) {
-    throw CommandError(error.what());
-  }
-  const auto node = session.find_node(options.node);
-  SetParameters::Request request;
-  request.parameters = {to_message(parameter)};
-  const auto response =
-      session.call<SetParameters>(service_of(node, "set_parameters"), std::move(request));
-  if (response->results.size() != 1) {
-    throw CommandError("Setting parameter failed: the node gave " +
-                       std::to_string(response->results.size()) + " results instead of one");
-  }
-  const auto& result = response->results.front();
-  const auto reason = result.reason.empty() ? "" : ": " + result.reason;
-  if (!result.successful) {
-    throw CommandError("Setting parameter failed" + reason);
-  }
-  std::cout << "Set parameter successful" << reason << '\n';
   return kExitOk;
 }
 
@@ -241,10 +215,7 @@ void add_param_commands(CLI::App& app, Action& action) {
   get_command->add_option("parameter", get_options->name, "Name of the parameter")->required();
   get_command->add_flag("--hide-type", get_options->flag, "Print only the value");
 
-  auto [set_command, set_options] = add("set", "Set a parameter", set);
-  set_command->add_option("node", set_options->node, kNode)->required();
-  set_command->add_option("parameter", set_options->name, "Name of the parameter")->required();
-  set_command->add_option("value", set_options->value, "Its new value, as YAML")->required();
+  add_param_changes(*group, action);
 
   auto [describe_command, describe_options] =
       add("describe", "Describe parameters", static_cast<Body>(describe));

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/service_commands.hpp"
+
 #include <iostream>
 
+#include "cli/name_commands.hpp"
 #include "cli/session.hpp"
+#include "cli/topic_commands.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -37,6 +41,35 @@ int list_services(Session& session, const Options& options) {
   return kExitOk;
 }
 
+struct InfoOptions {
+  DiscoveryOptions discovery;
+  std::string service;
+};
+
+int service_info(Session& session, const InfoOptions& options) {
+  const auto name = topic_name(options.service);
+  auto& graph = session.graph();
+  if (!session.wait_for([&] { return graph.services().contains(name); })) {
+    throw CommandError("Unknown service '" + options.service + "'");
+  }
+  session.settle();
+  // A client writes requests, a server reads them.
+  const auto requests = mangle_topic_name(name, DdsTopicKind::kServiceRequest);
+  std::size_t clients = 0;
+  std::size_t servers = 0;
+  for (const auto& endpoint : graph.endpoints()) {
+    if (endpoint.wire_topic == requests) {
+      ++(endpoint.is_publisher ? clients : servers);
+    }
+  }
+  const auto types = graph.services()[name];
+  for (const auto& type : types) {
+    std::cout << "Type: " << type << '\n';
+  }
+  std::cout << "Clients count: " << clients << "\nServices count: " << servers << '\n';
+  return kExitOk;
+}
+
 }  // namespace
 
 void add_service_commands(CLI::App& app, Action& action) {
@@ -47,6 +80,12 @@ void add_service_commands(CLI::App& app, Action& action) {
   command->add_flag("-t,--show-types", options->types, "Show the types too");
   command->add_flag("-c,--count-services", options->count, "Print only the count");
   command->add_flag("-a,--include-hidden-services", options->hidden, "Hidden services too");
+  add_service_call(*group, action);
+  add_name_commands(*group, action, "service",
+                    [](Session& session) { return session.graph().services(); });
+  const auto [info, info_options] = add_session_command<InfoOptions>(
+      *group, action, "info", "Show type, clients and servers of a service", false, service_info);
+  info->add_option("service", info_options->service, "Name of the service")->required();
 }
 
 }  // namespace pipescout::host

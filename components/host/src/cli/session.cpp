@@ -228,6 +228,34 @@ bool Session::serves(const NodeName& node, std::string_view service, std::string
   return found != services.end() && found->second.contains(std::string(type));
 }
 
+std::shared_ptr<UntypedClient> Session::create_client(const std::string& service,
+                                                      const MessageType& request,
+                                                      const MessageType& response) {
+  return create_untyped_client(*context_, {.name = service,
+                                           .request = &request,
+                                           .response = &response,
+                                           .group = node_->default_group()});
+}
+
+std::shared_ptr<const void> Session::call(UntypedClient& client,
+                                          std::shared_ptr<const void> request,
+                                          const std::string& service) {
+  // Shared with the client, which answers what is left when it goes.
+  const auto result = std::make_shared<std::optional<ServiceResult<void>>>();
+  client.call(
+      std::move(request), [result](const ServiceResult<void>& answer) { *result = answer; },
+      from_seconds(options_.timeout));
+  // The client itself watches the time; this one is only a bound on top of it.
+  executor_.spin_until([&] { return result->has_value(); },
+                       from_seconds(options_.timeout) + std::chrono::seconds(1));
+  throw_if_interrupted();
+  const auto answer = result->value_or(ServiceResult<void>(ServiceError::kTimeout));
+  if (!answer) {
+    throw CommandError("service " + service + ": " + to_string(answer.error()));
+  }
+  return answer.shared();
+}
+
 bool is_hidden(std::string_view name) {
   return name.starts_with('_') || name.find("/_") != std::string_view::npos;
 }

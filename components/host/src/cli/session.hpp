@@ -65,23 +65,18 @@ class Session {
   template <class S>
   std::shared_ptr<const typename S::Response> call(const std::string& service,
                                                    typename S::Request request = {}) {
-    using Result = typename Client<S>::Result;
-    auto client = node_->create_client<S>(service);
-    // Shared with the client, which answers what is left when it goes.
-    const auto result = std::make_shared<std::optional<Result>>();
-    client.call(
-        std::move(request), [result](Result answer) { *result = std::move(answer); },
-        from_seconds(options_.timeout));
-    // The client itself watches the time; this one is only a bound on top of it.
-    executor_.spin_until([&] { return result->has_value(); },
-                         from_seconds(options_.timeout) + std::chrono::seconds(1));
-    throw_if_interrupted();
-    const Result answer = result->value_or(Result(ServiceError::kTimeout));
-    if (!answer) {
-      throw CommandError("service " + service + ": " + to_string(answer.error()));
-    }
-    return answer.shared();
+    const auto client = create_client(service, message_type<typename S::Request>(),
+                                      message_type<typename S::Response>());
+    return std::static_pointer_cast<const typename S::Response>(
+        call(*client, std::make_shared<const typename S::Request>(std::move(request)), service));
   }
+  /// The same with types known at run time.
+  [[nodiscard]] std::shared_ptr<UntypedClient> create_client(const std::string& service,
+                                                             const MessageType& request,
+                                                             const MessageType& response);
+  [[nodiscard]] std::shared_ptr<const void> call(UntypedClient& client,
+                                                 std::shared_ptr<const void> request,
+                                                 const std::string& service);
 
  private:
   class Announcements;

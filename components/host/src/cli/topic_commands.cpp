@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "cli/name_commands.hpp"
 #include "pipescout/idl/message_type.hpp"
 
 namespace pipescout::host {
@@ -278,6 +279,9 @@ void add_topic_commands(CLI::App& app, Action& action) {
   add_topic_echo(*group, action);
   add_topic_hz(*group, action);
   add_topic_pub(*group, action);
+  add_topic_statistics(*group, action);
+  add_name_commands(*group, action, "topic",
+                    [](Session& session) { return session.graph().topics(); });
 }
 
 }  // namespace pipescout::host

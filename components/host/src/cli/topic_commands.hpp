@@ -14,6 +14,7 @@ namespace pipescout::host {
 void add_topic_echo(CLI::App& group, Action& action);
 void add_topic_hz(CLI::App& group, Action& action);
 void add_topic_pub(CLI::App& group, Action& action);
+void add_topic_statistics(CLI::App& group, Action& action);
 
 /// The topic that a user named, fully qualified. Throws CommandError.
 [[nodiscard]] std::string topic_name(const std::string& name);
