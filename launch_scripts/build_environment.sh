@@ -16,4 +16,6 @@ if command -v ccache >/dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER-ccache}
   # Without this ccache takes nothing that precompiled headers go into.
   export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
+  # And without this it takes a precompiled header for one whose comments differ, which GCC then refuses.
+  export CCACHE_COMMENTS=${CCACHE_COMMENTS:-true}
 fi
