@@ -215,7 +215,7 @@ TEST(CameraParameters, EachBadFieldIsNamed) {
         const Camera camera(parameters);
         ADD_FAILURE() << field.name << ' ' << value;
       } catch (const std::invalid_argument& error) {
-        EXPECT_THAT(error.what(), HasSubstr(std::string("CameraParameters.") + field.name + " is"));
+        EXPECT_THAT(error.what(), HasSubstr(std::string("CameraParameters.") + field.name + ": "));
       }
     }
   }

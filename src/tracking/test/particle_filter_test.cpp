@@ -263,15 +263,15 @@ TEST(ParticleFilter, ParametersOutOfRangeAreNamed) {
     return [parameters] { PipeFilter(PipeShape{}, parameters, 1); };
   };
   EXPECT_THAT(make([](auto& p) { p.particles = 3; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("particles is 3")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("particles: 3")));
   EXPECT_THAT(make([](auto& p) { p.resample_share = 0; }),
               ThrowsMessage<std::invalid_argument>(HasSubstr("resample_share")));
   EXPECT_THAT(make([](auto& p) { p.best_particles = 0; }),
               ThrowsMessage<std::invalid_argument>(HasSubstr("best_particles")));
   EXPECT_THAT(make([](auto& p) { p.start_deviation[2] = -1; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("start_deviation is -1")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("start_deviation: -1")));
   EXPECT_THAT(make([](auto& p) { p.process_deviation[3] = kNan; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("process_deviation is nan")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("process_deviation: nan")));
 }
 
 }  // namespace

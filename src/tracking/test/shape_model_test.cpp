@@ -50,12 +50,12 @@ TEST(Shapes, DistancesOfValvesAndVessels) {
 
 TEST(Shapes, WeightsMustBeAboveZero) {
   EXPECT_THAT([] { PipeShape{.gamma = 0}.validate(); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("gamma is 0")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("gamma: 0")));
   EXPECT_THAT([] { ValveShape{.lambda = -1}.validate(); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("lambda is -1")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("lambda: -1")));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT([nan] { VesselShape{.beta = nan}.validate(); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("beta is nan")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("beta: nan")));
   EXPECT_NO_THROW(PipeShape{}.validate());
 }
 

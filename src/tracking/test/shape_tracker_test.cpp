@@ -523,19 +523,19 @@ TEST(ShapeTracker, ParametersOutOfRangeAreNamed) {
     return [parameters] { PipeTracker(PipeShape{}, parameters, 1); };
   };
   EXPECT_THAT(make([](auto& p) { p.rate_walk[1] = 0; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("rate_walk is 0")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("rate_walk: 0")));
   EXPECT_THAT(make([](auto& p) { p.motion_share = kNan; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("motion_share is nan")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("motion_share: nan")));
   EXPECT_THAT(make([](auto& p) { p.detection = 1; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("detection is 1")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("detection: 1")));
   EXPECT_THAT(make([](auto& p) { p.confirm = 0; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("confirm is 0")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("confirm: 0")));
   EXPECT_THAT(make([](auto& p) { p.max_coast = -1; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("max_coast is -1")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("max_coast: -1")));
   EXPECT_THAT(make([](auto& p) { p.filter.particles = 2; }),
-              ThrowsMessage<std::invalid_argument>(HasSubstr("particles is 2")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("particles: 2")));
   EXPECT_THAT([] { PipeTracker(PipeShape{.end_deviation = 0}, {}, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("end_deviation is 0")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("end_deviation: 0")));
   EXPECT_NO_THROW(make([](auto&) {})());
 }
 
