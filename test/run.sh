@@ -20,6 +20,7 @@ case "${1:-}" in
 esac
 
 launch_scripts/setup.sh
+test/interoperability/bag_readers/install.sh
 source launch_scripts/build_environment.sh
 source test/packages.sh
 

@@ -14,7 +14,8 @@ include(GNUInstallDirs)
 # In the same build, link `target` and include <project/msg/type.hpp>. Installed are
 #   the library, the headers (in include/project), the definitions (in share/project)
 #   a CMake package: find_package(project), target_link_libraries(... project::target)
-#   the entry in the ament index by which tools find the types at run time
+#   the entries in the ament index by which tools find the types at run time, those of ROS 2 too
+#   package.xml
 function(pipescout_generate_messages)
   cmake_parse_arguments(PARSE_ARGV 0 ARG "" "TARGET" "FILES;DEPENDENCIES")
   if(NOT ARG_TARGET OR NOT ARG_FILES)
@@ -37,7 +38,8 @@ function(pipescout_generate_messages)
   endforeach()
   pipescout_message_sources(
     PACKAGE "${package}" FOLDER "${CMAKE_CURRENT_SOURCE_DIR}" FILES ${ARG_FILES}
-    OUTPUT_DIR "${output}" ROOTS ${roots} LIBRARY "${library}" HEADERS headers SOURCE source)
+    OUTPUT_DIR "${output}" ROOTS ${roots} LIBRARY "${library}" HEADERS headers SOURCE source
+    TEXTS texts)
 
   add_library("${ARG_TARGET}" SHARED "${source}" ${headers})
   add_library("${package}::${ARG_TARGET}" ALIAS "${ARG_TARGET}")
@@ -65,10 +67,42 @@ include(CMakeFindDependencyMacro)
     cmake_path(GET file PARENT_PATH kind)
     install(FILES "${header}"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/${package}/${package}/${kind}")
-    install(FILES "${file}" DESTINATION "${CMAKE_INSTALL_DATADIR}/${package}/${kind}")
   endforeach()
+  pipescout_install_definitions(
+    PACKAGE "${package}" FOLDER "${CMAKE_CURRENT_SOURCE_DIR}" FILES ${ARG_FILES} TEXTS ${texts}
+    MANIFEST "${CMAKE_CURRENT_SOURCE_DIR}/package.xml")
   install(FILES "${output}/${package}/pipescout_messages" RENAME "${package}"
           DESTINATION "${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/pipescout_messages")
+endfunction()
+
+# pipescout_install_definitions(PACKAGE name FOLDER dir FILES file... [TEXTS file...] MANIFEST file)
+#
+# Installs the definitions FILES, relative to FOLDER, and TEXTS, their .msg, .srv and .action forms,
+# where ROS 2 has those of a package, and enters the package into the ament index: `ros2 interface`
+# lists and shows them. MANIFEST is installed as its package.xml.
+function(pipescout_install_definitions)
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "PACKAGE;FOLDER;MANIFEST" "FILES;TEXTS")
+  set(share "${CMAKE_INSTALL_DATADIR}/${ARG_PACKAGE}")
+  set(index "${CMAKE_INSTALL_DATADIR}/ament_index/resource_index")
+  list(TRANSFORM ARG_FILES PREPEND "${ARG_FOLDER}/" OUTPUT_VARIABLE installed)
+  list(APPEND installed ${ARG_TEXTS})
+  set(names "")
+  foreach(file IN LISTS installed)
+    cmake_path(GET file PARENT_PATH folder)
+    cmake_path(GET folder FILENAME kind)
+    cmake_path(GET file FILENAME name)
+    install(FILES "${file}" DESTINATION "${share}/${kind}")
+    list(APPEND names "${kind}/${name}")
+  endforeach()
+  list(SORT names)
+  list(JOIN names "\n" names)
+  set(entries "${CMAKE_CURRENT_BINARY_DIR}/ament_index/${ARG_PACKAGE}")
+  file(CONFIGURE OUTPUT "${entries}/packages" CONTENT "" @ONLY)
+  file(CONFIGURE OUTPUT "${entries}/rosidl_interfaces" CONTENT "@names@\n" @ONLY)
+  foreach(entry IN ITEMS packages rosidl_interfaces)
+    install(FILES "${entries}/${entry}" RENAME "${ARG_PACKAGE}" DESTINATION "${index}/${entry}")
+  endforeach()
+  install(FILES "${ARG_MANIFEST}" RENAME package.xml DESTINATION "${share}")
 endfunction()
 
 # rosidl's rule for header names: NavSatFix -> nav_sat_fix, TFMessage -> tf_message.
@@ -81,26 +115,31 @@ endfunction()
 
 # pipescout_message_sources(PACKAGE name FOLDER dir FILES file... OUTPUT_DIR dir
 #                           [ROOTS dir...] [DEPENDS file...] [LIBRARY path]
-#                           HEADERS variable SOURCE variable)
+#                           HEADERS variable SOURCE variable [TEXTS variable])
 #
 # Adds the step that writes the C++ of the FILES, relative to FOLDER. Sets HEADERS to
-# OUTPUT_DIR/PACKAGE/{msg,srv,action}/type.hpp and SOURCE to OUTPUT_DIR/PACKAGE/type_support.cpp.
+# OUTPUT_DIR/PACKAGE/{msg,srv,action}/type.hpp and SOURCE to OUTPUT_DIR/PACKAGE/type_support.cpp, TEXTS
+# to what definitions in IDL are in .msg, .srv and .action: OUTPUT_DIR/PACKAGE/msg/Type.msg.
 # ROOTS hold the definitions of other packages, PACKAGE/{msg,srv,action}; DEPENDS are files of those.
 # LIBRARY: where the library will be, relative to the prefix; the list of types for the ament index
 # is then written to OUTPUT_DIR/PACKAGE/pipescout_messages. A definition that changes rewrites only
 # what differs.
 function(pipescout_message_sources)
-  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "PACKAGE;FOLDER;OUTPUT_DIR;LIBRARY;HEADERS;SOURCE"
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "PACKAGE;FOLDER;OUTPUT_DIR;LIBRARY;HEADERS;SOURCE;TEXTS"
                         "FILES;ROOTS;DEPENDS")
   set(headers)
+  set(texts)
   foreach(file IN LISTS ARG_FILES)
     cmake_path(GET file PARENT_PATH kind)
     cmake_path(GET file STEM type)
     pipescout_snake_case("${type}" snake)
     list(APPEND headers "${ARG_OUTPUT_DIR}/${ARG_PACKAGE}/${kind}/${snake}.hpp")
+    if(file MATCHES "\\.idl$")
+      list(APPEND texts "${ARG_OUTPUT_DIR}/${ARG_PACKAGE}/${kind}/${type}.${kind}")
+    endif()
   endforeach()
   set(source "${ARG_OUTPUT_DIR}/${ARG_PACKAGE}/type_support.cpp")
-  set(outputs ${headers} "${source}")
+  set(outputs ${headers} ${texts} "${source}")
   list(TRANSFORM ARG_FILES PREPEND "${ARG_FOLDER}/" OUTPUT_VARIABLE inputs)
   set(options)
   foreach(root IN LISTS ARG_ROOTS)
@@ -119,6 +158,9 @@ function(pipescout_message_sources)
     VERBATIM)
   set(${ARG_HEADERS} ${headers} PARENT_SCOPE)
   set(${ARG_SOURCE} "${source}" PARENT_SCOPE)
+  if(ARG_TEXTS)
+    set(${ARG_TEXTS} ${texts} PARENT_SCOPE)
+  endif()
 endfunction()
 
 # pipescout_merged_idl(<output>.idl)

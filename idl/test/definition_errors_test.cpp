@@ -90,15 +90,16 @@ TEST(DefinitionErrorsTest, DefaultsAndConstants) {
   EXPECT_EQ(error_of_msg("int8 x 128\n"), "msg/T.msg:1: x: 128 does not fit into int8");
   EXPECT_EQ(error_of_msg("uint8 x -1\n"), "msg/T.msg:1: x: -1 does not fit into uint8");
   EXPECT_EQ(error_of_msg("uint64 X=18446744073709551616\n"),
-            "msg/T.msg:1: X: '18446744073709551616' is no whole number of 64 bits");
+            "msg/T.msg:1: X: '18446744073709551616' is not an integer of 64 bits");
   EXPECT_EQ(error_of_msg("bool x maybe\n"), "msg/T.msg:1: x: 'maybe' is neither true nor false");
-  EXPECT_EQ(error_of_msg("float64 x 1,5\n"), "msg/T.msg:1: x: '1,5' is no number");
+  EXPECT_EQ(error_of_msg("float64 x 1,5\n"), "msg/T.msg:1: x: '1,5' is not a number");
   EXPECT_EQ(error_of_msg("float32 x 1e39\n"), "msg/T.msg:1: x: 1e39 does not fit into float32");
   EXPECT_EQ(error_of_msg("int8[2] x [1, 2, 3]\n"),
             "msg/T.msg:1: x: the default has 3 values for an array of 2");
   EXPECT_EQ(error_of_msg("int8[<=2] x [1, 2, 3]\n"),
             "msg/T.msg:1: x: the default has 3 values, the bound is 2");
-  EXPECT_EQ(error_of_msg("int8[] x 1\n"), "msg/T.msg:1: x: '1' is no list of values in brackets");
+  EXPECT_EQ(error_of_msg("int8[] x 1\n"),
+            "msg/T.msg:1: x: '1' is not a list of values in brackets");
   EXPECT_EQ(error_of_msg("string<=2 x \"abc\"\n"),
             "msg/T.msg:1: x: the default is longer than the bound of 2 characters");
   EXPECT_EQ(error_of_msg("string x \"abc\n"), "msg/T.msg:1: x: the quotes of \"abc do not match");
@@ -107,7 +108,7 @@ TEST(DefinitionErrorsTest, DefaultsAndConstants) {
             "msg/T.msg:1: X: a constant is a number, a truth value or a string");
   EXPECT_EQ(error_of_msg("int8 X=\n"), "msg/T.msg:1: X: a constant without a value");
   EXPECT_EQ(error_of_idl("struct T { @default (value=1.5)\n int8 x; };"),
-            "msg/T.idl:2: x: '1.5' is no whole number of 64 bits");
+            "msg/T.idl:2: x: '1.5' is not an integer of 64 bits");
 }
 
 TEST(DefinitionErrorsTest, Sizes) {

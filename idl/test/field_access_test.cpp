@@ -46,10 +46,10 @@ TEST(FieldAccessTest, FindsNestedFields) {
   EXPECT_EQ(find_field(view, "pose.covariance").size(), 36u);
   EXPECT_EQ(find_field(view, "pose.covariance").scalar(35), ScalarValue(0.5));
   EXPECT_EQ(find_field(view, "child_frame_id").text(), "base_link");
-  EXPECT_EQ(error_of(view, "header.stam.sec"), "'stam' is no field of std_msgs/msg/Header");
+  EXPECT_EQ(error_of(view, "header.stam.sec"), "'stam' is not a field of std_msgs/msg/Header");
   EXPECT_EQ(error_of(view, "child_frame_id.x"), "'child_frame_id' has no fields");
   EXPECT_EQ(error_of(view, "pose.covariance.x"), "'pose.covariance' has no fields");
-  EXPECT_EQ(error_of(view, ""), "'' is no field of nav_msgs/msg/Odometry");
+  EXPECT_EQ(error_of(view, ""), "'' is not a field of nav_msgs/msg/Odometry");
 }
 
 TEST(FieldAccessTest, TheTableDescribesEveryKindAndShape) {

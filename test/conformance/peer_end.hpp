@@ -33,7 +33,7 @@ class PeerEnd {
   PeerEnd(const PeerEnd&) = delete;
   PeerEnd& operator=(const PeerEnd&) = delete;
 
-  /// Returns the answer; "error: ..." for a line that is none of the above.
+  /// Returns the answer; "error: ..." for a line that is not one of the above.
   std::string execute(const std::string& line);
 
  private:

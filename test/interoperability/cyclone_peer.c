@@ -6,7 +6,9 @@
 // Echoes what it hears on rt/interop/TYPE_in to rt/interop/TYPE_out, for three types; the echo's
 // frame_id tells that it was here. Publishes one reliable, transient-local image on
 // rt/interop/latched. Requests more than a best-effort publisher offers on rt/interop/strict.
-// Prints a line per discovered endpoint of a topic below rt/interop, as its discovery sees it:
+// Uses the action /interop/fibonacci, see cyclone_action.h.
+// Prints a line per discovered endpoint of a topic or service below interop, as its discovery sees
+// it:
 //   endpoint WRITER|READER TOPIC TYPE RELIABILITY DURABILITY
 // and ends when its standard input does.
 #include <dds/dds.h>
@@ -18,6 +20,7 @@
 #include <unistd.h>
 
 #include "all_messages.h"
+#include "cyclone_action.h"
 
 #define ECHO_MARK "echoed by cyclone"
 
@@ -104,7 +107,8 @@ static void print_endpoints(dds_entity_t builtin_reader, const char* kind) {
   while (dds_take(builtin_reader, &sample, &info, 1, 1) > 0) {
     const dds_builtintopic_endpoint_t* endpoint = sample;
     if (info.valid_data && info.instance_state == DDS_ALIVE_INSTANCE_STATE &&
-        strncmp(endpoint->topic_name, "rt/interop/", 11) == 0) {
+        strlen(endpoint->topic_name) > 2 &&
+        strncmp(endpoint->topic_name + 2, "/interop/", 9) == 0) {
       dds_reliability_kind_t reliability = DDS_RELIABILITY_BEST_EFFORT;
       dds_durability_kind_t durability = DDS_DURABILITY_VOLATILE;
       dds_duration_t blocking = 0;
@@ -163,6 +167,9 @@ int main(int argc, char** argv) {
         "strict reader");
   dds_delete_qos(strict_qos);
 
+  struct cyclone_action action;
+  make_action(&action, participant);
+
   const dds_entity_t writers =
       dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
   const dds_entity_t readers =
@@ -189,6 +196,7 @@ int main(int argc, char** argv) {
     for (size_t i = 0; i < 3; ++i) {
       run_echo(&echoes[i]);
     }
+    run_action(&action);
     print_endpoints(writers, "WRITER");
     print_endpoints(readers, "READER");
   }

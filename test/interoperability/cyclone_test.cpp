@@ -6,8 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <condition_variable>
+#include <example_interfaces/action/fibonacci.hpp>
 #include <functional>
 #include <mutex>
 #include <nav_msgs/msg/odometry.hpp>
@@ -19,6 +21,8 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/graph.hpp"
@@ -34,10 +38,24 @@ using sensor_msgs::msg::Image;
 constexpr const char* kEchoMark = "echoed by cyclone";
 constexpr Duration kPatience = std::chrono::seconds(30);
 
+// Loopback only, as the project's own side.
+constexpr const char* kWithMulticast =
+    "<CycloneDDS><Domain><General><Interfaces>"
+    "<NetworkInterface name='lo' multicast='true'/></Interfaces>"
+    "<AllowMulticast>true</AllowMulticast></General></Domain></CycloneDDS>";
+// As on a machine whose loopback has no multicast; after its start it speaks to those alone that
+// speak to it.
+constexpr const char* kWithoutMulticast =
+    "<CycloneDDS><Domain><General><Interfaces>"
+    "<NetworkInterface name='lo' multicast='false'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<SPDPInterval>3600s</SPDPInterval></Discovery></Domain></CycloneDDS>";
+
 /// The other vendor's program, running; reads its standard output.
 class CyclonePeer {
  public:
-  explicit CyclonePeer(std::uint32_t domain) {
+  explicit CyclonePeer(std::uint32_t domain, const char* settings = kWithMulticast) {
     std::array<int, 2> input{};
     std::array<int, 2> output{};
     if (pipe(input.data()) != 0 || pipe(output.data()) != 0) {
@@ -51,12 +69,7 @@ class CyclonePeer {
       dup2(output[1], STDOUT_FILENO);
       close(input[1]);
       close(output[0]);
-      // Loopback only, as the project's own side.
-      setenv("CYCLONEDDS_URI",
-             "<CycloneDDS><Domain><General><Interfaces>"
-             "<NetworkInterface name='lo' multicast='true'/></Interfaces>"
-             "<AllowMulticast>true</AllowMulticast></General></Domain></CycloneDDS>",
-             1);
+      setenv("CYCLONEDDS_URI", settings, 1);
       execl(CYCLONE_PEER, "cyclone_peer", domain_text.c_str(), nullptr);
       _exit(127);
     }
@@ -237,6 +250,24 @@ TEST_F(CycloneTest, LateJoinerGetsItsLatchedImage) {
   EXPECT_THAT(received->data, testing::ElementsAre(1, 2, 3, 4));
 }
 
+TEST(CycloneWithoutMulticast, IsFoundByWhoComesLater) {
+  const auto domain = static_cast<std::uint32_t>(101 + getpid() % 100);
+  CyclonePeer peer(domain, kWithoutMulticast);
+  ASSERT_TRUE(peer.wait_for_line("ready"));
+  const auto context =
+      Context::create(create_dds_transport({.domain_id = domain, .localhost_only = true}));
+  Executor executor;
+  Node node({.context = context,
+             .executor = &executor,
+             .name = {"/interop", "our_side"},
+             .standard_interfaces = false});
+  std::optional<Image> received;
+  const auto subscription = node.create_subscription<Image>(
+      "latched", QoS::latched(), [&](const Image& image) { received = image; });
+  ASSERT_TRUE(executor.spin_until([&] { return received.has_value(); }, kPatience));
+  EXPECT_EQ(received->header.frame_id, "latched");
+}
+
 TEST_F(CycloneTest, IncompatibleQosIsReportedHere) {
   std::optional<IncompatibleQos> event;
   const auto publisher = node_.create_publisher<Image>(
@@ -261,6 +292,58 @@ TEST_F(CycloneTest, ItsDiscoverySeesOurNamesTypesAndQos) {
                           "pipescout_msgs::msg::dds_::FusedOdometer_ reliable transient_local"));
   EXPECT_TRUE(peer_.wait_for_line(
       "endpoint READER rt/interop/names_reader nav_msgs::msg::dds_::Odometry_ reliable volatile"));
+}
+
+TEST_F(CycloneTest, AnActionIsOnTheWireAsRos2HasIt) {
+  using example_interfaces::action::Fibonacci;
+  std::vector<ServerGoal<Fibonacci>> goals;
+  const auto server = node_.create_action_server<Fibonacci>(
+      "fibonacci",
+      {.accepted = [&](ServerGoal<Fibonacci> goal) { goals.push_back(std::move(goal)); }});
+  const auto publishers = node_.publishers();
+  // The peer goes on to ask, so the executor looks again.
+  ASSERT_TRUE(executor_.spin_until(
+      [&] {
+        return !goals.empty() &&
+               std::all_of(publishers.begin(), publishers.end(), [](const auto& publisher) {
+                 return publisher->subscription_count() > 0;
+               });
+      },
+      kPatience));
+  EXPECT_EQ(goals[0].goal().order, 3);
+  EXPECT_THAT(to_string(goals[0].id()), testing::StartsWith("c7c8c9cacbcccdcecfd0d1d2d3d4d5"));
+  Fibonacci::Feedback feedback;
+  feedback.sequence = {0, 1};
+  Fibonacci::Result result;
+  result.sequence = {0, 1, 1, 2, 3};
+  for (const auto& goal : goals) {
+    goal.publish_feedback(feedback);
+    goal.succeed(result);
+  }
+  std::thread spinner([this] { executor_.spin(); });
+  for (const char* line : {"goal_reply 1", "feedback c7 0 1", "status 4", "result 4 0 1 1 2 3"}) {
+    EXPECT_TRUE(peer_.wait_for_line(line)) << line << ": " << testing::PrintToString(peer_.lines());
+  }
+  executor_.stop();
+  spinner.join();
+  const std::string type = " example_interfaces::action::dds_::Fibonacci_";
+  const std::string name = "/interop/fibonacci/_action/";
+  const std::string reliable = "_ reliable volatile";
+  for (const std::string& line :
+       {"READER rq" + name + "send_goalRequest" + type + "SendGoal_Request" + reliable,
+        "WRITER rr" + name + "send_goalReply" + type + "SendGoal_Response" + reliable,
+        "READER rq" + name + "get_resultRequest" + type + "GetResult_Request" + reliable,
+        "WRITER rr" + name + "get_resultReply" + type + "GetResult_Response" + reliable,
+        "READER rq" + name +
+            "cancel_goalRequest action_msgs::srv::dds_::CancelGoal_Request_ reliable volatile",
+        "WRITER rr" + name +
+            "cancel_goalReply action_msgs::srv::dds_::CancelGoal_Response_ reliable volatile",
+        "WRITER rt" + name + "feedback" + type + "FeedbackMessage" + reliable,
+        "WRITER rt" + name +
+            "status action_msgs::msg::dds_::GoalStatusArray_ reliable transient_local"}) {
+    EXPECT_TRUE(peer_.wait_for_line("endpoint " + line))
+        << line << ": " << testing::PrintToString(peer_.lines());
+  }
 }
 
 TEST_F(CycloneTest, OurGraphSeesItsNamesTypesAndQos) {

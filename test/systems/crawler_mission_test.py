@@ -90,7 +90,7 @@ def without_a_tally(launch_scripts, scratch):
     # Welds whose chainage is that of the run are not on the centre line of the pipe.
     text = (launch_scripts / "crawler.yaml").read_text().replace(
         "      weld.tally: $(arg tally)\n", "").replace(
-            "centre_line: $(share pipescout_crawler_simulation)/centre_line.csv",
+            "centre_line.file: $(share pipescout_crawler_simulation)/centre_line.csv",
             "start.position: [132.0, 0.0, 0.0]\n      start.heading: [0.0, 0.02]")
     locator = text.index("pipescout::WeldLocator")
     composition = scratch / "learning.yaml"

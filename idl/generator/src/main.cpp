@@ -15,6 +15,7 @@
 #include "cpp_emitter.hpp"
 #include "definitions.hpp"
 #include "idl_emitter.hpp"
+#include "msg_emitter.hpp"
 #include "names.hpp"
 
 namespace pipescout::generator {
@@ -90,6 +91,13 @@ void generate(const Options& options) {
     write_if_different(options.output / interface->package / interface->folder /
                            (snake_case(interface->name) + ".hpp"),
                        cpp_header(*interface));
+    // `ros2 interface show` reads no other form; one that the package has itself is as its author wrote
+    // it.
+    if (fs::path(interface->file).extension() == ".idl") {
+      write_if_different(options.output / interface->package / interface->folder /
+                             (interface->name + "." + interface->folder),
+                         msg_text(*interface));
+    }
   }
   write_if_different(options.output / options.package / "type_support.cpp",
                      cpp_type_support(options.package, interfaces, definitions));
@@ -128,7 +136,8 @@ int main(int argc, char** argv) {
   cpp->add_option("--folder", options.folder, "Folder with its msg/, srv/ and action/")->required();
   cpp->add_option("--root", options.roots, "Folder with folders of other packages");
   cpp->add_option("--output", options.output,
-                  "Where PACKAGE/FOLDER/type.hpp and PACKAGE/type_support.cpp are written")
+                  "Where PACKAGE/FOLDER/type.hpp and PACKAGE/type_support.cpp are written, and of "
+                  "definitions in IDL PACKAGE/FOLDER/Type.FOLDER")
       ->required();
   cpp->add_option("--library", options.library,
                   "Also write PACKAGE/pipescout_messages, the list for the ament index, in which "

@@ -55,7 +55,7 @@ Value parse_integer(Kind kind, std::string_view text, bool leading_zero_is_octal
   const auto magnitude = parse_magnitude(digits, leading_zero_is_octal);
   if (!magnitude) {
     throw DefinitionError(location, name,
-                          "'" + std::string(text) + "' is no whole number of 64 bits");
+                          "'" + std::string(text) + "' is not an integer of 64 bits");
   }
   const auto bits = static_cast<unsigned>(8 * size_of(kind));
   const std::uint64_t largest =
@@ -78,7 +78,7 @@ Value parse_floating_point(Kind kind, std::string_view text, const Location& loc
   const auto* const last = digits.data() + digits.size();
   const auto [end, error] = std::from_chars(digits.data(), last, value);
   if (digits.empty() || end != last || error != std::errc{}) {
-    throw DefinitionError(location, name, "'" + std::string(text) + "' is no number");
+    throw DefinitionError(location, name, "'" + std::string(text) + "' is not a number");
   }
   if (kind == Kind::kFloat32 && std::isfinite(value) &&
       std::abs(value) > std::numeric_limits<float>::max()) {
@@ -156,7 +156,7 @@ std::vector<std::string> split_list(std::string_view text, const Location& locat
                                               (text.front() == '(' && text.back() == ')'));
   if (!bracketed) {
     throw DefinitionError(location, name,
-                          "'" + std::string(text) + "' is no list of values in brackets");
+                          "'" + std::string(text) + "' is not a list of values in brackets");
   }
   const auto inside = text.substr(1, text.size() - 2);
   std::vector<std::string> elements;

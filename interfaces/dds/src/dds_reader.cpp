@@ -22,6 +22,7 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
                      const QoS& qos, TransportReaderListener& listener)
     : participant_(std::move(participant)),
       topic_(*participant_, topic),
+      type_(*topic.type),
       listener_(listener),
       has_lease_(qos.liveliness_lease.has_value()) {
   participant_->events().admit(this);
@@ -80,7 +81,7 @@ bool DdsReader::next_is_own(fastdds::DataReader& reader) const {
 }
 
 void DdsReader::take_all(fastdds::DataReader& reader) {
-  IncomingSample sample{.payloads = participant_->payloads()};
+  IncomingSample sample{.type = type_, .payloads = participant_->payloads()};
   fastdds::SampleInfo info;
   for (;;) {
     // The runtime has delivered our own messages already; the bytes of those need no reading.
@@ -89,6 +90,7 @@ void DdsReader::take_all(fastdds::DataReader& reader) {
       return;
     }
     const MessageInfo message_info{.source_time = to_time(info.source_timestamp),
+                                   .reception_time = to_time(info.reception_timestamp),
                                    .identity = to_sample_identity(info.sample_identity),
                                    .related = to_sample_identity(info.related_sample_identity)};
     if (!info.valid_data || same_participant(message_info.identity.writer, participant_->gid())) {

@@ -44,6 +44,7 @@ class DdsReader : public TransportReader, private fastdds::DataReaderListener {
 
   const std::shared_ptr<Participant> participant_;
   const TopicUse topic_;
+  const MessageType& type_;
   TransportReaderListener& listener_;
   const bool has_lease_;
 

@@ -74,7 +74,7 @@ SampleIdentity DdsWriter::write(const void* message, const SampleIdentity& relat
   }
   bool written = false;
   contain("a write", [&] {
-    OutgoingSample sample{.message = message, .reference = store(message)};
+    OutgoingSample sample{.type = type_, .message = message, .reference = store(message)};
     written = writer_->write(&sample, params);
   });
   if (!written) {
@@ -112,6 +112,18 @@ int DdsWriter::matched_remote_readers() const {
 bool DdsWriter::is_matched(const Gid& reader) const {
   const std::lock_guard lock(mutex_);
   return readers_.contains(reader);
+}
+
+std::vector<Gid> DdsWriter::matched_participants() const {
+  std::vector<Gid> participants;
+  const std::lock_guard lock(mutex_);
+  for (const Gid& reader : readers_) {  // those of one participant follow each other
+    const Gid participant = participant_of(reader);
+    if (participants.empty() || participants.back() != participant) {
+      participants.push_back(participant);
+    }
+  }
+  return participants;
 }
 
 void DdsWriter::assert_liveliness() {

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "participant.hpp"
 #include "pipescout/runtime/transport.hpp"
@@ -26,6 +27,7 @@ class DdsWriter : public TransportWriter, private fastdds::DataWriterListener {
   SampleIdentity write(const void* message, const SampleIdentity& related) override;
   [[nodiscard]] int matched_remote_readers() const override;
   [[nodiscard]] bool is_matched(const Gid& reader) const override;
+  [[nodiscard]] std::vector<Gid> matched_participants() const override;
   void assert_liveliness() override;
   [[nodiscard]] Gid gid() const override { return gid_; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "participant.hpp"
 
+#include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
@@ -23,6 +24,12 @@ using eprosima::fastrtps::types::ReturnCode_t;
 // Ports are 7400 + 250 * domain + ..., and Fast DDS ends the process when one exceeds 65535.
 constexpr std::uint32_t kHighestDomain = 232;
 
+// Of the standard, for discovery by multicast.
+constexpr const char* kDiscoveryGroup = "239.255.0.1";
+
+// To which a participant announces itself by unicast: as many as ROS 2 takes from Iron on.
+constexpr std::uint32_t kParticipantsOfAMachine = 32;
+
 std::string in_megabytes(std::uintmax_t bytes) {
   constexpr std::uintmax_t kMegabyte = std::uintmax_t{1} << 20U;
   return bytes < kMegabyte ? "less than 1 MB" : std::to_string(bytes / kMegabyte) + " MB";
@@ -35,6 +42,7 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   auto& transport = qos.transport();
   transport.use_builtin_transports = false;
   const auto add = [&](auto udp) {
+    udp->maxInitialPeersRange = kParticipantsOfAMachine;
     udp->sendBufferSize = transport.send_socket_buffer_size;
     udp->receiveBufferSize = transport.listen_socket_buffer_size;
     if (options.localhost_only) {
@@ -45,20 +53,37 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   remove_abandoned_segments();
   const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes);
   if (!segment) {
-    warnings->add("no room in " + std::string(kSharedMemoryFolder) +
+    warnings->add("no space in " + std::string(kSharedMemoryFolder) +
                   ": messages to other processes of this machine go over UDP" + kMakeRoom);
     add(std::make_shared<UDPv4TransportDescriptor>());
     return;
   }
   if (*segment < options.shared_memory_segment_bytes) {
-    warnings->add("little room in " + std::string(kSharedMemoryFolder) + ": the segment for " +
+    warnings->add("little space in " + std::string(kSharedMemoryFolder) + ": the segment for " +
                   "messages to other processes of this machine has " + in_megabytes(*segment) +
-                  " in place of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
+                  " instead of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
   }
   auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
   shortcut->shared_memory.segment_size(*segment);
   shortcut->warnings = warnings;
   add(std::move(shortcut));
+}
+
+/// Announces the participant by unicast to the processes of this machine too, besides by multicast:
+/// a loopback interface often has none, and a participant of another vendor that is not spoken to
+/// tells of itself only every 8 s or so.
+void seek_on_loopback(fastdds::DomainParticipantQos& qos) {
+  auto& builtin = qos.wire_protocol().builtin;
+  if (builtin.discovery_config.discoveryProtocol != rtps::DiscoveryProtocol_t::SIMPLE ||
+      !builtin.initialPeersList.empty()) {
+    return;  // the user's profile has chosen
+  }
+  // Without a port: Fast DDS fills in those that the standard gives to the domain.
+  for (const char* const address : {kDiscoveryGroup, "127.0.0.1"}) {
+    rtps::Locator_t peer;
+    eprosima::fastrtps::rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, 0, peer);
+    builtin.initialPeersList.push_back(peer);
+  }
 }
 
 // What lies in shared memory is not encrypted.
@@ -86,6 +111,7 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
     return qos;  // the user's profile has chosen
   }
   choose_transports(options, warnings, qos);
+  seek_on_loopback(qos);
   if (const auto scope = payload_scope(); scope && !is_secured(qos)) {
     announced_scope = *scope;
     qos.properties().properties().emplace_back(kPayloadScopeProperty, *scope, true);
@@ -220,7 +246,7 @@ void Participant::release(const std::string& name) {
 void Participant::register_type(const MessageType& type) {
   int& uses = type_uses_[std::string(type.dds_name)];
   if (uses == 0) {
-    const fastdds::TypeSupport support(new WireType(type));
+    const fastdds::TypeSupport support(new WireType(type.dds_name));
     if (participant_->register_type(support) != ReturnCode_t::RETCODE_OK) {
       throw TransportError("type " + std::string(type.name) + ": cannot register it");
     }

@@ -177,7 +177,7 @@ int run_component(const ComponentFactory& factory, const std::type_info& type, i
         return 0;
       }
       throw RosArgumentError(
-          "'" + first + "' is no argument of this program; those of ROS stand behind --ros-args");
+          "'" + first + "' is not an argument of this program; those of ROS follow --ros-args");
     }
     // A reader of our output that goes away must not end the program.
     std::signal(SIGPIPE, SIG_IGN);

@@ -272,10 +272,10 @@ PayloadWriter::Block* PayloadWriter::add_block(std::size_t bytes) {
   auto block =
       !error && room / kRoomShare >= capacity ? Block::create(*folder_, capacity) : nullptr;
   if (block == nullptr) {
-    folder_->warnings().add("no room in " + folder_->path().string() +
-                            " for large messages to other processes of this machine: they go in "
-                            "small pieces, which takes several times as long; make it larger "
-                            "(docker run --shm-size=...)");
+    folder_->warnings().add(
+        "no space in " + folder_->path().string() +
+        " for large messages to other processes of this machine: they are sent in fragments, which "
+        "takes several times as long; make it larger (docker run --shm-size=...)");
     return nullptr;
   }
   return blocks_.emplace_back(std::move(block)).get();

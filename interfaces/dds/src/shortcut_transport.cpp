@@ -105,7 +105,7 @@ class ShortcutTransport final : public TransportInterface {
     if (!shared_memory_->init(properties)) {
       shared_memory_ = nullptr;
       warnings_->add("no shared memory in " + std::string(kSharedMemoryFolder) +
-                     ": messages to other processes of this machine go over UDP");
+                     ": messages to other processes of this machine are sent over UDP");
       return true;
     }
     LocatorList example;
@@ -238,7 +238,7 @@ class ShortcutTransport final : public TransportInterface {
     }
     warnings_->add("cannot listen on shared memory port " + std::to_string(shortcut.port) + " of " +
                    kSharedMemoryFolder +
-                   ": messages from other processes of this machine come over UDP");
+                   ": messages from other processes of this machine are received over UDP");
   }
 
   std::unique_ptr<TransportInterface> udp_;

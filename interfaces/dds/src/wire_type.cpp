@@ -15,8 +15,8 @@ constexpr std::uint32_t kEncapsulationBytes = 4;
 
 }  // namespace
 
-WireType::WireType(const MessageType& type) : type_(type) {
-  setName(std::string(type.dds_name).c_str());
+WireType::WireType(std::string_view dds_name) {
+  setName(std::string(dds_name).c_str());
   m_typeSize = kEncapsulationBytes;  // the least; every type counts as unbounded
   m_isGetKeyDefined = false;
   // ROS 2 Humble announces neither, and matches on the type's name.
@@ -29,13 +29,14 @@ bool WireType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload
   const std::span bytes(reinterpret_cast<std::byte*>(payload->data), payload->max_size);
   std::size_t written = 0;
   if (!sample.reference) {
-    written = type_.serialize(sample.message, bytes);
+    written = sample.type.serialize(sample.message, bytes);
   } else if (bytes.size() >= kReferenceBytes) {
     encode(*sample.reference, bytes.first<kReferenceBytes>());
     written = kReferenceBytes;
   }
   payload->length = static_cast<std::uint32_t>(written);
-  payload->encapsulation = CDR_LE;
+  // What a generic publisher sends may come from a machine of the other byte order.
+  payload->encapsulation = written > 1 && bytes[1] == std::byte{0} ? CDR_BE : CDR_LE;
   return written >= kEncapsulationBytes;
 }
 
@@ -58,20 +59,20 @@ bool WireType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payloa
   return true;
 }
 
-void WireType::read(std::span<const std::byte> bytes, IncomingSample& sample) const {
+void WireType::read(std::span<const std::byte> bytes, IncomingSample& sample) {
   try {
-    sample.message = type_.create();
-    sample.malformed = !type_.deserialize(bytes, sample.message.get());
+    sample.message = sample.type.create();
+    sample.malformed = !sample.type.deserialize(bytes, sample.message.get());
   } catch (...) {  // no memory for what it claims to hold
     sample.malformed = true;
   }
 }
 
 std::function<std::uint32_t()> WireType::getSerializedSizeProvider(void* data) {
-  return [this, data]() -> std::uint32_t {
+  return [data]() -> std::uint32_t {
     const auto& sample = *static_cast<const OutgoingSample*>(data);
     const std::size_t size =
-        sample.reference ? kReferenceBytes : type_.serialized_size(sample.message);
+        sample.reference ? kReferenceBytes : sample.type.serialized_size(sample.message);
     // A size of 0 is refused by Fast DDS, which then reports that the sample cannot be written.
     return size > std::numeric_limits<std::uint32_t>::max() ? 0 : static_cast<std::uint32_t>(size);
   };

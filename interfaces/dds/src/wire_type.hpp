@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "pipescout/idl/message_type.hpp"
 #include "shared_payloads.hpp"
@@ -16,12 +17,14 @@ namespace pipescout::dds {
 
 /// What is written: a message, or the reference to where it lies in shared memory.
 struct OutgoingSample {
+  const MessageType& type;
   const void* message = nullptr;
   std::optional<PayloadReference> reference;
 };
 
 /// What a take fills in.
 struct IncomingSample {
+  const MessageType& type;  ///< of what is to be made of the bytes
   PayloadReader& payloads;  ///< for references
   bool skip = false;        ///< set by the taker: leave the bytes alone
   bool malformed = false;   ///< the bytes are no message of the type
@@ -29,11 +32,12 @@ struct IncomingSample {
   std::shared_ptr<void> message = nullptr;
 };
 
-/// Fast DDS's view of any wire type. The `data` of a write is an `OutgoingSample`, that of a take
-/// an `IncomingSample`.
+/// Fast DDS's view of any wire type, of which it has one for each name in a participant: endpoints
+/// of objects and of bytes share it, so that each sample says what it is. The `data` of a write is
+/// an `OutgoingSample`, that of a take an `IncomingSample`.
 class WireType : public eprosima::fastdds::dds::TopicDataType {
  public:
-  explicit WireType(const MessageType& type);
+  explicit WireType(std::string_view dds_name);
 
   bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override;
   /// True for malformed bytes too, so that the taker learns of each such sample.
@@ -46,9 +50,7 @@ class WireType : public eprosima::fastdds::dds::TopicDataType {
 
  private:
   /// Creates the sample's message from the bytes, or calls it malformed.
-  void read(std::span<const std::byte> bytes, IncomingSample& sample) const;
-
-  const MessageType& type_;
+  static void read(std::span<const std::byte> bytes, IncomingSample& sample);
 };
 
 }  // namespace pipescout::dds

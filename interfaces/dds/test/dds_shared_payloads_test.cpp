@@ -287,7 +287,7 @@ TEST_F(DdsPayloadTest, SmallMessagesAndThoseThatAreKeptForLateReadersDoNot) {
 /// A reader in a participant that knows nothing of our memory, as those of ROS 2.
 class ForeignReader : private fastdds::DataReaderListener {
  public:
-  explicit ForeignReader(const WireTopic& topic) {
+  explicit ForeignReader(const WireTopic& topic) : type_(*topic.type) {
     auto* factory = fastdds::DomainParticipantFactory::get_instance();
     fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
     qos.transport().use_builtin_transports = false;
@@ -295,7 +295,7 @@ class ForeignReader : private fastdds::DataReaderListener {
     udp->interfaceWhiteList.emplace_back("127.0.0.1");  // where ours are heard
     qos.transport().user_transports.push_back(udp);
     participant_ = factory->create_participant(local_options().domain_id, qos);
-    fastdds::TypeSupport(new dds::WireType(*topic.type)).register_type(participant_);
+    fastdds::TypeSupport(new dds::WireType(topic.type->dds_name)).register_type(participant_);
     fastdds::DataReaderQos reader_qos;
     reader_qos.reliability().kind = fastdds::RELIABLE_RELIABILITY_QOS;
     participant_->create_subscriber(fastdds::SUBSCRIBER_QOS_DEFAULT)
@@ -316,7 +316,7 @@ class ForeignReader : private fastdds::DataReaderListener {
  private:
   void on_data_available(fastdds::DataReader* reader) override {
     dds::PayloadReader nowhere("/nowhere");
-    dds::IncomingSample sample{.payloads = nowhere};
+    dds::IncomingSample sample{.type = type_, .payloads = nowhere};
     fastdds::SampleInfo info;
     while (reader->take_next_sample(&sample, &info) ==
            eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
@@ -328,6 +328,7 @@ class ForeignReader : private fastdds::DataReaderListener {
     }
   }
 
+  const MessageType& type_;
   fastdds::DomainParticipant* participant_ = nullptr;
 };
 

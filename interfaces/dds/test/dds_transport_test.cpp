@@ -15,6 +15,7 @@
 #include "dds_profile.hpp"
 #include "dds_test_support.hpp"
 #include "participant.hpp"
+#include "pipescout/runtime/serialized_message.hpp"
 #include "rtps_conversions.hpp"
 
 namespace pipescout {
@@ -57,6 +58,65 @@ TEST_F(DdsTransportTest, CarriesAMessageWithItsIdentityAndTime) {
   EXPECT_FALSE(info.from_this_process);
   // The wire counts in 2^-32 s.
   EXPECT_GE(info.source_time, before - std::chrono::microseconds(1));
+}
+
+TEST_F(DdsTransportTest, EndpointsOfBytesAndOfObjectsMeetAndShareATopic) {
+  const WireTopic objects = text_topic("bytes");
+  const WireTopic bytes{objects.name, &serialized_type(objects.type->name)};
+  ReaderRecord heard_objects;
+  ReaderRecord heard_bytes;
+  WriterRecord told_of_objects;
+  WriterRecord told_of_bytes;
+  const auto object_reader = there_->create_reader(objects, QoS::reliable(), heard_objects);
+  const auto byte_reader = there_->create_reader(bytes, QoS::reliable(), heard_bytes);
+  const auto object_writer = here_->create_writer(objects, QoS::reliable(), told_of_objects);
+  const auto byte_writer = here_->create_writer(bytes, QoS::reliable(), told_of_bytes);
+  ASSERT_TRUE(told_of_objects.await_matched(2));
+  ASSERT_TRUE(told_of_bytes.await_matched(2));
+  ASSERT_TRUE(heard_objects.await_matched(2));
+  ASSERT_TRUE(heard_bytes.await_matched(2));
+
+  const auto hello = make_text("hello");
+  object_writer->write(&hello, {});
+  ASSERT_TRUE(heard_bytes.await_messages(1));
+  ASSERT_TRUE(heard_objects.await_messages(1));
+  EXPECT_EQ(heard_objects.text(0), "hello");
+  const auto received =
+      std::static_pointer_cast<const SerializedMessage>(heard_bytes.message(0).message);
+  const auto expected = serialize(*objects.type, &hello);
+  EXPECT_TRUE(
+      std::equal(expected->bytes().begin(), expected->bytes().end(), received->bytes().begin()));
+  EXPECT_GE(heard_bytes.message(0).info.reception_time,
+            heard_bytes.message(0).info.source_time - std::chrono::microseconds(1));
+
+  byte_writer->write(received.get(), {});
+  ASSERT_TRUE(heard_objects.await_messages(2));
+  ASSERT_TRUE(heard_bytes.await_messages(2));
+  EXPECT_EQ(heard_objects.text(1), "hello");
+  EXPECT_EQ(heard_objects.malformed + heard_bytes.malformed, 0);
+}
+
+TEST_F(DdsTransportTest, BytesOfATypeThatNobodyKnowsArriveAsTheyWereSent) {
+  // Large enough to go through shared memory.
+  const WireTopic topic{text_topic("unheard").name, &serialized_type("nobody_msgs/msg/Unheard")};
+  ReaderRecord heard;
+  WriterRecord told;
+  const auto reader = there_->create_reader(topic, QoS::reliable(), heard);
+  const auto writer = here_->create_writer(topic, QoS::reliable(), told);
+  ASSERT_TRUE(told.await_matched(1));
+  ASSERT_TRUE(heard.await_matched(1));
+  SerializedMessage message(std::size_t{1} << 20U);
+  for (std::size_t i = 0; i < message.bytes().size(); ++i) {
+    message.bytes()[i] = static_cast<std::byte>(i * 31 + i / 251);
+  }
+  message.bytes()[0] = std::byte{0};  // big-endian: it goes through as it is
+  message.bytes()[1] = std::byte{0};
+  writer->write(&message, {});
+  ASSERT_TRUE(heard.await_messages(1));
+  const auto received = std::static_pointer_cast<const SerializedMessage>(heard.message(0).message);
+  ASSERT_EQ(received->bytes().size(), message.bytes().size());
+  EXPECT_TRUE(
+      std::equal(message.bytes().begin(), message.bytes().end(), received->bytes().begin()));
 }
 
 TEST_F(DdsTransportTest, CarriesBestEffortMessages) {

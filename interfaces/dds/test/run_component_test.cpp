@@ -99,7 +99,7 @@ TEST_F(RunComponent, WrongArgumentsExitWith2AndAreNamed) {
       {{"--params-file", "none.yaml"}, "error: --params-file: none.yaml: "},
       {{"--log-level", "loud"}, "error: --log-level loud: "},
       {{"--disable-rosout-logs"}, "error: --disable-rosout-logs is not supported: "},
-      {{"--", "x"}, "error: 'x' is no argument of this program; "}};
+      {{"--", "x"}, "error: 'x' is not an argument of this program; "}};
   for (const auto& [arguments, message] : cases) {
     const auto finished = run(arguments);
     EXPECT_EQ(finished.code(), 2) << message;
@@ -126,7 +126,7 @@ TEST_F(RunComponent, EndsByForceWhenACallbackHangs) {
   program.signal(SIGTERM);
   const auto finished = program.finish();
   EXPECT_EQ(finished.code(), 1);
-  EXPECT_THAT(finished.err, HasSubstr("error: not everything stopped in time"));
+  EXPECT_THAT(finished.err, HasSubstr("error: some components did not stop in time"));
 }
 
 TEST_F(RunComponent, Help) {

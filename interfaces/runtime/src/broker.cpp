@@ -35,6 +35,9 @@ class LocalSubscription final : public UntypedSubscription {
   std::size_t publisher_count() const override { return queue_->publisher_count(); }
   int local_publisher_count() const override { return queue_->local_publisher_count(); }
   int remote_publisher_count() const override { return queue_->remote_publisher_count(); }
+  bool is_matched(const Gid& publisher) const override {
+    return broker_->is_matched(*queue_, publisher) || (reader_ && reader_->is_matched(publisher));
+  }
   LivelinessChange liveliness() const override { return queue_->liveliness(); }
   SubscriptionStatistics statistics() const override { return queue_->statistics(); }
   const Gid& gid() const override { return gid_; }
@@ -137,7 +140,8 @@ std::shared_ptr<UntypedSubscription> Broker::create_subscription(SubscriptionOpt
 std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<SubscriptionQueue>& queue) {
   const SubscriptionOptions& options = queue->options();
   if (options.own_reader) {
-    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+    return std::make_shared<SharedReader>(*transport_, options.topic, options.qos, step_traffic_,
+                                          queue);
   }
   const std::lock_guard lock(readers_mutex_);
   auto& readers = readers_[options.topic.name];
@@ -148,7 +152,8 @@ std::shared_ptr<SharedReader> Broker::reader_for(const std::shared_ptr<Subscript
       return reader;
     }
   }
-  auto reader = std::make_shared<SharedReader>(*transport_, options.topic, options.qos, queue);
+  auto reader =
+      std::make_shared<SharedReader>(*transport_, options.topic, options.qos, step_traffic_, queue);
   readers.push_back(reader);
   return reader;
 }
@@ -172,6 +177,17 @@ void Broker::connect(LocalPublisher& publisher, const std::shared_ptr<Subscripti
   } else {
     publisher.match(queue);
   }
+}
+
+bool Broker::is_matched(const SubscriptionQueue& queue, const Gid& publisher) {
+  const std::lock_guard lock(mutex_);
+  const auto found = topics_.find(queue.options().topic.name);
+  return found != topics_.end() &&
+         std::any_of(found->second.publishers.begin(), found->second.publishers.end(),
+                     [&](const LocalPublisher* candidate) {
+                       return candidate->gid() == publisher &&
+                              !incompatibility(candidate->qos(), queue.options().qos);
+                     });
 }
 
 void Broker::remove(LocalPublisher& publisher) {
@@ -201,7 +217,10 @@ void Broker::remove(const std::shared_ptr<SubscriptionQueue>& queue) {
 
 LocalPublisher::LocalPublisher(std::shared_ptr<Broker> broker, PublisherOptions options,
                                Gid local_gid)
-    : broker_(std::move(broker)), options_(std::move(options)), gid_(local_gid) {}
+    : broker_(std::move(broker)),
+      options_(std::move(options)),
+      is_step_traffic_(pipescout::is_step_traffic(options_.topic.name)),
+      gid_(local_gid) {}
 
 LocalPublisher::~LocalPublisher() {
   if (!matched_) {
@@ -270,7 +289,9 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
   }
   ++statistics_.published;
   sample.local_sequence_number = ++sequence_number_;
-  const MessageInfo info{.source_time = SystemClock().now(),
+  const Time now = SystemClock().now();
+  const MessageInfo info{.source_time = now,
+                         .reception_time = now,
                          .identity = {gid_, sequence_number_},
                          .related = related,
                          .from_this_process = true};
@@ -278,15 +299,16 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
   if (options_.qos.lifespan) {
     expiry = info.source_time + *options_.qos.lifespan;
   }
+  MessageForms forms(message, *options_.topic.type);
   for (const auto& queue : matches_) {
-    queue->receive(message, info, expiry);
+    deliver(*queue, forms, info, expiry);
   }
   const bool retain = options_.qos.durability == Durability::kTransientLocal;
   if (retain) {
     if (retained_.size() >= options_.qos.depth) {
       retained_.pop_front();
     }
-    retained_.push_back({message, info, expiry});
+    retained_.push_back({std::move(forms), info, expiry});
   }
   if (deadline_) {
     deadline_->touch();
@@ -300,6 +322,15 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
     sample.remote_sequence_number = send({std::move(message), related}, lock);
   }
   return sample;
+}
+
+void LocalPublisher::deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
+                             std::optional<Time> expiry) {
+  if (auto message = forms.as(*queue.options().topic.type)) {
+    queue.receive(std::move(message), info, expiry);
+  } else {
+    queue.on_malformed_sample();
+  }
 }
 
 std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lock) {
@@ -317,6 +348,12 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
   for (Outgoing next = std::move(own);;
        next = std::move(outgoing_.front()), outgoing_.pop_front()) {
     lock.unlock();
+    // Asked before the message is sent: who is matched later may not get it.
+    std::vector<Gid> receivers;
+    StepTraffic& traffic = *broker_->step_traffic();
+    if (is_step_traffic_ && traffic.is_enabled()) {
+      receivers = writer_->matched_participants();
+    }
     SampleIdentity identity;
     try {
       identity = writer_->write(next.message.get(), next.related);
@@ -325,6 +362,9 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
       is_sending_ = false;
       ++statistics_.send_failures;
       throw;
+    }
+    if (identity.sequence_number != 0 && !receivers.empty()) {
+      traffic.sent(gid_, receivers, identity.sequence_number);
     }
     next = {};  // what may be destroyed with it is destroyed without the lock
     lock.lock();
@@ -423,9 +463,9 @@ void LocalPublisher::match(const std::shared_ptr<SubscriptionQueue>& queue) {
     const std::size_t skip = retained_.size() > depth ? retained_.size() - depth : 0;
     const Time now = SystemClock().now();
     for (std::size_t i = skip; i < retained_.size(); ++i) {
-      const Retained& retained = retained_[i];
+      Retained& retained = retained_[i];
       if (!retained.expiry || now <= *retained.expiry) {
-        queue->receive(retained.message, retained.info, retained.expiry);
+        deliver(*queue, retained.forms, retained.info, retained.expiry);
       }
     }
   }

@@ -12,8 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "message_forms.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "shared_reader.hpp"
+#include "step_traffic.hpp"
 #include "subscription_queue.hpp"
 #include "watch_thread.hpp"
 
@@ -35,6 +37,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
 
   [[nodiscard]] Transport* transport() const noexcept { return transport_.get(); }
   [[nodiscard]] WatchThread& watch_thread() noexcept { return watch_thread_; }
+  [[nodiscard]] const std::shared_ptr<StepTraffic>& step_traffic() const noexcept {
+    return step_traffic_;
+  }
 
   /// Told of every endpoint that is destroyed, on the destroying thread. Its address tells which:
   /// subscriptions that share a reader have the same identity. Set once, before endpoints are made.
@@ -45,6 +50,9 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void tell_destroyed(const UntypedSubscription& subscription) const {
     tell_destroyed(&subscription);
   }
+
+  /// True when the publisher of that identity is in this process and matches the subscription.
+  [[nodiscard]] bool is_matched(const SubscriptionQueue& queue, const Gid& publisher);
 
   void remove(LocalPublisher& publisher);
   void remove(const std::shared_ptr<SubscriptionQueue>& queue);
@@ -74,6 +82,7 @@ class Broker : public std::enable_shared_from_this<Broker> {
   void forget_ended_readers(const std::string& topic);
 
   const std::shared_ptr<Transport> transport_;
+  const std::shared_ptr<StepTraffic> step_traffic_ = std::make_shared<StepTraffic>();
   std::function<void(const void*)> endpoint_destroyed_;
   std::mutex mutex_;
   std::map<std::string, Topic> topics_;
@@ -123,7 +132,7 @@ class LocalPublisher final : public UntypedPublisher,
 
  private:
   struct Retained {
-    std::shared_ptr<const void> message;
+    MessageForms forms;
     MessageInfo info;
     std::optional<Time> expiry;
   };
@@ -133,6 +142,8 @@ class LocalPublisher final : public UntypedPublisher,
     SampleIdentity related;
   };
 
+  static void deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
+                      std::optional<Time> expiry);
   /// Sends the message, and what other threads publish meanwhile; or leaves it to the thread that
   /// is sending. Returns its sequence number, 0 when it has none (yet). The lock is on mutex_.
   std::int64_t send(Outgoing own, std::unique_lock<std::mutex>& lock);
@@ -142,6 +153,7 @@ class LocalPublisher final : public UntypedPublisher,
 
   const std::shared_ptr<Broker> broker_;
   const PublisherOptions options_;
+  const bool is_step_traffic_;
   Gid gid_;
   std::shared_ptr<CountedEvent> deadline_missed_;
   std::shared_ptr<CountedEvent> liveliness_lost_;

@@ -36,10 +36,18 @@ Time SimulatedClock::now() const {
 
 void SimulatedClock::set(Time now) {
   std::vector<Waiting> due;
+  std::vector<std::shared_ptr<std::function<void()>>> told;
   {
     const std::lock_guard lock(mutex_);
     const bool backwards = now < now_;
     now_ = now;
+    if (backwards) {
+      for (const auto& weak : set_back_) {
+        if (auto callback = weak.lock()) {
+          told.push_back(std::move(callback));
+        }
+      }
+    }
     for (auto entry = waiting_.begin(); entry != waiting_.end();) {
       if (backwards || entry->second.when <= now) {
         due.push_back(std::move(entry->second));
@@ -48,6 +56,9 @@ void SimulatedClock::set(Time now) {
         ++entry;
       }
     }
+  }
+  for (const auto& callback : told) {
+    (*callback)();
   }
   std::sort(due.begin(), due.end(), [](const Waiting& a, const Waiting& b) {
     return std::tie(a.when, a.order) < std::tie(b.when, b.order);
@@ -73,6 +84,14 @@ void SimulatedClock::set_from(const std::shared_ptr<const void>& source, Time no
   set(now);
 }
 
+std::shared_ptr<void> SimulatedClock::on_set_back(std::function<void()> set_back) {
+  auto callback = std::make_shared<std::function<void()>>(std::move(set_back));
+  const std::lock_guard lock(mutex_);
+  std::erase_if(set_back_, [](const auto& weak) { return weak.expired(); });
+  set_back_.push_back(callback);
+  return callback;
+}
+
 void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>& group,
                                  const std::shared_ptr<Waitable>& waitable) {
   {
@@ -84,6 +103,17 @@ void SimulatedClock::schedule_at(Time when, const std::shared_ptr<CallbackGroup>
     waiting_.erase(waitable.get());
   }
   group->schedule(waitable);
+}
+
+std::optional<Time> SimulatedClock::next_due() const {
+  std::optional<Time> next;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [waitable, work] : waiting_) {
+    if (!work.waitable.expired() && (!next || work.when < *next)) {
+      next = work.when;
+    }
+  }
+  return next;
 }
 
 void SimulatedClock::cancel(const Waitable* waitable) {

@@ -26,7 +26,7 @@ std::string text_of(const std::exception_ptr& error) {
   } catch (const std::exception& exception) {
     return exception.what();
   } catch (...) {
-    return "an object that is no std::exception";
+    return "an object that is not a std::exception";
   }
 }
 
@@ -81,6 +81,7 @@ class Component::Lifecycle {
       const std::lock_guard lock(enabling_);
       ++unprocessed_failures_;
       component_.set_managed_active(false);
+      component_.set_services_enabled(false);
     }
     const std::string why = "exception in a callback: " + text_of(error);
     diagnostics_.count("exceptions");
@@ -156,6 +157,7 @@ class Component::Lifecycle {
     }
     TransitionResult result;
     contained([&] { result = begun_ ? perform(job) : refuse(job); });
+    enable_endpoints();
     component_.release_other_groups();
     if (std::exchange(begun_, false)) {
       contained([this] { tell(); });
@@ -225,7 +227,6 @@ class Component::Lifecycle {
     } else {
       diagnostics_.set_status(DiagnosticLevel::kError, why);
     }
-    enable_endpoints_if_active();
     return {outcome == CallbackReturn::kSuccess, state_, std::move(why)};
   }
 
@@ -254,8 +255,9 @@ class Component::Lifecycle {
     return result;
   }
 
-  void enable_endpoints_if_active() {
+  void enable_endpoints() {
     const std::lock_guard lock(enabling_);
+    component_.set_services_enabled(unprocessed_failures_ == 0);
     component_.set_managed_active(state_ == LifecycleState::kActive && unprocessed_failures_ == 0);
   }
 

@@ -76,7 +76,7 @@ WireRequest read(const srv::LoadNode::Request& message) {
       request.load.log_threshold = severity;
     } else {
       request.ignored.push_back("log level " + std::to_string(message.log_level) +
-                                " is none of 10, 20, 30, 40, 50");
+                                " is not one of 10, 20, 30, 40, 50");
     }
   }
   return request;
@@ -170,7 +170,7 @@ ComponentPtr<> ComponentContainer::Impl::create(const LoadRequest& request) cons
   } catch (const std::exception& error) {
     throw std::runtime_error(what + error.what());
   } catch (...) {
-    throw std::runtime_error(what + "its constructor threw an object that is no std::exception");
+    throw std::runtime_error(what + "its constructor threw an object that is not a std::exception");
   }
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "pipescout/idl/installed_prefixes.hpp"
+#include "pipescout/runtime/hint.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -156,7 +157,7 @@ void ComponentRegistry::read_index(const std::filesystem::path& prefix,
     if (class_name.empty() || library.empty() || library.find(';') != std::string::npos) {
       problems_.push_back(where + "expected '<class>;<library>', found '" + line + "'");
     } else if (!classes.insert(class_name).second) {
-      problems_.push_back(where + "class '" + class_name + "' stands in this file already");
+      problems_.push_back(where + "class '" + class_name + "' is a duplicate in this file");
     } else {
       types_.push_back({class_name, file.filename().string(), prefix / library});
     }
@@ -176,16 +177,16 @@ const ComponentType& ComponentRegistry::find(std::string_view class_name,
   }
   const std::string what = "component class '" + std::string(class_name) + "'";
   if (!matches.empty()) {
-    throw UnknownComponent(what + " is offered by the packages '" + matches[0]->package +
-                           "' and '" + matches[1]->package + "': say which is meant");
+    throw UnknownComponent(what + " is provided by the packages '" + matches[0]->package +
+                           "' and '" + matches[1]->package + "': select one of them");
   }
   std::string message = "unknown " + what;
   if (!package.empty()) {
     message += " in package '" + std::string(package) + "'";
   }
   if (const auto nearest = nearest_class(class_name, types_)) {
-    message += *nearest == class_name ? "; another package offers it"
-                                      : "; did you mean '" + *nearest + "'?";
+    message += *nearest == class_name ? "; another package provides it"
+                                      : did_you_mean(class_name, *nearest);
   }
   message += " (" + std::to_string(types_.size()) + " known, in " + std::to_string(prefixes_) +
              (prefixes_ == 1 ? " prefix searched)" : " prefixes searched)");

@@ -7,7 +7,10 @@
 
 #include "broker.hpp"
 #include "graph.hpp"
+#include "pipescout/runtime/activity.hpp"
 #include "pipescout/runtime/graph.hpp"
+#include "step_reporter.hpp"
+#include "transform_listener.hpp"
 
 namespace pipescout {
 
@@ -38,14 +41,54 @@ class ProcessContext final : public Context {
     return clock;
   }
 
+  const std::shared_ptr<Activity>& activity() const override { return activity_; }
+
+  const std::shared_ptr<StepTraffic>& step_traffic() const override {
+    return broker_->step_traffic();
+  }
+  std::shared_ptr<StepParticipation> take_part_in_steps(const std::string& clock_topic,
+                                                        const std::string& node) override {
+    if (broker_->transport() == nullptr) {
+      return nullptr;
+    }
+    const std::lock_guard lock(mutex_);
+    auto& known = step_reporters_[clock_topic];
+    auto reporter = known.lock();
+    if (!reporter) {
+      reporter = std::make_shared<StepReporter>(broker_, activity_, clock_topic);
+      known = reporter;
+    }
+    return std::make_shared<StepParticipation>(std::move(reporter), node);
+  }
+  std::shared_ptr<CallbackGroup> create_watch_group() override {
+    return broker_->watch_thread().create_group();
+  }
+
+  std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) override {
+    const std::lock_guard lock(mutex_);
+    auto& known = transform_listeners_[{tf_topic, tf_static_topic}];
+    auto listener = known.lock();
+    if (!listener) {
+      listener = std::make_shared<TransformListener>(tf_topic, tf_static_topic);
+      listener->start(*this);
+      known = listener;
+    }
+    return listener;
+  }
+
   Transport* transport() override { return broker_->transport(); }
 
  private:
   const std::shared_ptr<Broker> broker_;
   const std::unique_ptr<Graph> graph_;
   const std::shared_ptr<SystemClock> system_clock_;
+  const std::shared_ptr<Activity> activity_ = std::make_shared<Activity>();
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<SimulatedClock>> simulated_clocks_;  // by topic
+  std::map<std::string, std::weak_ptr<StepReporter>> step_reporters_;        // by clock's topic
+  std::map<std::pair<std::string, std::string>, std::weak_ptr<TransformListener>>
+      transform_listeners_;  // by topics
 };
 
 }  // namespace

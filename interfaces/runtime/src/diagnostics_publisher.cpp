@@ -57,6 +57,13 @@ constexpr std::array kServiceTotals{
     Total<ServiceStatistics>{"responses_dropped", &ServiceStatistics::responses_dropped, true},
 };
 
+/// What a server rejects is the client's affair, or the operator's.
+constexpr std::array kActionTotals{
+    Total<ActionServerStatistics>{"dropped", &ActionServerStatistics::dropped, true},
+    Total<ActionServerStatistics>{"results_lost", &ActionServerStatistics::results_lost, true},
+    Total<ActionServerStatistics>{"rejected", &ActionServerStatistics::rejected, false},
+};
+
 /// A late reply is no fault: a call that timed out has been counted, and of several servers all but
 /// the first are late.
 constexpr std::array kClientTotals{
@@ -66,9 +73,14 @@ constexpr std::array kClientTotals{
     Total<ClientStatistics>{"late_replies", &ClientStatistics::late_replies, false},
 };
 
-std::string ros_name(const WireTopic& topic) {
+template <class Endpoint>
+std::string ros_name(const Endpoint& endpoint) {
+  const WireTopic& topic = endpoint.topic();
   const auto demangled = demangle_topic_name(topic.name);
   return demangled ? demangled->name : topic.name;
+}
+std::string ros_name(const UntypedActionServer& server) {
+  return server.name();
 }
 
 diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::string& value) {
@@ -93,6 +105,7 @@ class DiagnosticsPublisher::Impl {
     const std::lock_guard lock(mutex_);
     Diagnostics::Snapshot snapshot = component_.diagnostics().take();
     add_endpoints(snapshot, clients);
+    add_transforms(snapshot);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
     status.level = static_cast<std::uint8_t>(snapshot.level);
@@ -159,8 +172,8 @@ class DiagnosticsPublisher::Impl {
       if (total == 0) {
         continue;
       }
-      const std::string key = std::string(kind) + " " + ros_name(endpoint->topic()) + ": " +
-                              std::string(kind_of_total.name);
+      const std::string key =
+          std::string(kind) + " " + ros_name(*endpoint) + ": " + std::string(kind_of_total.name);
       losses.totals[key] += total;
       const TotalKey total_key{endpoint, kind_of_total.name};
       losses.seen[total_key] = total;
@@ -196,6 +209,9 @@ class DiagnosticsPublisher::Impl {
       add_totals(service->request_subscription(), service->statistics(), "service", kServiceTotals,
                  losses);
     }
+    for (const auto& server : component_.action_servers()) {
+      add_totals(server, server->statistics(), "action", kActionTotals, losses);
+    }
     for (const auto& client : clients) {
       add_endpoint(client->request_publisher(), "client", losses);
       add_endpoint(client->reply_subscription(), "client", losses);
@@ -227,10 +243,32 @@ class DiagnosticsPublisher::Impl {
     snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
   }
 
+  /// The transforms that were refused; a warning while one is.
+  void add_transforms(Diagnostics::Snapshot& snapshot) {
+    const Transforms* const transforms = component_.transforms_in_use();
+    if (transforms == nullptr) {
+      return;
+    }
+    const TransformStatistics statistics = transforms->statistics();
+    std::uint64_t refused = 0;
+    for (const auto& [fault, total] : statistics.refused) {
+      refused += total;
+      snapshot.values.insert_or_assign("tf.refused." + std::string(to_string(fault)),
+                                       std::to_string(total));
+    }
+    if (const std::uint64_t growth = refused - std::exchange(transforms_refused_, refused);
+        growth > 0) {
+      snapshot.message += (snapshot.message.empty() ? "tf.refused +" : "; tf.refused +") +
+                          std::to_string(growth) + ": " + statistics.last_refused;
+      snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
+    }
+  }
+
   Component& component_;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> publisher_;
   std::mutex mutex_;  // publishing is in the order of taking
   std::map<TotalKey, std::uint64_t> seen_;
+  std::uint64_t transforms_refused_ = 0;
   std::shared_ptr<Timer> timer_;
 };
 

@@ -7,12 +7,15 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <unordered_map>
 #include <utility>
 #include <vector>
+
+#include "pipescout/runtime/activity.hpp"
 
 namespace pipescout {
 
@@ -41,7 +44,8 @@ class PostedFunction final : public Waitable {
 ///
 /// A thread that leaves its spin hands over what it would have done: it may have been the one that
 /// was woken for some work, or the timekeeper, while threads of other spins sleep on.
-class Executor::Core {
+class Executor::Core final : public Activity::Source,
+                             public std::enable_shared_from_this<Executor::Core> {
  public:
   class Group;
   struct Work {
@@ -65,6 +69,9 @@ class Executor::Core {
   void release(Group& group);
   bool when_idle(Group& group, std::function<void()> idle);
   void close(Group& group);
+  void join(Group& group, const std::shared_ptr<Activity>& activity, std::string node);
+
+  void look(std::set<std::string>& busy_nodes, std::uint64_t& units_of_work) override;
 
   void begin_spin(Spin& spin);
   void end_spin(Spin& spin);
@@ -98,6 +105,8 @@ class Executor::Core {
   void wait_for_work(std::unique_lock<std::mutex>& lock, const SteadyTime* until);
   /// Returns whom to tell that the group is idle, without the lock.
   std::vector<std::function<void()>> finish(Group& group);
+  /// Activities that wait for this executor, if it has nothing to do.
+  [[nodiscard]] std::vector<std::shared_ptr<Activity>> awaited_activities() const;
 
   void execute(const Work& work);
 
@@ -106,6 +115,8 @@ class Executor::Core {
   std::condition_variable time_due_;
   std::condition_variable group_idle_;
   std::deque<Work> ready_;
+  std::vector<std::weak_ptr<Activity>> activities_;
+  std::vector<std::weak_ptr<Group>> joined_groups_;
   Timeline timeline_;
   std::unordered_map<const Waitable*, Timeline::iterator> timed_;
   std::uint64_t arrivals_ = 0;
@@ -174,6 +185,12 @@ class Executor::Core::Group final : public CallbackGroup,
     }
   }
 
+  void join(const std::shared_ptr<Activity>& activity, std::string node) override {
+    if (const auto core = core_.lock()) {
+      core->join(*this, activity, std::move(node));
+    }
+  }
+
   ExceptionHandler handler() {
     const std::lock_guard lock(handler_mutex_);
     return handler_;
@@ -190,6 +207,7 @@ class Executor::Core::Group final : public CallbackGroup,
   std::vector<std::thread::id> running_;
   std::deque<Work> parked_;  // without `group`: it would own itself
   std::vector<std::function<void()>> when_idle_;
+  std::string node_;  // empty: in no activity
   bool held_ = false;
   bool closed_ = false;
 
@@ -435,6 +453,56 @@ void Executor::Core::close(Group& group) {
   if (std::find(running.begin(), running.end(), std::this_thread::get_id()) == running.end()) {
     group_idle_.wait(lock, [&] { return running.empty(); });
   }
+  const auto activities = awaited_activities();
+  lock.unlock();
+  for (const auto& activity : activities) {
+    activity->check();
+  }
+}
+
+void Executor::Core::join(Group& group, const std::shared_ptr<Activity>& activity,
+                          std::string node) {
+  activity->add(shared_from_this());
+  const std::lock_guard lock(mutex_);
+  group.node_ = std::move(node);
+  std::erase_if(joined_groups_, [](const auto& weak) { return weak.expired(); });
+  joined_groups_.push_back(group.weak_from_this());
+  const auto known = [&](const auto& weak) { return weak.lock() == activity; };
+  if (std::none_of(activities_.begin(), activities_.end(), known)) {
+    activities_.push_back(activity);
+  }
+}
+
+void Executor::Core::look(std::set<std::string>& busy_nodes, std::uint64_t& units_of_work) {
+  std::vector<std::shared_ptr<Group>> groups;  // released after the lock
+  const std::lock_guard lock(mutex_);
+  for (const auto& weak : joined_groups_) {
+    if (auto group = weak.lock()) {
+      if (!group->running_.empty() || !group->parked_.empty()) {
+        busy_nodes.insert(group->node_);
+      }
+      groups.push_back(std::move(group));
+    }
+  }
+  for (const Work& work : ready_) {
+    if (!work.group->node_.empty()) {
+      busy_nodes.insert(work.group->node_);
+    }
+  }
+  units_of_work = arrivals_;
+}
+
+std::vector<std::shared_ptr<Activity>> Executor::Core::awaited_activities() const {
+  std::vector<std::shared_ptr<Activity>> awaited;
+  if (!ready_.empty()) {
+    return awaited;
+  }
+  for (const auto& weak : activities_) {
+    if (auto activity = weak.lock(); activity && activity->is_awaited()) {
+      awaited.push_back(std::move(activity));
+    }
+  }
+  return awaited;
 }
 
 void Executor::Core::begin_spin(Spin& spin) {
@@ -508,12 +576,17 @@ bool Executor::Core::run_one(const Spin* spin, const SteadyTime* until) {
   }
   work.waitable.reset();
   std::vector<std::function<void()>> idle;
+  std::vector<std::shared_ptr<Activity>> activities;
   {
     const std::lock_guard lock(mutex_);
     idle = finish(*work.group);
+    activities = awaited_activities();
   }
   for (const auto& tell : idle) {
     tell();
+  }
+  for (const auto& activity : activities) {
+    activity->check();
   }
   if (error) {
     std::rethrow_exception(error);

@@ -156,10 +156,16 @@ class Knowledge {
       if (found == local_nodes_.end()) {
         return;
       }
-      for (auto& [address, endpoint] : local_endpoints_) {
+      for (auto entry = local_endpoints_.begin(); entry != local_endpoints_.end();) {
+        GraphEndpoint& endpoint = entry->second;
+        if (endpoint.node == node && local_endpoints_.count(entry->first) > 1) {
+          entry = local_endpoints_.erase(entry);  // others share it
+          continue;
+        }
         if (endpoint.node == node) {
           endpoint.node.reset();
         }
+        ++entry;
       }
       local_nodes_.erase(found);
       announce_later();
@@ -169,20 +175,20 @@ class Knowledge {
 
   /// `address`: names the endpoint until it is destroyed.
   void add_endpoint(const void* address, const NodeName& node, bool is_publisher, const Gid& gid,
-                    const WireTopic& topic, const QoS& qos) {
+                    const WireTopic& topic, const QoS& qos, bool is_shared = false) {
     {
       const std::lock_guard lock(mutex_);
       if (!local_nodes_.contains(node)) {
         throw std::invalid_argument("an endpoint of '" + topic.name + "' cannot belong to node '" +
                                     node.fully_qualified() + "', which is not in this process");
       }
-      const auto [entry, is_new] = local_endpoints_.try_emplace(
-          address, GraphEndpoint{gid, is_publisher, topic.name, std::string(topic.type->dds_name),
-                                 qos, node, true});
-      if (!is_new) {
+      if (!is_shared && local_endpoints_.contains(address)) {
         throw std::invalid_argument("the endpoint " + to_string(gid) + " of '" + topic.name +
                                     "' belongs to a node already");
       }
+      local_endpoints_.emplace(
+          address, GraphEndpoint{gid, is_publisher, topic.name, std::string(topic.type->dds_name),
+                                 qos, node, true});
       announce_later();
     }
     bell_.ring();
@@ -362,7 +368,8 @@ class Knowledge {
 
   mutable std::mutex mutex_;
   std::set<NodeName> local_nodes_;
-  std::map<const void*, GraphEndpoint> local_endpoints_;  // by address
+  // By address; several for one that nodes share.
+  std::multimap<const void*, GraphEndpoint> local_endpoints_;
   std::map<Gid, RemoteNodes> remote_nodes_;
   std::unique_ptr<DelayedCall> announcement_;  // null without a transport
   bool announcement_pending_ = false;
@@ -426,6 +433,11 @@ class ProcessGraph final : public Graph {
                     const std::shared_ptr<UntypedSubscription>& subscription) override {
     knowledge_->add_endpoint(subscription.get(), node, false, subscription->gid(),
                              subscription->topic(), subscription->qos());
+  }
+  void add_shared_endpoint(const NodeName& node,
+                           const std::shared_ptr<UntypedSubscription>& subscription) override {
+    knowledge_->add_endpoint(subscription.get(), node, false, subscription->gid(),
+                             subscription->topic(), subscription->qos(), true);
   }
 
   std::vector<NodeName> nodes() const override { return knowledge_->nodes(); }

@@ -5,7 +5,9 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/ansicolor_sink.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <mutex>
 #include <utility>
 
@@ -94,6 +96,19 @@ const char* to_string(LogSeverity severity) noexcept {
   return "UNKNOWN";
 }
 
+std::optional<LogSeverity> log_severity(std::string_view name) {
+  std::string upper(name);
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  for (const auto severity : {LogSeverity::kDebug, LogSeverity::kInfo, LogSeverity::kWarn,
+                              LogSeverity::kError, LogSeverity::kFatal}) {
+    if (upper == to_string(severity)) {
+      return severity;
+    }
+  }
+  return std::nullopt;
+}
+
 struct Logger::State {
   explicit State(std::string name) : console(std::move(name), standard_error()) {
     console.set_level(spdlog::level::trace);  // `threshold` decides, for both sinks
@@ -125,6 +140,10 @@ void Logger::log(LogSeverity severity, std::string_view text, const Location& wh
 
 void Logger::set_threshold(LogSeverity severity) {
   state_->threshold.store(severity, std::memory_order_relaxed);
+}
+
+LogSeverity Logger::threshold() const {
+  return state_->threshold.load(std::memory_order_relaxed);
 }
 
 void Logger::set_sink(Sink sink) {

@@ -7,10 +7,13 @@
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <stdexcept>
 
+#include "logger_services.hpp"
 #include "parameter_services.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
 #include "rosout.hpp"
+#include "step_reporter.hpp"
+#include "transform_listener.hpp"
 
 namespace pipescout {
 
@@ -78,6 +81,7 @@ class Node::Impl {
     auto group = options.executor->create_callback_group(type);
     group->set_exception_handler(
         [this](std::exception_ptr error) { node_.on_callback_exception(std::move(error)); });
+    group->join(options.context->activity(), name.fully_qualified());
     const std::lock_guard lock(mutex);
     if (held != Held::kNone) {
       group->hold();
@@ -99,7 +103,7 @@ class Node::Impl {
           return own.lock() == wanted;
         })) {
       throw std::invalid_argument("node '" + name.fully_qualified() +
-                                  "': a callback group that it has not made");
+                                  "': a callback group of another node");
     }
     return wanted;
   }
@@ -121,22 +125,28 @@ class Node::Impl {
   // As queued work keeps a group that is not held.
   std::vector<std::shared_ptr<CallbackGroup>> held_groups;
   bool managed_active = true;
+  bool services_enabled = true;
   std::shared_ptr<SimulatedClock> simulated_clock;  // null: system time
   std::shared_ptr<UntypedSubscription> clock_subscription;
+  std::shared_ptr<StepParticipation> step_participation;  // null unless it follows `/clock`
   std::vector<std::weak_ptr<Timer>> timers;
   std::vector<std::weak_ptr<CallbackGroup>> groups;
   std::vector<std::weak_ptr<UntypedPublisher>> publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> subscriptions;
   std::vector<std::weak_ptr<UntypedService>> services;
   std::vector<std::weak_ptr<UntypedClient>> clients;
+  std::vector<std::weak_ptr<UntypedActionServer>> action_servers;
   std::vector<std::weak_ptr<UntypedPublisher>> managed_publishers;
   std::vector<std::weak_ptr<UntypedSubscription>> managed_subscriptions;
   std::vector<std::weak_ptr<UntypedService>> managed_services;
   std::vector<std::weak_ptr<Timer>> managed_timers;
+  std::vector<std::weak_ptr<UntypedActionServer>> managed_action_servers;
 
   ParameterCallbackHandle use_sim_time_changed;
   std::unique_ptr<ParameterServices> parameter_services;
+  std::unique_ptr<LoggerServices> logger_services;
   std::unique_ptr<Rosout> rosout;
+  std::unique_ptr<Transforms> transforms;  // null: not in use
 
  private:
   Node& node_;
@@ -145,6 +155,7 @@ class Node::Impl {
 void Node::Impl::use_simulated_time(bool simulated) {
   std::shared_ptr<SimulatedClock> clock;
   std::shared_ptr<UntypedSubscription> subscription;
+  std::shared_ptr<StepParticipation> participation;
   if (simulated) {
     Context& context = *options.context;
     const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
@@ -160,13 +171,18 @@ void Node::Impl::use_simulated_time(bool simulated) {
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);
+    participation = context.take_part_in_steps(subscription->topic().name, name.fully_qualified());
   }
   std::vector<std::shared_ptr<Timer>> switched;
   {
     const std::lock_guard lock(mutex);
     simulated_clock = clock;
     clock_subscription.swap(subscription);
+    step_participation.swap(participation);
     switched = alive(timers);
+    if (transforms) {
+      transforms->follow(clock);
+    }
   }
   for (const auto& timer : switched) {
     timer->follow(clock);
@@ -187,7 +203,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
     if (impl_->options.standard_interfaces) {
       const auto use_sim_time = parameters().declare<bool>(
           "use_sim_time", false,
-          {.description = "time comes from the topic /clock instead of this machine"});
+          {.description = "use the time of the topic /clock instead of the system clock"});
       impl_->use_simulated_time(use_sim_time.get());
       impl_->use_sim_time_changed =
           parameters().on_changed([this, use_sim_time](const std::vector<NamedParameter>& changed) {
@@ -199,6 +215,7 @@ Node::Node(NodeOptions options, CallbackStart start) {
           });
       impl_->rosout = std::make_unique<Rosout>(*this);
       impl_->parameter_services = std::make_unique<ParameterServices>(*this);
+      impl_->logger_services = std::make_unique<LoggerServices>(*this);
     }
   } catch (...) {
     context().graph().remove_node(impl_->name);
@@ -208,9 +225,15 @@ Node::Node(NodeOptions options, CallbackStart start) {
 
 Node::~Node() {
   close();
+  for (const auto& server : action_servers()) {
+    server->close();  // it asks for the node's time
+  }
   impl_->use_sim_time_changed.reset();
   impl_->clock_subscription.reset();
+  impl_->step_participation.reset();
+  impl_->logger_services.reset();
   impl_->parameter_services.reset();
+  impl_->transforms.reset();
   impl_->rosout.reset();
   context().graph().remove_node(impl_->name);
 }
@@ -302,12 +325,50 @@ Parameters& Node::parameters() const {
   return impl_->parameters;
 }
 
-Time Node::now() const {
-  std::shared_ptr<SimulatedClock> simulated;
+std::string Node::resolve_topic(std::string_view name) const {
+  return resolve_topic_name(name, impl_->name, impl_->options.remap_rules);
+}
+
+Transforms& Node::transforms() {
   {
     const std::lock_guard lock(impl_->mutex);
-    simulated = impl_->simulated_clock;
+    if (impl_->transforms) {
+      return *impl_->transforms;
+    }
   }
+  auto made = std::make_unique<Transforms>(*this);
+  const auto subscriptions = made->listener_->subscriptions();
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (impl_->transforms) {
+      return *impl_->transforms;  // another thread was faster
+    }
+    if (impl_->simulated_clock) {
+      made->follow(impl_->simulated_clock);
+    }
+    impl_->transforms = std::move(made);
+    for (const auto& subscription : subscriptions) {
+      add(impl_->subscriptions, subscription);
+    }
+  }
+  for (const auto& subscription : subscriptions) {
+    context().graph().add_shared_endpoint(impl_->name, subscription);
+  }
+  return *impl_->transforms;
+}
+
+const Transforms* Node::transforms_in_use() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->transforms.get();
+}
+
+std::shared_ptr<SimulatedClock> Node::simulated_clock() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->simulated_clock;
+}
+
+Time Node::now() const {
+  const std::shared_ptr<SimulatedClock> simulated = simulated_clock();
   return simulated ? simulated->now() : context().system_clock()->now();
 }
 
@@ -328,7 +389,7 @@ std::shared_ptr<UntypedPublisher> Node::create_untyped_publisher(std::string_vie
   incompatible_qos = [logger = impl_->logger, full,
                       told = std::move(incompatible_qos)](const IncompatibleQos& event) {
     logger.warn("a subscription of '" + full +
-                "' requests an incompatible QoS, it gets nothing: " + to_string(event.policy));
+                "' requests an incompatible QoS, it receives nothing: " + to_string(event.policy));
     if (told) {
       told(event);
     }
@@ -352,21 +413,27 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
     std::string_view topic, const MessageType& type, const QoS& qos,
     UntypedSubscription::Callback callback, NodeSubscriptionOptions options) {
   const std::string full = resolve_topic_name(topic, impl_->name, impl_->options.remap_rules);
-  auto& incompatible_qos = options.events.incompatible_qos;
-  incompatible_qos = [logger = impl_->logger, full,
-                      told = std::move(incompatible_qos)](const IncompatibleQos& event) {
-    logger.warn("a publisher of '" + full +
-                "' offers an incompatible QoS, nothing comes from it: " + to_string(event.policy));
-    if (told) {
-      told(event);
-    }
-  };
+  if (!options.at_once) {
+    auto& incompatible_qos = options.events.incompatible_qos;
+    incompatible_qos = [logger = impl_->logger, full,
+                        told = std::move(incompatible_qos)](const IncompatibleQos& event) {
+      logger.warn(
+          "a publisher of '" + full +
+          "' offers an incompatible QoS, nothing is received from it: " + to_string(event.policy));
+      if (told) {
+        told(event);
+      }
+    };
+  } else if (options.group) {
+    throw std::invalid_argument("subscription of '" + full +
+                                "': a callback at once runs in no callback group");
+  }
   auto subscription = context().create_subscription(
       {.topic = {mangle_topic_name(full, DdsTopicKind::kTopic), &type},
        .qos = qos,
        .callback = std::move(callback),
        .events = std::move(options.events),
-       .group = impl_->own_group(options.group),
+       .group = options.at_once ? nullptr : impl_->own_group(options.group),
        .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);
@@ -406,7 +473,7 @@ void Node::enable_service(const std::shared_ptr<UntypedService>& service,
   if (options.managed) {
     add(impl_->managed_services, service);
   }
-  service->set_enabled(!options.managed || impl_->managed_active);
+  service->set_enabled(!options.managed || impl_->services_enabled);
 }
 
 std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view name,
@@ -418,12 +485,39 @@ std::shared_ptr<UntypedClient> Node::create_untyped_client_on(std::string_view n
                   .request = &request,
                   .response = &response,
                   .qos = options.qos,
-                  .group = impl_->own_group(options.group)});
+                  .group = impl_->own_group(options.group),
+                  .matched = options.matched});
   context().graph().add_endpoint(impl_->name, client->request_publisher());
   context().graph().add_endpoint(impl_->name, client->reply_subscription());
   const std::lock_guard lock(impl_->mutex);
   add(impl_->clients, client);
   return client;
+}
+
+std::string Node::action_name(std::string_view name) const {
+  return resolve_topic_name(name, impl_->name, impl_->options.remap_rules);
+}
+
+void Node::add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed) {
+  bool is_active = true;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    add(impl_->action_servers, server);
+    if (!managed) {
+      return;
+    }
+    add(impl_->managed_action_servers, server);
+    is_active = impl_->managed_active;
+  }
+  // Without the lock, as the server asks for the time; so the state may change meanwhile.
+  while (true) {
+    server->set_accepting(is_active);
+    const std::lock_guard lock(impl_->mutex);
+    if (is_active == impl_->managed_active) {
+      return;
+    }
+    is_active = impl_->managed_active;
+  }
 }
 
 std::shared_ptr<Timer> Node::create_timer(Duration period, std::function<void()> callback,
@@ -459,31 +553,48 @@ std::vector<std::shared_ptr<UntypedClient>> Node::clients() const {
   return alive(impl_->clients);
 }
 
+std::vector<std::shared_ptr<UntypedActionServer>> Node::action_servers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return alive(impl_->action_servers);
+}
+
 void Node::set_managed_active(bool active) {
   std::vector<std::shared_ptr<UntypedPublisher>> publishers;
   std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
-  std::vector<std::shared_ptr<UntypedService>> services;
   std::vector<std::shared_ptr<Timer>> timers;
+  std::vector<std::shared_ptr<UntypedActionServer>> servers_of_actions;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->managed_active = active;
     publishers = alive(impl_->managed_publishers);
     subscriptions = alive(impl_->managed_subscriptions);
-    services = alive(impl_->managed_services);
     timers = alive(impl_->managed_timers);
+    servers_of_actions = alive(impl_->managed_action_servers);
   }
   // Publishers first when enabling: a callback that runs at once may publish.
   for (const auto& publisher : publishers) {
     publisher->set_enabled(active);
-  }
-  for (const auto& service : services) {
-    service->set_enabled(active);
   }
   for (const auto& timer : timers) {
     timer->set_enabled(active);
   }
   for (const auto& subscription : subscriptions) {
     subscription->set_enabled(active);
+  }
+  for (const auto& server : servers_of_actions) {
+    server->set_accepting(active);
+  }
+}
+
+void Node::set_services_enabled(bool enabled) {
+  std::vector<std::shared_ptr<UntypedService>> services;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->services_enabled = enabled;
+    services = alive(impl_->managed_services);
+  }
+  for (const auto& service : services) {
+    service->set_enabled(enabled);
   }
 }
 

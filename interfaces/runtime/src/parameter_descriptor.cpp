@@ -115,7 +115,7 @@ void ParameterDescriptor::validate() const {
   };
   if (integer_range) {
     if (!is_one_of(ParameterType::kInteger, ParameterType::kIntegerArray)) {
-      refuse(std::string("an integer range does not go with type ") + to_string(type));
+      refuse(std::string("an integer range is not allowed for type ") + to_string(type));
     }
     if (integer_range->from > integer_range->to) {
       refuse("the range " + to_string(*integer_range) + " is empty");
@@ -124,7 +124,7 @@ void ParameterDescriptor::validate() const {
   if (floating_point_range) {
     const FloatingPointRange& range = *floating_point_range;
     if (!is_one_of(ParameterType::kDouble, ParameterType::kDoubleArray)) {
-      refuse(std::string("a floating point range does not go with type ") + to_string(type));
+      refuse(std::string("a floating point range is not allowed for type ") + to_string(type));
     }
     if (!(range.from <= range.to)) {
       refuse("the range " + to_string(range) + " is empty");

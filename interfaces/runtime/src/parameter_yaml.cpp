@@ -47,12 +47,12 @@ void check_pattern(const std::string& pattern, const YAML::Mark& mark, const std
     }
     if (part.find('*') != std::string_view::npos) {
       throw YamlError(path, mark,
-                      "'" + pattern + "': '*' and '**' stand for whole parts of a node name");
+                      "'" + pattern + "': '*' and '**' replace whole parts of a node name");
     }
     try {
       validate_node_name(part);
     } catch (const InvalidName& error) {
-      throw YamlError(path, mark, "'" + pattern + "' names no node: " + error.what());
+      throw YamlError(path, mark, "'" + pattern + "' is not a node name: " + error.what());
     }
   }
 }
@@ -96,7 +96,7 @@ void read_node_keys(const YAML::Node& map, const std::string& prefix, const YAML
     const YAML::Mark mark = entry.first.Mark();
     if (key == kParametersKey) {
       if (prefix.empty()) {
-        throw YamlError(path, mark, "'" + key + "' must stand under the name of a node");
+        throw YamlError(path, mark, "'" + key + "' must be below the name of a node");
       }
       if (!entry.second.IsMap()) {
         throw YamlError(path, mark, "'" + key + "' must be a map of parameters");
@@ -267,7 +267,7 @@ std::string dump_parameter_yaml(std::string_view fully_qualified_node_name,
     DumpNode* node = &root;
     std::size_t depth = 2;
     std::size_t begin = 0;
-    // Descend at each '.', unless the name so far is a parameter itself: that one is no map.
+    // Descend at each '.', unless the name so far is a parameter itself: that one is not a map.
     for (std::size_t dot = name.find('.'); dot != std::string::npos;
          dot = name.find('.', dot + 1)) {
       if (!sorted.contains(name.substr(0, dot))) {

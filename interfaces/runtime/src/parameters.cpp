@@ -6,6 +6,8 @@
 #include <set>
 #include <shared_mutex>
 
+#include "number_text.hpp"
+#include "pipescout/runtime/hint.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -41,9 +43,16 @@ struct IsEmpty {
   }
 };
 
-// An empty array of one type becomes one of the type that is expected.
+// An empty array of one type becomes one of the type that is expected, and a text that is a number
+// becomes that number where one is expected.
 ParameterValue conform(ParameterValue value, const ParameterDescriptor& descriptor) {
-  if (descriptor.dynamic_typing || value.type() == descriptor.type || !value.visit(IsEmpty{})) {
+  if (descriptor.dynamic_typing || value.type() == descriptor.type) {
+    return value;
+  }
+  if (auto numbers = numbers_from_text(value, descriptor.type)) {
+    return *std::move(numbers);
+  }
+  if (!value.visit(IsEmpty{})) {
     return value;
   }
   switch (descriptor.type) {
@@ -105,7 +114,7 @@ SetResult guarded(const Call& call) {
   } catch (const std::exception& error) {
     return SetResult::refuse(error.what());
   } catch (...) {
-    return SetResult::refuse("a parameter callback threw something that is no exception");
+    return SetResult::refuse("a parameter callback threw an object that is not an exception");
   }
 }
 
@@ -118,7 +127,7 @@ std::string to_string(const UnusedOverride& unused) {
   }
   text += "no parameter '" + unused.parameter.name + "'";
   if (unused.nearest) {
-    text += "; did you mean '" + *unused.nearest + "'?";
+    text += did_you_mean(unused.parameter.name, *unused.nearest);
   }
   return text;
 }
@@ -193,6 +202,21 @@ struct Parameters::State {
     return result;
   }
 
+  /// A declared parameter "a" for "a.b", or the other way round: `ros2 param dump` writes names as
+  /// nested maps, and fails on both.
+  [[nodiscard]] std::optional<std::string> branch_of(const std::string& name) const {
+    for (auto dot = name.find(kSeparator); dot != std::string::npos;
+         dot = name.find(kSeparator, dot + 1)) {
+      if (const auto found = entries.find(name.substr(0, dot)); found != entries.end()) {
+        return found->first;
+      }
+    }
+    const std::string prefix = name + kSeparator;
+    const auto below = entries.lower_bound(prefix);
+    return below != entries.end() && below->first.starts_with(prefix) ? std::optional(below->first)
+                                                                      : std::nullopt;
+  }
+
   [[nodiscard]] SetResult validate(const std::vector<NamedParameter>& parameters) const {
     SetResult result;
     validators.for_each([&](const ValidateCallback& callback) {
@@ -259,7 +283,7 @@ SetResult Parameters::State::check(std::vector<NamedParameter>& parameters) cons
       return cannot_be_set("it was not declared");
     }
     if (!seen.insert(parameter.name).second) {
-      return refuse("it is given twice in one set");
+      return refuse("it occurs twice in one set");
     }
     const ParameterDescriptor& descriptor = found->second.descriptor;
     if (descriptor.read_only) {
@@ -340,6 +364,11 @@ ParameterValue Parameters::declare(ParameterDescriptor descriptor, ParameterValu
   descriptor.validate();
   if (state.entries.contains(name)) {
     throw ParameterError(name, about(name, "it is already declared"));
+  }
+  if (const auto other = state.branch_of(name)) {
+    throw ParameterError(name, about(name, "'" + *other +
+                                               "' is declared, and the one name begins the other: "
+                                               "in YAML it would be a value and a map at once"));
   }
   if (default_value.is_set()) {
     if (const auto objection = descriptor.objection(default_value)) {
@@ -423,7 +452,7 @@ std::shared_ptr<const detail::ParameterCell> Parameters::cell(
   if (descriptor.dynamic_typing || descriptor.type != type) {
     throw ParameterError(
         name, about(name, std::string("it is of type ") + to_string(descriptor.type) +
-                              (descriptor.dynamic_typing ? " (dynamic)" : "") + ", asked for as " +
+                              (descriptor.dynamic_typing ? " (dynamic)" : "") + ", requested as " +
                               to_string(type)));
   }
   const auto& range = descriptor.integer_range;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/runtime/qos.hpp"
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
@@ -82,6 +83,21 @@ std::optional<QosPolicy> incompatibility(const QoS& offered, const QoS& requeste
     return QosPolicy::kLiveliness;
   }
   return std::nullopt;
+}
+
+QoS request_for(std::span<const QoS> offered, std::size_t depth) {
+  QoS request = QoS::reliable(depth);
+  if (offered.empty()) {
+    return request;
+  }
+  const auto all = [&](auto offers) { return std::all_of(offered.begin(), offered.end(), offers); };
+  if (!all([](const QoS& qos) { return qos.reliability == Reliability::kReliable; })) {
+    request.reliability = Reliability::kBestEffort;
+  }
+  if (all([](const QoS& qos) { return qos.durability == Durability::kTransientLocal; })) {
+    request.durability = Durability::kTransientLocal;
+  }
+  return request;
 }
 
 }  // namespace pipescout

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
 namespace pipescout {
@@ -14,10 +13,10 @@ constexpr std::string_view kSeparator = ":=";
 /// Why an argument that rcl knows is refused; nothing for all others.
 std::optional<std::string_view> refusal_of(std::string_view argument) {
   constexpr std::string_view kAlwaysOnRosout =
-      "messages always go to /rosout; --log-level says which";
+      "messages are always published on /rosout; select them with --log-level";
   constexpr std::string_view kAlwaysOnStderr =
-      "messages always go to the standard error stream; --log-level says which, and the stream can "
-      "be redirected";
+      "messages are always written to the standard error stream; select them with --log-level, or "
+      "redirect the stream";
   constexpr std::string_view kNoLogFiles =
       "there are no log files; redirect the standard error stream, or record /rosout";
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kRefused{
@@ -29,19 +28,6 @@ std::optional<std::string_view> refusal_of(std::string_view argument) {
   for (const auto& [name, why] : kRefused) {
     if (argument == name) {
       return why;
-    }
-  }
-  return std::nullopt;
-}
-
-std::optional<LogSeverity> severity_of(std::string_view name) {
-  std::string upper(name);
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  for (const auto severity : {LogSeverity::kDebug, LogSeverity::kInfo, LogSeverity::kWarn,
-                              LogSeverity::kError, LogSeverity::kFatal}) {
-    if (upper == to_string(severity)) {
-      return severity;
     }
   }
   return std::nullopt;
@@ -84,7 +70,7 @@ class Parser {
     } else if (const auto why = refusal_of(argument)) {
       throw RosArgumentError(argument + " is not supported: " + std::string(*why));
     } else if (argument != "--enable-rosout-logs" && argument != "--enable-stdout-logs") {
-      throw RosArgumentError("'" + argument + "' is no argument of --ros-args");
+      throw RosArgumentError("'" + argument + "' is not an argument of --ros-args");
     }
   }
 
@@ -129,10 +115,10 @@ class Parser {
     const auto separator = text.find(kSeparator);
     const bool names_logger = separator != std::string::npos;
     const auto level = names_logger ? text.substr(separator + kSeparator.size()) : text;
-    const auto severity = severity_of(level);
+    const auto severity = log_severity(level);
     if (!severity) {
       throw RosArgumentError(argument + " " + text + ": '" + level +
-                             "' is none of debug, info, warn, error, fatal");
+                             "' is not one of debug, info, warn, error, fatal");
     }
     if (names_logger && separator == 0) {
       throw RosArgumentError(argument + " " + text +

@@ -80,7 +80,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
     }
   }
 
-  void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) {
+  std::uint64_t call(std::shared_ptr<const void> request, Answer answer, Duration timeout) {
     if (!request || !answer) {
       throw std::invalid_argument(std::string("service call: the ") +
                                   (request ? "answer" : "request") + " is null");
@@ -102,7 +102,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
         if (position == deadlines_.begin()) {
           group_->schedule_at(deadline, shared_from_this());
         }
-        return;
+        return id;
       }
       ++statistics_.refused;
       if (refused_.size() >= UntypedClient::kMaxOutstandingCalls) {
@@ -112,10 +112,26 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
       }
       refused_.push_back(std::move(answer));
       if (refused_.size() > 1) {
-        return;  // the one before it goes on with this one
+        return 0;  // the one before it goes on with this one
       }
     }
     post_refusal();
+    return 0;
+  }
+
+  bool forget(std::uint64_t id) {
+    Call forgotten;  // destroyed after the lock is released
+    const std::lock_guard lock(mutex_);
+    if (!calls_.contains(id)) {
+      return false;
+    }
+    forgotten = take(id);
+    return true;
+  }
+
+  [[nodiscard]] bool is_matched(const Gid& server) const {
+    const std::lock_guard lock(mutex_);
+    return subscription_ && subscription_->is_matched(server);
   }
 
   [[nodiscard]] bool is_ready() const {
@@ -146,7 +162,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
       answered = take(found->second);
       ++statistics_.answered;
     }
-    answered.answer(ServiceResult<void>(response));
+    answered.answer(ServiceResult<void>(response, info.identity.writer));
   }
 
   /// One call whose time is over.
@@ -295,9 +311,12 @@ class ProcessClient final : public UntypedClient {
   ProcessClient(const ProcessClient&) = delete;
   ProcessClient& operator=(const ProcessClient&) = delete;
 
-  void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) override {
-    calls_->call(std::move(request), std::move(answer), timeout);
+  std::uint64_t call(std::shared_ptr<const void> request, Answer answer,
+                     Duration timeout) override {
+    return calls_->call(std::move(request), std::move(answer), timeout);
   }
+  bool forget(std::uint64_t call) override { return calls_->forget(call); }
+  bool is_matched(const Gid& server) const override { return calls_->is_matched(server); }
   bool is_ready() const override { return calls_->is_ready(); }
   ClientStatistics statistics() const override { return calls_->statistics(); }
   std::shared_ptr<UntypedPublisher> request_publisher() const override {
@@ -460,10 +479,14 @@ class ProcessService final : public UntypedService {
 };
 
 template <class Core>
-std::function<void(std::size_t)> on_matches(const std::shared_ptr<Core>& core) {
-  return [weak = std::weak_ptr<Core>(core)](std::size_t) {
+std::function<void(std::size_t)> on_matches(const std::shared_ptr<Core>& core,
+                                            std::function<void()> told = {}) {
+  return [weak = std::weak_ptr<Core>(core), told = std::move(told)](std::size_t) {
     if (const auto alive = weak.lock()) {
       alive->matches_changed();
+    }
+    if (told) {
+      told();
     }
   };
 }
@@ -528,13 +551,13 @@ std::shared_ptr<UntypedClient> create_untyped_client(Context& context,
                alive->reply(response, info);
              }
            },
-       .events = {.matched = on_matches(calls)},
+       .events = {.matched = on_matches(calls, options.matched)},
        .group = options.group,
        .own_reader = true});
   auto publisher = context.create_publisher(
       {.topic = {mangle_topic_name(options.name, DdsTopicKind::kServiceRequest), options.request},
        .qos = options.qos,
-       .events = {.matched = on_matches(calls)},
+       .events = {.matched = on_matches(calls, options.matched)},
        .group = options.group});
   calls->attach(std::move(publisher), std::move(subscription));
   return std::make_shared<ProcessClient>(calls);

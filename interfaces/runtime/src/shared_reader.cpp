@@ -4,17 +4,25 @@
 #include <exception>
 #include <utility>
 
+#include "pipescout/runtime/serialized_message.hpp"
+
 namespace pipescout {
 
 SharedReader::SharedReader(Transport& transport, const WireTopic& topic, const QoS& qos,
+                           std::shared_ptr<StepTraffic> traffic,
                            std::shared_ptr<TransportReaderListener> first)
-    : topic_(topic.name), type_(topic.type), qos_(qos), subscriptions_{std::move(first)} {
+    : topic_(topic.name),
+      type_(topic.type),
+      qos_(qos),
+      traffic_(std::move(traffic)),
+      subscriptions_{std::move(first)} {
   reader_ = transport.create_reader(topic, qos, *this);
   gid_ = reader_->gid();
 }
 
 bool SharedReader::serves(const WireTopic& topic, const QoS& qos) const {
-  return topic_ == topic.name && type_->dds_name == topic.type->dds_name && qos_ == qos;
+  return topic_ == topic.name && type_->dds_name == topic.type->dds_name &&
+         is_serialized(*type_) == is_serialized(*topic.type) && qos_ == qos;
 }
 
 bool SharedReader::join(const std::shared_ptr<TransportReaderListener>& subscription) {
@@ -60,9 +68,14 @@ void SharedReader::tell_all(Call call) {
 }
 
 void SharedReader::on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) {
-  const std::lock_guard lock(mutex_);
-  has_received_ = true;
-  tell_all([&](TransportReaderListener& told) { told.on_remote_message(message, info); });
+  {
+    const std::lock_guard lock(mutex_);
+    has_received_ = true;
+    tell_all([&](TransportReaderListener& told) { told.on_remote_message(message, info); });
+  }
+  if (traffic_->is_enabled()) {
+    traffic_->received(info.identity);
+  }
 }
 
 void SharedReader::on_malformed_sample() {

@@ -9,17 +9,19 @@
 #include <vector>
 
 #include "pipescout/runtime/transport.hpp"
+#include "step_traffic.hpp"
 
 namespace pipescout {
 
 /// The reader of one topic with one QoS, for all subscriptions of the process that ask for this
-/// QoS: each message is received and deserialised once and handed to all of them as the same
-/// object. A subscription that joins later is told of the matches, the liveliness and the
-/// incompatible writers that there have been. Thread-safe.
+/// QoS, and all for objects or all for bytes: each message is received and deserialised once and
+/// handed to all of them as the same object. A subscription that joins later is told of the
+/// matches, the liveliness and the incompatible writers that there have been. Thread-safe.
 class SharedReader final : private TransportReaderListener {
  public:
   /// The first subscription joins before anything can arrive. Throws TransportError.
   SharedReader(Transport& transport, const WireTopic& topic, const QoS& qos,
+               std::shared_ptr<StepTraffic> traffic,
                std::shared_ptr<TransportReaderListener> first);
   SharedReader(const SharedReader&) = delete;
   SharedReader& operator=(const SharedReader&) = delete;
@@ -33,6 +35,7 @@ class SharedReader final : private TransportReaderListener {
   /// No call of the subscription is in progress or follows once this returned.
   void leave(const TransportReaderListener& subscription);
 
+  [[nodiscard]] bool is_matched(const Gid& writer) const { return reader_->is_matched(writer); }
   [[nodiscard]] const Gid& gid() const noexcept { return gid_; }
 
  private:
@@ -50,6 +53,7 @@ class SharedReader final : private TransportReaderListener {
   const std::string topic_;
   const MessageType* const type_;
   const QoS qos_;
+  const std::shared_ptr<StepTraffic> traffic_;
   Gid gid_;
 
   // Held while the subscriptions are told, so that none is told after it left. Never held while

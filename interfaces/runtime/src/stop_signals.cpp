@@ -93,7 +93,7 @@ void StopSignals::run() {
     std::array<pollfd, 2> descriptors{{{signals_, POLLIN, 0}, {wake_, POLLIN, 0}}};
     const int count = poll(descriptors.data(), descriptors.size(), timeout);
     if (count == 0) {
-      end_by_force(1, "error: not everything stopped in time; ended by force\n");
+      end_by_force(1, "error: some components did not stop in time; process terminated\n");
     }
     if (count < 0) {
       continue;
@@ -115,7 +115,7 @@ void StopSignals::run() {
       const SteadyTime now = steady_now();
       if (first_at) {
         if (now - *first_at >= kSameRequest) {
-          end_by_force(128 + number, "second signal; ended by force\n");
+          end_by_force(128 + number, "second signal; process terminated\n");
         }
         continue;
       }

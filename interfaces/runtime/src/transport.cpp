@@ -30,4 +30,10 @@ bool same_participant(const Gid& a, const Gid& b) noexcept {
   return std::equal(a.bytes.begin(), a.bytes.begin() + kPrefixBytes, b.bytes.begin());
 }
 
+Gid participant_of(const Gid& endpoint) noexcept {
+  Gid participant = endpoint;
+  std::fill(participant.bytes.begin() + kPrefixBytes, participant.bytes.end(), std::uint8_t{0});
+  return participant;
+}
+
 }  // namespace pipescout

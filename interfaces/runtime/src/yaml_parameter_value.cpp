@@ -90,7 +90,7 @@ ParameterValue read_sequence(const YAML::Node& node, const std::string& path) {
     if (!child.IsScalar()) {
       throw YamlError(path, child.Mark(),
                       child.IsNull() ? "an array element has no value"
-                                     : "an array holds plain values only, no arrays or maps");
+                                     : "an array contains plain values only, no arrays or maps");
     }
     ParameterValue element = read_scalar(child, path);
     if (!elements.empty() && element.type() != elements.front().type()) {
@@ -119,7 +119,7 @@ ParameterValue read_sequence(const YAML::Node& node, const std::string& path) {
     case ParameterType::kString:
       return collect<std::string>(elements);
     default:
-      throw YamlError(path, node.Mark(), "an array holds plain values only, no arrays or maps");
+      throw YamlError(path, node.Mark(), "an array contains plain values only, no arrays or maps");
   }
 }
 
@@ -133,7 +133,7 @@ ParameterValue read_parameter_value(const YAML::Node& node, const std::string& p
     return read_sequence(node, path);
   }
   throw YamlError(path, node.Mark(),
-                  node.IsMap() ? "a map is no parameter value" : "no value (null)");
+                  node.IsMap() ? "a map is not a parameter value" : "no value (null)");
 }
 
 ParameterValue parse_parameter_value(const std::string& text) {
@@ -167,7 +167,7 @@ ParameterRule ParameterRule::parse(const std::string& text, const std::string& s
     name.erase(0, colon + 1);
   }
   if (name.empty()) {
-    throw std::invalid_argument("'" + text + "' names no parameter before ':='");
+    throw std::invalid_argument("'" + text + "' has no parameter name before ':='");
   }
   rule.parameter = {std::move(name), parse_parameter_value(text.substr(separator + 2)), source,
                     rule.node.empty()};

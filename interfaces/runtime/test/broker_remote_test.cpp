@@ -284,6 +284,9 @@ class SlowTransport final : public Transport {
     }
     int matched_remote_readers() const override { return inner_->matched_remote_readers(); }
     bool is_matched(const Gid& reader) const override { return inner_->is_matched(reader); }
+    std::vector<Gid> matched_participants() const override {
+      return inner_->matched_participants();
+    }
     void assert_liveliness() override { inner_->assert_liveliness(); }
     Gid gid() const override { return inner_->gid(); }
 

@@ -206,7 +206,7 @@ TEST_F(ComponentContainerTest, AConstructorThatThrowsIsAnErrorOnly) {
   ASSERT_TRUE(load(request("Counter")).success);
   EXPECT_THAT(failed_load(request("ThrowsWhenConstructed")),
               HasSubstr("the sensor has no serial number"));
-  EXPECT_THAT(failed_load(request("ThrowsNoException")), HasSubstr("no std::exception"));
+  EXPECT_THAT(failed_load(request("ThrowsNoException")), HasSubstr("not a std::exception"));
   EXPECT_THAT(names(), ElementsAre("/counter"));
 }
 

@@ -128,7 +128,7 @@ TEST(ComponentRegistry, AnUnknownClassNamesWhatIsNear) {
               HasSubstr("did you mean 'pipescout::OdometryFusion'?"));
   EXPECT_THAT(error("OdometryFusion"), HasSubstr("did you mean 'pipescout::OdometryFusion'?"));
   EXPECT_THAT(error("completely::Different"), HasSubstr("2 known, in 1 prefix"));
-  EXPECT_THAT(error("pipescout::Replay", "other"), HasSubstr("another package offers it"));
+  EXPECT_THAT(error("pipescout::Replay", "other"), HasSubstr("another package provides it"));
 }
 
 TEST(ComponentRegistry, AClassOfTwoPackagesNeedsThePackage) {

@@ -10,6 +10,7 @@
 #include <latch>
 #include <memory>
 #include <std_msgs/msg/header.hpp>
+#include <std_srvs/srv/set_bool.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -269,6 +270,73 @@ TEST(InactiveComponent, KeepsStatesAndDropsCommandsAsTheTopicSays) {
   harness.publish(kCommands, std_msgs::msg::Header());
   harness.spin();
   EXPECT_EQ(hearing.commands, 1);
+}
+
+/// Answers with the state that it is in; told to, it fails after that.
+class Serving : public Component {
+ public:
+  explicit Serving(ComponentOptions options)
+      : Component(std::move(options)),
+        service_(create_service<std_srvs::srv::SetBool>(
+            "ask", [this](const std_srvs::srv::SetBool::Request& request,
+                          std_srvs::srv::SetBool::Response& response) {
+              response.message = to_string(state());
+              ++requests;
+              if (request.data) {
+                throw std::runtime_error("told to");
+              }
+            })) {}
+
+  int requests = 0;
+  int requests_before_the_error = -1;
+
+ private:
+  CallbackReturn on_error() override {
+    requests_before_the_error = requests;
+    return CallbackReturn::kSuccess;
+  }
+
+  Service<std_srvs::srv::SetBool> service_;
+};
+
+TEST(ServiceOfAComponent, AnswersInEveryState) {
+  testing::ComponentHarness harness;
+  auto& serving = harness.make<Serving>();
+  const auto ask = [&harness] {
+    const auto answer = harness.call<std_srvs::srv::SetBool>("ask", {});
+    return answer ? answer->message : to_string(answer.error());
+  };
+  EXPECT_EQ(ask(), "unconfigured");
+  ASSERT_TRUE(harness.configure(serving).success);
+  EXPECT_EQ(ask(), "inactive");
+  ASSERT_TRUE(harness.activate(serving).success);
+  EXPECT_EQ(ask(), "active");
+  ASSERT_TRUE(harness.deactivate(serving).success);
+  EXPECT_EQ(ask(), "inactive");
+  ASSERT_TRUE(harness.shutdown(serving).success);
+  EXPECT_EQ(ask(), "finalized");
+}
+
+TEST(ServiceOfAComponent, IsNotAskedBetweenAnExceptionAndTheErrorState) {
+  testing::ComponentHarness harness;
+  auto& serving = harness.make<Serving>();
+  ASSERT_TRUE(harness.bring_up(serving).success);
+  auto client = harness.peer().create_client<std_srvs::srv::SetBool>("ask");
+  int answers = 0;
+  std::string last;
+  for (const bool fails : {true, false}) {
+    std_srvs::srv::SetBool::Request request;
+    request.data = fails;
+    client.call(request, [&](const Client<std_srvs::srv::SetBool>::Result& answer) {
+      ++answers;
+      last = answer ? answer->message : to_string(answer.error());
+    });
+  }
+  ASSERT_TRUE(harness.spin_until([&] { return serving.requests == 2; }));
+  EXPECT_EQ(serving.requests_before_the_error, 1);
+  harness.spin();
+  EXPECT_EQ(answers, 1);
+  EXPECT_EQ(last, "unconfigured");
 }
 
 /// Uses a member in its callbacks, and its destructor gives them every chance.

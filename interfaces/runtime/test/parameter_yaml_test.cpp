@@ -165,7 +165,7 @@ TEST(ParameterYamlErrors, SayWhereAndWhat) {
             "f.yaml:3:12: mixed types in an array: element 2 (2.0) is of type double, the first is "
             "of type integer; write every number of a double array with a '.'");
   EXPECT_EQ(error_of(head + "    a: [1, [2]]\n"),
-            "f.yaml:3:12: an array holds plain values only, no arrays or maps");
+            "f.yaml:3:12: an array contains plain values only, no arrays or maps");
   EXPECT_EQ(error_of(head + "    a: [1, ~]\n"), "f.yaml:3:12: an array element has no value");
   EXPECT_EQ(error_of(head + "    a: 1\n    b: 2\n    a: 3\n"),
             "f.yaml:5:5: duplicate key 'a', first given in line 3");
@@ -181,7 +181,7 @@ TEST(ParameterYamlErrors, SayWhereAndWhat) {
   EXPECT_EQ(error_of("n:\n  ros__parameters:\n"),
             "f.yaml:2:3: 'ros__parameters' must be a map of parameters");
   EXPECT_EQ(error_of("ros__parameters:\n  a: 1\n"),
-            "f.yaml:1:1: 'ros__parameters' must stand under the name of a node");
+            "f.yaml:1:1: 'ros__parameters' must be below the name of a node");
   EXPECT_EQ(error_of("n:\n  ros_parameters:\n    a: 1\n"),
             "f.yaml:3:5: 'a' is neither a node nor a namespace: it needs a 'ros__parameters' with "
             "the parameters below it");
@@ -191,11 +191,12 @@ TEST(ParameterYamlErrors, SayWhereAndWhat) {
             "the parameters below it");
   EXPECT_EQ(error_of("- a\n"), "f.yaml:1:1: the top level must be a map of node names");
   EXPECT_EQ(error_of("text\n"), "f.yaml:1:1: the top level must be a map of node names");
-  EXPECT_EQ(error_of("no-node: {ros__parameters: {}}\n"),
-            "f.yaml:1:1: '/no-node' names no node: invalid node name 'no-node': must have only "
-            "letters, digits and '_' (at position 2)");
+  EXPECT_EQ(
+      error_of("no-node: {ros__parameters: {}}\n"),
+      "f.yaml:1:1: '/no-node' is not a node name: invalid node name 'no-node': must have only "
+      "letters, digits and '_' (at position 2)");
   EXPECT_EQ(error_of("/a*: {ros__parameters: {}}\n"),
-            "f.yaml:1:1: '/a*': '*' and '**' stand for whole parts of a node name");
+            "f.yaml:1:1: '/a*': '*' and '**' replace whole parts of a node name");
   EXPECT_EQ(error_of("a:\n  /b: {ros__parameters: {}}\n"),
             "f.yaml:2:3: '/b' under '/a': a nested name must not begin with '/'");
 }
@@ -210,8 +211,8 @@ TEST(ParameterYamlErrors, TextThatIsNoYamlHasALineToo) {
             "f.yaml:2:4: aliases are not supported; write the value again");
   EXPECT_EQ(error_of("? [a, b]\n: 1\n"), "f.yaml:1:3: a key must be a plain name");
   EXPECT_EQ(error_of(std::string("a: 1\nb:\0 2\n", 11)),
-            "f.yaml:2:3: control character 0; the file is no UTF-8 text");
-  EXPECT_EQ(error_of("a: \x04 1\n"), "f.yaml:1:4: control character 4; the file is no UTF-8 text");
+            "f.yaml:2:3: control character 0; the file is not UTF-8 text");
+  EXPECT_EQ(error_of("a: \x04 1\n"), "f.yaml:1:4: control character 4; the file is not UTF-8 text");
 }
 
 TEST(ParameterYamlErrors, DeepNestingIsBounded) {

@@ -92,6 +92,61 @@ TEST(ParameterDeclaration, AnEmptyArrayFitsEveryArray) {
   EXPECT_NE(error_of([&] { parameters.declare<double>("gain", 1.0); }), "no error");
 }
 
+// `ros2 param load` of a file with 4.0e-09 sends "4e-09".
+TEST(ParameterDeclaration, ADoubleTakesATextThatIsWhollyANumber) {
+  Parameters parameters({{"small", std::string("4e-09")}});
+  const auto small = parameters.declare<double>("small", 1.0);
+  EXPECT_EQ(small.get(), 4e-09);
+  for (const auto& [text, value] : std::vector<std::pair<std::string, double>>{
+           {"-2.5E+3", -2500.0}, {"7", 7.0}, {"4.0e-09", 4e-09}, {"inf", HUGE_VAL}}) {
+    EXPECT_TRUE(parameters.set("small", text).successful) << text;
+    EXPECT_EQ(small.get(), value) << text;
+  }
+  for (const auto* text : {"4e-09 m", "", "fast", "1,5", "true", "[1.0]", "1e999", "0x"}) {
+    EXPECT_FALSE(parameters.set("small", std::string(text)).successful) << text;
+  }
+}
+
+TEST(ParameterDeclaration, ADoubleArrayTakesTextsThatAreNumbers) {
+  Parameters parameters;
+  const auto bias = parameters.declare<std::vector<double>>("bias", {1.0});
+  EXPECT_TRUE(parameters.set("bias", std::vector<std::string>{"4e-09", "1.0"}).successful);
+  EXPECT_EQ(bias.get(), (std::vector<double>{4e-09, 1.0}));
+  EXPECT_TRUE(parameters.set("bias", std::string("[2e-07, 3.0, -1]")).successful);
+  EXPECT_EQ(bias.get(), (std::vector<double>{2e-07, 3.0, -1.0}));
+  for (const auto* text : {"[4e-09, x]", "[1.0, ]", "1.0, 2.0", "[1.0"}) {
+    EXPECT_FALSE(parameters.set("bias", std::string(text)).successful) << text;
+  }
+}
+
+TEST(ParameterDeclaration, ATextIsNoOtherType) {
+  Parameters parameters;
+  parameters.declare<std::int64_t>("count", 1);
+  parameters.declare<std::string>("name", std::string());
+  EXPECT_FALSE(parameters.set("count", std::string("2")).successful);
+  EXPECT_TRUE(parameters.set("name", std::string("2")).successful);
+  EXPECT_EQ(parameters.get("name"), ParameterValue(std::string("2")));
+}
+
+// What `ros2 param dump` cannot write, since it makes maps of the names.
+TEST(ParameterDeclaration, RefusesANameThatBeginsAnother) {
+  Parameters parameters;
+  parameters.declare<double>("line.deviation", 1.0);
+  parameters.declare<double>("line2", 1.0);
+  parameters.declare<double>("gain", 1.0);
+  for (const auto* name : {"line", "gain.p", "gain.p.start", "line.deviation.across"}) {
+    try {
+      parameters.declare<double>(name, 1.0);
+      ADD_FAILURE() << name;
+    } catch (const ParameterError& error) {
+      EXPECT_EQ(error.name(), name);
+      EXPECT_THAT(error.what(), testing::HasSubstr("begins the other"));
+    }
+  }
+  parameters.declare<double>("line.d", 1.0);
+  parameters.declare<double>("line3.deviation", 1.0);
+}
+
 TEST(ParameterDeclaration, RefusesWhatMakesNoSense) {
   Parameters parameters;
   for (const char* name : {"", ".a", "a.", "a..b", "a b", "a\n"}) {

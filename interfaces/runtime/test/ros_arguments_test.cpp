@@ -112,19 +112,19 @@ TEST(RosArguments, ErrorsNameTheArgument) {
   EXPECT_THAT(error_of({"--params-file", "no/such.yaml"}),
               AllOf(StartsWith("--params-file: no/such.yaml: "), HasSubstr("No such file")));
   EXPECT_EQ(error_of({"--log-level", "loud"}),
-            "--log-level loud: 'loud' is none of debug, info, warn, error, fatal");
+            "--log-level loud: 'loud' is not one of debug, info, warn, error, fatal");
   EXPECT_EQ(error_of({"--log-level", "a:="}),
-            "--log-level a:=: '' is none of debug, info, warn, error, fatal");
+            "--log-level a:=: '' is not one of debug, info, warn, error, fatal");
   EXPECT_EQ(error_of({"--log-level", ":=info"}),
             "--log-level :=info: the name of a logger is missing before ':='");
-  EXPECT_EQ(error_of({"chatter:=a"}), "'chatter:=a' is no argument of --ros-args");
-  EXPECT_EQ(error_of({"-r=a:=b"}), "'-r=a:=b' is no argument of --ros-args");
+  EXPECT_EQ(error_of({"chatter:=a"}), "'chatter:=a' is not an argument of --ros-args");
+  EXPECT_EQ(error_of({"-r=a:=b"}), "'-r=a:=b' is not an argument of --ros-args");
 }
 
 TEST(RosArguments, WhatRclTakesBeyondIsRefusedWithTheReason) {
   EXPECT_EQ(error_of({"--disable-rosout-logs"}),
-            "--disable-rosout-logs is not supported: messages always go to /rosout; --log-level "
-            "says which");
+            "--disable-rosout-logs is not supported: messages are always published on /rosout; "
+            "select them with --log-level");
   EXPECT_THAT(error_of({"--disable-stdout-logs"}),
               StartsWith("--disable-stdout-logs is not supported: "));
   for (const char* argument :

@@ -573,6 +573,51 @@ TEST_F(ServiceAcrossProcesses, AResponseNobodyComesForIsDropped) {
   EXPECT_EQ(server.service->statistics().responses, 0U);
 }
 
+TEST_F(ServiceAcrossProcesses, AClientKnowsWhichServerAnsweredAndWhetherItIsThere) {
+  for (const bool is_remote : {false, true}) {
+    std::optional<Server> server;
+    server.emplace(is_remote ? *there_.context : *here_.context,
+                   is_remote ? there_.group : here_.group, "done");
+    int changes = 0;
+    ServiceOptions watching = options(here_.group);
+    watching.matched = [&] { ++changes; };
+    const auto client = create_untyped_client(*here_.context, watching);
+    Gid answered;
+    client->call(
+        request(), [&](const ServiceResult<void>& result) { answered = result.server(); }, kLong);
+    settle();
+    EXPECT_EQ(answered, server->service->reply_publisher()->gid()) << is_remote;
+    EXPECT_TRUE(client->is_matched(answered));
+    EXPECT_FALSE(client->is_matched(Gid{}));
+    EXPECT_GT(changes, 0);
+    const int before = changes;
+    server.reset();
+    settle();
+    EXPECT_GT(changes, before);
+    EXPECT_FALSE(client->is_matched(answered)) << is_remote;
+  }
+}
+
+TEST_F(ServiceAcrossProcesses, ACallThatIsForgottenIsNotAnswered) {
+  const Server server(*there_.context, there_.group);
+  Caller caller(*here_.context, here_.group);
+  const auto answer = [&](const ServiceResult<void>&) { caller.answers.emplace_back("answered"); };
+  const auto unsent = caller.client->call(request(), answer, kLong);
+  EXPECT_TRUE(caller.client->forget(unsent));
+  EXPECT_FALSE(caller.client->forget(unsent));
+  settle();
+  EXPECT_THAT(server.callers, IsEmpty());
+  const auto sent = caller.client->call(request(), answer, milliseconds(1));
+  settle();
+  ASSERT_EQ(server.callers.size(), 1U);
+  EXPECT_TRUE(caller.client->forget(sent));
+  server.service->respond(server.callers[0], response("late"));
+  settle();
+  EXPECT_THAT(caller.answers, IsEmpty());
+  EXPECT_EQ(caller.client->statistics().late_replies, 1U);
+  EXPECT_FALSE(caller.client->forget(0));
+}
+
 TEST_F(ServiceAcrossProcesses, AServerThatCrashesLeavesACallToItsTimeout) {
   const Server server(*there_.context, there_.group, "done");
   Caller caller(*here_.context, here_.group);

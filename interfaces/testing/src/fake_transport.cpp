@@ -79,6 +79,7 @@ class FakeNetwork::State : public std::enable_shared_from_this<FakeNetwork::Stat
   SampleIdentity write(const Gid& writer, const void* message, const SampleIdentity& related);
   [[nodiscard]] int matched_count(const Gid& gid) const;
   [[nodiscard]] bool is_matched(const Gid& gid, const Gid& other) const;
+  [[nodiscard]] std::vector<Gid> matched_participants(const Gid& gid) const;
   [[nodiscard]] std::vector<DiscoveredParticipant> participants_seen_by(const Gid& self) const;
   [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints_seen_by(const Gid& self) const;
   void set_graph_changed(const Gid& participant, GraphChanged callback);
@@ -217,8 +218,11 @@ SampleIdentity FakeNetwork::State::write(const Gid& writer, const void* message,
     sample.bytes.resize(written);
     ++serialisations_;
     identity = {writer, ++endpoint.sequence_number};
-    sample.info = {
-        .source_time = now(), .identity = identity, .related = related, .from_this_process = false};
+    sample.info = {.source_time = now(),
+                   .reception_time = {},
+                   .identity = identity,
+                   .related = related,
+                   .from_this_process = false};
     if (endpoint.qos.durability == Durability::kTransientLocal) {
       if (endpoint.history.size() >= endpoint.qos.depth) {
         endpoint.history.pop_front();
@@ -256,6 +260,7 @@ void FakeNetwork::State::receive(const Gid& reader_gid, Sample sample) {
     listener->tell([](TransportReaderListener& told) { told.on_samples_lost(1); });
     return;
   }
+  sample.info.reception_time = now();
   std::shared_ptr<void> message = topic.type->create();
   if (!topic.type->deserialize(sample.bytes, message.get())) {
     listener->tell([](TransportReaderListener& told) { told.on_malformed_sample(); });
@@ -423,6 +428,15 @@ bool FakeNetwork::State::is_matched(const Gid& gid, const Gid& other) const {
   return endpoints_.at(gid).matched.contains(other);
 }
 
+std::vector<Gid> FakeNetwork::State::matched_participants(const Gid& gid) const {
+  const std::lock_guard lock(mutex_);
+  std::set<Gid> participants;
+  for (const Gid& other : endpoints_.at(gid).matched) {
+    participants.insert(participant_of(other));
+  }
+  return {participants.begin(), participants.end()};
+}
+
 std::vector<DiscoveredParticipant> FakeNetwork::State::participants_seen_by(const Gid& self) const {
   const std::lock_guard lock(mutex_);
   std::vector<DiscoveredParticipant> seen;
@@ -542,6 +556,9 @@ class FakeWriter final : public TransportWriter {
   }
   int matched_remote_readers() const override { return network_->matched_count(gid_); }
   bool is_matched(const Gid& reader) const override { return network_->is_matched(gid_, reader); }
+  std::vector<Gid> matched_participants() const override {
+    return network_->matched_participants(gid_);
+  }
   void assert_liveliness() override {}
   Gid gid() const override { return gid_; }
 

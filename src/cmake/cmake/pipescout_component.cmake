@@ -29,7 +29,7 @@ endfunction()
 # A library as pipescout_add_library() makes it, its sources compiled together, whose components are entered into the index by which
 # they are found by name:
 #   <prefix>/share/ament_index/resource_index/pipescout_components/<project>
-# with a line "<class>;<library file, relative to the prefix>" per class.
+# with a line "<class>;<library file, relative to the prefix>" per class. One call a package.
 function(pipescout_add_component target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "CLASSES;SOURCES;DEPENDENCIES;PRIVATE_DEPENDENCIES")
   if(NOT arg_CLASSES)
@@ -55,8 +55,7 @@ function(pipescout_add_component target)
   foreach(class IN LISTS arg_CLASSES)
     string(APPEND index "${class};${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>\n")
   endforeach()
-  set(index_file ${CMAKE_CURRENT_BINARY_DIR}/pipescout_components/${PROJECT_NAME})
-  file(GENERATE OUTPUT ${index_file} CONTENT "${index}")
-  install(FILES ${index_file}
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/pipescout_components)
+  pipescout_index_resource(pipescout_components ${PROJECT_NAME} "${index}")
+  # In the same form, for `ros2 component types`: see docs/deployment.md for who can load them.
+  pipescout_index_resource(rclcpp_components ${PROJECT_NAME} "${index}")
 endfunction()

@@ -2,7 +2,8 @@
 
 # pipescout_export_target(<target>)
 #
-# Installs a library or an executable as part of what pipescout_export_package() exports.
+# Installs a library or an executable as part of what pipescout_export_package() exports. An executable
+# can be started by `ros2 run <project> <name>`, too.
 function(pipescout_export_target target)
   # Tells the packages that link it which package to look for: see pipescout_export_package().
   set_target_properties(${target} PROPERTIES PIPESCOUT_PACKAGE ${PROJECT_NAME}
@@ -11,6 +12,10 @@ function(pipescout_export_target target)
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
     RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY PIPESCOUT_EXPORTED ${target})
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "EXECUTABLE")
+    _pipescout_index_executable(${target})
+  endif()
 endfunction()
 
 # The packages of the project that users of this one's targets need: those of its public dependencies.
@@ -40,8 +45,8 @@ endfunction()
 #                                     known from what the targets link
 #   [DATA <file or folder>...])       installed to share/<project>; <project>_DATA_DIR is where
 #
-# Installs the public headers, package.xml, and what find_package(<project>) needs. Closes the list of
-# what a package exports.
+# Installs the public headers, what find_package(<project>) needs, and the package's entry in the ament
+# index. Closes the list of what a package exports.
 function(pipescout_export_package)
   cmake_parse_arguments(PARSE_ARGV 0 arg "" "" "DEPENDENCIES;DATA")
   if(arg_UNPARSED_ARGUMENTS)
@@ -80,5 +85,5 @@ function(pipescout_export_package)
   endforeach()
   install(EXPORT ${PROJECT_NAME}Targets NAMESPACE pipescout:: DESTINATION ${cmake_dir})
   install(FILES ${config} ${version} DESTINATION ${cmake_dir})
-  install(FILES package.xml DESTINATION ${data_dir})
+  pipescout_index_package()
 endfunction()

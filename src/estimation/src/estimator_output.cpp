@@ -81,7 +81,7 @@ EstimatorStatus StateEstimator::Implementation::status() const {
       } else {
         status.waits_for = WaitsFor::kLevel;
         text << "levelling: " << parameters_.start.levelling
-             << " s of readings of the IMU, best standing still";
+             << " s of readings of the IMU, preferably at standstill";
       }
       break;
     case Phase::kAligning:
@@ -95,9 +95,9 @@ EstimatorStatus StateEstimator::Implementation::status() const {
       } else if (in_motion_.begun()) {
         status.waits_for = WaitsFor::kHeading;
         constexpr double kDegrees = 180 / std::numbers::pi;
-        text << "waits for a heading: GPS and IMU tell it ";
+        text << "waits for a heading: GPS and IMU determine it ";
         if (std::isfinite(heading_deviation_)) {
-          text << "to " << std::ceil(heading_deviation_ * kDegrees) << " degrees by now, ";
+          text << "to " << std::ceil(heading_deviation_ * kDegrees) << " degrees so far, ";
         } else {
           text << "not at all yet, ";
         }

@@ -56,9 +56,9 @@ std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force,
     text << "the IMU shows gravity as " << reading
          << ": it measures in g; set specific_force_scale to 9.80665";
   } else {
-    text << "the IMU shows gravity as " << norm << " m/s^2 in place of " << gravity
+    text << "the IMU shows gravity as " << norm << " m/s^2 instead of " << gravity
          << ": set specific_force_scale to " << parameters_.specific_force_scale * gravity / norm
-         << ", or have the accelerometer looked at";
+         << ", or have the accelerometer checked";
   }
   return text.str();
 }

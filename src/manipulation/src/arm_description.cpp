@@ -1,59 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arm_description.hpp"
 
-#include <console_bridge/console.h>
 #include <urdf_model/model.h>
-#include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "pipescout/validation/check.hpp"
+#include "urdf_text.hpp"
 
 namespace pipescout::manipulation::internal {
 namespace {
 
 using validation::refuse;
-
-/// Keeps what the parser says is wrong. It would print it, and tells its caller nothing.
-class FirstError : public console_bridge::OutputHandler {
- public:
-  FirstError() : lock_(mutex()) { console_bridge::useOutputHandler(this); }
-  ~FirstError() override { console_bridge::restorePreviousOutputHandler(); }
-  FirstError(const FirstError&) = delete;
-  FirstError& operator=(const FirstError&) = delete;
-
-  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
-           int /*line*/) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && text_.empty()) {
-      text_ = text;
-    }
-  }
-  [[nodiscard]] const std::string& text() const { return text_; }
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex one;  // the handler is one for the whole process
-    return one;
-  }
-  std::lock_guard<std::mutex> lock_;
-  std::string text_;
-};
-
-urdf::ModelInterfaceSharedPtr parse(std::string_view text) {
-  const FirstError error;
-  urdf::ModelInterfaceSharedPtr robot;
-  try {
-    robot = urdf::parseURDF(std::string(text));
-  } catch (const std::exception& exception) {
-    refuse("urdf: ", exception.what());
-  }
-  if (!robot) {
-    refuse("urdf: ", error.text().empty() ? "is no robot description" : error.text());
-  }
-  return robot;
-}
 
 KDL::Vector vector(const urdf::Vector3& v) {
   return {v.x, v.y, v.z};
@@ -146,7 +105,7 @@ std::vector<urdf::LinkConstSharedPtr> links_between(const urdf::ModelInterface& 
 
 ArmDescription parse_arm(std::string_view urdf, const std::string& base_link,
                          const std::string& camera_link) {
-  const urdf::ModelInterfaceSharedPtr robot = parse(urdf);
+  const urdf::ModelInterfaceSharedPtr robot = parse_urdf(urdf);
   ArmDescription arm;
   const auto add_bodies = [&arm](const urdf::Link& link) {
     for (const auto& collision : link.collision_array) {

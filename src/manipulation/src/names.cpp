@@ -54,25 +54,25 @@ const char* to_string(ArmReason reason) noexcept {
     case ArmReason::kStaleJointReadings:
       return "joint states are stale";
     case ArmReason::kNoIntrinsics:
-      return "the camera's intrinsics are not known";
+      return "the camera's intrinsics are unknown";
     case ArmReason::kStaleOdometry:
       return "odometry is stale";
     case ArmReason::kNoPipe:
-      return "no pipe seen yet";
+      return "no pipe detected yet";
     case ArmReason::kStaleTrack:
       return "the track of the pipe is stale";
     case ArmReason::kPipeLost:
       return "the pipe is lost";
     case ArmReason::kSearchedInVain:
-      return "searched in vain";
+      return "the search found nothing";
     case ArmReason::kToldToStow:
-      return "told to stow";
+      return "stow was requested";
     case ArmReason::kFollowingError:
-      return "a joint is not where it was commanded to be";
+      return "a joint deviates too far from its command";
     case ArmReason::kOutsideLimits:
-      return "the arm was found beyond a joint limit";
+      return "the arm is beyond a joint limit";
     case ArmReason::kTooClose:
-      return "the arm was found too close to itself or the ground";
+      return "the arm is too close to itself or the ground";
   }
   return "unknown";
 }

@@ -81,13 +81,13 @@ CentreLine::CentreLine(MapFrame frame, std::vector<SurveyedPoint> points,
       const double step =
           map_distance(frame, points_[k - 1].position.coordinates, points_[k].position.coordinates);
       if (!(step > 0.0)) {
-        refuse("points[", k, "]: is where the one before is");
+        refuse("points[", k, "]: coincides with the previous one");
       }
       lengths_.push_back(lengths_.back() + step);
     }
     if (points_[k].chainage) {
       if (!anchors_.empty() && !(*points_[k].chainage > *points_[anchors_.back()].chainage)) {
-        refuse("points[", k, "].chainage: ", *points_[k].chainage, " does not rise from ",
+        refuse("points[", k, "].chainage: ", *points_[k].chainage, " is not above ",
                *points_[anchors_.back()].chainage);
       }
       anchors_.push_back(k);

@@ -32,12 +32,12 @@ void check(std::span<const ChainageKnot> knots) {
       continue;
     }
     if (!(knot.from > knots[k - 1].from)) {
-      refuse("knots[", k, "].from: ", knot.from, " does not rise from ", knots[k - 1].from);
+      refuse("knots[", k, "].from: ", knot.from, " is not above ", knots[k - 1].from);
     }
     const bool rises = knots[1].to > knots[0].to;
     const double step = knot.to - knots[k - 1].to;
     if (!(rises ? step > 0.0 : step < 0.0)) {
-      refuse("knots[", k, "].to: ", knot.to, " does not go on from ", knots[k - 1].to);
+      refuse("knots[", k, "].to: ", knot.to, " does not continue from ", knots[k - 1].to);
     }
   }
 }

@@ -52,7 +52,7 @@ OdometerTrack::Step OdometerTrack::step_of(double time, double value) const {
       step.plausible = false;
     }
   }
-  // Negated: a difference of huge values is no number.
+  // Negated: a difference of huge values is not a number.
   if (!(std::abs(step.distance) <= reach)) {
     step.plausible = false;
   }

@@ -189,8 +189,7 @@ std::vector<PipeCircle> pipe_circles(const RackOutline& rack) {
   }
   if (pipes.size() < 2) {
     throw std::invalid_argument(
-        "FirstPoseFinder: the rack has fewer than two "
-        "pipes along y: nothing to start from");
+        "FirstPoseFinder: the rack has fewer than two pipes along y: initialisation is impossible");
   }
   return circles;
 }

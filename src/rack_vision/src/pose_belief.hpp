@@ -15,7 +15,7 @@ namespace pipescout::rack_vision {
 /// What the points of the map are wrong by together: the error of the poses from which they were
 /// made, see MapErrorPrior. Its mean is zero: the map is corrected by what is found.
 struct MapErrorBelief {
-  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();  ///< zero: there is no map
+  geometry::Matrix6d covariance = geometry::Matrix6d::Zero();  ///< zero: there is not a map
   geometry::Matrix6d with_pose = geometry::Matrix6d::Zero();   ///< rows: pose; columns: map error
 
   [[nodiscard]] bool exists() const noexcept { return covariance(0, 0) > 0; }

@@ -44,7 +44,7 @@ std::string_view to_string(PoseStatus status) noexcept {
     case PoseStatus::kOk:
       return "ok";
     case PoseStatus::kUnobserved:
-      return "part of the pose is not observed";
+      return "part of the pose is unobservable";
     case PoseStatus::kNotConverged:
       return "not converged";
     case PoseStatus::kTooFewInliers:

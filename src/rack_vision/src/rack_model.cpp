@@ -62,7 +62,7 @@ void check_radii(const Place& place, const std::vector<RadiusAt>& radii) {
                     "0: the first is that of the start");
     } else {
       place.require(radii[i].along >= radii[i - 1].along, field + ".along", radii[i].along,
-                    "at least that of the entry before");
+                    "at least that of the previous entry");
     }
   }
   place.require(radii.back().along > 0, "radii: along of the last entry", radii.back().along,
@@ -122,8 +122,8 @@ void check_overlaps(const std::vector<Pipe>& pipes) {
       for (const PipeSection& a : sections[i]) {
         for (const PipeSection& b : sections[j]) {
           if (sections_overlap(a, b)) {
-            Place{Part::kPipe, i, pipes[i].name}.fail("runs into pipe " + std::to_string(j) + " '" +
-                                                      pipes[j].name + "'");
+            Place{Part::kPipe, i, pipes[i].name}.fail("intersects pipe " + std::to_string(j) +
+                                                      " '" + pipes[j].name + "'");
           }
         }
       }

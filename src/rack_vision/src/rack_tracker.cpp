@@ -129,7 +129,7 @@ class RackTracker::Implementation {
     ++counts_.bad_stamps;
     result.status = TrackStatus::kBadStamp;
     result.reason = !std::isfinite(stamp) ? "the stamp is not finite"
-                    : leaps               ? "the stamp leaps ahead"
+                    : leaps               ? "the stamp jumps ahead"
                                           : "the stamp is not after the last one";
     leapt_stamp_ = leaps ? std::optional(stamp) : std::nullopt;
     return false;
@@ -140,13 +140,13 @@ class RackTracker::Implementation {
     result.status = TrackStatus::kBadImage;
     if (!image.valid() || image.width != expected.width || image.height != expected.height) {
       ++counts_.wrong_size;
-      result.reason = "the image has not the size of the camera";
+      result.reason = "the image size differs from the camera's";
       return false;
     }
     const std::uint64_t bits = fingerprint(image);
     if (fingerprint_ == bits) {
       ++counts_.frozen;
-      result.reason = "the image is the same as the one before";
+      result.reason = "the image is identical to the previous one";
       return false;
     }
     fingerprint_ = bits;
@@ -215,13 +215,13 @@ class RackTracker::Implementation {
   void judge(const ImageView& image, RackTrackerResult& result) {
     if (!borne_out()) {
       if (probation_ > 0 || ++coasted_ > kMostCoasting) {
-        lose(probation_ > 0 ? "the image does not bear out the pose that was given"
-                            : "the image no longer bears out the pose",
+        lose(probation_ > 0 ? "the image does not confirm the initial pose"
+                            : "the image no longer confirms the pose",
              result);
       } else {
         state_ = TrackStatus::kCoasting;
         fill(result);
-        result.reason = "the image does not bear out the pose: predicted";
+        result.reason = "the image does not confirm the pose: predicted";
       }
       result.quality = quality();
       return;

@@ -101,8 +101,8 @@ TEST(RackModel, SaysWhatIsWrongWhere) {
        "highest_corner.z is -0.15"},
       {[](RackModel& m) { m.supports[2].lowest_corner.x() = kNaN; }, Part::kSupport, 2,
        "lowest_corner.x is nan"},
-      {[](RackModel& m) { m.pipes[2].start.x() -= 0.11; }, Part::kPipe, 2, "runs into pipe 1 'b'"},
-      {[](RackModel& m) { m.pipes[4].start.z() -= 0.001; }, Part::kPipe, 4, "runs into pipe"},
+      {[](RackModel& m) { m.pipes[2].start.x() -= 0.11; }, Part::kPipe, 2, "intersects pipe 1 'b'"},
+      {[](RackModel& m) { m.pipes[4].start.z() -= 0.001; }, Part::kPipe, 4, "intersects pipe"},
   };
   for (const Mistake& mistake : mistakes) {
     RackModel model = test::small_rack();

@@ -117,7 +117,7 @@ ImuParameters ImuParameters::of_grade(std::string_view grade) {
     return consumer();
   }
   throw std::invalid_argument("grade of IMU '" + std::string(grade) +
-                              "' is none of 'tactical', 'industrial', 'consumer'");
+                              "' is not one of 'tactical', 'industrial', 'consumer'");
 }
 
 ImuSensor::ImuSensor(const ImuParameters& parameters, std::uint64_t seed)

@@ -87,7 +87,7 @@ LeakDetectorParameters LeakDetectorParameters::of(DetectorPreset preset) {
     case DetectorPreset::kColdPipes:
       return adaptive(Polarity::kCold);
   }
-  refuse("preset: none of the enumerators");
+  refuse("preset: not an enumerator");
 }
 
 LeakDetectorParameters LeakDetectorParameters::torresol() {
@@ -129,7 +129,7 @@ void LeakDetectorParameters::validate() const {
   if (polarity == Polarity::kCold && !profile.leak_delta) {
     refuse(
         "leak_delta: is not set; on cold pipes a leak is colder than the pipe, and "
-        "maximum_temperature tells nothing");
+        "maximum_temperature does not detect it");
   }
 }
 

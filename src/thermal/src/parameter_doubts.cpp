@@ -98,10 +98,10 @@ void of_object(const ObjectParameters& o, Doubts& found) {
   found.unless(o.atmospheric_temperature >= -40 && o.atmospheric_temperature <= 60,
                "atmospheric_temperature", o.atmospheric_temperature, "outside [-40, 60] degC");
   found.unless(o.window_transmission >= 0.5, "window_transmission", o.window_transmission,
-               "a window that lets less than half pass");
+               "a window with a transmission below one half");
   if (is_default(o)) {
     found.add("emissivity", o.emissivity,
-              "with 1 m, 20 degC and humidity 0.5 the defaults, which nobody has set", false);
+              "with 1 m, 20 degC and humidity 0.5 unchanged factory defaults", false);
   }
 }
 
@@ -120,7 +120,8 @@ std::vector<Doubt> doubts(const CameraConstants& camera, const ObjectParameters&
   if (!found.fatal()) {
     try {
       const double passes = Radiometry(camera, object).transmission() / object.window_transmission;
-      found.unless(passes >= 0.5, "distance", object.distance, "air that lets less than half pass");
+      found.unless(passes >= 0.5, "distance", object.distance,
+                   "air with a transmission below one half");
     } catch (const std::exception& error) {
       found.add("distance", object.distance, error.what(), true);
     }

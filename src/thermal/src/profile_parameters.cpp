@@ -47,7 +47,7 @@ void ProfileParameters::validate() const {
             "(-273.15, inf) degC");
   }
   if (!leak_delta && !maximum_temperature) {
-    refuse("leak_delta: is not set, nor is maximum_temperature: nothing would be a leak");
+    refuse("leak_delta: is not set, nor is maximum_temperature: no leak could be detected");
   }
   require("reference_quantile", reference_quantile,
           reference_quantile > 0 && reference_quantile < 1, "(0, 1)");

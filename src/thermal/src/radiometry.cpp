@@ -117,7 +117,7 @@ void CameraConstants::validate() const {
   planck.validate();
   atmosphere.validate();
   if (to_string(path) == "unknown") {
-    refuse("path: ", static_cast<int>(path), " is none of the enumerators");
+    refuse("path: ", static_cast<int>(path), " is not an enumerator");
   }
 }
 

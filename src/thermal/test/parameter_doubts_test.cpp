@@ -56,7 +56,7 @@ TEST(ParameterDoubts, AboutEachParameter) {
   EXPECT_THAT(changed([](auto&, auto& o) { o.reflected_temperature = 500; }),
               ElementsAre(is("reflected_temperature", false, "outside [-80, 300]")));
   EXPECT_THAT(changed([](auto&, auto& o) { o.window_transmission = 0.3; }),
-              ElementsAre(is("window_transmission", false, "less than half")));
+              ElementsAre(is("window_transmission", false, "below one half")));
   EXPECT_THAT(changed([](auto&, auto& o) {
                 o.window_temperature = std::numeric_limits<double>::quiet_NaN();
               }),
@@ -84,7 +84,8 @@ TEST(ParameterDoubts, AboutPlanckConstantsOutOfOrder) {
 }
 
 TEST(ParameterDoubts, AboutDefaultsThatNobodyHasSet) {
-  EXPECT_THAT(doubts(test::sc660(), {}), ElementsAre(is("emissivity", false, "nobody has set")));
+  EXPECT_THAT(doubts(test::sc660(), {}),
+              ElementsAre(is("emissivity", false, "unchanged factory defaults")));
 }
 
 TEST(ParameterDoubts, ThePapersEmissivityIsOne) {

@@ -21,7 +21,7 @@ Centring centring(const Parameter<std::string>& parameter) {
     return Centring::kAtEdge;
   }
   throw std::invalid_argument("parameter 'centring': '" + name +
-                              "' is none of 'always', 'at_edge'");
+                              "' is not one of 'always', 'at_edge'");
 }
 
 }  // namespace
@@ -38,52 +38,51 @@ void ArmParameters::declare_arm(Parameters& parameters) {
   const ArmControllerParameters defaults;
   urdf_file_ = parameters.declare<std::string>(
       "urdf_file", "",
-      {.description = "robot description of the arm; empty: the arm of six joints that comes with "
-                      "pipescout_manipulation"});
+      {.description =
+           "robot description of the arm; empty: the six-joint arm of pipescout_manipulation"});
   base_frame_ = parameters.declare<std::string>("base_frame", "base_link",
-                                                {.description = "link that the arm stands on"});
+                                                {.description = "base link of the arm"});
   camera_frame_ = parameters.declare<std::string>(
       "camera_frame", "camera_optical_frame",
-      {.description = "link of the camera, x right and y down in the picture, z forward"});
+      {.description = "link of the camera, x right and y down in the image, z forward"});
   map_frame_ =
-      parameters.declare<std::string>("map_frame", "map", {.description = "frame of odometry"});
+      parameters.declare<std::string>("map_frame", "map", {.description = "frame of the odometry"});
   publish_tf_ = parameters.declare<bool>(
       "publish_tf", true,
-      {.description = "tell on /tf where the camera is in base_frame, for each joint_states"});
+      {.description = "publish the pose of the camera in base_frame on /tf for each joint_states"});
   ready_ = parameters.declare<std::vector<double>>(
       "ready", defaults.ready,
-      {.description =
-           "rad, one per joint: posture from which the camera looks at where pipes are"});
+      {.description = "rad, one per joint: posture with the camera towards the pipes"});
   stow_ = parameters.declare<std::vector<double>>(
-      "stow", defaults.stow, {.description = "rad, one per joint: posture to be driven about in"});
+      "stow", defaults.stow, {.description = "rad, one per joint: posture for driving"});
   centring_ = parameters.declare<std::string>(
       "centring", "always",
-      {.description = "always: the pipe is kept in the middle of the picture; at_edge: the arm "
-                      "moves only once the pipe nears the edge, as Ibarguren and others, 2013"});
+      {.description =
+           "always: keeps the pipe in the middle of the image; at_edge: the arm moves only when "
+           "the pipe comes near the border, as in Ibarguren and others, 2013"});
 }
 
 void ArmParameters::declare_law() {
   controller_.real(
-      "period", [](auto& p) -> double& { return p.period; }, {1e-3, 0.1},
-      "s from command to command");
+      "period", [](auto& p) -> double& { return p.period; }, {1e-3, 0.1}, "s, control period");
   controller_.boolean(
       "feed_forward", [](auto& p) -> bool& { return p.feed_forward; },
-      "make up for the motion of the robot by its odometry; without it none is needed");
+      "compensate the motion of the robot with its odometry; when false, odometry is not needed");
   controller_.real(
       "move_speed", [](auto& p) -> double& { return p.move_speed; }, {1e-3, 10},
-      "rad/s, of a joint, between ready and stow and when it searches");
+      "rad/s, speed of a joint between ready and stow and in the search");
   controller_.real(
       "rotation_gain", [](auto& p) -> double& { return p.rotation_gain; }, {1e-3, 50},
-      "1/s, of the error in the picture");
+      "1/s, of the image error");
   controller_.real(
       "position_gain", [](auto& p) -> double& { return p.position_gain; }, {1e-3, 50},
-      "1/s, of where the camera is held");
+      "1/s, of the position of the camera");
   controller_.real(
       "image_time", [](auto& p) -> double& { return p.image_time; }, {0, 5},
-      "s, over which what pictures show is averaged");
+      "s, averaging time of image measurements");
   controller_.real(
       "response_time", [](auto& p) -> double& { return p.response_time; }, {0, 0.5},
-      "s from a command to what the arm does");
+      "s, response time of the arm");
   controller_.real(
       "largest_acceleration", [](auto& p) -> double& { return p.largest_acceleration; },
       {1e-3, 200}, "rad/s^2, of each joint");
@@ -98,22 +97,22 @@ void ArmParameters::declare_law() {
       "m/rad, of errors of rotation against those of position");
   controller_.real(
       "nearest", [](auto& p) -> double& { return p.nearest; }, {1e-3, 1000},
-      "m to the pipe; the camera draws back when nearer");
+      "m to the pipe; the camera moves back when nearer");
   controller_.real(
       "farthest", [](auto& p) -> double& { return p.farthest; }, {1e-3, 1000},
       "m to the pipe; the camera reaches out when farther");
   controller_.real(
       "usual_range", [](auto& p) -> double& { return p.usual_range; }, {1e-3, 1000},
-      "m to the pipe, where the track does not tell");
+      "m to the pipe, if the track has no range");
   controller_.real(
       "reach", [](auto& p) -> double& { return p.reach; }, {0, 2},
-      "m, by which the camera draws back or reaches out at most");
+      "m, largest motion of the camera along the view direction");
   controller_.real(
       "edge_share", [](auto& p) -> double& { return p.edge_share; }, {1e-3, 0.49},
-      "of the picture, from its edge, where at_edge begins to move");
+      "share of the image, distance from its border at which at_edge begins to move");
   controller_.real(
       "centred_share", [](auto& p) -> double& { return p.centred_share; }, {1e-3, 0.49},
-      "of the picture, off its middle, where at_edge rests again");
+      "share of the image, distance from its middle at which at_edge stops");
 }
 
 void ArmParameters::declare_watch() {
@@ -122,31 +121,31 @@ void ArmParameters::declare_watch() {
       "s without joint_states, after which the arm holds");
   controller_.real(
       "track_stale_after", [](auto& p) -> double& { return p.track_stale_after; }, {1e-3, 10},
-      "s without track/pipe, the same");
+      "s without track/pipe, after which the arm holds");
   controller_.real(
       "odometry_stale_after", [](auto& p) -> double& { return p.odometry_stale_after; }, {1e-3, 10},
-      "s without odometry/filtered, the same, where feed_forward needs it");
+      "s without odometry/filtered, after which the arm holds, with feed_forward");
   controller_.real(
       "future_tolerance", [](auto& p) -> double& { return p.future_tolerance; }, {0, 1},
-      "s, by which a stamp may be ahead of the clock");
+      "s, how far a stamp may be ahead of the clock");
   controller_.real(
       "least_clearance", [](auto& p) -> double& { return p.least_clearance; }, {0, 1},
-      "m, between links, and above the ground");
+      "m, smallest distance between links, and above the ground");
   controller_.real(
       "ground", [](auto& p) -> double& { return p.ground; }, {-10, 10},
       "m, height of the ground in base_frame");
   controller_.real(
       "largest_following_error", [](auto& p) -> double& { return p.largest_following_error; },
-      {1e-3, 3}, "rad, of a joint from what was commanded; beyond it is a fault");
+      {1e-3, 3}, "rad, deviation of a joint from its command; a larger one is a fault");
 }
 
 void ArmParameters::declare_search() {
   controller_.real(
       "hold_time", [](auto& p) -> double& { return p.hold_time; }, {0, 3600},
-      "s at rest when the pipe is lost, before the arm searches for it");
+      "s at rest after a loss of the pipe, before the search");
   controller_.real(
       "search_time", [](auto& p) -> double& { return p.search_time; }, {0, 3600},
-      "s that it searches before it stows");
+      "s, duration of the search before stowing");
   controller_.real(
       "search_period", [](auto& p) -> double& { return p.search_period; }, {0.5, 60},
       "s of a sweep up and down");

@@ -59,13 +59,17 @@ CallbackReturn CameraArm::on_configure() {
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   stow_service_ = create_service<SetBool>(
       "~/stow", [this](const SetBool::Request& request, SetBool::Response& response) {
-        request_ = request.data ? ArmRequest::kStow : ArmRequest::kTrack;
-        response.success = true;
+        response.success = is_commandable(response.message);
+        if (response.success) {
+          request_ = request.data ? ArmRequest::kStow : ArmRequest::kTrack;
+        }
       });
   reset_service_ = create_service<Trigger>(
       "~/reset", [this](const Trigger::Request&, Trigger::Response& response) {
-        controller_->reset();
-        response.success = true;
+        response.success = is_commandable(response.message);
+        if (response.success) {
+          controller_->reset();
+        }
       });
   cycle_timer_ = create_timer(from_seconds(settings_->controller.period), [this] { cycle(); });
   return CallbackReturn::kSuccess;
@@ -91,6 +95,15 @@ CallbackReturn CameraArm::on_cleanup() {
   tf_publisher_ = {};
   controller_.reset();
   return CallbackReturn::kSuccess;
+}
+
+bool CameraArm::is_commandable(std::string& refusal) const {
+  if (state() == LifecycleState::kActive) {
+    return true;
+  }
+  // It would move later, when nobody expects it any more.
+  refusal = "the component is " + std::string(to_string(state())) + "; activate it first";
+  return false;
 }
 
 void CameraArm::count(const char* input, InputVerdict verdict) {
@@ -155,9 +168,10 @@ void CameraArm::on_track(const PipeTrack& message) {
 void CameraArm::on_odometry(const Odometry& message) {
   if (message.header.frame_id != settings_->map_frame ||
       message.child_frame_id != settings_->base_frame) {
-    report_fault("odometry.header.frame_id",
-                 "odometry is of '" + message.child_frame_id + "' in '" + message.header.frame_id +
-                     "', not of '" + settings_->base_frame + "' in '" + settings_->map_frame + "'");
+    report_fault("odometry.header.frame_id", "odometry is in frame '" + message.child_frame_id +
+                                                 "' in '" + message.header.frame_id +
+                                                 "', not of '" + settings_->base_frame + "' in '" +
+                                                 settings_->map_frame + "'");
     return;
   }
   count("odometry", controller_->observe(vehicle_motion(message), seconds(now())));

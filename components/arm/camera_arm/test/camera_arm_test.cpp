@@ -197,6 +197,21 @@ TEST_F(CameraArmTest, StowsWhenItIsToldTo) {
   EXPECT_EQ(states_.back().state, ArmState::STATE_STOWING);
 }
 
+TEST_F(CameraArmTest, IsNotToldToStowWhileInactive) {
+  auto& arm = start();
+  run(20, 0);
+  ASSERT_TRUE(harness_.deactivate(arm).success);
+  std_srvs::srv::SetBool::Request request;
+  request.data = true;
+  const auto answer = harness_.call<std_srvs::srv::SetBool>("arm/stow", request);
+  ASSERT_TRUE(answer);
+  EXPECT_FALSE(answer->success);
+  EXPECT_EQ(answer->message, "the component is inactive; activate it first");
+  ASSERT_TRUE(harness_.activate(arm).success);
+  run(20, 0);
+  EXPECT_NE(states_.back().state, ArmState::STATE_STOWING);
+}
+
 TEST_F(CameraArmTest, BadInputIsCountedByNameAndNotUsed) {
   auto& arm = start();
   run(20, 0);
@@ -240,7 +255,7 @@ TEST_F(CameraArmTest, AnArmThatIsNotDescribedIsNamed) {
   };
   EXPECT_THAT(refusal({{"camera_frame", "gripper"}}), HasSubstr("gripper"));
   EXPECT_THAT(refusal({{"urdf_file", "/nowhere/arm.urdf"}}), HasSubstr("/nowhere/arm.urdf"));
-  EXPECT_THAT(refusal({{"centring", "sometimes"}}), HasSubstr("'sometimes' is none of"));
+  EXPECT_THAT(refusal({{"centring", "sometimes"}}), HasSubstr("'sometimes' is not one of"));
   EXPECT_THAT(refusal({{"ready", std::vector<double>{0, 0}}}), HasSubstr("ready"));
   const testing::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "arm.urdf";

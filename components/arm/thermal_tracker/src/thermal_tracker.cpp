@@ -41,7 +41,7 @@ ThermalTracker::ThermalTracker(ComponentOptions options)
 ThermalTracker::~ThermalTracker() = default;
 
 CallbackReturn ThermalTracker::on_configure() {
-  settings_ = declared_.read();
+  settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
   tracker_.emplace(settings_->shape, settings_->tracker, settings_->seed);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
@@ -61,14 +61,10 @@ CallbackReturn ThermalTracker::on_configure() {
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
-  if (settings_->mount.moves()) {
-    tf_subscription_ =
-        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
-  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
-                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+                   "no image for " + std::to_string(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
@@ -92,7 +88,6 @@ CallbackReturn ThermalTracker::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
-  tf_subscription_ = {};
   track_publisher_ = {};
   particles_publisher_ = {};
   tracker_.reset();
@@ -136,15 +131,7 @@ void ThermalTracker::on_odometry(const Odometry& message) {
   }
   if (!odometry_->add(entry)) {
     report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than that of the one before");
-  }
-}
-
-void ThermalTracker::on_tf(const TFMessage& message) {
-  try {
-    settings_->mount.add(message);
-  } catch (const std::invalid_argument& error) {
-    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
+                 "odometry has a stamp that is not later than the previous one");
   }
 }
 
@@ -153,8 +140,8 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
   const auto last = std::exchange(last_pose_, std::nullopt);
   if (!camera_) {
     report_fault("camera_info.missing",
-                 "pictures come without a calibration on thermal/camera_info: the motion of the "
-                 "camera is of no use");
+                 "images without a calibration on thermal/camera_info: the motion of the camera is "
+                 "not used");
     return known;
   }
   const geometry::CameraParameters& camera = camera_->parameters();
@@ -162,18 +149,20 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
       static_cast<std::int64_t>(message.height) != camera.height) {
     report_fault("camera_info.other_size", "a picture of " + std::to_string(message.width) + " x " +
                                                std::to_string(message.height) +
-                                               " is not of the camera that is calibrated");
+                                               " does not match the calibration of the camera");
     return known;
   }
   const auto T_map_base = odometry_->at(stamp);
   const auto covariance = odometry_->covariance_at(stamp);
-  const auto T_base_camera = settings_->mount.T_base_camera(stamp);
+  std::string missing;
+  const auto T_base_camera = settings_->mount.T_base_camera(stamp, &missing);
   if (!T_map_base || !covariance) {
-    report_fault("odometry.missing", "the pose of the robot is not known of a picture");
+    report_fault("odometry.missing", "no pose of the robot for an image");
     return known;
   }
   if (!T_base_camera) {
-    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+    report_fault("tf.missing",
+                 "where the camera was on the robot is not known of a picture: " + missing);
     return known;
   }
   known.T_map_camera = *T_map_base * *T_base_camera;
@@ -240,8 +229,8 @@ void ThermalTracker::on_image(const Image& message) {
   const Detections& detections = detect(*detector_, picture, celsius);
   if (detections.fault != FrameFault::kNone) {
     report_fault("image." + std::string(to_string(detections.fault)),
-                 "nothing can be detected in a picture of " + std::to_string(message.width) +
-                     " x " + std::to_string(message.height) + ": " +
+                 "detection failed in an image of " + std::to_string(message.width) + " x " +
+                     std::to_string(message.height) + ": " +
                      std::string(to_string(detections.fault)));
   }
   take_regions(detections);
@@ -254,7 +243,7 @@ void ThermalTracker::on_image(const Image& message) {
        .hint = known.hint});
   if (track.fault != TrackFault::kNone) {
     report_fault("track." + std::string(to_string(track.fault)),
-                 "a picture is of less use to the track: " + std::string(to_string(track.fault)));
+                 "the track cannot use all of an image: " + std::string(to_string(track.fault)));
   }
   if (track.region) {
     const thermal::PipeSection& pipe = detections.pipes.at(*track.region);

@@ -34,12 +34,13 @@ std::string reason(const tracking::PipeTrack& track) {
     return "";
   }
   if (track.regions == 0) {
-    return "no region in the picture";
+    return "no region in the image";
   }
   if (track.state == TrackState::kDetecting) {
-    return track.region ? "not seen often enough yet" : "no region is taken for the pipe";
+    return track.region ? "not confirmed by enough images yet"
+                        : "no region is associated with the pipe";
   }
-  return track.in_view ? "no region fits the prediction" : "predicted outside the picture";
+  return track.in_view ? "no region fits the prediction" : "predicted outside the image";
 }
 
 }  // namespace

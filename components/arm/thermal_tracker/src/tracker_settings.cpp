@@ -64,16 +64,16 @@ void TrackerParameters::declare_shape() {
       "1/rad^2, weight of the angle");
   shape_.real(
       "edge_deviation", [](auto& p) -> double& { return p.edge_deviation; }, kPositive,
-      "px, of the outline that is seen of a pipe, standard");
+      "px, standard deviation of the visible outline of a pipe");
   shape_.real(
       "end_deviation", [](auto& p) -> double& { return p.end_deviation; }, kPositive,
-      "px, of an end along the axis, standard");
+      "px, standard deviation of an end along the axis");
   shape_.real(
       "border", [](auto& p) -> double& { return p.border; }, {0, 1000},
-      "px, an end so near to the border of the picture is cut by it");
+      "px, an end this close to the border of the image is cut by it");
   shape_.real(
       "least_piece", [](auto& p) -> double& { return p.least_piece; }, {0, 0.5},
-      "share of the picture's longer side: shorter pieces of a pipe are not found");
+      "share of the image's longer side: smallest length of a detected piece of a pipe");
 }
 
 void TrackerParameters::declare_filter(Parameters& parameters) {
@@ -83,110 +83,111 @@ void TrackerParameters::declare_filter(Parameters& parameters) {
       "of the particle filter");
   tracker_.real(
       "resample_share", [](auto& p) -> double& { return p.filter.resample_share; }, {1e-6, 1},
-      "of the particles: resampled when fewer carry the weight");
+      "share of the particles: resampled when the effective sample size is below it");
   tracker_.count(
       "best_particles", [](auto& p) -> std::size_t& { return p.filter.best_particles; },
       {1, 1000000}, "of the robust mean");
   resampling_ = parameters.declare<std::string>(
       "resampling", name_of(kResamplings, defaults.filter.resampling),
-      {.description = "systematic: one draw for all; multinomial: a draw for each, as the paper"});
+      {.description =
+           "systematic: one draw for all; multinomial: one draw for each, as in the paper"});
   start_deviation_ = parameters.declare<std::vector<double>>(
       "start_deviation", as_list(defaults.filter.start_deviation),
-      {.description = "px px px rad, of particles at the start: x, y, length, angle"});
+      {.description =
+           "px px px rad, initial standard deviations of particles: x, y, length, angle"});
   process_deviation_ = parameters.declare<std::vector<double>>(
       "process_deviation", as_list(defaults.filter.process_deviation),
-      {.description = "the same, of their noise per square root of a second"});
+      {.description = "the same units, process noise per square root of a second"});
   rate_walk_ = parameters.declare<std::vector<double>>(
       "rate_walk", as_list(defaults.rate_walk),
-      {.description = "px/s px/s px/s rad/s, by which rates change per square root of a second "
-                      "where the motion of the camera is not known"});
+      {.description = "px/s px/s px/s rad/s, random walk of the rates per square root of a second "
+                      "if the motion of the camera is unknown"});
   seed_ = parameters.declare<std::int64_t>(
       "seed", 1,
-      {.description = "of the particles; the same pictures and seed give the same track",
+      {.description = "seed of the particle filter; the same images and seed give the same track",
        .integer_range = IntegerRange{0, 1'000'000'000}});
 }
 
 void TrackerParameters::declare_life() {
   tracker_.real(
       "motion_share", [](auto& p) -> double& { return p.motion_share; }, {1e-6, 1},
-      "of rate_walk, where the motion of the camera is known");
+      "share of rate_walk used if the motion of the camera is known");
   tracker_.real(
       "rate_memory", [](auto& p) -> double& { return p.rate_memory; }, {1e-6, 100},
-      "s, in which rates fade that nothing bears out");
+      "s, time constant with which unconfirmed rates decay");
   tracker_.real(
       "gate", [](auto& p) -> double& { return p.gate; }, {1, 20},
-      "deviations, within which a region may be the pipe");
+      "standard deviations, gate of the association of a region with the pipe");
   tracker_.real(
       "detection", [](auto& p) -> double& { return p.detection; }, kProbability,
-      "probability that the pipe is found in a picture that shows it");
+      "probability of detecting a visible pipe");
   tracker_.real(
       "clutter", [](auto& p) -> double& { return p.clutter; }, {1e-6, 100},
-      "regions in a picture that are no pipe, expected");
+      "expected number of false regions in an image");
   tracker_.real(
       "doubt", [](auto& p) -> double& { return p.doubt; }, kProbability,
-      "probability that the end of a region is that of something before the pipe");
+      "probability that the end of a region is caused by an object in front of the pipe");
   tracker_.count(
       "confirm", [](auto& p) -> std::size_t& { return p.confirm; }, {1, 100},
-      "pictures in which a pipe has to be seen to be locked on");
+      "number of images in which a pipe must be detected to lock");
   tracker_.real(
       "confidence_time", [](auto& p) -> double& { return p.confidence_time; }, {1e-6, 1000},
-      "s, in which the confidence fades while the pipe is not seen");
+      "s, time constant with which the confidence decays without detection");
   tracker_.real(
       "max_coast", [](auto& p) -> double& { return p.max_coast; }, {1e-6, 1000},
-      "s, unseen for longer the pipe is lost");
+      "s without detection after which the pipe is lost");
   tracker_.real(
       "max_lost", [](auto& p) -> double& { return p.max_lost; }, kSeconds,
-      "s, lost for longer any pipe is taken up, as another track");
+      "s after the loss from which any pipe starts another track");
   tracker_.real(
       "max_back", [](auto& p) -> double& { return p.max_back; }, kSeconds,
-      "s, stamps that go back by more begin anew");
+      "s, a stamp that goes back by more restarts the track");
   tracker_.count(
       "max_regions", [](auto& p) -> std::size_t& { return p.max_regions; }, {1, 100000},
-      "in a picture; more are of no pipe");
+      "largest number of regions in an image; with more it is treated as empty");
   tracker_.real(
       "guard_distance", [](auto& p) -> double& { return p.guard_distance; }, kPositive,
-      "within which of the particles a region is the pipe that has jumped");
+      "distance from the particles within which a region is accepted after a jump of the pipe");
 }
 
 void TrackerParameters::declare_range(Parameters& parameters) {
   distance_ = parameters.declare<double>(
       "range.distance", 10.0,
       {.description =
-           "m, of the pipes before the camera, along its axis, where neither range.lines "
-           "nor pipe_diameter tells",
+           "m, range of the pipes along the camera's axis, without range.lines and pipe_diameter",
        .floating_point_range = kPositive});
   lines_ = parameters.declare<std::vector<double>>(
       "range.lines", {},
       {.description = "m, in the map: x y z of one end and of the other end of each pipe's axis"});
   line_deviation_ = parameters.declare<double>(
       "range.line_deviation", leak_findings::LeakFindingsParameters{}.line_deviation,
-      {.description = "m, of the pipes from these lines, standard",
+      {.description = "m, standard deviation of the pipes from these lines",
        .floating_point_range = kPositive});
 }
 
 void TrackerParameters::declare_messages(Parameters& parameters) {
   published_particles_ = parameters.declare<std::size_t>(
       "published_particles", 200,
-      {.description = "so many of them at most are published on track/particles, evenly chosen",
+      {.description = "largest number of particles published on track/particles, evenly chosen",
        .integer_range = IntegerRange{0, 100000}});
-  map_frame_ = parameters.declare<std::string>("map_frame", "map",
-                                               {.description = "frame of odometry and of lines"});
+  map_frame_ = parameters.declare<std::string>(
+      "map_frame", "map", {.description = "frame of the odometry and of the lines"});
   maximum_age_ = parameters.declare<double>(
       "maximum_age", 2.0,
-      {.description = "s, pictures with an older stamp are refused; 0: any age is right",
+      {.description = "s, images with an older stamp are refused; 0: any age is accepted",
        .floating_point_range = kSeconds});
   maximum_lead_ = parameters.declare<double>(
       "maximum_lead", 0.1,
       {.description = "s, messages with a stamp further ahead of the clock are refused",
        .floating_point_range = kSeconds});
-  silent_after_ =
-      parameters.declare<double>("silent_after", 2.0,
-                                 {.description = "s without a picture, after which that is counted",
-                                  .floating_point_range = kPositive});
+  silent_after_ = parameters.declare<double>(
+      "silent_after", 2.0,
+      {.description = "s without an image after which image.silent is counted",
+       .floating_point_range = kPositive});
   wait_for_subscribers_ = parameters.declare<std::size_t>(
       "wait_for_subscribers", 0,
-      {.description = "pictures are not subscribed to before so many subscriptions of track/pipe "
-                      "are matched",
+      {.description = "number of matched subscriptions of track/pipe before the component "
+                      "subscribes to images",
        .integer_range = IntegerRange{0, 1000}});
 }
 
@@ -200,13 +201,13 @@ PipeTrackerParameters TrackerParameters::tracker() const {
   return result;
 }
 
-TrackerSettings TrackerParameters::read() const {
+TrackerSettings TrackerParameters::read(Node& node) const {
   TrackerSettings result;
   result.map_frame = map_frame_.get();
   result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   result.silent_after = silent_after_.get();
   result.detection = detection_.read();
-  result.mount = mount_.read();
+  result.mount = mount_.read(node);
   result.shape = shape_.read();
   result.shape.validate();
   result.tracker = tracker();

@@ -291,7 +291,7 @@ TEST_F(ThermalTrackerTest, ParametersOutOfRangeAreNamed) {
     EXPECT_FALSE(result.success);
     return result.message;
   };
-  EXPECT_THAT(message({"resampling", "roulette"}), HasSubstr("'roulette' is none of"));
+  EXPECT_THAT(message({"resampling", "roulette"}), HasSubstr("'roulette' is not one of"));
   EXPECT_THAT(message({"start_deviation", std::vector<double>{1, 2}}),
               HasSubstr("start_deviation"));
   EXPECT_THAT(message({"rate_walk", std::vector<double>{1, 1, 1, -1}}), HasSubstr("rate_walk"));

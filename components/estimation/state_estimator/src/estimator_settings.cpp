@@ -38,8 +38,8 @@ StateEstimatorParameters preset(const std::string& name) {
   if (name == "crawler") {
     return StateEstimatorParameters::crawler();
   }
-  throw ParameterError(
-      "preset", "parameter 'preset': '" + name + "' is none of 'ground_robot', 'uav', 'crawler'");
+  throw ParameterError("preset", "parameter 'preset': '" + name +
+                                     "' is not one of 'ground_robot', 'uav', 'crawler'");
 }
 
 RobustKernel kernel(const std::string& parameter, const std::string& name) {
@@ -49,7 +49,7 @@ RobustKernel kernel(const std::string& parameter, const std::string& name) {
     }
   }
   throw std::invalid_argument("parameter '" + parameter + "': '" + name +
-                              "' is none of 'none', 'huber', 'cauchy', 'saliency'");
+                              "' is not one of 'none', 'huber', 'cauchy', 'saliency'");
 }
 
 Eigen::Vector3d three_or_zero(const Parameter<std::vector<double>>& parameter) {
@@ -61,7 +61,7 @@ Eigen::Vector3d three_or_zero(const Parameter<std::vector<double>>& parameter) {
 EstimatorParameters::EstimatorParameters(Parameters& parameters) {
   const auto name = parameters.declare<std::string>(
       "preset", "ground_robot",
-      {.description = "robot whose defaults all others have: ground_robot, uav or crawler",
+      {.description = "default values of the other parameters: ground_robot, uav or crawler",
        .read_only = true});
   defaults_ = preset(name.get());
   bound_.emplace(parameters, defaults_);
@@ -79,8 +79,8 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
 void EstimatorParameters::declare_frames(Parameters& parameters) {
   map_frame_ = parameters.declare<std::string>("map_frame", "map",
                                                {.description = "frame of odometry/filtered"});
-  odom_frame_ = parameters.declare<std::string>(
-      "odom_frame", "odom", {.description = "frame in which the robot never jumps (REP 105)"});
+  odom_frame_ = parameters.declare<std::string>("odom_frame", "odom",
+                                                {.description = "continuous frame (REP 105)"});
   base_frame_ =
       parameters.declare<std::string>("base_frame", "base_link", {.description = "of the robot"});
   rack_frame_ =
@@ -90,14 +90,15 @@ void EstimatorParameters::declare_frames(Parameters& parameters) {
       {.description = "publish map -> odom, odom -> base and, with visual poses, map -> rack"});
   publish_period_ = parameters.declare<double>(
       "publish_period", 0.0,
-      {.description = "s between two states; 0: one at each reading of the IMU",
+      {.description = "s between two published states; 0: one for each reading of the IMU",
        .floating_point_range = kSeconds});
 }
 
 void EstimatorParameters::declare_messages(Parameters& parameters) {
   maximum_age_ = parameters.declare<double>(
       "maximum_age", 1.0,
-      {.description = "s, messages with an older stamp are counted as stale; 0: any age is right",
+      {.description =
+           "s, messages with an older stamp are counted as stale; 0: any age is accepted",
        .floating_point_range = kSeconds});
   maximum_lead_ = parameters.declare<double>(
       "maximum_lead", 0.1,
@@ -105,7 +106,7 @@ void EstimatorParameters::declare_messages(Parameters& parameters) {
        .floating_point_range = kSeconds});
   silent_after_ = parameters.declare<double>(
       "silent_after", 2.0,
-      {.description = "s without a reading of the IMU, after which that is counted",
+      {.description = "s without a reading of the IMU after which imu.silent is counted",
        .floating_point_range = kPositive});
 }
 
@@ -124,11 +125,11 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   bound_->real(
       "imu.gyro_scale_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gyro_scale; }, kShare,
-      "how far the scale of an axis may be from 1; 0: it is 1");
+      "standard deviation of the scale error of an axis; 0: not estimated");
   bound_->real(
       "imu.gyro_misalignment_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gyro_misalignment; }, kShare,
-      "rad, of each axis towards each of the others; 0: they are at right angles");
+      "rad, standard deviation of the misalignment of an axis; 0: not estimated");
   bound_->real(
       "imu.accelerometer_scale_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.accelerometer_scale; }, kShare,
@@ -149,12 +150,11 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       [](auto& p) -> double& { return p.smoother.imu_noise.accelerometer_bias; }, {1e-9, 100},
       "m/s^3/sqrt(Hz)");
   bound_->real(
-      "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100},
-      "m/s^2, at the place");
+      "gravity", [](auto& p) -> double& { return p.smoother.gravity; }, {0, 100}, "m/s^2, local");
 
   bound_->real(
       "imu.specific_force_scale", [](auto& p) -> double& { return p.specific_force_scale; },
-      {1e-3, 1e3}, "what makes m/s^2 of its linear acceleration: 9.80665 for an IMU in g");
+      {1e-3, 1e3}, "factor from its linear acceleration to m/s^2: 9.80665 for an IMU in g");
 
   gps_antenna_ = place("gps.position", "the antenna");
   datum_ = parameters.declare<std::vector<double>>(
@@ -164,19 +164,21 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
            "empty: the first fix"});
   gps_deviation_ = parameters.declare<double>(
       "gps.deviation", 2.0,
-      {.description = "m, per axis, of fixes that do not say; 0: those are refused",
+      {.description =
+           "m, standard deviation per axis of fixes without covariance; 0: such fixes are refused",
        .floating_point_range = kNotNegative});
   least_gps_deviation_ = parameters.declare<double>(
       "gps.least_deviation", 0.01,
-      {.description = "m, per axis: fixes that claim to be better count as this",
+      {.description = "m, lower bound of the standard deviation of a fix per axis",
        .floating_point_range = kPositive});
 
   heading_from_imu_ = parameters.declare<bool>(
       "heading.from_imu", false,
-      {.description = "take headings from the orientation in imu/data, as a compass gives it"});
+      {.description = "use headings from the orientation in imu/data, for an IMU with a compass"});
   heading_deviation_ = parameters.declare<double>(
       "heading.deviation", 0.1,
-      {.description = "rad, of orientations that do not say", .floating_point_range = kPositive});
+      {.description = "rad, standard deviation of headings without covariance",
+       .floating_point_range = kPositive});
 
   camera_position_ = place("camera.position", "the camera");
   camera_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
@@ -191,29 +193,28 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
   bound_->real(
       "rack.position_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.rack_position; }, kNotNegative,
-      "m, per axis; 0: the rack is where it is said to be");
+      "m, standard deviation per axis; 0: the position of the rack is known");
   bound_->real(
       "rack.rotation_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.rack_rotation; }, kNotNegative,
-      "rad, per axis; 0: as above");
+      "rad, standard deviation per axis; 0: the orientation of the rack is known");
 
-  odometer_ = place("odometer.position", "the point whose way the odometers show");
+  odometer_ = place("odometer.position", "the point whose path the odometers measure");
   weld_sensor_ = place("weld.position", "the weld probe");
   least_weld_probability_ = parameters.declare<double>(
       "weld.least_probability", 0.99,
-      {.description = "welds that are less certain to be the one they are taken for are not used",
+      {.description = "smallest probability of the data association of a weld that is used",
        .floating_point_range = kShare});
   weld_deviation_ = parameters.declare<double>(
       "weld.across_deviation", 0.05,
-      {.description = "m, of the probe from the centre line", .floating_point_range = kPositive});
+      {.description = "m, standard deviation of the probe's distance from the centre line",
+       .floating_point_range = kPositive});
   tally_ = parameters.declare<std::string>(
       "weld.tally", "",
-      {.description =
-           "CSV file with the pipe's tally or weld ledger: a weld that is not where it was "
-           "said to be is taken for the one that lies where the state is; empty: it is "
-           "not used"});
+      {.description = "CSV file with the pipe's tally or weld ledger: a weld with a wrong data "
+                      "association is associated again by the state; empty: it is not used"});
   centre_line_ = parameters.declare<std::string>(
-      "centre_line", "",
+      "centre_line.file", "",
       {.description = "CSV file with the points x, y, z (m, in the map) of the pipe's centre line; "
                       "empty: none, and welds are not used"});
   centre_line_first_chainage_ = parameters.declare<double>(
@@ -221,10 +222,10 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       {.description = "m, of its first point", .floating_point_range = {{-1e7, 1e7}}});
   bound_->real(
       "centre_line.deviation", [](auto& p) -> double& { return p.centre_line_deviation; },
-      {1e-6, 100}, "m, of the body from the centre line");
+      {1e-6, 100}, "m, standard deviation of the body's distance from the centre line");
   bound_->real(
       "centre_line.correlation", [](auto& p) -> double& { return p.centre_line_correlation; },
-      {0, 1000}, "m of way over which that stays much the same; the line is used once in so much");
+      {0, 1000}, "m, correlation length of that distance; the line is used once per this length");
 }
 
 void EstimatorParameters::declare_start(Parameters& parameters) {
@@ -240,16 +241,16 @@ void EstimatorParameters::declare_start(Parameters& parameters) {
            "unknown"});
   bound_->real(
       "start.levelling", [](auto& p) -> double& { return p.start.levelling; }, {0.1, 60},
-      "s of IMU readings that gravity is taken from");
+      "s of IMU readings for levelling");
   bound_->real(
       "start.still_rate", [](auto& p) -> double& { return p.start.still_rate; }, {1e-6, 10},
-      "rad/s, standard deviation of the gyro that counts as standing still");
+      "rad/s, largest standard deviation of the gyro at standstill");
   bound_->real(
       "start.still_force", [](auto& p) -> double& { return p.start.still_force; }, {1e-6, 100},
       "m/s^2, the same of the accelerometer");
   bound_->real(
       "start.largest_gyro_bias", [](auto& p) -> double& { return p.start.largest_gyro_bias; },
-      {1e-6, 1}, "rad/s, a mean rate above it is a turn");
+      {1e-6, 1}, "rad/s, a larger mean rate is a rotation");
   bound_->real(
       "start.accelerometer_bias_deviation",
       [](auto& p) -> double& { return p.start.accelerometer_bias_deviation; }, {1e-6, 10}, "m/s^2");
@@ -258,23 +259,23 @@ void EstimatorParameters::declare_start(Parameters& parameters) {
       "rad: gravity further from the base's z axis is a fault of the mounting");
   bound_->real(
       "start.gravity_tolerance", [](auto& p) -> double& { return p.start.gravity_tolerance; },
-      {0.01, 0.5}, "share by which the mean specific force may differ from gravity");
+      {0.01, 0.5}, "largest relative deviation of the mean specific force from gravity");
   bound_->real(
       "start.largest_speed", [](auto& p) -> double& { return p.start.largest_speed; }, {0, 100},
-      "m/s, that a robot which does not stand still may have");
+      "m/s, of a robot that is not at standstill");
   bound_->real(
       "start.hover_speed", [](auto& p) -> double& { return p.start.hover_speed; }, {0, 10},
-      "m/s, standard deviation of the velocity of a robot that hovers in its place until it is in "
-      "the map; 0: it may go anywhere");
+      "m/s, standard deviation of the velocity of a robot that hovers until it is initialised in "
+      "the map; 0: no assumption");
   bound_->real(
       "start.heading_deviation", [](auto& p) -> double& { return p.start.heading_deviation; },
-      {1e-3, 1}, "rad, that a heading from motion must be better than");
+      {1e-3, 1}, "rad, largest standard deviation of a heading from motion that is accepted");
   bound_->count(
       "start.position_fixes", [](auto& p) -> std::size_t& { return p.start.position_fixes; },
-      {1, 1000}, "GPS positions before one is believed");
+      {1, 1000}, "number of GPS positions that must agree first");
   bound_->real(
       "start.longest_alignment", [](auto& p) -> double& { return p.start.longest_alignment; },
-      {1, 10000}, "s, after which a heading from motion is sought afresh");
+      {1, 10000}, "s, after which the heading from motion is restarted");
   bound_->boolean(
       "start.heading_from_weld", [](auto& p) -> bool& { return p.start.heading_from_weld; },
       "the base's x axis points along the pipe, towards greater chainage");
@@ -283,30 +284,30 @@ void EstimatorParameters::declare_start(Parameters& parameters) {
 void EstimatorParameters::declare_smoother() {
   bound_->real(
       "lag", [](auto& p) -> double& { return p.smoother.lag; }, {0.01, 1000},
-      "s that are estimated together; later measurements are refused");
+      "s, length of the smoother's window; older measurements are refused");
   bound_->real(
       "keyframe_period", [](auto& p) -> double& { return p.keyframe_period; }, {0.005, 10},
       "s between keyframes");
   bound_->real(
       "imu_silence", [](auto& p) -> double& { return p.imu_silence; }, {0.01, 10},
-      "s without readings of the IMU, then the state coasts on the other sensors");
+      "s without readings of the IMU after which the state coasts on the other sensors");
   bound_->real(
       "longest_coasting", [](auto& p) -> double& { return p.longest_coasting; }, {0.1, 1e4},
-      "s of that before the state is given up");
+      "s of coasting after which the state is discarded");
   bound_->real(
       "longest_jump", [](auto& p) -> double& { return p.longest_jump; }, {0, 1e4},
-      "s that the time may jump; after longer jumps it starts again");
+      "s, largest jump in time without a new initialisation");
   bound_->real(
       "odometer.scale_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.odometer_scale; }, kNotNegative,
-      "how far the scale of the fused odometer may be from 1; 0: it is 1");
+      "standard deviation of the scale of the fused odometer; 0: not estimated");
   bound_->real(
       "odometer.mount_yaw", [](auto& p) -> double& { return p.smoother.globals.mount_yaw; }, kAngle,
       "rad, of the direction of travel in the base frame");
   bound_->real(
       "odometer.mount_yaw_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.mount_yaw; }, kNotNegative,
-      "rad; 0: it is known");
+      "rad, its standard deviation; 0: not estimated");
   bound_->real(
       "odometer.mount_pitch_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.mount_pitch; }, kNotNegative,
@@ -314,55 +315,55 @@ void EstimatorParameters::declare_smoother() {
   bound_->real(
       "gps.position_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gps_lever_arm; }, kNotNegative,
-      "m, per axis, how far the antenna may be from gps.position; 0: it is there");
+      "m, standard deviation of gps.position per axis; 0: not estimated");
   bound_->real(
       "gps.time_offset_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.gps_time_offset; }, kNotNegative,
-      "s, how much later or earlier than stamped a fix may be taken; 0: the stamps are right");
+      "s, standard deviation of the time offset of fixes; 0: not estimated");
 }
 
 void EstimatorParameters::declare_use() {
   bound_->real(
       "odometer.deviation", [](auto& p) -> double& { return p.odometer.deviation; }, {1e-6, 10},
-      "m, added to each step between keyframes");
+      "m, standard deviation added to each step between keyframes");
   bound_->real(
       "odometer.share", [](auto& p) -> double& { return p.odometer.share; }, kShare,
-      "of the step, added");
+      "share of the step, added to the standard deviation");
   bound_->real(
       "odometer.across_deviation", [](auto& p) -> double& { return p.odometer.across_deviation; },
-      {1e-6, 100}, "m, sideways slip between keyframes");
+      {1e-6, 100}, "m, lateral slip between keyframes");
   bound_->real(
       "odometer.no_consensus_factor",
       [](auto& p) -> double& { return p.odometer.no_consensus_factor; }, {0, 1000},
-      "on the deviations where the odometers contradict each other; 0: not used then");
+      "factor on the standard deviations if the odometers are inconsistent; 0: not used then");
   bound_->real(
       "odometer.largest_speed", [](auto& p) -> double& { return p.odometer.largest_speed; },
-      {0.1, 1000}, "m/s, faster is a reset of its counter");
+      {0.1, 1000}, "m/s, a larger speed is a reset of the counter");
   bound_->boolean(
       "standstill.by_odometer", [](auto& p) -> bool& { return p.standstill.by_odometer; },
-      "the robot stands where the distance does not change and the gyro is quiet");
+      "standstill if the distance does not change and the gyro noise is low");
   bound_->boolean(
       "standstill.by_imu", [](auto& p) -> bool& { return p.standstill.by_imu; },
-      "and where gyro and accelerometer are quiet; not for robots that hover or roll evenly");
+      "standstill if gyro and accelerometer noise are low; not for robots that hover or roll "
+      "evenly");
   bound_->real(
       "standstill.window", [](auto& p) -> double& { return p.standstill.window; }, {0.05, 10},
-      "s for which it must be so");
+      "s for which the condition must hold");
   bound_->real(
       "standstill.rate", [](auto& p) -> double& { return p.standstill.still_rate; }, {1e-6, 10},
-      "rad/s that count as quiet");
+      "rad/s, largest gyro noise at standstill");
   bound_->real(
       "standstill.force", [](auto& p) -> double& { return p.standstill.still_force; }, {1e-6, 100},
       "m/s^2, the same");
   bound_->real(
       "non_holonomic.lateral_deviation", [](auto& p) -> double& { return p.lateral_deviation; },
-      {0, 100}, "m/s, how fast the robot may slip sideways; 0: it may go any way");
+      {0, 100}, "m/s, standard deviation of lateral slip; 0: no constraint");
   bound_->real(
       "non_holonomic.vertical_deviation", [](auto& p) -> double& { return p.vertical_deviation; },
-      {0, 100}, "m/s, the same up and down");
+      {0, 100}, "m/s, standard deviation of vertical slip");
   bound_->real(
       "non_holonomic.correlation", [](auto& p) -> double& { return p.lateral_correlation; },
-      {0, 1000},
-      "m of way over which it slips much the same: that it does not is used once in so much");
+      {0, 1000}, "m, correlation length of the slip: the constraint is used once per this length");
 }
 
 void EstimatorParameters::declare_watch(Parameters& parameters, const std::string& source,
@@ -374,7 +375,7 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [robustness](auto& p) -> double& {
         return p.smoother.robustness[robustness].gate_probability;
       },
-      kShare, "share of good measurements that the consistency gate lets through; 1: no gate");
+      kShare, "share of correct measurements that the chi-square gate accepts; 1: no gate");
   kernels_.push_back(
       {kind, parameters.declare<std::string>(
                  source + ".kernel",
@@ -387,32 +388,34 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
   bound_->real(
       source + ".correlation_time",
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
-      "s for which the error of a measurement lasts, as multipath does; 0: each has its own");
+      "s, correlation time of the measurement errors, such as multipath; 0: white");
   bound_->real(
       source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; }, {0.1, 1000},
-      "s without a measurement after which it must bear itself out anew");
+      "s without a measurement after which the source must prove consistent again");
   bound_->count(
       source + ".doubt_after", [watch](auto& p) -> std::size_t& { return (p.*watch).doubt_after; },
-      {1, 10000}, "measurements against the state in a row after which it is no longer used");
+      {1, 10000}, "number of gated measurements in a row after which the source is no longer used");
   bound_->count(
       source + ".agreeing", [watch](auto& p) -> std::size_t& { return (p.*watch).agreeing; },
-      {2, 10000}, "measurements that must agree before it is used");
+      {2, 10000}, "number of measurements that must agree before the source is used");
   bound_->real(
       source + ".agreeing_time", [watch](auto& p) -> double& { return (p.*watch).agreeing_time; },
       {0, 1000}, "s that these must span");
   bound_->real(
       source + ".drift_share", [watch](auto& p) -> double& { return (p.*watch).drift_share; },
-      kShare, "of the way, that dead reckoning may be off: a source farther away is not believed");
+      kShare,
+      "possible error of dead reckoning as a share of the distance: a source farther away is not "
+      "used");
   bound_->real(
       source + ".drift_floor", [watch](auto& p) -> double& { return (p.*watch).drift_floor; },
-      {0, 1000}, "m (rad for headings), the same while standing");
+      {0, 1000}, "m (rad for headings), smallest possible error of dead reckoning");
   bound_->real(
       source + ".takeover", [watch](auto& p) -> double& { return (p.*watch).takeover; }, {1, 1e6},
-      "s of agreeing with the motion after which it moves a state that it contradicts");
+      "s of consistency with the motion after which the source resets a contradicting state");
   bound_->real(
       source + ".confirmed_takeover",
       [watch](auto& p) -> double& { return (p.*watch).confirmed_takeover; }, {1, 1e6},
-      "s, the same where it had borne out the state itself");
+      "s, the same if absolute measurements had confirmed the state");
 }
 
 std::optional<estimation::GivenPose> EstimatorParameters::start() const {

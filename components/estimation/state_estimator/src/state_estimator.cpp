@@ -186,8 +186,9 @@ void StateEstimator::give_start() {
   }
   if (const Outcome outcome = estimator_->add(pose);
       outcome != Outcome::kAccepted && outcome != Outcome::kWaiting) {
-    report_fault("start.refused", "the pose of start.position and start.heading is refused: " +
-                                      std::string(to_string(outcome)));
+    report_fault("start.refused",
+                 "the initial pose of start.position and start.heading is refused: " +
+                     std::string(to_string(outcome)));
   }
 }
 
@@ -327,7 +328,7 @@ void StateEstimator::on_initial_pose(const Pose& message) {
         .heading = heading,
         .heading_deviation = std::clamp(std::sqrt(variances[35]), 1e-4, 1.0)};
     estimator_->restart();
-    logger().info("starts again at the pose of initialpose");
+    logger().info("restarts at the pose of initialpose");
     if (const Outcome outcome = estimator_->add(given);
         outcome != Outcome::kAccepted && outcome != Outcome::kWaiting) {
       report_fault("initialpose.refused",
@@ -473,7 +474,7 @@ void StateEstimator::tell_status() {
   for (std::size_t i = 0; i < estimation::kRestartReasons; ++i) {
     if (const std::size_t more = status_.restarts[i] - told_.restarts[i]; more > 0) {
       const std::string reason(to_string(static_cast<estimation::RestartReason>(i)));
-      report_fault("restart." + reason, "the state was moved or given up: " + reason);
+      report_fault("restart." + reason, "the state was reset or discarded: " + reason);
       diagnostics().count("restart." + reason, more - 1);
     }
   }

@@ -332,7 +332,7 @@ TEST_F(StateEstimatorTest, PlacesACrawlerByItsWelds) {
   testing::TemporaryFolder folder;
   const std::string file = (folder.path() / "line.csv").string();
   std::ofstream(file) << "x,y,z\n0,0,0\n100,0,0\n";
-  start({{"preset", "crawler"}, {"centre_line", file}});
+  start({{"preset", "crawler"}, {"centre_line.file", file}});
   // It stands, speeds up for 2 s, and creeps at 0.5 m/s.
   const auto crept = [](double time) {
     const double since = std::clamp(time - 2, 0.0, 2.0);
@@ -484,7 +484,7 @@ TEST_F(StateEstimatorTest, ParametersOutOfRangeAreRefusedByName) {
   expect_refused(harness_, {"datum", std::vector<double>{1.0}}, "datum");
   expect_refused(harness_, {"start.heading", std::vector<double>{1.0}}, "start.heading");
   expect_refused(harness_, {"gps.kernel", "soft"}, "gps.kernel");
-  expect_refused(harness_, {"centre_line", "/does/not/exist.csv"}, "/does/not/exist.csv");
+  expect_refused(harness_, {"centre_line.file", "/does/not/exist.csv"}, "/does/not/exist.csv");
   expect_refused(harness_, {"weld.tally", "/does/not/exist.csv"}, "/does/not/exist.csv");
   expect_refused(harness_, {"camera.position", std::vector<double>{kNan, 0.0, 0.0}},
                  "camera.position");

@@ -22,6 +22,8 @@ void add_node_commands(CLI::App& app, Action& action);
 void add_param_commands(CLI::App& app, Action& action);
 void add_lifecycle_commands(CLI::App& app, Action& action);
 void add_service_commands(CLI::App& app, Action& action);
+void add_tf_commands(CLI::App& app, Action& action);
+void add_action_commands(CLI::App& app, Action& action);
 void add_summary_command(CLI::App& app, Action& action);
 
 }  // namespace pipescout::host

@@ -203,7 +203,7 @@ void add_load(CLI::App& group, Action& action) {
   command->add_option("plugin", options->plugin, "Class of the component")->required();
   command->add_option("-n,--node-name", options->name, "Name of the component's node");
   command->add_option("--node-namespace", options->ns, "Namespace of the component's node");
-  command->add_option("--log-level", options->log_level, "Lowest level that is logged")
+  command->add_option("--log-level", options->log_level, "Log level")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "fatal"}));
   const auto add_list_option = [command = command](const char* name,
                                                    std::vector<std::string>& values,

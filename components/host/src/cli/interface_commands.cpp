@@ -152,9 +152,9 @@ void add_interface_commands(CLI::App& app, Action& action) {
   const auto options = std::make_shared<Options>();
   add_kinds(*add(*group, action, "list", "List all of them", options, list_interfaces), *options);
   add_kinds(
-      *add(*group, action, "packages", "List the packages that have some", options, list_packages),
+      *add(*group, action, "packages", "List the packages with interfaces", options, list_packages),
       *options);
-  add(*group, action, "package", "List those of a package", options, list_package)
+  add(*group, action, "package", "List the interfaces of a package", options, list_package)
       ->add_option("package", options->name, "Name of the package")
       ->required();
   auto* const show_command = add(*group, action, "show", "Show a definition", options, show);
@@ -171,8 +171,9 @@ void add_interface_commands(CLI::App& app, Action& action) {
       add(*group, action, "export", "Write a package for ROS 2", options, export_package);
   exporting->add_option("package", options->name, "Name of the package")->required();
   exporting
-      ->add_option("--ros2", options->folder,
-                   "Folder of a ROS 2 workspace; the package gets one of its name in it")
+      ->add_option(
+          "--ros2", options->folder,
+          "Folder of a ROS 2 workspace; the package is written to a subfolder with its name")
       ->required();
 }
 

@@ -137,14 +137,14 @@ void add_lifecycle_commands(CLI::App& app, Action& action) {
   get->add_flag("-a,--include-hidden-nodes", get_options->all, "Hidden nodes too");
 
   auto [set, set_options] = add(
-      "set", "Take a node through a transition",
+      "set", "Trigger a transition of a node",
       [](Session& session, const Options& o) { return set_state(session, o.node, o.transition); });
   set->add_option("node", set_options->node, "Name of the node")->required();
   set->add_option("transition", set_options->transition, "Label or number of the transition")
       ->required();
 
   auto [list, list_options] = add(
-      "list", "List the transitions that a node allows now",
+      "list", "List the transitions that the current state of a node allows",
       [](Session& session, const Options& o) { return list_transitions(session, o.node, o.all); });
   list->add_option("node", list_options->node, "Name of the node")->required();
   list->add_flag("-a,--all", list_options->all, "All transitions of all states");
@@ -153,7 +153,7 @@ void add_lifecycle_commands(CLI::App& app, Action& action) {
       add("nodes", "List the managed nodes",
           [](Session& session, const Options& o) { return list_managed(session, o.all, o.count); });
   nodes->add_flag("-a,--all", nodes_options->all, "Hidden nodes too");
-  nodes->add_flag("-c,--count-nodes", nodes_options->count, "Print only how many there are");
+  nodes->add_flag("-c,--count-nodes", nodes_options->count, "Print only the count");
 }
 
 }  // namespace pipescout::host

@@ -58,7 +58,7 @@ void add_external_commands(CLI::App& app, const ExternalCommandPlaces& places) {
 }
 
 int run(const std::vector<std::string>& words) {
-  CLI::App app("Pipescout: runs compositions of robot components, and looks into running ones",
+  CLI::App app("Pipescout: runs compositions of robot components, and inspects running ones",
                "pipescout");
   app.set_version_flag("--version", PIPESCOUT_VERSION);
   app.require_subcommand(1);
@@ -71,6 +71,8 @@ int run(const std::vector<std::string>& words) {
   add_param_commands(app, action);
   add_lifecycle_commands(app, action);
   add_service_commands(app, action);
+  add_tf_commands(app, action);
+  add_action_commands(app, action);
   add_summary_command(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
   if (words.empty() || words.front().starts_with('-')) {
@@ -85,7 +87,7 @@ int run(const std::vector<std::string>& words) {
       std::cerr << "unknown command '" << words.front() << "': no executable pipescout-"
                 << words.front()
                 << " is in bin/ or lib/PACKAGE/ of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH, or in "
-                   "PATH. Run with --help for what there is.\n";
+                   "PATH. Run with --help for the list of commands.\n";
       return kExitUsage;
     }
   }

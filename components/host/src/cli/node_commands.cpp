@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cli/session.hpp"
+#include "core/actions.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -87,8 +88,8 @@ int node_info(Session& session, const Options& options) {
   print_section("Publishers", names(true, DdsTopicKind::kTopic));
   print_section("Service Servers", names(false, DdsTopicKind::kServiceRequest));
   print_section("Service Clients", names(true, DdsTopicKind::kServiceRequest));
-  print_section("Action Servers", {});
-  print_section("Action Clients", {});
+  print_section("Action Servers", actions_of_node(endpoints, node, true));
+  print_section("Action Clients", actions_of_node(endpoints, node, false));
   return kExitOk;
 }
 
@@ -101,10 +102,10 @@ void add_node_commands(CLI::App& app, Action& action) {
   const auto [list, list_options] =
       add_session_command<Options>(*group, action, "list", "List the nodes", false, list_nodes);
   list->add_flag("-a,--all", list_options->hidden, "Hidden nodes too");
-  list->add_flag("-c,--count-nodes", list_options->count, "Print only how many there are");
+  list->add_flag("-c,--count-nodes", list_options->count, "Print only the count");
 
   const auto [info, info_options] = add_session_command<Options>(
-      *group, action, "info", "Show what a node publishes, subscribes and serves", false,
+      *group, action, "info", "Show the publishers, subscriptions and services of a node", false,
       node_info);
   info->add_option("node", info_options->node, "Name of the node")->required();
   info->add_flag("--include-hidden", info_options->hidden, "Hidden topics and services too");

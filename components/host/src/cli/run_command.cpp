@@ -9,6 +9,7 @@ namespace pipescout::host {
 void add_run_command(CLI::App& app, Action& action) {
   struct Options {
     RunOptions run;
+    ReplayOptions replay;
     std::string isolated_component;
     int control_fd = -1;
   };
@@ -30,16 +31,31 @@ void add_run_command(CLI::App& app, Action& action) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       ->add_option("--params-file", options->run.parameter_files,
-                   "Parameter file (ROS 2 YAML); repeat for more")
+                   "Parameter file (ROS 2 YAML); may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--out", options->run.out,
                       "Mission folder; default: missions/<name>_<UTC time>");
+  auto* bag = command->add_option(
+      "--bag", options->replay.bag,
+      "Feed the components with this recording, in simulated time and without the network");
+  command
+      ->add_option("--record", options->replay.record,
+                   "With --bag: record what the components publish into this new bag (MCAP)")
+      ->needs(bag);
+  command
+      ->add_option("--rate", options->replay.rate,
+                   "With --bag: seconds of the recording per second; default: as fast as they go")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->needs(bag);
   // How a host starts the process of an isolated component; nothing for people.
   command->add_option("--isolated-component", options->isolated_component)->group("");
   command->add_option("--control-fd", options->control_fd)->group("");
   command->callback([options, &action] {
     action = [options] {
+      if (!options->replay.bag.empty()) {
+        return replay_composition(options->run, options->replay);
+      }
       return options->isolated_component.empty()
                  ? run_composition(options->run)
                  : run_isolated(options->run, options->isolated_component, options->control_fd);

@@ -45,7 +45,7 @@ void add_service_commands(CLI::App& app, Action& action) {
   const auto [command, options] = add_session_command<Options>(
       *group, action, "list", "List the services", false, list_services);
   command->add_flag("-t,--show-types", options->types, "Show the types too");
-  command->add_flag("-c,--count-services", options->count, "Print only how many there are");
+  command->add_flag("-c,--count-services", options->count, "Print only the count");
   command->add_flag("-a,--include-hidden-services", options->hidden, "Hidden services too");
 }
 

@@ -87,13 +87,13 @@ class Session::Announcements {
 
 void DiscoveryOptions::add_to(CLI::App& command, bool with_services) {
   const CLI::Range seconds(0.0, 1e6);
-  command
-      .add_option("--spin-time", spin_time, "Seconds to look for others on the network, at most")
+  command.add_option("--spin-time", spin_time, "Longest time for discovery, in seconds")
       ->check(seconds)
       ->capture_default_str();
   if (with_services) {
     command
-        .add_option("--timeout", timeout, "Seconds to wait for the answer of a service, at most")
+        .add_option("--timeout", timeout,
+                    "Longest time to wait for the reply of a service, in seconds")
         ->check(seconds)
         ->capture_default_str();
   }

@@ -11,7 +11,7 @@ namespace pipescout::host {
 void add_summary_command(CLI::App& app, Action& action) {
   auto folder = std::make_shared<std::string>();
   auto* command = app.add_subcommand(
-      "summary", "Put the sections of a mission folder together and print them as tables");
+      "summary", "Merge the sections of a mission folder and print them as tables");
   command->add_option("folder", *folder, "Mission folder")->required();
   command->callback([=, &action] {
     action = [=] {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iostream>
 #include <set>
+#include <vector>
 
 #include "pipescout/idl/message_type.hpp"
 
@@ -181,27 +182,27 @@ QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options
   } else if (options.profile == "parameters") {
     qos = QoS::parameters();
   } else if (options.profile.empty()) {
-    const auto publishers = endpoints_of(graph, topic, true);
-    const auto share = [&](auto test) {
-      return static_cast<std::size_t>(std::count_if(publishers.begin(), publishers.end(), test));
-    };
-    const auto reliable =
-        share([](const auto& e) { return e.qos.reliability == Reliability::kReliable; });
-    const auto latched =
-        share([](const auto& e) { return e.qos.durability == Durability::kTransientLocal; });
-    if (!publishers.empty() && reliable == publishers.size()) {
-      qos.reliability = Reliability::kReliable;
-    } else if (reliable > 0 && options.reliability.empty()) {
-      std::cerr << "Some, but not all, publishers are offering QoSReliabilityPolicy.RELIABLE. "
-                   "Falling back to QoSReliabilityPolicy.BEST_EFFORT as it will connect to all "
-                   "publishers\n";
+    std::vector<QoS> offered;
+    for (const auto& publisher : endpoints_of(graph, topic, true)) {
+      offered.push_back(publisher.qos);
     }
-    if (!publishers.empty() && latched == publishers.size()) {
-      qos.durability = Durability::kTransientLocal;
-    } else if (latched > 0 && options.durability.empty()) {
-      std::cerr << "Some, but not all, publishers are offering "
-                   "QoSDurabilityPolicy.TRANSIENT_LOCAL. Falling back to "
-                   "QoSDurabilityPolicy.VOLATILE as it will connect to all publishers\n";
+    if (!offered.empty()) {
+      const QoS request = request_for(offered, qos.depth);
+      const auto any = [&](auto test) { return std::any_of(offered.begin(), offered.end(), test); };
+      if (request.reliability != Reliability::kReliable && options.reliability.empty() &&
+          any([](const QoS& offer) { return offer.reliability == Reliability::kReliable; })) {
+        std::cerr << "Some, but not all, publishers are offering QoSReliabilityPolicy.RELIABLE. "
+                     "Falling back to QoSReliabilityPolicy.BEST_EFFORT as it will connect to all "
+                     "publishers\n";
+      }
+      if (request.durability != Durability::kTransientLocal && options.durability.empty() &&
+          any([](const QoS& offer) { return offer.durability == Durability::kTransientLocal; })) {
+        std::cerr << "Some, but not all, publishers are offering "
+                     "QoSDurabilityPolicy.TRANSIENT_LOCAL. Falling back to "
+                     "QoSDurabilityPolicy.VOLATILE as it will connect to all publishers\n";
+      }
+      qos.reliability = request.reliability;
+      qos.durability = request.durability;
     }
   }
   options.override(qos);
@@ -243,7 +244,7 @@ void QosOptions::override(QoS& qos) const {
 
 void ListenOptions::add_to(CLI::App& command) {
   command.add_option("topic", topic, "Name of the topic")->required();
-  command.add_option("type", type, "Its type, when nobody publishes yet");
+  command.add_option("type", type, "Its type, if there is no publisher yet");
   qos.add_to(command);
 }
 
@@ -265,7 +266,7 @@ void add_topic_commands(CLI::App& app, Action& action) {
   const auto [list, list_options] =
       add_session_command<Options>(*group, action, "list", "List the topics", false, list_topics);
   list->add_flag("-t,--show-types", list_options->types, "Show the types too");
-  list->add_flag("-c,--count-topics", list_options->count, "Print only how many there are");
+  list->add_flag("-c,--count-topics", list_options->count, "Print only the count");
   list->add_flag("-a,--include-hidden-topics", list_options->hidden, "Hidden topics too");
   list->add_flag("-v,--verbose", list_options->verbose, "Show types and numbers of endpoints");
 

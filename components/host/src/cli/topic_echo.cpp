@@ -64,8 +64,7 @@ int echo(Session& session, const Options& options) {
   };
   events.message_malformed = [&](EventCount malformed) {
     std::cerr << "A message on topic '" << source.topic << "' is no " << type.name
-              << " as it is defined here, and is not shown; total count: " << malformed.total
-              << '\n';
+              << " as defined here, and is not printed; total count: " << malformed.total << '\n';
   };
   events.incompatible_qos = [&](const IncompatibleQos& event) {
     std::cerr << "New publisher discovered on topic '" << source.topic
@@ -97,14 +96,11 @@ void add_topic_echo(CLI::App& group, Action& action) {
   options->add_to(*command);
   command->add_option("--field", options->field, "Print only this field, such as pose.position.x");
   command->add_flag("--once", options->once, "Print one message and exit");
-  command->add_option("-n,--count", options->count, "Print so many messages and exit")
+  command->add_option("-n,--count", options->count, "Print this many messages and exit")
       ->check(count_range());
   command->add_flag("--csv", options->csv, "Values separated by commas");
-  command->add_flag("-f,--full-length", options->full_length,
-                    "Print arrays and texts in full, however long");
-  command
-      ->add_option("-l,--truncate-length", options->length,
-                   "Cut arrays and texts that are longer than this")
+  command->add_flag("-f,--full-length", options->full_length, "Print arrays and texts in full");
+  command->add_option("-l,--truncate-length", options->length, "Truncate longer arrays and texts")
       ->capture_default_str();
   command->add_flag("--no-arr", options->format.no_arrays, "Print no arrays, only their length");
   command->add_flag("--no-str", options->format.no_strings, "Print no texts, only their length");

@@ -41,7 +41,7 @@ void add_topic_hz(CLI::App& group, Action& action) {
   const auto [command, options] = add_session_command<Options>(
       group, action, "hz", "Print the rate at which messages arrive", false, hz);
   options->add_to(*command);
-  command->add_option("-w,--window", options->window, "Messages to average over")
+  command->add_option("-w,--window", options->window, "Number of messages in the average")
       ->check(count_range())
       ->capture_default_str();
 }

@@ -103,12 +103,12 @@ void add_topic_pub(CLI::App& group, Action& action) {
       ->check(CLI::Range(0, 1000000000))
       ->capture_default_str();
   auto* const once = command->add_flag("-1,--once", options->once, "Publish one message and exit");
-  command->add_option("-t,--times", options->times, "Publish so many messages and exit")
+  command->add_option("-t,--times", options->times, "Publish this many messages and exit")
       ->check(count_range())
       ->excludes(once);
   command
       ->add_option("-w,--wait-matching-subscriptions", options->wait_matching,
-                   "Wait for so many subscriptions first; 1 with --once or --times, else 0")
+                   "Wait for this many subscriptions first; 1 with --once or --times, else 0")
       ->check(CLI::Range(0, 1000000000));
   command
       ->add_option("--keep-alive", options->keep_alive,

@@ -185,7 +185,7 @@ void set_fields(const YAML::Node& node, const MessageType& type, void* message,
     const auto name = entry.first.IsScalar() ? entry.first.Scalar() : std::string("?");
     const auto* const field = find_field(type, name);
     if (field == nullptr) {
-      fail(path, "'" + name + "' is no field of " + std::string(type.name));
+      fail(path, "'" + name + "' is not a field of " + std::string(type.name));
     }
     set_field(entry.second, *field, message, path.empty() ? name : path + "." + name);
   }
@@ -198,7 +198,7 @@ void set_from_yaml(const std::string& yaml, const MessageType& type, void* messa
   try {
     node = YAML::Load(yaml);
   } catch (const YAML::Exception& error) {
-    throw YamlMessageError("the values are no YAML: " + std::string(error.what()));
+    throw YamlMessageError("the values are not YAML: " + std::string(error.what()));
   }
   set_fields(node, type, message, "");
 }

@@ -31,6 +31,9 @@ std::string ChildMessage::to_json() const {
     case Event::kBroke:
       object["event"] = "broke";
       break;
+    case Event::kAlive:
+      object["event"] = "alive";
+      break;
     case Event::kFailed:
       object["event"] = "failed";
       break;
@@ -56,8 +59,10 @@ ChildMessage ChildMessage::from_json(const std::string& text) {
       message.event = Event::kActive;
     } else if (event == "broke") {
       message.event = Event::kBroke;
+    } else if (event == "alive") {
+      message.event = Event::kAlive;
     } else if (event != "failed") {
-      throw std::invalid_argument("event '" + event + "' is not known");
+      throw std::invalid_argument("event '" + event + "' is unknown");
     }
     message.message = object.at("message").get<std::string>();
     for (const auto& parameter : object.at("parameters")) {
@@ -106,6 +111,13 @@ void ChildSupervisor::stop() {
   }
 }
 
+void ChildSupervisor::ask() {
+  if (state_ == State::kActive && !asked_) {
+    asked_ = true;
+    child_->ask();
+  }
+}
+
 void ChildSupervisor::on_message(const ChildMessage& message) {
   if (!child_ || state_ == State::kStopping) {
     return;
@@ -125,6 +137,9 @@ void ChildSupervisor::on_message(const ChildMessage& message) {
     case ChildMessage::Event::kBroke:
       broke_ = true;
       break;
+    case ChildMessage::Event::kAlive:
+      asked_ = false;
+      break;
     case ChildMessage::Event::kFailed:
       if (was_active_) {
         // It ran before: its end counts as one more end by itself.
@@ -138,6 +153,7 @@ void ChildSupervisor::on_message(const ChildMessage& message) {
 
 void ChildSupervisor::on_exit(int status, SteadyTime now) {
   child_.reset();
+  asked_ = false;
   last_exit_ = describe_exit(status);
   if (state_ == State::kStopping) {
     state_ = State::kStopped;

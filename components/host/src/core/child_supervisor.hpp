@@ -23,6 +23,8 @@ class Child {
   /// Lets a child that has made its component configure and activate it.
   virtual void start_component() = 0;
   virtual void signal(int number) = 0;
+  /// Asks for kAlive.
+  virtual void ask() = 0;
 };
 
 /// What a child tells its supervisor. On the wire: JSON, one object per packet.
@@ -31,6 +33,7 @@ struct ChildMessage {
     kConstructed,  ///< the component exists, unconfigured
     kActive,       ///< it is configured and active
     kBroke,        ///< it went through its error state; the child goes on
+    kAlive,        ///< its executor runs callbacks
     kFailed        ///< it could not be made or activated; the child exits
   };
   Event event = Event::kFailed;
@@ -72,6 +75,12 @@ class ChildSupervisor {
   /// Asks the process to end, by SIGINT.
   void stop();
 
+  /// Asks a process whose component is active whether its executor runs callbacks, unless it has
+  /// not answered yet.
+  void ask();
+  /// It was asked and has not answered.
+  [[nodiscard]] bool silent() const noexcept { return asked_; }
+
   void on_message(const ChildMessage& message);
   /// `status`: of waitpid.
   void on_exit(int status, SteadyTime now);
@@ -107,6 +116,7 @@ class ChildSupervisor {
   bool activate_ = false;
   bool was_active_ = false;
   bool broke_ = false;
+  bool asked_ = false;
   int restarts_ = 0;
   std::optional<SteadyTime> relaunch_at_;
   std::string error_;

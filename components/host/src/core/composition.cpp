@@ -21,40 +21,174 @@ constexpr std::size_t kMostThreads = 256;
 constexpr int kMostRestarts = 1000000;
 constexpr double kLongestBackoff = 3600.0;  // s
 
+/// What the readers of a composition and of the files that it includes have in common.
+struct Reading {
+  Composition composition;
+  std::map<NodeName, std::string> seen;      ///< components, and where they are
+  std::vector<NodeName> left_out;            ///< by their conditions
+  std::vector<std::filesystem::path> files;  ///< that are being read, the outermost first
+
+  [[nodiscard]] std::vector<NodeName> all_names() const {
+    std::vector<NodeName> names;
+    for (const auto& entry : composition.components) {
+      names.push_back(entry.name);
+    }
+    names.insert(names.end(), left_out.begin(), left_out.end());
+    return names;
+  }
+};
+
 class Reader {
  public:
-  Reader(const std::string& path, const CompositionInputs& inputs)
-      : path_(path), inputs_(inputs), sources_(inputs.sources) {
-    composition_.path = path;
+  Reader(const std::string& path, const CompositionInputs& inputs, Reading& reading)
+      : path_(path),
+        inputs_(inputs),
+        sources_(inputs.sources),
+        reading_(reading),
+        composition_(reading.composition),
+        first_component_(composition_.components.size()) {
+    reading_.files.push_back(canonical(path));
   }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ~Reader() { reading_.files.pop_back(); }
 
-  Composition read(const YAML::Node& root) {
-    if (!root.IsMap()) {
-      fail(root,
-           "a composition is a map with the keys name, arguments, executor, components, "
-           "complete_when");
-    }
-    check_keys(root, "the composition",
-               {"name", "arguments", "executor", "components", "complete_when"});
-    read_arguments(root["arguments"]);
-    read_name(root["name"]);
+  void read_outermost(const YAML::Node& root) {
+    check_root(root);
+    composition_.path = path_;
+    composition_.arguments = read_arguments(root["arguments"]);
+    composition_.name = read_name(root["name"]);
     if (inputs_.mission_folder) {
       composition_.mission_folder = inputs_.mission_folder(composition_.name);
       sources_.mission_folder = composition_.mission_folder;
     }
-    read_executor(root["executor"]);
-    const auto components = root["components"];
-    if (!components) {
-      fail(root, "key 'components' is missing");
+    if (root["executor"]) {
+      composition_.executor = read_executor(root["executor"]);
     }
-    read_components(components);
-    read_complete_when(root["complete_when"]);
+    read_contents(root);
     apply_parameter_files();
     apply_parameter_arguments();
-    return std::move(composition_);
+  }
+
+  /// Its components; name and executor are for the file by itself.
+  void read_included(const YAML::Node& root) {
+    check_root(root);
+    read_arguments(root["arguments"]);
+    read_contents(root);
   }
 
  private:
+  static std::filesystem::path canonical(const std::filesystem::path& path) {
+    std::error_code error;
+    auto result = std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
+    return error ? path : result;
+  }
+
+  void check_root(const YAML::Node& root) const {
+    if (!root.IsMap()) {
+      fail(root,
+           "a composition is a map with the keys name, arguments, executor, robot_description, "
+           "include, components, complete_when");
+    }
+    check_keys(root, "the composition",
+               {"name", "arguments", "executor", "robot_description", "include", "components",
+                "complete_when"});
+  }
+
+  void read_contents(const YAML::Node& root) {
+    read_robot_description(root["robot_description"]);
+    read_includes(root["include"]);
+    if (root["components"]) {
+      read_components(root["components"]);
+    } else if (!root["include"]) {
+      fail(root, "key 'components' is missing");
+    }
+    read_complete_when(root["complete_when"]);
+  }
+
+  /// What `if` and `unless` of an entry say.
+  [[nodiscard]] bool applies(const YAML::Node& entry) const {
+    return (!entry["if"] || boolean(entry["if"], "'if'")) &&
+           (!entry["unless"] || !boolean(entry["unless"], "'unless'"));
+  }
+
+  void read_includes(const YAML::Node& node) {
+    if (!node || node.IsNull()) {
+      return;
+    }
+    if (!node.IsSequence()) {
+      fail(node, "'include' must be a list of compositions");
+    }
+    for (const auto& item : node) {
+      if (item.IsScalar()) {
+        include(item, item, {});
+        continue;
+      }
+      if (!item.IsMap() || !item["file"]) {
+        fail(item, "an entry of 'include' is a file, or a map with the keys file, ...");
+      }
+      check_keys(item, "an entry of 'include'", {"file", "namespace", "arguments", "if", "unless"});
+      if (applies(item)) {
+        include(item, item["file"], item["arguments"]);
+      }
+    }
+  }
+
+  void include(const YAML::Node& item, const YAML::Node& file_node, const YAML::Node& arguments) {
+    const auto file = existing_file(file_node, "composition");
+    check_no_cycle(file_node, file);
+    CompositionInputs inputs;
+    inputs.ns = item.IsMap() ? namespace_of(item) : inputs_.ns;
+    inputs.sources = inputs_.sources;
+    inputs.sources.mission_folder = sources_.mission_folder;
+    if (arguments.IsDefined() && !arguments.IsNull()) {
+      if (!arguments.IsMap()) {
+        fail(arguments, "'arguments' of an include must be a map of names to values");
+      }
+      for (const auto& entry : arguments) {
+        const auto& name = entry.first.Scalar();
+        inputs.arguments.emplace_back(name, text(entry.second, "argument '" + name + "'"));
+      }
+    }
+    const auto path = file.string();
+    try {
+      Reader(path, inputs, reading_).read_included(load_yaml(path));
+    } catch (const CompositionError& error) {
+      fail(arguments.IsDefined() ? arguments : file_node, error.what());
+    }
+  }
+
+  /// A file that an entry names, relative to this one. `what` it is: for messages.
+  [[nodiscard]] std::filesystem::path existing_file(const YAML::Node& node,
+                                                    const std::string& what) const {
+    const auto name = text(node, "the name of a " + what);
+    if (name.empty()) {
+      fail(node, "the name of a " + what + " is empty");
+    }
+    const auto file = std::filesystem::path(path_).parent_path() / name;
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status)) {
+      fail(node, "there is no " + what + " " + file.string());
+    }
+    if (std::filesystem::is_directory(status)) {
+      fail(node, file.string() + " is a folder, and no " + what);
+    }
+    return file;
+  }
+
+  void check_no_cycle(const YAML::Node& node, const std::filesystem::path& file) const {
+    const auto begin = std::find(reading_.files.begin(), reading_.files.end(), canonical(file));
+    if (begin == reading_.files.end()) {
+      return;
+    }
+    std::string chain;
+    for (auto step = begin; step != reading_.files.end(); ++step) {
+      chain += step->filename().string() + " -> ";
+    }
+    fail(node, file.string() + " includes itself: " + chain + begin->filename().string());
+  }
+
   [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
     throw YamlError(path_, node.Mark(), message);
   }
@@ -131,7 +265,9 @@ class Reader {
     return given;
   }
 
-  void read_arguments(const YAML::Node& node) {
+  /// The arguments with the values that they have now.
+  std::vector<std::pair<std::string, std::string>> read_arguments(const YAML::Node& node) {
+    std::vector<std::pair<std::string, std::string>> arguments;
     std::vector<std::string> names;
     const auto given = given_arguments();
     if (node && !node.IsNull()) {
@@ -145,12 +281,14 @@ class Reader {
         if (const auto argument = given.find(name); argument != given.end()) {
           value = argument->second;
         } else if (entry.second.IsNull()) {
-          fail(entry.first, "argument '" + name + "' has no default: give " + name + ":=VALUE");
+          fail(entry.first,
+               "argument '" + name + "' has no default: give " +
+                   (is_included() ? "it where " + path_ + " is included" : name + ":=VALUE"));
         } else {
           value = text(entry.second, "the default of argument '" + name + "'");
         }
         sources_.arguments[name] = value;
-        composition_.arguments.emplace_back(name, std::move(value));
+        arguments.emplace_back(name, std::move(value));
       }
     }
     for (const auto& [name, value] : given) {
@@ -159,49 +297,86 @@ class Reader {
                                " has no argument '" + name + "'" + suggestion(name, names));
       }
     }
+    return arguments;
   }
 
-  void read_name(const YAML::Node& node) {
+  [[nodiscard]] bool is_included() const { return reading_.files.size() > 1; }
+
+  [[nodiscard]] std::string read_name(const YAML::Node& node) const {
     const auto valid = [](const std::string& name) {
       return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
         return std::isalnum(c) != 0 || c == '_' || c == '-';
       });
     };
     if (node) {
-      composition_.name = text(node, "'name'");
-      if (!valid(composition_.name)) {
-        fail(node, "'name' must consist of letters, digits, '_' and '-', not '" +
-                       composition_.name + "'");
+      const auto name = text(node, "'name'");
+      if (!valid(name)) {
+        fail(node, "'name' must consist of letters, digits, '_' and '-', not '" + name + "'");
       }
-      return;
+      return name;
     }
-    composition_.name = std::filesystem::path(path_).stem().string();
-    if (!valid(composition_.name)) {
-      composition_.name = "mission";
-    }
+    const auto name = std::filesystem::path(path_).stem().string();
+    return valid(name) ? name : "mission";
   }
 
-  void read_executor(const YAML::Node& node) {
-    if (!node) {
-      return;
-    }
+  [[nodiscard]] ExecutorSettings read_executor(const YAML::Node& node) const {
     if (!node.IsMap()) {
-      fail(node, "'executor' must be a map with the keys type, threads");
+      fail(node, "'executor' must be a map with the keys type, threads, nice, fifo");
     }
-    check_keys(node, "the executor", {"type", "threads"});
+    check_keys(node, "the executor", {"type", "threads", "nice", "fifo"});
+    ExecutorSettings settings;
     const auto type = node["type"] ? text(node["type"], "'type'") : "single_threaded";
     if (type != "single_threaded" && type != "multi_threaded") {
       fail(node["type"], "'type' must be single_threaded or multi_threaded, not '" + type + "'");
     }
     if (node["threads"]) {
-      composition_.threads = static_cast<std::size_t>(
+      settings.threads = static_cast<std::size_t>(
           integer(node["threads"], "'threads'", 1, static_cast<std::int64_t>(kMostThreads)));
-      if (type == "single_threaded" && composition_.threads != 1) {
+      if (type == "single_threaded" && settings.threads != 1) {
         fail(node["threads"], "a single_threaded executor has one thread");
       }
     } else if (type == "multi_threaded") {
-      composition_.threads = default_threads(std::thread::hardware_concurrency());
+      settings.threads = default_threads(std::thread::hardware_concurrency());
     }
+    if (node["nice"]) {
+      settings.nice = static_cast<int>(integer(node["nice"], "'nice'", -20, 19));
+    }
+    if (node["fifo"]) {
+      settings.fifo = static_cast<int>(integer(node["fifo"], "'fifo'", 1, 99));
+      if (settings.nice) {
+        fail(node["fifo"], "'nice' means nothing to threads with the real-time priority 'fifo'");
+      }
+    }
+    return settings;
+  }
+
+  /// Short for a component that tells it, before all others.
+  void read_robot_description(const YAML::Node& node) {
+    if (!node) {
+      return;
+    }
+    const auto file = existing_file(node, "robot description");
+    ComponentEntry entry;
+    entry.type = "pipescout::RobotDescription";
+    entry.name = {inputs_.ns, "robot_description"};
+    entry.location = entry.type_location = location(path_, node.Mark());
+    entry.parameters.push_back(
+        {.name = "urdf_file", .value = file.string(), .source = entry.location});
+    add_component(node, std::move(entry));
+  }
+
+  void add_component(const YAML::Node& name_node, ComponentEntry entry) {
+    const auto [other, is_new] = reading_.seen.emplace(entry.name, entry.location);
+    if (!is_new) {
+      const auto name = entry.name.fully_qualified();
+      fail(name_node,
+           other->second == entry.location
+               ? "component '" + name +
+                     "' is there twice, since this file is included more than once: give each "
+                     "include a namespace of its own"
+               : "two components have the name '" + name + "'; the other is at " + other->second);
+    }
+    composition_.components.push_back(std::move(entry));
   }
 
   void read_components(const YAML::Node& node) {
@@ -211,35 +386,36 @@ class Reader {
     if (!node.IsSequence()) {
       fail(node, "'components' must be a list");
     }
-    std::map<NodeName, std::string> seen;
     for (const auto& item : node) {
-      auto entry = read_component(item);
-      const auto [other, is_new] = seen.emplace(entry.name, entry.location);
-      if (!is_new) {
-        fail(item["name"], "two components of the name '" + entry.name.fully_qualified() +
-                               "'; the other is at " + other->second);
+      check_component_keys(item);
+      if (!applies(item)) {
+        reading_.left_out.push_back(read_node_name(item));
+        continue;
       }
-      composition_.components.push_back(std::move(entry));
+      add_component(item["name"], read_component(item));
     }
   }
 
-  ComponentEntry read_component(const YAML::Node& node) {
+  void check_component_keys(const YAML::Node& node) const {
     if (!node.IsMap()) {
       fail(node, "a component is a map with the keys type, name, ...");
     }
     check_keys(node, "a component",
-               {"type", "name", "namespace", "parameters", "parameter_files", "remappings",
-                "isolate", "restart"});
-    ComponentEntry entry;
-    entry.location = location(path_, node.Mark());
+               {"type", "name", "namespace", "if", "unless", "parameters", "parameter_files",
+                "remappings", "log_level", "executor", "isolate", "restart"});
     for (const char* key : {"type", "name"}) {
       if (!node[key]) {
         fail(node, std::string("key '") + key + "' of a component is missing");
       }
     }
+  }
+
+  ComponentEntry read_component(const YAML::Node& node) {
+    ComponentEntry entry;
+    entry.location = location(path_, node.Mark());
     entry.type = text(node["type"], "'type'");
     entry.type_location = location(path_, node["type"].Mark());
-    read_node_name(node, entry);
+    entry.name = read_node_name(node);
     if (node["parameter_files"]) {
       read_parameter_files(node["parameter_files"], entry);
     }
@@ -248,6 +424,17 @@ class Reader {
     }
     if (node["remappings"]) {
       read_remappings(node["remappings"], entry);
+    }
+    if (node["log_level"]) {
+      const auto level = text(node["log_level"], "'log_level'");
+      entry.log_level = log_severity(level);
+      if (!entry.log_level) {
+        fail(node["log_level"],
+             "'log_level' must be debug, info, warn, error or fatal, not '" + level + "'");
+      }
+    }
+    if (node["executor"]) {
+      entry.executor = read_executor(node["executor"]);
     }
     if (node["isolate"]) {
       entry.isolate = boolean(node["isolate"], "'isolate'");
@@ -261,19 +448,23 @@ class Reader {
     return entry;
   }
 
-  void read_node_name(const YAML::Node& node, ComponentEntry& entry) const {
-    entry.name.name = text(node["name"], "'name'");
+  [[nodiscard]] NodeName read_node_name(const YAML::Node& node) const {
+    NodeName name{.ns = namespace_of(node), .name = text(node["name"], "'name'")};
     try {
-      validate_node_name(entry.name.name);
+      validate_node_name(name.name);
     } catch (const InvalidName& error) {
       fail(node["name"], error.what());
     }
-    entry.name.ns = inputs_.ns;
+    return name;
+  }
+
+  /// Of a component or an include, below that of this file.
+  [[nodiscard]] std::string namespace_of(const YAML::Node& node) const {
     if (!node["namespace"]) {
-      return;
+      return inputs_.ns;
     }
     try {
-      entry.name.ns = join_namespaces(inputs_.ns, text(node["namespace"], "'namespace'"));
+      return join_namespaces(inputs_.ns, text(node["namespace"], "'namespace'"));
     } catch (const InvalidName& error) {
       fail(node["namespace"], error.what());
     }
@@ -284,13 +475,7 @@ class Reader {
       fail(node, "'parameter_files' must be a list of files");
     }
     for (const auto& item : node) {
-      auto file = std::filesystem::path(text(item, "a parameter file"));
-      if (file.is_relative()) {
-        file = std::filesystem::path(path_).parent_path() / file;
-      }
-      if (!std::filesystem::exists(file)) {
-        fail(item, "there is no parameter file " + file.string());
-      }
+      const auto file = existing_file(item, "parameter file");
       auto overrides =
           load_parameter_yaml(file.string()).overrides_for(entry.name.fully_qualified());
       if (overrides.empty()) {
@@ -405,16 +590,25 @@ class Reader {
     }
     for (const auto& item : node) {
       const auto name = text(item, "a name in 'complete_when'");
-      composition_.complete_when.push_back(component_named(item, name));
+      if (const auto component = component_named(item, name)) {
+        composition_.complete_when.push_back(*component);
+      }
     }
   }
 
-  NodeName component_named(const YAML::Node& node, const std::string& name) const {
+  /// Of this file or of one that it includes; nothing when its condition has left it out.
+  std::optional<NodeName> component_named(const YAML::Node& node, const std::string& name) const {
+    const auto bears = [&name](const NodeName& component) {
+      return component.name == name || component.fully_qualified() == name;
+    };
     std::vector<NodeName> matches;
-    for (const auto& entry : composition_.components) {
-      if (entry.name.name == name || entry.name.fully_qualified() == name) {
-        matches.push_back(entry.name);
+    for (auto k = first_component_; k < composition_.components.size(); ++k) {
+      if (bears(composition_.components[k].name)) {
+        matches.push_back(composition_.components[k].name);
       }
+    }
+    if (matches.empty() && std::any_of(reading_.left_out.begin(), reading_.left_out.end(), bears)) {
+      return std::nullopt;
     }
     if (matches.empty()) {
       fail(node,
@@ -429,8 +623,8 @@ class Reader {
 
   [[nodiscard]] std::vector<std::string> component_names() const {
     std::vector<std::string> names;
-    for (const auto& entry : composition_.components) {
-      names.push_back(entry.name.name);
+    for (const auto& component : reading_.all_names()) {
+      names.push_back(component.name);
     }
     return names;
   }
@@ -440,9 +634,9 @@ class Reader {
   [[nodiscard]] std::string component_suggestion(const std::string& misspelt) const {
     const auto name = misspelt.substr(misspelt.rfind('/') + 1);
     std::vector<std::string> names;
-    for (const auto& entry : composition_.components) {
-      names.push_back(entry.name.fully_qualified());
-      if (entry.name.name == name) {
+    for (const auto& component : reading_.all_names()) {
+      names.push_back(component.fully_qualified());
+      if (component.name == name) {
         return "; did you mean '" + names.back() + "'?";
       }
     }
@@ -451,12 +645,11 @@ class Reader {
 
   /// Wildcards may match nothing: they are for whatever is there.
   void check_names_components(const ParameterFile& parameters) const {
+    const auto names = reading_.all_names();
     for (const auto& node : parameters.nodes()) {
-      const bool known =
-          std::any_of(composition_.components.begin(), composition_.components.end(),
-                      [&](const ComponentEntry& entry) {
-                        return matches_node_pattern(node.pattern, entry.name.fully_qualified());
-                      });
+      const bool known = std::any_of(names.begin(), names.end(), [&](const NodeName& component) {
+        return matches_node_pattern(node.pattern, component.fully_qualified());
+      });
       if (!known && node.pattern.find('*') == std::string::npos) {
         throw CompositionError(node.source + ": no component '" + node.pattern + "' in " + path_ +
                                component_suggestion(node.pattern));
@@ -508,11 +701,16 @@ class Reader {
   const std::string& path_;
   const CompositionInputs& inputs_;
   SubstitutionSources sources_;
-  Composition composition_;
+  Reading& reading_;
+  Composition& composition_;
+  const std::size_t first_component_;  ///< of this file, included ones too
 };
 
-std::string quoted(const std::string& text) {
-  return to_yaml(ParameterValue(text));
+Composition read_composition(const YAML::Node& root, const std::string& path,
+                             const CompositionInputs& inputs) {
+  Reading reading;
+  Reader(path, inputs, reading).read_outermost(root);
+  return std::move(reading.composition);
 }
 
 }  // namespace
@@ -537,66 +735,12 @@ std::pair<std::string, std::string> parse_argument(const std::string& text) {
 }
 
 Composition load_composition(const std::string& path, const CompositionInputs& inputs) {
-  return Reader(path, inputs).read(load_yaml(path));
+  return read_composition(load_yaml(path), path, inputs);
 }
 
 Composition parse_composition(const std::string& text, const std::string& path,
                               const CompositionInputs& inputs) {
-  return Reader(path, inputs).read(parse_yaml(text, path));
-}
-
-std::string to_yaml(const Composition& composition,
-                    const std::vector<std::vector<NamedParameter>>& parameters) {
-  std::string out = "# As it was run, from " + composition.path + "\n";
-  out += "name: " + quoted(composition.name) + "\n";
-  if (!composition.arguments.empty()) {
-    out += "arguments:\n";
-    for (const auto& [name, value] : composition.arguments) {
-      out += "  " + quoted(name) + ": " + quoted(value) + "\n";
-    }
-  }
-  out += composition.threads == 1
-             ? std::string("executor: {type: single_threaded}\n")
-             : "executor: {type: multi_threaded, threads: " + std::to_string(composition.threads) +
-                   "}\n";
-  out += composition.components.empty() ? "components: []\n" : "components:\n";
-  for (std::size_t i = 0; i < composition.components.size(); ++i) {
-    const auto& entry = composition.components[i];
-    out += "  - type: " + quoted(entry.type) + "\n";
-    out += "    name: " + quoted(entry.name.name) + "\n";
-    if (entry.name.ns != "/") {
-      out += "    namespace: " + quoted(entry.name.ns) + "\n";
-    }
-    if (i < parameters.size() && !parameters[i].empty()) {
-      out += "    parameters:\n";
-      for (const auto& parameter : parameters[i]) {
-        if (parameter.value.is_set()) {
-          out += "      " + quoted(parameter.name) + ": " + to_yaml(parameter.value) + "\n";
-        }
-      }
-    }
-    if (!entry.remappings.empty()) {
-      out += "    remappings:\n";
-      for (const auto& rule : entry.remappings) {
-        const auto scheme = rule.kind == RemapRule::Kind::kTopic     ? "rostopic://"
-                            : rule.kind == RemapRule::Kind::kService ? "rosservice://"
-                                                                     : "";
-        out += "      " + quoted(scheme + rule.from) + ": " + quoted(rule.to) + "\n";
-      }
-    }
-    if (entry.isolate) {
-      out += "    isolate: true\n";
-      out += "    restart: {limit: " + std::to_string(entry.restart.limit) +
-             ", backoff: " + to_yaml(ParameterValue(to_seconds(entry.restart.backoff))) + "}\n";
-    }
-  }
-  if (!composition.complete_when.empty()) {
-    out += "complete_when:\n";
-    for (const auto& name : composition.complete_when) {
-      out += "  - " + quoted(name.fully_qualified()) + "\n";
-    }
-  }
-  return out;
+  return read_composition(parse_yaml(text, path), path, inputs);
 }
 
 }  // namespace pipescout::host

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/substitution.hpp"
+#include "pipescout/runtime/logger.hpp"
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/parameter_value.hpp"
 #include "pipescout/runtime/parameter_yaml.hpp"
@@ -25,11 +26,22 @@ struct RestartPolicy {
   bool operator==(const RestartPolicy&) const = default;
 };
 
+/// Threads that run callbacks, and how the system schedules them.
+struct ExecutorSettings {
+  std::size_t threads = 1;
+  std::optional<int> nice;  ///< -20 (goes first) to 19
+  std::optional<int> fifo;  ///< real-time priority, 1 to 99, of SCHED_FIFO; excludes `nice`
+
+  bool operator==(const ExecutorSettings&) const = default;
+};
+
 struct ComponentEntry {
   std::string type;  ///< class: "pipescout::OdometryFusion"
   NodeName name;
   std::vector<ParameterOverride> parameters;  ///< from all sources; the later counts
   RemapRules remappings;
+  std::optional<LogSeverity> log_level;      ///< nothing: info
+  std::optional<ExecutorSettings> executor;  ///< of its own; nothing: that of the composition
   bool isolate = false;
   RestartPolicy restart;
   std::string location;       ///< "file:line:column" of the entry
@@ -41,8 +53,8 @@ struct Composition {
   std::string name;
   std::vector<std::pair<std::string, std::string>> arguments;  ///< with the values they have now
   std::string mission_folder;
-  std::size_t threads = 1;
-  std::vector<ComponentEntry> components;  ///< in the order in which they start
+  ExecutorSettings executor;
+  std::vector<ComponentEntry> components;  ///< in the order in which they start, included ones too
   std::vector<NodeName> complete_when;     ///< empty: runs until it is stopped
 };
 

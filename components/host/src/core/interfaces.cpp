@@ -74,7 +74,7 @@ InterfaceName parse_interface_name(std::string_view text) {
   if (second == std::string_view::npos || first == 0 || second == first + 1 ||
       second + 1 == text.size() || text.find('/', second + 1) != std::string_view::npos) {
     throw std::invalid_argument("'" + std::string(text) +
-                                "' is no name of an interface: package/msg/Type");
+                                "' is not the name of an interface: package/msg/Type");
   }
   InterfaceName name{std::string(text.substr(0, first)), InterfaceKind::kMessage,
                      std::string(text.substr(second + 1))};
@@ -85,7 +85,7 @@ InterfaceName parse_interface_name(std::string_view text) {
     name.kind = InterfaceKind::kAction;
   } else if (folder != "msg") {
     throw std::invalid_argument("'" + std::string(text) +
-                                "' is no name of an interface: neither msg, srv nor action");
+                                "' is not the name of an interface: neither msg, srv nor action");
   }
   return name;
 }

@@ -31,7 +31,7 @@ std::string folder_name(const std::string& mission, Time now) {
 }
 
 [[noreturn]] void cannot_be_made(const fs::path& folder, const std::error_code& error) {
-  throw MissionFolderError(folder.string() + ": cannot be made: " + error.message());
+  throw MissionFolderError(folder.string() + ": cannot be created: " + error.message());
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ MissionFolder::MissionFolder(fs::path path) : path_(std::move(path)) {
     cannot_be_made(path_, error);
   }
   if (!is_new) {
-    throw MissionFolderError(path_.string() + ": holds a mission already; give another --out");
+    throw MissionFolderError(path_.string() + ": contains a mission already; give another --out");
   }
   const auto file = path_ / "mission.log";
   log_ = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);

@@ -83,15 +83,13 @@ void check_texts(const MessageType& type) {
   for (const auto& constant : type.constants) {
     if (constant.value.find_first_of("#\n") != std::string_view::npos) {
       refuse(constant.name,
-             "a .msg file takes what follows a # for a comment, even in quotes, and "
-             "has a line for each constant");
+             "in a .msg file a # begins a comment, even in quotes, and each constant has one line");
     }
   }
   for (const auto& field : type.fields) {
     if (field.default_value.find_first_of("#\n=") != std::string_view::npos) {
       refuse(field.name,
-             "a .msg file takes what follows a # for a comment and a = for the sign of "
-             "a constant, even in quotes");
+             "in a .msg file a # begins a comment and a = defines a constant, even in quotes");
     }
   }
 }
@@ -202,7 +200,7 @@ ExportedPackage export_to_ros2(const std::string& package, const fs::path& folde
     contents.emplace_back(result.folder / files.back(), std::move(text));
   }
   if (files.empty()) {
-    throw ExportError("there is no package '" + package + "' with messages");
+    throw ExportError("unknown package '" + package + "' with messages");
   }
   dependencies.erase(package);
   for (const auto& [file, text] : contents) {

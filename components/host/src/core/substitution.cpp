@@ -44,10 +44,10 @@ std::string value_of(std::string_view body, const SubstitutionSources& sources) 
   const auto shown = "'$(" + std::string(body) + ")'";
   if (kind == "mission_folder") {
     if (!rest.empty()) {
-      throw SubstitutionError(shown + " takes nothing after 'mission_folder'");
+      throw SubstitutionError(shown + " allows nothing after 'mission_folder'");
     }
     if (!sources.mission_folder) {
-      throw SubstitutionError(shown + " is not known here");
+      throw SubstitutionError(shown + " is not available here");
     }
     return *sources.mission_folder;
   }

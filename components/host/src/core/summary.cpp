@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 /// Why the JSON is no section, or "".
 std::string objection(const json& section) {
   if (!section.is_object()) {
-    return "is no object";
+    return "is not an object";
   }
   const auto is = [&](const char* key, bool (json::*test)() const noexcept) {
     const auto member = section.find(key);
@@ -41,7 +41,7 @@ std::string objection(const json& section) {
   }
   for (const auto& [name, value] : section["figures"].items()) {
     if (!value.is_number() && !value.is_null()) {
-      return "figure '" + name + "' is no number";
+      return "figure '" + name + "' is not a number";
     }
   }
   const auto all_texts = [](const json& list) {
@@ -65,7 +65,7 @@ std::string objection(const json& section) {
       return "has a row that is not as long as 'table.columns'";
     }
     if (std::any_of(row.begin(), row.end(), [](const json& j) { return j.is_structured(); })) {
-      return "has a table cell that is no number, text, boolean or null";
+      return "has a table cell that is neither number, text, boolean nor null";
     }
   }
   return "";
@@ -153,7 +153,7 @@ json Summary::to_json() const {
 Summary read_summary(const fs::path& mission_folder) {
   std::error_code error;
   if (!fs::is_directory(mission_folder, error)) {
-    throw MissionFolderError(mission_folder.string() + ": there is no such folder");
+    throw MissionFolderError(mission_folder.string() + ": no such folder");
   }
   Summary summary;
   summary.mission = mission_name(mission_folder);

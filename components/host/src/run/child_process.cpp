@@ -20,6 +20,7 @@ namespace pipescout::host {
 namespace {
 
 constexpr std::string_view kStart = "start";
+constexpr std::string_view kAsk = "alive?";
 /// Room for the parameters of a component; a larger packet is refused by the sender's kernel.
 constexpr std::size_t kLargestMessage = 256 * 1024;
 
@@ -122,9 +123,17 @@ ChildProcess::~ChildProcess() {
 }
 
 void ChildProcess::start_component() {
+  tell(kStart);
+}
+
+void ChildProcess::ask() {
+  tell(kAsk);
+}
+
+void ChildProcess::tell(std::string_view word) const {
   // A child that has gone is noticed by its exit.
   [[maybe_unused]] const auto sent =
-      ::send(control_, kStart.data(), kStart.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      ::send(control_, word.data(), word.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 void ChildProcess::signal(int number) {
@@ -183,9 +192,8 @@ ControlSocket::Received ControlSocket::receive() const {
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) {
     return Received::kNothing;
   }
-  const bool start =
-      size > 0 && std::string_view(text.data(), static_cast<std::size_t>(size)) == kStart;
-  return start ? Received::kStart : Received::kClosed;
+  const std::string_view word(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  return word == kStart ? Received::kStart : word == kAsk ? Received::kAsked : Received::kClosed;
 }
 
 }  // namespace pipescout::host

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/child_supervisor.hpp"
@@ -26,6 +27,7 @@ class ChildProcess final : public Child {
   [[nodiscard]] pid_t pid() const override { return pid_; }
   void start_component() override;
   void signal(int number) override;
+  void ask() override;
 
   /// Readable when a message waits or the child has gone.
   [[nodiscard]] int control_fd() const noexcept { return control_; }
@@ -40,6 +42,8 @@ class ChildProcess final : public Child {
   static void signal_all(int number);
 
  private:
+  void tell(std::string_view word) const;
+
   pid_t pid_ = -1;
   int control_ = -1;
   bool closed_ = false;
@@ -52,7 +56,7 @@ class ControlSocket {
   explicit ControlSocket(int fd) : fd_(fd) {}
   [[nodiscard]] int fd() const noexcept { return fd_; }
   void send(const ChildMessage& message) const;
-  enum class Received { kNothing, kStart, kClosed };
+  enum class Received { kNothing, kStart, kAsked, kClosed };
   /// Without waiting.
   [[nodiscard]] Received receive() const;
 

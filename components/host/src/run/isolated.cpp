@@ -4,10 +4,10 @@
 
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
-#include "pipescout/runtime/executor_thread.hpp"
 #include "pipescout/runtime/stop_signals.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
+#include "run/executors.hpp"
 #include "run/host_node.hpp"
 #include "run/run.hpp"
 
@@ -36,20 +36,20 @@ class IsolatedRun {
     }
     loop_.watch(control_.fd(), [this] { take_control(); });
     int code = 0;
-    loop_.run_until([this] { return stopped_ || started_ || spinner_->failed(); });
+    loop_.run_until([this] { return stopped_ || started_ || executors_->failed(); });
     if (started_ && !stopped_) {
       code = start();
     }
-    loop_.run_until([&] { return stopped_ || code != 0 || spinner_->failed(); });
-    if (spinner_->failed()) {
-      control_.send({ChildMessage::Event::kFailed, spinner_->failure(), {}});
+    loop_.run_until([&] { return stopped_ || code != 0 || executors_->failed(); });
+    if (executors_->failed()) {
+      control_.send({ChildMessage::Event::kFailed, executors_->failure(), {}});
       code = 1;
     }
     signals_.expect_end();
     bool ended = false;
     container_->unload_all([&] { loop_.post([&] { ended = true; }); });
-    loop_.run_until([&] { return ended || spinner_->failed(); });
-    spinner_.reset();
+    loop_.run_until([&] { return ended || executors_->failed(); });
+    executors_->stop();
     return code;
   }
 
@@ -67,12 +67,16 @@ class IsolatedRun {
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + entry_->name.name;
     context_ = Context::create(create_dds_transport(dds));
-    executor_.emplace(composition.threads);
+    executors_.emplace(Executors::Callbacks{
+        .on_failure = [this] { loop_.post([] {}); },
+        .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
+    auto& executor = executors_->add(entry_->name.fully_qualified(),
+                                     entry_->executor.value_or(composition.executor));
+    alive_ = executor.create_callback_group();
     // Hidden, as all names with a leading '_' are: one that asks for the nodes sees the component.
     container_ = std::make_unique<ComponentContainer>(
-        ContainerOptions{context_, &*executor_, {entry_->name.ns, "_" + entry_->name.name}});
-    spinner_.emplace(*executor_,
-                     ExecutorThread::Callbacks{.on_failure = [this] { loop_.post([] {}); }});
+        ContainerOptions{context_, &executor, {entry_->name.ns, "_" + entry_->name.name}});
+    executors_->start();
     errors_ =
         watch_errors(container_->node(), container_->node().default_group(), entry_->name, [this] {
           control_.send({ChildMessage::Event::kBroke, "", {}});
@@ -82,6 +86,7 @@ class IsolatedRun {
     request.name = entry_->name;
     request.remap_rules = entry_->remappings;
     request.parameter_overrides = entry_->parameters;
+    request.log_threshold = entry_->log_level;
     const auto loaded = container_->load(std::move(request));
     id_ = loaded.id;
     control_.send({ChildMessage::Event::kConstructed, "", loaded.component->parameters().all()});
@@ -93,6 +98,9 @@ class IsolatedRun {
         break;
       case ControlSocket::Received::kStart:
         started_ = true;
+        break;
+      case ControlSocket::Received::kAsked:
+        alive_->post([this] { control_.send({ChildMessage::Event::kAlive, "", {}}); });
         break;
       case ControlSocket::Received::kClosed:
         // Nobody is left to run for.
@@ -107,7 +115,7 @@ class IsolatedRun {
     container_->start(id_, [&](const TransitionResult& outcome) {
       loop_.post([&result, outcome] { result = outcome; });
     });
-    loop_.run_until([&] { return result.has_value() || spinner_->failed(); });
+    loop_.run_until([&] { return result.has_value() || executors_->failed(); });
     if (!result) {
       return 1;
     }
@@ -129,11 +137,11 @@ class IsolatedRun {
   StopSignals signals_;
   bool started_ = false;
   std::shared_ptr<Context> context_;
-  std::optional<Executor> executor_;
+  std::optional<Executors> executors_;
+  std::shared_ptr<CallbackGroup> alive_;  ///< answers that the executor runs callbacks
   std::unique_ptr<ComponentContainer> container_;
   ErrorWatch errors_;
   std::uint64_t id_ = 0;
-  std::optional<ExecutorThread> spinner_;
 };
 
 }  // namespace

@@ -8,26 +8,24 @@
 #include <algorithm>
 #include <csignal>
 #include <deque>
-#include <filesystem>
 #include <iostream>
-#include <set>
 #include <system_error>
 #include <utility>
 
+#include "core/watchdog.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
-#include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/component_container.hpp"
-#include "pipescout/runtime/executor_thread.hpp"
 #include "pipescout/runtime/stop_signals.hpp"
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
+#include "run/executors.hpp"
 #include "run/host_node.hpp"
+#include "run/mission.hpp"
+#include "run/service_manager.hpp"
 
 namespace pipescout::host {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// From the request to stop until the process has ended; of that, for the components.
 constexpr Duration kGrace = std::chrono::milliseconds(2000);
@@ -36,16 +34,11 @@ constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 
-/// The run cannot start; what() says why.
-class StartError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// One component of the running composition: loaded here, or in a process of its own.
 struct Running {
   const ComponentEntry* entry = nullptr;
-  std::uint64_t id = 0;  ///< in the container; 0: not loaded
+  Executor* executor = nullptr;  ///< of its own; null: that of the composition
+  std::uint64_t id = 0;          ///< in the container; 0: not loaded
   bool unloaded = false;
   std::vector<NamedParameter> parameters;
   std::unique_ptr<ChildSupervisor> supervisor;  ///< isolated components
@@ -122,6 +115,9 @@ class Run {
     }
     progress_printer_.finish();
     signals_.expect_end();
+    service_manager::tell_stopping();
+    // From now on the time of grace counts, which is shorter.
+    watchdog_.reset();
     const auto stopped = stop_components();
     failed = !end_mission() || !stopped.in_time || failed;
     if (stopped.hangs_here) {
@@ -130,7 +126,9 @@ class Run {
       ChildProcess::signal_all(SIGKILL);
       _exit(1);
     }
-    spinner_.reset();
+    if (executors_) {
+      executors_->stop();
+    }
     return failed ? 1 : exit_code();
   }
 
@@ -139,52 +137,43 @@ class Run {
 
   [[nodiscard]] int exit_code() const {
     const bool complete = progress_->outcome() == MissionProgress::Outcome::kComplete;
-    if (complete || composition_.complete_when.empty()) {
+    if (complete || mission_.composition.complete_when.empty()) {
       return 0;
     }
     return 128 + stop_signal_;
   }
 
   void read_composition() {
-    auto inputs = options_.inputs();
-    inputs.mission_folder = [this](const std::string& mission) {
-      if (options_.out) {
-        mission_path_ = fs::absolute(*options_.out);
-      } else {
-        reserved_.emplace(fs::current_path(), mission, std::chrono::system_clock::now());
-        mission_path_ = reserved_->path();
-      }
-      return mission_path_.string();
-    };
-    composition_ = load_composition(options_.composition, inputs);
-    for (const auto& entry : composition_.components) {
-      try {
-        static_cast<void>(registry_.find(entry.type));
-      } catch (const UnknownComponent& error) {
-        throw StartError(entry.type_location + ": " + error.what());
-      }
-    }
-    progress_.emplace(composition_.complete_when);
+    mission_.open(options_, registry_);
+    progress_.emplace(mission_.composition.complete_when);
   }
 
   void make_components() {
     auto dds = DdsOptions::from_environment();
-    dds.name = "pipescout " + composition_.name;
+    dds.name = "pipescout " + mission_.composition.name;
     context_ = Context::create(create_dds_transport(dds));
     refuse_taken_names();
-    executor_.emplace(composition_.threads);
+    executors_.emplace(Executors::Callbacks{
+        .on_failure = [this] { loop_.post([] {}); },
+        .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
+    auto& shared = executors_->add("the composition", mission_.composition.executor);
     container_ = std::make_unique<ComponentContainer>(
         ContainerOptions{
-            context_, &*executor_, {join_namespaces("/", options_.ns), "pipescout_container"}},
+            context_, &shared, {join_namespaces("/", options_.ns), "pipescout_container"}},
         registry_);
-    spinner_.emplace(*executor_,
-                     ExecutorThread::Callbacks{.on_failure = [this] { loop_.post([] {}); }});
     for (const auto& problem : registry_.problems()) {
       container_->node().logger().warn(problem);
     }
-    for (const auto& entry : composition_.components) {
+    for (const auto& entry : mission_.composition.components) {
       auto& component = components_.emplace_back();
       component.entry = &entry;
+      if (entry.executor && !entry.isolate) {
+        component.executor = &executors_->add(entry.name.fully_qualified(), *entry.executor);
+      }
+    }
+    executors_->start();
+    for (auto& component : components_) {
+      const auto& entry = *component.entry;
       if (entry.isolate) {
         launch(component);
       } else {
@@ -192,13 +181,13 @@ class Run {
       }
     }
     wait_for_children();
-    check_parameter_arguments();
+    check_parameters();
   }
 
   /// A component on the network that another process runs already.
   [[nodiscard]] const ComponentEntry* taken() const {
     const auto nodes = context_->graph().nodes();
-    const auto& entries = composition_.components;
+    const auto& entries = mission_.composition.components;
     const auto found = std::find_if(entries.begin(), entries.end(), [&](const auto& entry) {
       return std::binary_search(nodes.begin(), nodes.end(), entry.name);
     });
@@ -215,8 +204,8 @@ class Run {
     if (const auto* entry = taken(); entry != nullptr && !stopping()) {
       throw StartError(entry->location + ": another process in this DDS domain has a node " +
                        entry->name.fully_qualified() +
-                       " already; give this composition a namespace of its own (--namespace), or "
-                       "another ROS_DOMAIN_ID");
+                       " already; give this composition another namespace (--namespace) or another "
+                       "ROS_DOMAIN_ID");
     }
   }
 
@@ -226,6 +215,8 @@ class Run {
     request.name = component.entry->name;
     request.remap_rules = component.entry->remappings;
     request.parameter_overrides = component.entry->parameters;
+    request.log_threshold = component.entry->log_level;
+    request.executor = component.executor;
     try {
       const auto loaded = container_->load(std::move(request));
       component.id = loaded.id;
@@ -239,7 +230,7 @@ class Run {
     std::vector<std::string> arguments{"run", options_.composition};
     arguments.insert(arguments.end(), options_.arguments.begin(), options_.arguments.end());
     arguments.insert(arguments.end(),
-                     {"--namespace", options_.ns, "--out", mission_path_.string(),
+                     {"--namespace", options_.ns, "--out", mission_.folder.string(),
                       "--isolated-component", component.entry->name.fully_qualified()});
     for (const auto& parameter : options_.parameters) {
       arguments.insert(arguments.end(), {"--param", parameter});
@@ -325,7 +316,10 @@ class Run {
     if (isolated && host_) {
       at(diagnostics_at_);
     }
-    if (progress_ && !composition_.complete_when.empty() && !stopping()) {
+    if (watchdog_) {
+      at(watchdog_->on_time(now));
+    }
+    if (progress_ && !mission_.composition.complete_when.empty() && !stopping()) {
       progress_printer_.show(progress_->line(), progress_->fraction(), now);
     }
     return due;
@@ -364,14 +358,14 @@ class Run {
   }
 
   void check_executor() const {
-    if (spinner_ && spinner_->failed()) {
-      throw std::runtime_error(spinner_->failure());
+    if (executors_ && executors_->failed()) {
+      throw std::runtime_error(executors_->failure());
     }
   }
 
   /// Until `done`, or the run is stopped. Throws when the executor failed.
   void wait(const std::function<bool()>& done) {
-    loop_.run_until([&] { return done() || stopping() || spinner_->failed(); });
+    loop_.run_until([&] { return done() || stopping() || executors_->failed(); });
     check_executor();
   }
 
@@ -396,34 +390,22 @@ class Run {
     }
   }
 
-  /// `--param k:=v` is for all components; when none has it, it is misspelt.
-  void check_parameter_arguments() const {
+  void check_parameters() const {
     if (stopping()) {
       return;
     }
-    std::set<std::string> known;
+    std::vector<std::vector<NamedParameter>> parameters;
     for (const auto& component : components_) {
-      for (const auto& parameter : component.parameters) {
-        known.insert(parameter.name);
-      }
+      parameters.push_back(component.parameters);
     }
-    for (const auto& entry : composition_.components) {
-      for (const auto& parameter : entry.parameters) {
-        if (parameter.from_wildcard && parameter.source.starts_with("--param ") &&
-            !known.contains(parameter.name)) {
-          throw StartError(parameter.source + ": no component has a parameter '" + parameter.name +
-                           "'" +
-                           command_line::suggestion(parameter.name, {known.begin(), known.end()}));
-        }
-      }
-    }
+    check_parameter_arguments(mission_.composition, parameters);
   }
 
   void open_mission() {
     if (stopping()) {
       return;
     }
-    folder_.emplace(mission_path_);
+    folder_.emplace(mission_.folder);
     std::vector<std::vector<NamedParameter>> parameters;
     std::vector<NodeName> names;
     std::vector<NodeName> watched;
@@ -435,7 +417,7 @@ class Run {
         watched.push_back(component.entry->name);
       }
     }
-    folder_->write_composition(to_yaml(composition_, parameters));
+    folder_->write_composition(to_yaml(mission_.composition, parameters));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     HostNode::Callbacks callbacks;
     callbacks.reported = [this](const NodeName& name, ComponentReport report) {
@@ -474,10 +456,41 @@ class Run {
       }
     }
     if (!stopping()) {
-      container_->node().logger().info(
+      const auto status =
           std::to_string(components_.size()) +
-          (components_.size() == 1 ? " component is active" : " components are active"));
+          (components_.size() == 1 ? " component is active" : " components are active");
+      container_->node().logger().info(status);
+      service_manager::tell_ready(mission_.composition.name + ": " + status);
+      start_watchdog();
     }
+  }
+
+  void start_watchdog() {
+    const auto period = service_manager::watchdog_period();
+    if (!period) {
+      return;
+    }
+    Watchdog::Callbacks callbacks;
+    callbacks.ask = [this] {
+      executors_->ask();
+      for (auto& component : components_) {
+        if (component.supervisor) {
+          component.supervisor->ask();
+        }
+      }
+    };
+    callbacks.silent = [this] {
+      auto silent = executors_->silent();
+      for (const auto& component : components_) {
+        if (component.supervisor && component.supervisor->silent()) {
+          silent.push_back(component.supervisor->name());
+        }
+      }
+      return silent;
+    };
+    callbacks.alive = service_manager::tell_alive;
+    callbacks.warn = [this](const std::string& text) { container_->node().logger().error(text); };
+    watchdog_.emplace(*period, steady_now(), std::move(callbacks));
   }
 
   void wait_for_end() {
@@ -516,7 +529,7 @@ class Run {
   }
 
   [[nodiscard]] bool awaited(const Running& component) const {
-    const auto& names = composition_.complete_when;
+    const auto& names = mission_.composition.complete_when;
     return std::find(names.begin(), names.end(), component.entry->name) != names.end();
   }
 
@@ -532,7 +545,7 @@ class Run {
 
   /// Nothing is left to wait for: what an executor that failed should do will not happen.
   [[nodiscard]] bool settled(const Running& component) const {
-    return component.has_stopped() || (!component.supervisor && spinner_->failed());
+    return component.has_stopped() || (!component.supervisor && executors_->failed());
   }
 
   /// In reverse order. Each component has its share of the time that is left to itself; if it takes
@@ -549,11 +562,12 @@ class Run {
       const auto now = steady_now();
       const auto share = now + (deadline - now) / left--;
       request_stop(*component);
-      // Behind a callback that hangs on the only thread nothing that is loaded here gets its turn.
-      if (component->supervisor || !executor_hangs) {
+      // Behind a callback that hangs on the only thread nothing of that executor gets its turn.
+      const bool shares_executor = !component->supervisor && component->executor == nullptr;
+      if (!shares_executor || !executor_hangs) {
         loop_.run_until([&] { return settled(*component); }, share);
-        executor_hangs = executor_hangs || (!component->supervisor && !component->has_stopped() &&
-                                            composition_.threads == 1);
+        executor_hangs = executor_hangs || (shares_executor && !component->has_stopped() &&
+                                            mission_.composition.executor.threads == 1);
       }
     }
     // What others loaded into this process.
@@ -561,7 +575,7 @@ class Run {
     container_->unload_all([this, unloaded] { loop_.post([unloaded] { *unloaded = true; }); });
     loop_.run_until(
         [&] {
-          return (*unloaded || spinner_->failed()) &&
+          return (*unloaded || executors_->failed()) &&
                  std::all_of(components_.begin(), components_.end(),
                              [&](const Running& component) { return settled(component); });
         },
@@ -596,22 +610,7 @@ class Run {
       host_->when_logged([this, logged] { loop_.post([logged] { *logged = true; }); });
       loop_.run_until([&] { return *logged; }, steady_now() + std::chrono::milliseconds(100));
     }
-    try {
-      const auto summary = read_summary(folder_->path());
-      write_summary(folder_->path(), summary);
-      if (!summary.sections.empty()) {
-        print_summary(std::cout, summary);
-        std::cout << '\n';
-      }
-      std::cout << "mission folder: " << folder_->path().string() << std::endl;
-      for (const auto& problem : summary.problems) {
-        std::cerr << "error: " << problem << '\n';
-      }
-      return summary.problems.empty();
-    } catch (const std::exception& error) {
-      std::cerr << "error: " << error.what() << '\n';
-      return false;
-    }
+    return finish_summary(folder_->path());
   }
 
   const RunOptions& options_;
@@ -620,9 +619,7 @@ class Run {
   StopSignals signals_;
   int stop_signal_ = 0;
   ComponentRegistry registry_;
-  Composition composition_;
-  fs::path mission_path_;
-  std::optional<ReservedMissionFolder> reserved_;
+  Mission mission_;
   std::optional<MissionFolder> folder_;
   std::optional<MissionProgress> progress_;
   command_line::ProgressPrinter progress_printer_;
@@ -630,12 +627,12 @@ class Run {
   SteadyTime diagnostics_at_{};
   std::string diagnostics_states_;
   std::shared_ptr<Context> context_;
-  std::optional<Executor> executor_;
+  std::optional<Executors> executors_;
   std::unique_ptr<ComponentContainer> container_;
   std::unique_ptr<HostNode> host_;
   /// Addresses are kept by callbacks.
   std::deque<Running> components_;
-  std::optional<ExecutorThread> spinner_;
+  std::optional<Watchdog> watchdog_;
 };
 
 }  // namespace

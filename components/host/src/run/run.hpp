@@ -27,6 +27,21 @@ struct RunOptions {
 /// 128 + signal when it was stopped before it was complete.
 [[nodiscard]] int run_composition(const RunOptions& options);
 
+/// What is fed to the components instead of what their surroundings publish.
+struct ReplayOptions {
+  std::string bag;                    ///< a bag's folder or file
+  std::optional<std::string> record;  ///< folder for a bag with what the components publish
+  std::optional<double> rate;         ///< bag seconds per second; none: as fast as they go
+};
+
+/// Runs a composition on a recording: each message, and the time, is handed to the components once
+/// they have done all that followed from the one before. So the same bag gives the same output,
+/// however fast or busy the machine is. All components run in this process, on one thread, in
+/// simulated time, and nothing reaches the network. Only topics that a component subscribes to, and
+/// none publishes, are read. Ends with the bag, when the composition is complete, or stopped.
+/// Returns the exit code as `run_composition`.
+[[nodiscard]] int replay_composition(const RunOptions& options, const ReplayOptions& replay);
+
 /// Runs one component of a composition on behalf of a `run_composition` in another process, which
 /// holds the other end of the socket `control_fd`.
 [[nodiscard]] int run_isolated(const RunOptions& options, const std::string& component,

@@ -136,17 +136,24 @@ TEST_F(CommandLine, PublishesWhatYamlSays) {
   Program listener({"topic", "echo", "/published", "geometry_msgs/msg/PointStamped", "--once",
                     "--spin-time", "30"},
                    folder_);
-  EXPECT_THAT(out({"topic", "pub", "--once", "/published", "geometry_msgs/msg/PointStamped",
-                   "{header: {frame_id: map}, point: {x: 1.5}}"}),
-              HasSubstr("publishing #1: {header: {stamp: {sec: 0, nanosec: 0}, frame_id: map}, "
-                        "point: {x: 1.5, y: 0.0, z: 0.0}}\n"));
+  // Goes on until it is heard: the listener may know of it later than it knows of the listener.
+  Program publisher(
+      {"topic", "pub", "-w", "1", "-r", "20", "/published", "geometry_msgs/msg/PointStamped",
+       "{header: {frame_id: map}, point: {x: 1.5}}"},
+      folder_);
   const auto finished = listener.finish();
   EXPECT_EQ(finished.code(), 0);
   EXPECT_EQ(finished.out,
             "header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: map\n"
             "point:\n  x: 1.5\n  y: 0.0\n  z: 0.0\n---\n");
+  publisher.signal(SIGINT);
+  EXPECT_EQ(publisher.finish().code(), 128 + SIGINT);
+  EXPECT_THAT(out({"topic", "pub", "--once", "-w", "0", "/published",
+                   "geometry_msgs/msg/PointStamped", "{header: {frame_id: map}, point: {x: 1.5}}"}),
+              HasSubstr("publishing #1: {header: {stamp: {sec: 0, nanosec: 0}, frame_id: map}, "
+                        "point: {x: 1.5, y: 0.0, z: 0.0}}\n"));
   EXPECT_THAT(error({"topic", "pub", "/published", "std_msgs/String", "{date: x}"}),
-              HasSubstr("'date' is no field of std_msgs/msg/String"));
+              HasSubstr("'date' is not a field of std_msgs/msg/String"));
 }
 
 TEST_F(CommandLine, KnowsInterfaces) {
@@ -174,7 +181,7 @@ TEST_F(CommandLine, KnowsInterfaces) {
 
 TEST_F(CommandLine, SaysWhyNothingIsPrinted) {
   EXPECT_THAT(error({"topic", "echo", "/chatter", "--field", "dat"}),
-              HasSubstr("Invalid field 'dat': 'dat' is no field of std_msgs/msg/String"));
+              HasSubstr("Invalid field 'dat': 'dat' is not a field of std_msgs/msg/String"));
   EXPECT_THAT(error({"topic", "echo", "/chatter", "no_msgs/msg/None"}),
               HasSubstr("The message type 'no_msgs/msg/None' is not one of this installation"));
   const auto finished = run_program({"topic", "echo", "/nope", "--spin-time", "0.1"}, folder_);

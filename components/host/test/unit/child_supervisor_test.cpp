@@ -23,6 +23,7 @@ constexpr int killed(int number) {
 /// What the supervisor did to its children.
 struct Record {
   int launched = 0;
+  int asked = 0;
   int started = 0;
   std::vector<int> signals;
   std::vector<std::string> log;
@@ -35,6 +36,7 @@ class FakeChild final : public Child {
   [[nodiscard]] pid_t pid() const override { return 4000 + record_.launched; }
   void start_component() override { ++record_.started; }
   void signal(int number) override { record_.signals.push_back(number); }
+  void ask() override { ++record_.asked; }
 
  private:
   Record& record_;

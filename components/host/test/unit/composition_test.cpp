@@ -82,7 +82,7 @@ complete_when: [fusion]
 TEST(Composition, ReadsTheWholeFormat) {
   const auto composition = parse(kWhole);
   EXPECT_EQ(composition.name, "survey");
-  EXPECT_EQ(composition.threads, 4U);
+  EXPECT_EQ(composition.executor.threads, 4U);
   EXPECT_EQ(composition.mission_folder, "/missions/survey");
   EXPECT_THAT(composition.arguments,
               ElementsAre(std::pair("readings", "/prefix/share/x/table.csv"),
@@ -135,7 +135,7 @@ TEST(Composition, TakesArgumentsFromTheCommandLine) {
 TEST(Composition, DefaultsAreModest) {
   const auto composition = parse("components: [{type: A, name: a}]");
   EXPECT_EQ(composition.name, "c");
-  EXPECT_EQ(composition.threads, 1U);
+  EXPECT_EQ(composition.executor.threads, 1U);
   EXPECT_THAT(composition.complete_when, IsEmpty());
   EXPECT_EQ(composition.components.at(0).name.fully_qualified(), "/a");
   EXPECT_EQ(composition.components.at(0).restart, RestartPolicy{});
@@ -200,7 +200,7 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
       {"components:\n  - {type: A, name: a, isolate: true, restart: {backoff: x}}",
        "c.yaml:2:58: 'backoff' must be a number of seconds in [0, 3600], not 'x'"},
       {"components:\n  - {type: A, name: a}\n  - {type: B, name: a}",
-       "c.yaml:3:21: two components of the name '/a'; the other is at c.yaml:2:5"},
+       "c.yaml:3:21: two components have the name '/a'; the other is at c.yaml:2:5"},
       {"components:\n  - {type: A, name: a, parameters: 3}",
        "c.yaml:2:36: a map of parameters is expected"},
       {"components:\n  - {type: A, name: a, parameters: {x: [1, a]}}", "c.yaml:2:"},
@@ -306,7 +306,7 @@ TEST(Composition, WritesItselfAsItWasRun) {
   const auto again = parse(text);
   EXPECT_EQ(again.name, composition.name);
   EXPECT_EQ(again.arguments, composition.arguments);
-  EXPECT_EQ(again.threads, composition.threads);
+  EXPECT_EQ(again.executor.threads, composition.executor.threads);
   EXPECT_EQ(again.complete_when, composition.complete_when);
   ASSERT_EQ(again.components.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -327,6 +327,28 @@ TEST(ParseArgument, SplitsAtTheFirstSeparator) {
   EXPECT_EQ(parse_argument("a:=").second, "");
   EXPECT_THROW(static_cast<void>(parse_argument("a=b")), CompositionError);
   EXPECT_THROW(static_cast<void>(parse_argument(":=b")), CompositionError);
+}
+
+TEST(Composition, ARobotDescriptionIsShortForTheComponentThatTellsIt) {
+  const ::pipescout::testing::TemporaryFolder folder;
+  const auto urdf = folder.path() / "robot.urdf";
+  std::ofstream(urdf) << "<robot/>";
+  const auto path = (folder.path() / "c.yaml").string();
+  auto given = inputs();
+  given.ns = "/robot_1";
+  const auto composition = parse_composition(
+      "robot_description: robot.urdf\ncomponents:\n  - {type: a::B, name: b}", path, given);
+  ASSERT_EQ(composition.components.size(), 2U);
+  const auto& first = composition.components.front();
+  EXPECT_EQ(first.type, "pipescout::RobotDescription");
+  EXPECT_EQ(first.name.fully_qualified(), "/robot_1/robot_description");
+  EXPECT_EQ(value(first, "urdf_file"), ParameterValue(urdf.string()));
+  EXPECT_EQ(first.location, path + ":1:20");
+  EXPECT_THAT(error_of("robot_description: no.urdf\ncomponents: []"),
+              HasSubstr("c.yaml:1:20: there is no robot description"));
+  EXPECT_THAT(error_of("robot_description: " + urdf.string() +
+                       "\ncomponents:\n  - {type: a::B, name: robot_description}"),
+              HasSubstr("two components of the name '/robot_description'"));
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ TEST(Substitute, SaysWhatIsWrong) {
             "'$(find p)': known substitutions are arg, env, share, mission_folder");
   EXPECT_EQ(error_of("$(arg)"), "'$(arg)' needs a name after 'arg'");
   EXPECT_EQ(error_of("$(mission_folder x)"),
-            "'$(mission_folder x)' takes nothing after 'mission_folder'");
+            "'$(mission_folder x)' allows nothing after 'mission_folder'");
   EXPECT_EQ(error_of("$()"), "'$()': known substitutions are arg, env, share, mission_folder");
 }
 

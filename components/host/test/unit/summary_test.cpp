@@ -113,9 +113,9 @@ TEST_F(MissionFolderTest, NamesBadSectionsAndKeepsTheOthers) {
   }
   const auto summary = read_summary(root_);
   EXPECT_THAT(summary.problems,
-              ElementsAre(HasSubstr("cell.json: has a table cell that is no number"),
-                          HasSubstr("figures.json: figure 'a' is no number"),
-                          HasSubstr("half.json: "), HasSubstr("list.json: is no object"),
+              ElementsAre(HasSubstr("cell.json: has a table cell that is not a number"),
+                          HasSubstr("figures.json: figure 'a' is not a number"),
+                          HasSubstr("half.json: "), HasSubstr("list.json: is not an object"),
                           HasSubstr("notes.json: has no list of texts 'notes'"),
                           HasSubstr("rows.json: has a row that is not as long"),
                           HasSubstr("same.json: figure 'x_m' is also one of section 'good'"),

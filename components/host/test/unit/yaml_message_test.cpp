@@ -63,19 +63,19 @@ TEST(YamlMessage, WhatDoesNotFitIsSaidWithItsPath) {
   EXPECT_EQ(error_of<TwistStamped>("header: {stamp: {sec: 1.5}}"),
             "header.stamp.sec: '1.5' is no int32");
   EXPECT_EQ(error_of<TwistStamped>("header: {stam: {}}"),
-            "header: 'stam' is no field of std_msgs/msg/Header");
+            "header: 'stam' is not a field of std_msgs/msg/Header");
   EXPECT_EQ(error_of<TwistStamped>("twist: 5"),
             "twist: expected a mapping with fields of geometry_msgs/msg/Twist");
   EXPECT_EQ(error_of<Odometry>("pose: {covariance: [1, 2]}"),
             "pose.covariance: expected 36 elements, not 2");
   EXPECT_EQ(error_of<Odometry>("pose: {covariance: 1}"), "pose.covariance: expected a list");
   EXPECT_EQ(error_of<DiagnosticStatus>("values: [{key: a}, {kei: b}]"),
-            "values[1]: 'kei' is no field of diagnostic_msgs/msg/KeyValue");
+            "values[1]: 'kei' is not a field of diagnostic_msgs/msg/KeyValue");
   EXPECT_EQ(error_of<rcl_interfaces::msg::ParameterDescriptor>("integer_range: [{}, {}]"),
             "integer_range: a sequence of at most 1 elements was to hold 2");
   EXPECT_EQ(error_of<String>("just text"),
             "the message: expected a mapping with fields of std_msgs/msg/String");
-  EXPECT_TRUE(error_of<String>("{data: ").starts_with("the values are no YAML: "));
+  EXPECT_TRUE(error_of<String>("{data: ").starts_with("the values are not YAML: "));
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
       {.description =
            "columns to publish, in this order; empty: every column that is an odometer"});
   ignored_columns_ = parameters().declare<std::vector<std::string>>(
-      "ignored_columns", {}, {.description = "columns that are no odometers; they need not exist"});
+      "ignored_columns", {}, {.description = "columns that are not odometers; they may be absent"});
   standard_deviations_ = parameters().declare<std::vector<double>>(
       "standard_deviations", {},
       {.description = "m, one per odometer; empty: the file's columns NAME.standard_deviation",
@@ -38,17 +38,16 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
        .floating_point_range = FloatingPointRange{1e-4, 3600.0}});
   rate_ = parameters().declare<double>(
       "rate", 1.0,
-      {.description = "speed of the replay, as a multiple of that of the recording; may be changed "
-                      "while it plays",
+      {.description = "playback rate, as a multiple of the recording's; may be changed at any time",
        .floating_point_range = FloatingPointRange{1e-3, 1e3}});
-  use_recorded_stamps_ = parameters().declare<bool>(
-      "use_recorded_stamps", false,
-      {.description = "publish the stamps of the file; false: the time at which each reading is "
-                      "due in the replay"});
+  use_recorded_stamps_ =
+      parameters().declare<bool>("use_recorded_stamps", false,
+                                 {.description = "publish the stamps of the file; false: the time "
+                                                 "at which the replay publishes the reading"});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of odometer/readings are "
-                      "matched",
+      {.description =
+           "number of matched subscriptions of odometer/readings before the replay starts",
        .integer_range = IntegerRange{0, 1000}});
   frame_id_ = parameters().declare<std::string>("frame_id", "base_link",
                                                 {.description = "base frame of the robot"});

@@ -320,10 +320,10 @@ TEST_F(OdometerReplayTest, BadInputIsRefusedWithFileAndLine) {
   EXPECT_THAT(refusal(""), HasSubstr("'file' is empty"));
   EXPECT_THAT(refusal((folder_.path() / "missing.csv").string()),
               HasSubstr("missing.csv: No such file"));
-  EXPECT_THAT(refusal(folder_.path().string()), HasSubstr("is no regular file"));
+  EXPECT_THAT(refusal(folder_.path().string()), HasSubstr("is not a regular file"));
   const std::string pipe = (folder_.path() / "pipe").string();
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THAT(refusal(pipe), HasSubstr("is no regular file"));
+  EXPECT_THAT(refusal(pipe), HasSubstr("is not a regular file"));
   EXPECT_THAT(refusal(write("")), HasSubstr("readings.csv: is empty"));
   EXPECT_THAT(refusal(write("left,right\n1,2\n1\n")), HasSubstr("readings.csv:3: 1 cells"));
   EXPECT_THAT(refusal(write("left,right\n1,x\n")), HasSubstr("readings.csv:2: column 'right'"));

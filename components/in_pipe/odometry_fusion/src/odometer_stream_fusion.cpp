@@ -74,8 +74,8 @@ void OdometerStreamFusion::declare_stream_parameters() {
        .additional_constraints = "2 to 16 different names"});
   kinds_ = parameters().declare<std::vector<std::string>>(
       "kinds", {},
-      {.description = "one per odometer: 'absolute', its values count from anywhere, or "
-                      "'increment', since its value before; empty: all absolute"});
+      {.description = "one per odometer: 'absolute', from an arbitrary zero, or 'increment', since "
+                      "the previous value; empty: all absolute"});
   resolutions_ = parameters().declare<std::vector<double>>(
       "resolutions", {},
       {.description =
@@ -88,7 +88,7 @@ void OdometerStreamFusion::declare_stream_parameters() {
        .floating_point_range = kPositive});
   wraps_ = parameters().declare<std::vector<double>>(
       "wraps", {},
-      {.description = "m, one per odometer: range after which its counter starts again, 0: never; "
+      {.description = "m, one per odometer: range after which its counter wraps around, 0: never; "
                       "empty: never",
        .floating_point_range = kNotNegative});
   epsilon_ = parameters().declare<double>(
@@ -102,41 +102,42 @@ void OdometerStreamFusion::declare_stream_parameters() {
   tick_period_ = parameters().declare<double>(
       "tick_period", defaults.tick_period,
       {.description = "s, between two fused distances", .floating_point_range = kPositive});
-  window_distance_ =
-      parameters().declare<double>("window_distance", defaults.window_distance,
-                                   {.description = "m, path after which the distance is anchored",
-                                    .floating_point_range = kPositive});
+  window_distance_ = parameters().declare<double>(
+      "window_distance", defaults.window_distance,
+      {.description = "m, length of a window, after which the distance is fixed",
+       .floating_point_range = kPositive});
   lookback_windows_ = parameters().declare<int>(
       "lookback_windows", static_cast<int>(defaults.lookback_windows),
-      {.description = "windows over which a slip that is too small for one of them is found, and "
-                      "then taken out; 0: none",
+      {.description = "number of windows over which a slip that is too small for one window is "
+                      "detected and removed; 0: none",
        .integer_range = IntegerRange{0, 16}});
   maximum_delay_ = parameters().declare<double>(
       "maximum_delay", defaults.maximum_delay,
-      {.description = "s, a fused distance waits so long for late odometers",
+      {.description = "s, longest wait of a fused distance for late odometers",
        .floating_point_range = kNotNegative});
   maximum_gap_ = parameters().declare<double>(
       "maximum_gap", defaults.maximum_gap,
-      {.description = "s, longer ones between two readings are not bridged",
+      {.description = "s, longer gaps between two readings are not bridged",
        .floating_point_range = kPositive});
   silent_after_ = parameters().declare<double>(
       "silent_after", defaults.silent_after,
       {.description = "s without readings after which an odometer is silent",
        .floating_point_range = kPositive});
-  maximum_speed_ = parameters().declare<double>(
-      "maximum_speed", defaults.maximum_speed,
-      {.description = "m/s, faster is a fault of the counter", .floating_point_range = kPositive});
+  maximum_speed_ =
+      parameters().declare<double>("maximum_speed", defaults.maximum_speed,
+                                   {.description = "m/s, a faster reading is a counter fault",
+                                    .floating_point_range = kPositive});
   common_sigma_ = parameters().declare<double>(
       "common_sigma_per_sqrt_metre", defaults.common_sigma_per_sqrt_metre,
-      {.description = "m per square root of metre, of errors that all odometers share",
+      {.description = "m per square root of metre, of errors common to all odometers",
        .floating_point_range = kNotNegative});
   common_scale_sigma_ = parameters().declare<double>(
       "common_scale_sigma", defaults.common_scale_sigma,
-      {.description = "standard deviation of a scale that all odometers share",
+      {.description = "standard deviation of a scale error common to all odometers",
        .floating_point_range = FloatingPointRange{0.0, 1.0}});
   worn_tolerance_ = parameters().declare<double>(
       "worn_tolerance", defaults.health.worn_tolerance,
-      {.description = "an odometer is worn when its scale is off by more than this share",
+      {.description = "an odometer is worn when its relative scale error is larger",
        .floating_point_range = FloatingPointRange{1e-6, 0.499}});
 }
 
@@ -144,40 +145,42 @@ void OdometerStreamFusion::declare_calibration_parameters() {
   const WeldCalibrationParameters defaults;
   calibrate_ = parameters().declare<bool>(
       "calibrate", true,
-      {.description = "learn the scales of the odometers from the distances between welds"});
+      {.description = "estimate the scales of the odometers from the distances between welds"});
   calibration_scale_sigma_ = parameters().declare<double>(
       "calibration.scale_standard_deviation", defaults.calibration.initial_scale_standard_deviation,
-      {.description = "how far a scale may be from 1 at the start",
+      {.description = "prior standard deviation of a scale",
        .floating_point_range = FloatingPointRange{1e-6, 0.5}});
   calibration_offset_sigma_ = parameters().declare<double>(
       "calibration.offset_standard_deviation",
       defaults.calibration.initial_offset_standard_deviation,
-      {.description = "m per joint, of an offset that every joint adds; 0: there is none",
+      {.description =
+           "m, prior standard deviation of an offset per joint; 0: no offset is estimated",
        .floating_point_range = kNotNegative});
-  calibration_scale_drift_ =
-      parameters().declare<double>("calibration.scale_drift", defaults.calibration.scale_drift,
-                                   {.description = "variance of a scale per metre, by wear",
-                                    .floating_point_range = FloatingPointRange{0.0, 1e-4}});
+  calibration_scale_drift_ = parameters().declare<double>(
+      "calibration.scale_drift", defaults.calibration.scale_drift,
+      {.description = "process noise of a scale by wear, variance per metre",
+       .floating_point_range = FloatingPointRange{0.0, 1e-4}});
   least_weld_probability_ = parameters().declare<double>(
       "calibration.least_weld_probability", 0.99,
-      {.description = "welds that are less certain to be the one they are taken for teach nothing",
+      {.description = "smallest probability of the data association of a weld that is used",
        .floating_point_range = FloatingPointRange{0.0, 1.0}});
 }
 
 void OdometerStreamFusion::declare_message_parameters() {
   maximum_age_ = parameters().declare<double>(
       "maximum_age", 1.0,
-      {.description = "s, readings with an older stamp are counted as stale; 0: any age is right",
+      {.description =
+           "s, readings with an older stamp are counted as stale; 0: any age is accepted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   maximum_lead_ = parameters().declare<double>(
       "maximum_lead", 0.1,
       {.description = "s, readings with a stamp further ahead of the clock are counted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 0,
-      {.description = "readings are not subscribed to before so many subscriptions of "
-                      "odometer/fused are matched",
-       .integer_range = IntegerRange{0, 1000}});
+  wait_for_subscribers_ =
+      parameters().declare<int>("wait_for_subscribers", 0,
+                                {.description = "number of matched subscriptions of odometer/fused "
+                                                "before the component subscribes to the readings",
+                                 .integer_range = IntegerRange{0, 1000}});
 }
 
 OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
@@ -288,7 +291,8 @@ void OdometerStreamFusion::on_readings(const Readings& message) {
   }
   if (!follows(stamp)) {
     report_fault("readings.header.stamp.leap",
-                 "readings have a stamp far from those before; the next ones decide");
+                 "readings have a stamp far from the previous ones; not used until the next ones "
+                 "confirm it");
     return;
   }
   if (!origin_) {
@@ -341,12 +345,12 @@ void OdometerStreamFusion::report_outcome(SampleOutcome outcome, const std::stri
       break;
     case SampleOutcome::kNotANumber:
       report_fault("readings.distance.not_a_number",
-                   "the distance of " + name + " is no finite number");
+                   "the distance of " + name + " is not a finite number");
       break;
     case SampleOutcome::kDuplicateStamp:
     case SampleOutcome::kOutOfOrder:
       report_fault("readings.header.stamp.not_increasing",
-                   "the stamp of " + name + " is not later than that of its reading before");
+                   "the stamp of " + name + " is not later than that of its previous reading");
       break;
     case SampleOutcome::kBadStamp:
     case SampleOutcome::kStampLeap:
@@ -355,7 +359,7 @@ void OdometerStreamFusion::report_outcome(SampleOutcome outcome, const std::stri
       break;
     case SampleOutcome::kImplausible:
       report_fault("readings.distance.implausible",
-                   name + " went faster than parameter 'maximum_speed'");
+                   name + " is faster than parameter 'maximum_speed'");
       break;
   }
 }
@@ -376,9 +380,9 @@ void OdometerStreamFusion::publish_state() {
   message->header.stamp = to_message(*origin_ + from_seconds(state.time));
   message->header.frame_id = frame_id_;
   if (state.status == odometry::StreamStatus::kNoConsensus) {
-    report_fault("no_consensus", "no group of odometers agrees; their median goes on");
+    report_fault("no_consensus", "no group of odometers agrees; their median is used");
   } else if (state.status == odometry::StreamStatus::kNoData) {
-    report_fault("no_data", "no odometer has a value; the last speed goes on");
+    report_fault("no_data", "no odometer has a value; the last speed is extrapolated");
   }
   report_health();
   publisher_.publish(std::move(message));
@@ -419,13 +423,13 @@ void OdometerStreamFusion::on_weld(const Weld& message) {
     case SpacingOutcome::kSeveralJoints:
       break;
     case SpacingOutcome::kBadValue:
-      report_fault("weld.spacing.bad_value",
-                   "the distance between two welds, its standard deviation or their stamps make no "
-                   "sense");
+      report_fault(
+          "weld.spacing.bad_value",
+          "the distance between two welds, its standard deviation or their stamps are invalid");
       break;
     case SpacingOutcome::kTooOld:
       report_fault("weld.spacing.unknown_time",
-                   "a weld was passed at a time that the odometers do not know");
+                   "a weld was passed at a time that is not in the history of the odometers");
       break;
   }
 }

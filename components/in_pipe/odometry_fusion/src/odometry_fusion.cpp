@@ -97,25 +97,26 @@ void OdometryFusion::declare_parameters() {
        .additional_constraints = "maximum_likelihood or paper_equation_13"});
   (void)parameters().declare<std::string>(
       "support_rule", "majority",
-      {.description = "who counts for the group that supports an odometer: all that support it, or "
-                      "those that it supports too",
+      {.description = "which odometers form the group that supports an odometer: all that support "
+                      "it, or those that it supports too",
        .additional_constraints = "majority or mutual_majority"});
   (void)parameters().declare<std::vector<double>>(
       "offsets", {},
-      {.description = "m, added to the readings that are fused, one per odometer; empty: none",
+      {.description = "m, added to the fused readings, one per odometer; empty: none",
        .additional_constraints = "none or 2 to 16 values, finite"});
   odometers_ = parameters().declare<std::vector<std::string>>(
       "odometers", {},
-      {.description = "names that every message must have, in this order, so that offsets and "
-                      "standard deviations meet the right odometer; empty: any names"});
+      {.description = "required names in the order of the message, so that offsets and standard "
+                      "deviations apply to the right odometer; empty: any names"});
   standard_deviations_ = parameters().declare<std::vector<double>>(
       "standard_deviations", {},
-      {.description = "m, one per odometer, for messages that bring none; empty: such messages are "
-                      "refused",
+      {.description = "m, one per odometer, for messages without standard deviations; empty: such "
+                      "messages are refused",
        .floating_point_range = FloatingPointRange{1e-9, 1e6}});
   maximum_age_ = parameters().declare<double>(
       "maximum_age", 1.0,
-      {.description = "s, readings with an older stamp are counted as stale; 0: any age is right",
+      {.description =
+           "s, readings with an older stamp are counted as stale; 0: any age is accepted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   maximum_lead_ = parameters().declare<double>(
       "maximum_lead", 0.1,
@@ -123,8 +124,8 @@ void OdometryFusion::declare_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 0,
-      {.description = "readings are not subscribed to before so many subscriptions of "
-                      "odometer/fused are matched; takes effect when configured",
+      {.description = "number of matched subscriptions of odometer/fused before the component "
+                      "subscribes to the readings; takes effect when configured",
        .integer_range = IntegerRange{0, 1000}});
 }
 
@@ -181,7 +182,7 @@ bool OdometryFusion::is_acceptable(const Readings& message, const Algorithm& fus
   }
   if (const auto expected = odometers_.share(); !expected->empty() && *expected != message.name) {
     report_fault("readings.name.unexpected",
-                 "readings of other odometers than parameter 'odometers' has");
+                 "the odometers of the readings differ from parameter 'odometers'");
     return false;
   }
   // A driver that does not know its precision leaves this list empty.
@@ -218,7 +219,7 @@ void OdometryFusion::check_stamp(const Readings& message) {
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
     report_fault("readings.header.stamp.not_increasing",
-                 "readings have a stamp that is not later than that of the readings before");
+                 "readings have a stamp that is not later than the previous one");
   }
   last_stamp_ = stamp;
 }
@@ -235,12 +236,12 @@ void OdometryFusion::count_rejections(const Fused& fused) {
         break;
       case RejectionReason::kNotANumber:
         report_fault("readings.distance.not_a_number",
-                     "the distance of odometer '" + name + "' is no finite number");
+                     "the distance of odometer '" + name + "' is not a finite number");
         break;
       case RejectionReason::kBadSigma:
         report_fault(
             "readings.standard_deviation.not_positive",
-            "the standard deviation of odometer '" + name + "' is no positive finite number");
+            "the standard deviation of odometer '" + name + "' is not a positive finite number");
         break;
     }
   }

@@ -17,7 +17,8 @@ std::optional<ReadingsFault> find_fault(const pipescout_msgs::msg::OdometerReadi
                              std::to_string(odometry::kMaxOdometers) + " can be fused"};
   }
   if (std::set<std::string_view>(message.name.begin(), message.name.end()).size() != odometers) {
-    return ReadingsFault{"readings.name.not_unique", "readings of two odometers of one name"};
+    return ReadingsFault{"readings.name.not_unique",
+                         "two odometers of the readings have the same name"};
   }
   if (auto fault = find_size_fault("distance", message.distance.size(), odometers)) {
     return fault;

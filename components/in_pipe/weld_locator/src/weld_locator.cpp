@@ -88,21 +88,22 @@ void WeldLocator::declare_positioning_parameters() {
   const odometry::WeldPositioningStart start_defaults;
   tally_file_ = parameters().declare<std::string>(
       "tally", "",
-      {.description = "CSV file with the joints of the pipe, see docs/weld_ledger.md; empty: "
-                      "joints are as 'standard_joint' says, and are learnt"});
+      {.description = "CSV file with the joints of the pipe, see docs/weld_ledger.md; empty: the "
+                      "joint lengths have the prior 'standard_joint' and are estimated"});
   learnt_tally_file_ = parameters().declare<std::string>(
       "learnt_tally", "",
-      {.description = "file that the joints are written to as they were measured, when the "
-                      "component is deactivated; empty: none"});
-  standard_joint_length_ = parameters().declare<double>(
-      "standard_joint.length", defaults.standard_joint.length,
-      {.description = "m, of a joint when there is no tally", .floating_point_range = kPositive});
+      {.description =
+           "file for the measured joints, written when the component is deactivated; empty: none"});
+  standard_joint_length_ =
+      parameters().declare<double>("standard_joint.length", defaults.standard_joint.length,
+                                   {.description = "m, prior of a joint's length without a tally",
+                                    .floating_point_range = kPositive});
   standard_joint_deviation_ = parameters().declare<double>(
       "standard_joint.standard_deviation", defaults.standard_joint.standard_deviation,
       {.description = "m, of its length", .floating_point_range = kPositive});
   start_joint_ = parameters().declare<std::int64_t>(
       "start.joint", -1,
-      {.description = "index of the joint that the probe starts in, from 0; -1: anywhere",
+      {.description = "index of the joint in which the probe starts, from 0; -1: unknown",
        .integer_range = IntegerRange{-1, 1000000}});
   start_distance_ =
       parameters().declare<double>("start.distance", start_defaults.distance,
@@ -115,24 +116,24 @@ void WeldLocator::declare_positioning_parameters() {
       "start.orientation", "forward",
       {.description = "whether chainage grows when the odometer counts up",
        .additional_constraints = "forward, backward or unknown"});
-  missed_probability_ = parameters().declare<double>(
-      "missed_probability", defaults.missed_probability,
-      {.description = "that a weld is not detected", .floating_point_range = kProbability});
-  spurious_probability_ =
-      parameters().declare<double>("spurious_probability", defaults.spurious_probability,
-                                   {.description = "detections per joint that are no weld",
+  missed_probability_ =
+      parameters().declare<double>("missed_probability", defaults.missed_probability,
+                                   {.description = "probability that a weld is not detected",
                                     .floating_point_range = kProbability});
+  spurious_probability_ = parameters().declare<double>(
+      "spurious_probability", defaults.spurious_probability,
+      {.description = "false detections per joint", .floating_point_range = kProbability});
   scale_deviation_ = parameters().declare<double>(
       "scale_standard_deviation", defaults.initial_scale_standard_deviation,
-      {.description = "how far the scale of the fused odometer may be from 1 at the start",
+      {.description = "prior standard deviation of the scale of the fused odometer",
        .floating_point_range = FloatingPointRange{1e-6, 0.199}});
-  scale_drift_ =
-      parameters().declare<double>("scale_drift", defaults.scale_drift,
-                                   {.description = "variance of that scale per metre, by wear",
-                                    .floating_point_range = FloatingPointRange{0.0, 1e-4}});
+  scale_drift_ = parameters().declare<double>(
+      "scale_drift", defaults.scale_drift,
+      {.description = "process noise of that scale by wear, variance per metre",
+       .floating_point_range = FloatingPointRange{0.0, 1e-4}});
   double_slip_probability_ = parameters().declare<double>(
       "double_slip_probability", defaults.double_slip_probability,
-      {.description = "per joint, that the fused odometer is grossly wrong",
+      {.description = "probability per joint of a gross error of the fused odometer",
        .floating_point_range = kProbability});
 }
 
@@ -154,17 +155,17 @@ void WeldLocator::declare_detector_parameters() {
       "weld.false_alarms_per_km", defaults.false_alarms_per_km,
       {.description = "false alarms by noise for each km of pipe; sets the threshold",
        .floating_point_range = FloatingPointRange{1e-12, 1000.0}});
-  least_confidence_ =
-      parameters().declare<double>("weld.least_confidence", 0.0,
-                                   {.description = "less certain detections are not published",
-                                    .floating_point_range = FloatingPointRange{0.0, 1.0}});
+  least_confidence_ = parameters().declare<double>(
+      "weld.least_confidence", 0.0,
+      {.description = "detections with a lower confidence are not published",
+       .floating_point_range = FloatingPointRange{0.0, 1.0}});
   phase_ = parameters().declare<double>(
       "weld.phase", defaults.phase,
       {.description = "rad, direction of the first lobe of a weld in the impedance plane",
        .floating_point_range = FloatingPointRange{-7.0, 7.0}});
   phase_tolerance_ = parameters().declare<double>(
       "weld.phase_tolerance", defaults.phase_tolerance,
-      {.description = "rad, how far off it may be; pi: any direction",
+      {.description = "rad, its tolerance; pi: any direction",
        .floating_point_range = FloatingPointRange{0.0, defaults.phase_tolerance}});
   noise_floor_ = parameters().declare<double>(
       "noise_floor", defaults.noise_floor,
@@ -175,7 +176,8 @@ void WeldLocator::declare_detector_parameters() {
 void WeldLocator::declare_message_parameters() {
   maximum_age_ = parameters().declare<double>(
       "maximum_age", 2.0,
-      {.description = "s, messages with an older stamp are counted as stale; 0: any age is right",
+      {.description =
+           "s, messages with an older stamp are counted as stale; 0: any age is accepted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   maximum_lead_ = parameters().declare<double>(
       "maximum_lead", 0.1,
@@ -183,12 +185,12 @@ void WeldLocator::declare_message_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   silent_after_ = parameters().declare<double>(
       "silent_after", 5.0,
-      {.description = "s without messages of one input, after which that is counted",
+      {.description = "s without messages after which an input is counted as silent",
        .floating_point_range = kPositive});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 0,
-      {.description = "odometer and signal are not subscribed to before so many subscriptions of "
-                      "weld and of pipe/position are matched",
+      {.description = "number of matched subscriptions of weld and of pipe/position before the "
+                      "component subscribes to its inputs",
        .integer_range = IntegerRange{0, 1000}});
 }
 
@@ -317,7 +319,7 @@ void WeldLocator::on_fused(const Fused& message) {
   if (!history_->empty() && stamp <= history_->latest().time) {
     if (history_->latest().time - stamp < kLeap) {
       report_fault("fused.header.stamp.not_increasing",
-                   "a fused distance has a stamp that is not later than that of the one before");
+                   "a fused distance has a stamp that is not later than the previous one");
       return;
     }
     report_fault("fused.header.stamp.leap", "a fused distance from long before");
@@ -330,7 +332,7 @@ void WeldLocator::on_fused(const Fused& message) {
         {.distance = step, .variance = std::max(0.0, variance - independent_variance_)});
     if (estimate.status != odometry::PositioningStatus::kAccepted) {
       report_fault("fused.distance.implausible",
-                   "the fused distance leaps by " + std::to_string(step) + " m");
+                   "the fused distance jumps by " + std::to_string(step) + " m");
     }
   }
   independent_variance_ = variance;
@@ -346,12 +348,12 @@ void WeldLocator::on_fused(const Fused& message) {
 
 bool WeldLocator::is_acceptable(const Fused& message) {
   if (!std::isfinite(message.distance)) {
-    report_fault("fused.distance.not_a_number", "a fused distance is no finite number");
+    report_fault("fused.distance.not_a_number", "a fused distance is not a finite number");
     return false;
   }
   if (!std::isfinite(message.variance) || message.variance < 0.0) {
     report_fault("fused.variance.bad_value",
-                 "the variance of a fused distance is no finite number above zero");
+                 "the variance of a fused distance is not a finite number above zero");
     return false;
   }
   const auto is_bad = [](double scale) { return !(scale > 0.1 && scale < 10.0); };
@@ -372,7 +374,7 @@ void WeldLocator::on_samples(const std::shared_ptr<const Samples>& message) {
   if (waiting_.size() >= kMaximumWaiting) {
     waiting_.pop_front();
     report_fault("eddy_current.without_odometer",
-                 "samples are dropped: there is no fused distance of their time");
+                 "samples are dropped: no fused distance for their time");
   }
   waiting_.push_back(message);
   process_waiting();
@@ -404,7 +406,7 @@ bool WeldLocator::is_acceptable(const Samples& message) {
   const Time stamp = from_message(message.header.stamp);
   if (samples_until_ && stamp <= *samples_until_) {
     if (*samples_until_ - stamp < kLeap) {
-      return refuse("header.stamp.not_increasing", "from before the end of those before");
+      return refuse("header.stamp.not_increasing", "begin before the end of the previous ones");
     }
     report_fault("eddy_current.header.stamp.leap", "eddy-current samples from long before");
     waiting_.clear();
@@ -463,7 +465,8 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
   }
   const auto passage = history_->at_distance(event.distance);
   if (!passage) {
-    report_fault("weld.unknown_time", "a weld was passed at a time that is forgotten");
+    report_fault("weld.unknown_time",
+                 "a weld was passed at a time that is no longer in the history");
     return;
   }
   auto message = std::make_unique<Weld>();
@@ -485,7 +488,7 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
        .standard_deviation = event.standard_deviation,
        .confidence = event.confidence});
   if (estimate.status != odometry::PositioningStatus::kAccepted) {
-    report_fault("weld.not_positioned", std::string("a weld cannot be used for the position: ") +
+    report_fault("weld.not_positioned", std::string("a weld is not used for the position: ") +
                                             odometry::to_string(estimate.status));
   } else {
     identify(event, *passage, *message);
@@ -570,7 +573,7 @@ void WeldLocator::publish_position(Time stamp) {
     logger().info(was_locked_ ? "the probe is in joint " + std::to_string(estimate.joint) +
                                     ", found after " +
                                     std::to_string(positioning_->counts().welds) + " welds"
-                              : "the joint is not certain any more");
+                              : "the position is no longer locked");
   }
 }
 

@@ -39,65 +39,64 @@ InspectorParameters::InspectorParameters(Parameters& parameters)
 void InspectorParameters::declare_deviations() {
   deviations_.real(
       "deviations.emissivity", [](auto& d) -> double& { return d.emissivity; }, {0, 1},
-      "of object.emissivity, standard");
+      "standard deviation of object.emissivity");
   deviations_.real(
       "deviations.reflected_temperature",
       [](auto& d) -> double& { return d.reflected_temperature; }, kDeviation,
-      "K, of object.reflected_temperature, standard");
+      "K, standard deviation of object.reflected_temperature");
   deviations_.real(
       "deviations.distance", [](auto& d) -> double& { return d.distance; }, kDeviation,
-      "m, of object.distance, standard");
+      "m, standard deviation of object.distance");
   deviations_.real(
       "deviations.atmospheric_temperature",
       [](auto& d) -> double& { return d.atmospheric_temperature; }, kDeviation,
-      "K, of object.atmospheric_temperature, standard");
+      "K, standard deviation of object.atmospheric_temperature");
   deviations_.real(
       "deviations.relative_humidity", [](auto& d) -> double& { return d.relative_humidity; },
-      {0, 1}, "of object.relative_humidity, standard");
+      {0, 1}, "standard deviation of object.relative_humidity");
   deviations_.real(
       "deviations.window_temperature", [](auto& d) -> double& { return d.window_temperature; },
-      kDeviation, "K, of object.window_temperature, standard");
+      kDeviation, "K, standard deviation of object.window_temperature");
   deviations_.real(
       "deviations.window_transmission", [](auto& d) -> double& { return d.window_transmission; },
-      {0, 1}, "of object.window_transmission, standard");
+      {0, 1}, "standard deviation of object.window_transmission");
 }
 
 void InspectorParameters::declare_archive(Parameters& parameters) {
   store_ = parameters.declare<std::string>(
       "store", "",
-      {.description = "SQLite file of the findings of all days; empty: they are forgotten"});
+      {.description = "SQLite file with the findings of all days; empty: they are not stored"});
   report_folder_ = parameters.declare<std::string>(
       "report_folder", "",
-      {.description = "gets report.html, leaks.geojson, leaks.kml and leaks.csv when the component "
-                      "is deactivated; empty: no report"});
+      {.description = "folder to which report.html, leaks.geojson, leaks.kml and leaks.csv are "
+                      "written when the component is deactivated; empty: no report"});
   pictures_folder_ = parameters.declare<std::string>(
       "pictures_folder", "",
-      {.description =
-           "gets the pictures as they came, where they were taken and the parameters, for "
-           "`pipescout inspect leaks`; made, or empty; empty name: no pictures are kept"});
-  weather_ = parameters.declare<std::string>(
-      "weather", "", {.description = "as the operator saw it, for the log"});
+      {.description = "folder for the recorded images with poses and parameters, for `pipescout "
+                      "inspect leaks`; new, or without files; empty name: no images are recorded"});
+  weather_ =
+      parameters.declare<std::string>("weather", "", {.description = "recorded with the findings"});
   datum_ = parameters.declare<std::vector<double>>(
       "datum", {},
       {.description = "latitude and longitude in degrees and altitude in m of the origin of the "
-                      "map, for maps; empty: not known"});
+                      "map, for GeoJSON and KML; empty: unknown"});
 }
 
 void InspectorParameters::declare_messages(Parameters& parameters) {
   map_frame_ =
-      parameters.declare<std::string>("map_frame", "map", {.description = "frame of findings"});
+      parameters.declare<std::string>("map_frame", "map", {.description = "frame of the findings"});
   maximum_age_ = parameters.declare<double>(
       "maximum_age", 2.0,
-      {.description = "s, pictures with an older stamp are refused; 0: any age is right",
+      {.description = "s, images with an older stamp are refused; 0: any age is accepted",
        .floating_point_range = kSeconds});
   maximum_lead_ = parameters.declare<double>(
       "maximum_lead", 0.1,
       {.description = "s, messages with a stamp further ahead of the clock are refused",
        .floating_point_range = kSeconds});
-  silent_after_ =
-      parameters.declare<double>("silent_after", 2.0,
-                                 {.description = "s without a picture, after which that is counted",
-                                  .floating_point_range = kPositive});
+  silent_after_ = parameters.declare<double>(
+      "silent_after", 2.0,
+      {.description = "s without an image after which image.silent is counted",
+       .floating_point_range = kPositive});
 }
 
 std::optional<geometry::GeodeticPosition> InspectorParameters::datum() const {
@@ -157,7 +156,7 @@ SurveySettings InspectorParameters::survey_settings(const InspectorSettings& set
   return result;
 }
 
-InspectorSettings InspectorParameters::read() const {
+InspectorSettings InspectorParameters::read(Node& node) const {
   InspectorSettings result;
   result.map_frame = map_frame_.get();
   result.stamp_limits = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
@@ -168,7 +167,7 @@ InspectorSettings InspectorParameters::read() const {
   }
   result.findings = findings_.read(result.detection.detector);
   result.findings.T_base_camera = mount_.T_base_camera();
-  result.mount = mount_.read();
+  result.mount = mount_.read(node);
   result.store = store_.get();
   result.report_folder = report_folder_.get();
   result.pictures_folder = pictures_folder_.get();

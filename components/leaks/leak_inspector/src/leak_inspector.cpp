@@ -70,7 +70,7 @@ LeakInspector::LeakInspector(ComponentOptions options)
 LeakInspector::~LeakInspector() = default;
 
 CallbackReturn LeakInspector::on_configure() {
-  settings_ = declared_.read();
+  settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   camera_.reset();
@@ -99,14 +99,10 @@ CallbackReturn LeakInspector::on_configure() {
       topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
-  if (settings_->mount.moves()) {
-    tf_subscription_ =
-        create_subscription(topics::kTf, [this](const TFMessage& message) { on_tf(message); });
-  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (!std::exchange(image_heard_, false)) {
       report_fault("image.silent",
-                   "no picture for " + std::to_string(settings_->silent_after) + " s");
+                   "no image for " + std::to_string(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
@@ -140,7 +136,6 @@ CallbackReturn LeakInspector::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
-  tf_subscription_ = {};
   detections_publisher_ = {};
   event_publisher_ = {};
   findings_.reset();
@@ -164,15 +159,15 @@ void LeakInspector::on_camera_info(const CameraInfo& message) {
   leak_findings::LeakFindings anew(settings_->findings, *camera_);
   if (findings_) {
     report_fault("camera_info.changed",
-                 "the calibration has changed: leaks that are not raised yet start again" +
-                     std::string(recording_ ? ", and no more pictures are kept" : ""));
+                 "the calibration has changed: candidates are discarded" +
+                     std::string(recording_ ? ", and no more images are recorded" : ""));
     recording_.reset();  // is of one camera
     anew.restore(findings_->findings());
   } else {
     try_to_keep([&] {
       const std::vector<Finding> known = archive_->known();
       if (const std::size_t taken = anew.restore(known); taken > 0) {
-        logger().info(std::to_string(taken) + " findings are known from before");
+        logger().info(std::to_string(taken) + " findings were loaded");
       }
     });
   }
@@ -203,20 +198,12 @@ void LeakInspector::on_odometry(const Odometry& message) {
   }
   if (!odometry_->add(entry)) {
     report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than that of the one before");
+                 "odometry has a stamp that is not later than the previous one");
     return;
   }
   const Eigen::Vector2d place = entry.T_odom_base.translation().head<2>();
   if (track_.empty() || (place - track_.back()).norm() >= kTrackStep) {
     track_.push_back(place);
-  }
-}
-
-void LeakInspector::on_tf(const TFMessage& message) {
-  try {
-    settings_->mount.add(message);
-  } catch (const std::invalid_argument& error) {
-    report_fault("tf.refused", std::string("transform of the camera refused: ") + error.what());
   }
 }
 
@@ -251,9 +238,12 @@ void LeakInspector::on_image(const Image& message) {
     return;
   }
   ++frame_;
-  const std::optional<geometry::SE3> T_base_camera = settings_->mount.T_base_camera(stamp);
+  std::string missing;
+  const std::optional<geometry::SE3> T_base_camera =
+      settings_->mount.T_base_camera(stamp, &missing);
   if (!T_base_camera) {
-    report_fault("tf.missing", "where the camera was on the robot is not known of a picture");
+    report_fault("tf.missing",
+                 "where the camera was on the robot is not known of a picture: " + missing);
   }
   const leak_findings::Frame frame{.time = to_seconds(stamp.time_since_epoch()),
                                    .number = frame_,
@@ -268,8 +258,8 @@ void LeakInspector::on_image(const Image& message) {
   if (detections.fault != FrameFault::kNone) {
     ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),
-                 "nothing can be detected in a picture of " + std::to_string(message.width) +
-                     " x " + std::to_string(message.height) + ": " +
+                 "detection failed in an image of " + std::to_string(message.width) + " x " +
+                     std::to_string(message.height) + ": " +
                      std::string(to_string(detections.fault)));
   }
   with_pipe_ += detections.pipes.empty() ? 0 : 1;
@@ -277,13 +267,14 @@ void LeakInspector::on_image(const Image& message) {
   std::span<const std::uint64_t> finding_of;
   if (!findings_) {
     report_fault("camera_info.missing",
-                 "pictures come without a calibration on thermal/camera_info: leaks have no place");
+                 "images without a calibration on thermal/camera_info: leaks have no position");
   } else {
     const FrameResult& result = findings_->update(frame, detections);
     // A picture without detections is told above.
     if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
-      report_fault("findings." + std::string(to_string(result.fault)),
-                   "a picture is of less use to findings: " + std::string(to_string(result.fault)));
+      report_fault(
+          "findings." + std::string(to_string(result.fault)),
+          "the findings cannot use all of an image: " + std::string(to_string(result.fault)));
     }
     if (result.fault != InputFault::kBadTime) {
       record(picture, frame);
@@ -308,7 +299,7 @@ void LeakInspector::record(const ThermalImageReader::View& picture,
   try {
     recording_->add(picture, frame, camera_->parameters());
   } catch (const std::system_error& error) {
-    report_fault("pictures.failed", std::string("a picture was not kept: ") + error.what());
+    report_fault("pictures.failed", std::string("an image was not recorded: ") + error.what());
   }
 }
 

@@ -291,7 +291,7 @@ TEST_F(LeakInspectorTest, APictureThatIsNotKeptIsCountedAndTheInspectionGoesOn) 
 TEST_F(LeakInspectorTest, AStoreThatIsNoneIsNamed) {
   const testing::TemporaryFolder folder;
   const std::filesystem::path store = folder.path() / "leaks.db";
-  std::ofstream(store) << "This is no store of leaks, and it shall stay as it is. ";
+  std::ofstream(store) << "This is no database of findings, and it shall stay as it is. ";
   auto& inspector = harness_.make<LeakInspector>(
       {.name = "inspector", .parameters = {{"store", store.string()}}});
   const auto result = harness_.configure(inspector);
@@ -403,7 +403,7 @@ TEST_F(LeakInspectorTest, ParametersOutOfRangeAreNamed) {
               HasSubstr("camera.grey_range"));
   EXPECT_THAT(message({"range.lines", std::vector<double>{1, 2, 3}}), HasSubstr("range.lines"));
   EXPECT_THAT(message({"range.source", "diameter"}), HasSubstr("pipe_diameter"));
-  EXPECT_THAT(message({"range.source", "radar"}), HasSubstr("'radar' is none of"));
+  EXPECT_THAT(message({"range.source", "radar"}), HasSubstr("'radar' is not one of"));
   EXPECT_THAT(message({"datum", std::vector<double>{91, 0, 0}}), HasSubstr("datum"));
   EXPECT_THAT(message({"leak_delta", std::vector<double>{1, 2}}), HasSubstr("leak_delta"));
   EXPECT_THROW((void)harness_.make<LeakInspector>(

@@ -66,8 +66,8 @@ bool knows_place_better(const Matrix6d& covariance, const Matrix6d& other) {
 RackLocalizer::RackLocalizer(ComponentOptions options) : Component(std::move(options)) {
   rack_file_ = parameters().declare<std::string>(
       "rack", "", {.description = "YAML file with the pipes, see docs/rack_file.md"});
-  frame_id_ = parameters().declare<std::string>(
-      "frame_id", "rack", {.description = "frame of the poses that are published"});
+  frame_id_ = parameters().declare<std::string>("frame_id", "rack",
+                                                {.description = "frame of the published poses"});
   declare_start_parameters();
   declare_tracker_parameters();
   declare_message_parameters();
@@ -78,76 +78,79 @@ RackLocalizer::~RackLocalizer() = default;
 void RackLocalizer::declare_start_parameters() {
   start_position_ = parameters().declare<std::vector<double>>(
       "start.position", {},
-      {.description = "m, x y z of the camera in the rack frame to start from; empty: from "
+      {.description = "m, initial position x y z of the camera in the rack frame; empty: from "
                       "rack/pose_hint or the image"});
   start_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
       "start.roll_pitch_yaw", {},
       {.description = "rad, of the camera's optical frame; empty: looks straight down, the upper "
                       "border of the image ahead along the flow"});
-  start_position_deviation_ = parameters().declare<double>(
-      "start.position_deviation", 0.05,
-      {.description = "m, of each coordinate of it", .floating_point_range = kPositive});
-  start_rotation_deviation_ = parameters().declare<double>(
-      "start.rotation_deviation", 0.05,
-      {.description = "rad, about each axis", .floating_point_range = kPositive});
+  start_position_deviation_ =
+      parameters().declare<double>("start.position_deviation", 0.05,
+                                   {.description = "m, standard deviation of each coordinate",
+                                    .floating_point_range = kPositive});
+  start_rotation_deviation_ =
+      parameters().declare<double>("start.rotation_deviation", 0.05,
+                                   {.description = "rad, standard deviation about each axis",
+                                    .floating_point_range = kPositive});
   start_drift_ = parameters().declare<double>(
       "start.drift", rack_vision::RackLocalizationParameters{}.hover_drift_speed,
-      {.description = "m/s, how fast the camera may drift from where it was said to be, before its "
+      {.description = "m/s, speed at which the camera may drift from start.position before the "
                       "first pose is found",
        .floating_point_range = kPositive});
   find_first_pose_ = parameters().declare<bool>(
       "find_first_pose", true,
-      {.description = "look for a pose in the image alone when there is none"});
+      {.description = "initialise from the image alone when there is no pose"});
   hint_position_ = parameters().declare<std::vector<double>>(
       "hint.position", {},
-      {.description = "m, x y z near which the image alone is searched for a first pose; empty: "
-                      "unknown. Contours do not show the place along the pipes"});
+      {.description = "m, prior x y z of the initialisation from the image alone; empty: unknown. "
+                      "The position along the pipes is unobservable from contours"});
   hint_position_deviation_ = parameters().declare<std::vector<double>>(
       "hint.position_deviation", {},
-      {.description = "m, of each coordinate of it; empty: 1, 1, 1"});
+      {.description = "m, standard deviation of each coordinate; empty: 1, 1, 1"});
   hint_heading_ = parameters().declare<std::vector<double>>(
       "hint.heading", {},
       {.description = "rad, angle about rack z from rack x to the camera's x axis, and its "
                       "standard deviation; empty: unknown"});
   retry_period_ =
       parameters().declare<double>("retry_period", settings_.retry_period,
-                                   {.description = "s between two attempts to find a pose",
+                                   {.description = "s between two attempts to initialise",
                                     .floating_point_range = FloatingPointRange{0.0, 3600.0}});
 }
 
 void RackLocalizer::declare_tracker_parameters() {
   const rack_vision::RackTrackerParameters defaults;
-  samples_per_edge_ = parameters().declare<int>(
-      "samples_per_edge", defaults.samples_per_edge,
-      {.description = "places along each visible edge at which it is searched",
-       .integer_range = IntegerRange{2, 100}});
+  samples_per_edge_ =
+      parameters().declare<int>("samples_per_edge", defaults.samples_per_edge,
+                                {.description = "sample points along each visible edge",
+                                 .integer_range = IntegerRange{2, 100}});
   points_per_frame_ =
       parameters().declare<int>("points_per_frame", defaults.points_per_frame,
-                                {.description = "texture points that are matched in one image",
+                                {.description = "texture points matched in one image",
                                  .integer_range = IntegerRange{0, 200}});
   map_capacity_ = parameters().declare<int>(
       "map_capacity", defaults.map_capacity,
-      {.description = "texture points that are kept", .integer_range = IntegerRange{0, 20000}});
+      {.description = "texture points in the map", .integer_range = IntegerRange{0, 20000}});
   estimate_offsets_ =
       parameters().declare<bool>("estimate_offsets", defaults.estimate_offsets,
-                                 {.description = "estimate where the pipes lie across the rack"});
+                                 {.description = "estimate the lateral offsets of the pipes"});
   offset_deviation_ = parameters().declare<double>(
       "offset_deviation", defaults.offset_sigma,
-      {.description = "m, how far a pipe may lie from where the rack file has it",
+      {.description = "m, prior standard deviation of the offset of a pipe",
        .floating_point_range = kPositive});
   estimate_intrinsics_ = parameters().declare<bool>(
       "estimate_intrinsics", defaults.estimate_intrinsics,
       {.description = "estimate the focal length and the centre of the camera on line"});
   focal_length_deviation_ = parameters().declare<double>(
       "focal_length_deviation", defaults.focal_sigma,
-      {.description = "px, how well the calibration knows the focal length",
+      {.description = "px, standard deviation of the calibrated focal length",
        .floating_point_range = kPositive});
   centre_deviation_ = parameters().declare<double>(
       "centre_deviation", defaults.centre_sigma,
-      {.description = "px, and each coordinate of the centre", .floating_point_range = kPositive});
+      {.description = "px, standard deviation of each coordinate of the calibrated centre",
+       .floating_point_range = kPositive});
   acceleration_ = parameters().declare<double>(
       "acceleration", defaults.acceleration_sigma,
-      {.description = "m/s^2, how far the camera may leave constant velocity",
+      {.description = "m/s^2, process noise of the constant-velocity model",
        .floating_point_range = kPositive});
   angular_acceleration_ = parameters().declare<double>(
       "angular_acceleration", defaults.angular_acceleration_sigma,
@@ -164,7 +167,7 @@ void RackLocalizer::declare_message_parameters() {
                       "the upper border of the image forward"});
   odometry_drift_ = parameters().declare<double>(
       "odometry.drift", 0.02,
-      {.description = "m per root of a second, error of odometry from image to image",
+      {.description = "m per root of a second, error of the odometry between images",
        .floating_point_range = kPositive});
   odometry_rotation_drift_ = parameters().declare<double>(
       "odometry.rotation_drift", 0.01,
@@ -173,7 +176,7 @@ void RackLocalizer::declare_message_parameters() {
   maximum_age_ = parameters().declare<double>(
       "maximum_age", 2.0,
       {.description = "s, messages with an older stamp are counted as stale, and images refused; "
-                      "0: any age is right",
+                      "0: any age is accepted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   maximum_lead_ = parameters().declare<double>(
       "maximum_lead", 0.1,
@@ -181,7 +184,7 @@ void RackLocalizer::declare_message_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
   silent_after_ = parameters().declare<double>(
       "silent_after", 2.0,
-      {.description = "s without an image, after which that is counted",
+      {.description = "s without an image after which image.silent is counted",
        .floating_point_range = kPositive});
 }
 
@@ -317,7 +320,7 @@ void RackLocalizer::on_camera_info(const CameraInfo& message) {
 
 void RackLocalizer::check_start(bool usable) {
   if (!usable) {
-    report_fault("start.refused", "the pose to start from is not usable");
+    report_fault("start.refused", "the initial pose is not usable");
   }
 }
 
@@ -328,9 +331,9 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
     return;
   }
   if (!message.header.frame_id.empty() && message.header.frame_id != frame_) {
-    report_fault("pose_hint.header.frame_id", "a pose to start from is in frame '" +
-                                                  message.header.frame_id + "', not in '" + frame_ +
-                                                  "'");
+    report_fault(
+        "pose_hint.header.frame_id",
+        "a pose hint is in frame '" + message.header.frame_id + "', not in '" + frame_ + "'");
     return;
   }
   try {
@@ -342,7 +345,7 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
       suggestion_ = suggestion;
     }
   } catch (const std::invalid_argument& error) {
-    report_fault("pose_hint.refused", std::string("pose to start from refused: ") + error.what());
+    report_fault("pose_hint.refused", std::string("pose hint refused: ") + error.what());
   }
 }
 
@@ -363,7 +366,7 @@ void RackLocalizer::on_odometry(const Odometry& message) {
   }
   if (!odometry_->add(entry)) {
     report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than that of the one before");
+                 "odometry has a stamp that is not later than the previous one");
   }
 }
 
@@ -390,7 +393,7 @@ void RackLocalizer::on_image(const Image& message) {
     return;
   }
   if (!localization_) {
-    report_fault("camera_info.missing", "images come without a calibration on camera/camera_info");
+    report_fault("camera_info.missing", "images without a calibration on camera/camera_info");
     return;
   }
   rack_vision::ImageView view;
@@ -411,7 +414,7 @@ void RackLocalizer::on_image(const Image& message) {
                                        ") cannot be used: " + std::string(result.reason));
   } else if (result.status == TrackStatus::kBadStamp) {
     report_fault("image.header.stamp.not_increasing",
-                 "an image has a stamp that is not later than that of the one before");
+                 "an image has a stamp that is not later than the previous one");
   } else {
     last_image_ = stamp;
   }

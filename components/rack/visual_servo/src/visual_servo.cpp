@@ -97,29 +97,30 @@ void VisualServo::declare_mission_parameters() {
   };
   way_points_ = parameters().declare<std::vector<double>>(
       "way_points", {},
-      {.description = "x y z yaw of each, one after the other: m and rad, of base_link in the rack "
-                      "frame"});
-  hold_ = number("hold", way_point.hold, "s, [0, 3600]: stays at each way-point at least so long");
-  path_speed_ = number("path.largest_speed", path.largest_speed,
-                       "m/s, (0, 20]: planned; below largest_speed, so that it can catch up");
+      {.description =
+           "x y z yaw of base_link in the rack frame for each way-point in turn: m and rad"});
+  hold_ = number("hold", way_point.hold, "s, [0, 3600]: shortest stay at each way-point");
+  path_speed_ =
+      number("path.largest_speed", path.largest_speed,
+             "m/s, (0, 20]: of the path; below largest_speed, so that the robot can catch up");
   path_acceleration_ =
       number("path.largest_acceleration", path.largest_acceleration, "m/s^2, (0, 20]");
   path_yaw_rate_ = number("path.largest_yaw_rate", path.largest_yaw_rate, "rad/s, (0, 6]");
   path_yaw_acceleration_ =
       number("path.largest_yaw_acceleration", path.largest_yaw_acceleration, "rad/s^2, (0, 20]");
   position_tolerance_ = number("tolerance.position", mission.tolerance.position,
-                               "m, (0, 10]: nearer to a way-point is there");
+                               "m, (0, 10]: largest error at a way-point that is reached");
   yaw_tolerance_ = number("tolerance.yaw", mission.tolerance.yaw, "rad, (0, pi]: the same");
   reached_for_ = number("reached_for", mission.reached_for,
-                        "s, [0, 60]: within the tolerance without a break to have reached it");
+                        "s, [0, 60]: time within the tolerance after which a way-point is reached");
   deviations_within_ = number("deviations_within", mission.deviations_within,
-                              "[0, 10]: so many standard deviations of the pose are within the "
-                              "tolerance too; 0: the pose is taken at its word");
+                              "[0, 10]: this many standard deviations of the pose must be within "
+                              "the tolerance too; 0: the covariance is not used");
   look_around_ = number("look_around", mission.look_around,
-                        "m, [0, 2]: radius of the rounds that it flies at a way-point while the "
-                        "pose is not known so well; 0: none");
-  patience_ = number("patience", mission.patience,
-                     "s, [0, 3600]: waits so long to reach a way-point before it goes on");
+                        "m, [0, 2]: radius of a circle flown at a way-point while the pose is too "
+                        "uncertain; 0: none");
+  patience_ =
+      number("patience", mission.patience, "s, [0, 3600]: time after which a way-point is missed");
   largest_lag_ = number("largest_lag", mission.largest_lag,
                         "m, (0, 100]: the path waits while the robot is farther from it");
   largest_yaw_lag_ = number("largest_yaw_lag", mission.largest_yaw_lag, "rad, (0, pi]: the same");
@@ -132,12 +133,12 @@ void VisualServo::declare_servo_parameters() {
   };
   full_rotation_ = parameters().declare<bool>(
       "full_rotation", false,
-      {.description = "the robot can turn about every axis while it stays in place; else only its "
-                      "yaw is commanded"});
+      {.description =
+           "the robot can rotate in place about every axis; else only its yaw is commanded"});
   position_gain_ = number("position_gain", servo.position_gain, "1/s, (0, 20]");
   rotation_gain_ = number("rotation_gain", servo.rotation_gain, "1/s, (0, 20]");
   response_time_ = number("response_time", servo.response_time,
-                          "s, [0, 5]: in which the robot takes up a commanded velocity");
+                          "s, [0, 5]: time constant of the robot's velocity response");
   largest_speed_ = number("largest_speed", servo.largest_speed, "m/s, (0, 20]: commanded");
   largest_rotation_rate_ =
       number("largest_rotation_rate", servo.largest_rotation_rate, "rad/s, (0, 6]: commanded");
@@ -161,7 +162,7 @@ void VisualServo::declare_servo_parameters() {
                       "pitch), or base_link with full_rotation"});
   rate_ = parameters().declare<double>(
       "rate", 10.0,
-      {.description = "Hz, commands at least; there is one for each pose as well",
+      {.description = "Hz, lowest rate of commands; there is one for each pose as well",
        .floating_point_range = FloatingPointRange{1.0, 1000.0}});
 }
 
@@ -171,17 +172,18 @@ void VisualServo::declare_safety_parameters() {
     return parameters().declare<double>(name, value, {.description = description});
   };
   maximum_age_ = number("maximum_age", servo.stale_after,
-                        "s, (0, 10]: a pose of this age is used no more: the robot holds");
+                        "s, (0, 10]: a pose of this age is not used: the robot holds");
   maximum_lead_ = number("maximum_lead", servo.future_tolerance,
-                         "s, [0, 1]: a stamp may be ahead of the clock by so much");
+                         "s, [0, 1]: how far a stamp may be ahead of the clock");
   smallest_quality_ = number("smallest_quality", servo.smallest_quality,
-                             "[0, 1]: poses are not used while rack/state says less");
+                             "[0, 1]: poses are not used while the quality in rack/state is lower");
   hold_time_ =
       number("hold_time", servo.hold_time,
-             "s, [0, 3600]: holds without a pose before it climbs; for ever before the first one");
+             "s, [0, 3600]: time without a pose before the climb; unlimited before the first pose");
   climb_speed_ =
-      number("climb.speed", servo.climb_speed, "m/s, [0, largest_speed]; 0: holds for ever");
-  climb_height_ = number("climb.height", servo.climb_height, "m, [0, 1000]: then holds again");
+      number("climb.speed", servo.climb_speed, "m/s, [0, largest_speed]; 0: holds without limit");
+  climb_height_ = number("climb.height", servo.climb_height,
+                         "m, [0, 1000]: height of the climb, then holds again");
 }
 
 std::vector<WayPoint> VisualServo::way_points() const {
@@ -328,7 +330,7 @@ VisualServo::Deviation VisualServo::deviation_of(const Pose& message) {
     return {.position = std::sqrt(position.eigenvalues()(2)), .yaw = std::sqrt(covariance(5, 5))};
   } catch (const std::invalid_argument& error) {
     report_fault("pose.covariance",
-                 std::string("a pose by which no way-point is reached: ") + error.what());
+                 std::string("a pose that cannot confirm a way-point: ") + error.what());
     constexpr double kUnknown = std::numeric_limits<double>::infinity();
     return {.position = kUnknown, .yaw = kUnknown};
   }
@@ -340,7 +342,7 @@ void VisualServo::on_state(const State& message) {
   const bool sound = std::isfinite(quality) && quality >= 0 && quality <= 1;
   if (!sound) {
     report_fault("state.quality",
-                 "a quality of " + std::to_string(quality) + " is outside [0, 1]: it counts as 0");
+                 "a quality of " + std::to_string(quality) + " is outside [0, 1]: treated as 0");
   }
   quality_ = {.stamp = from_message(message.header.stamp),
               .value = tracking && sound ? quality : 0.0,

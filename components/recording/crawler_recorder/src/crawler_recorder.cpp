@@ -33,13 +33,13 @@ CrawlerRecorder::CrawlerRecorder(ComponentOptions options)
     : MissionRecorder(std::move(options), "crawler") {
   settle_time_ = parameters().declare<double>(
       "settle_time", 0.5,
-      {.description = "s without any message after which a run that is over is complete",
+      {.description = "s without any message after which a completed run is closed",
        .floating_point_range = FloatingPointRange{0.01, 3600.0}});
   record_signal_ = parameters().declare<bool>(
       "record_signal", true, {.description = "write the samples of eddy_current too"});
   table_rows_ = parameters().declare<std::int64_t>(
       "table_rows", 100,
-      {.description = "welds that the summary's table shows; the file holds all",
+      {.description = "welds shown in the summary's table; the file contains all",
        .integer_range = IntegerRange{1, 100000}});
 }
 
@@ -80,14 +80,14 @@ void CrawlerRecorder::on_fused(const Fused& message) {
       message.scale.size() != message.health.size() ||
       message.scale_standard_deviation.size() != message.health.size()) {
     report_fault("fused.malformed",
-                 "fused distances whose lists are not of one length are not recorded");
+                 "fused distances with lists of different lengths are not recorded");
     return;
   }
   if (odometers_.empty()) {
     odometers_ = message.name;
   } else if (odometers_ != message.name) {
     report_fault("fused.other_odometers",
-                 "fused distances of other odometers than before are not recorded");
+                 "fused distances of different odometers than before are not recorded");
     return;
   }
   file(fused_file_, "fused.csv", fused_csv_header(odometer_column_names(odometers_)))
@@ -99,7 +99,7 @@ void CrawlerRecorder::on_samples(const Samples& message) {
   if (channels == 0 || channels > kMaximumChannels || message.x.size() % channels != 0 ||
       message.y.size() != message.x.size() || !(message.sample_interval > 0.0)) {
     report_fault("eddy_current.malformed",
-                 "eddy-current samples whose lists do not fit together are not recorded");
+                 "eddy-current samples with lists of inconsistent lengths are not recorded");
     return;
   }
   if (!with_signal_) {

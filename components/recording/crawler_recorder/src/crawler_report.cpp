@@ -131,7 +131,7 @@ MissionSection CrawlerReport::section(const std::string& figure_prefix) const {
   if (welds_to_lock_) {
     set("welds_to_lock", static_cast<double>(*welds_to_lock_));
   } else {
-    section.notes.push_back("The joint was never certain.");
+    section.notes.push_back("The position was never locked.");
   }
   if (compared_ > 0) {
     set("wrong_joint", static_cast<double>(wrong_joint_));
@@ -142,7 +142,7 @@ MissionSection CrawlerReport::section(const std::string& figure_prefix) const {
     set("coverage95_percent",
         std::round(1e4 * static_cast<double>(covered_) / static_cast<double>(compared_)) / 1e2);
     section.notes.push_back(
-        "Positions are compared with the truth of the simulation while the joint is certain.");
+        "Positions are compared with the truth of the simulation while they are locked.");
   }
   if (welds_ > rows_.size()) {
     section.notes.push_back("The table shows the first " + std::to_string(rows_.size()) + " of " +

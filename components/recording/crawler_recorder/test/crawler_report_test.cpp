@@ -57,7 +57,7 @@ TEST(CrawlerReport, CountsAWrongJointButNotTheNextOneAtAWeld) {
 
 TEST(CrawlerReport, SaysWhenItLocked) {
   CrawlerReport report(10);
-  EXPECT_THAT(report.section("").notes, Contains(HasSubstr("never certain")));
+  EXPECT_THAT(report.section("").notes, Contains(HasSubstr("never locked")));
   auto lost = position(1.0, 0, 0.0);
   lost.locked = false;
   report.add_position(lost);

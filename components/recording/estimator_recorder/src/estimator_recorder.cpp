@@ -42,14 +42,14 @@ void require_lists(const pipescout_msgs::msg::EstimatorState& message) {
   require(sources <= kMaximumSources && message.source_state.size() == sources &&
               message.source_accepted.size() == sources && message.source_gated.size() == sources &&
               message.source_held.size() == sources && message.source_refused.size() == sources,
-          "the lists of its sources are not of one length, or of more than 32");
+          "the lists of its sources have different lengths, or more than 32 entries");
   require(factors <= kMaximumFactors && message.factor_stamp.size() == factors &&
               message.factor_outcome.size() == factors &&
               message.factor_chi_square.size() == factors &&
               message.factor_degrees.size() == factors && message.factor_weight.size() == factors,
-          "the lists of its factors are not of one length, or of more than 4096");
+          "the lists of its factors have different lengths, or more than 4096 entries");
   require(std::all_of(message.source.begin(), message.source.end(), is_name),
-          "the name of a source is none of a-z, 0-9 and _");
+          "the name of a source has characters other than a-z, 0-9 and _");
 }
 
 void require_finite(const geometry_msgs::msg::Twist& twist) {
@@ -65,12 +65,12 @@ EstimatorRecorder::EstimatorRecorder(ComponentOptions options)
     : StreamRecorder(std::move(options), "estimator") {
   period_ = parameters().declare<double>(
       "period", 0.1,
-      {.description = "s between the poses that are kept, estimated and true; 0: all",
+      {.description = "s between recorded poses, estimated and true; 0: all",
        .floating_point_range = FloatingPointRange{0.0, 3600.0}});
   datum_ = parameters().declare<std::vector<double>>(
       "datum", {},
-      {.description = "that of the estimator: latitude and longitude in degrees and altitude in m "
-                      "of the origin of the map; empty: the first fix"});
+      {.description = "latitude and longitude in degrees and altitude in m of the map's origin, as "
+                      "for the estimator; empty: the first fix"});
 }
 
 EstimatorRecorder::~EstimatorRecorder() = default;
@@ -166,7 +166,7 @@ bool EstimatorRecorder::has_data() const {
 
 std::string EstimatorRecorder::counts() const {
   return std::to_string(report_->estimates()) + " estimates and " +
-         std::to_string(report_->keyframes()) + " keyframes heard of";
+         std::to_string(report_->keyframes()) + " keyframes received";
 }
 
 MissionSection EstimatorRecorder::section(const std::string& figure_prefix) const {

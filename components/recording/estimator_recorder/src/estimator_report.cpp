@@ -150,18 +150,19 @@ void EstimatorReport::add_table(MissionSection& section) const {
 
 void EstimatorReport::add_notes(MissionSection& section) const {
   if (!until_running_ && first_state_) {
-    section.notes.push_back("The estimator never ran; it waits for: " + waits_for_ + ".");
+    section.notes.push_back("The estimator did not start; it waits for: " + waits_for_ + ".");
   }
   if (estimates_ > 0) {
     section.notes.push_back(
         position_.count() > 0
             ? "Errors of " + std::to_string(position_.count()) +
-                  " estimates against the truth of the simulation. A covariance that is right has "
-                  "95 % of them in its ellipsoid, a position NEES of 3 and a pose NEES of 6."
-            : "There is no truth at the times of the estimates to compare them with.");
+                  " estimates compared with the truth of the simulation. A consistent estimator "
+                  "has 95 % of them in its ellipsoid, a position NEES of 3 and a pose NEES of 6."
+            : "No ground truth is available at the times of the estimates.");
   }
   if (restarts_.total() > 0) {
-    section.notes.push_back("The state was moved or given up " + std::to_string(restarts_.total()) +
+    section.notes.push_back("The state was reset or discarded " +
+                            std::to_string(restarts_.total()) +
                             (restarts_.total() == 1 ? " time" : " times") +
                             ", the last time for: " + restart_reason_ + ".");
   }

@@ -138,7 +138,7 @@ TEST_F(EstimatorRecorderTest, WritesEverythingAndEndsWithItsSource) {
   say(MissionStatus::COMPLETE);
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
   EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
-  EXPECT_EQ(own_status()->message, "1 estimates and 2 keyframes heard of");
+  EXPECT_EQ(own_status()->message, "1 estimates and 2 keyframes received");
   EXPECT_THAT(section(), HasSubstr("\"estimator_position_rmse_m\": 0.01"));
   EXPECT_THAT(section(), HasSubstr("\"estimator_gps_accepted\": 5"));
   EXPECT_THAT(section(), HasSubstr("estimator/estimate.csv"));
@@ -203,8 +203,8 @@ TEST_F(EstimatorRecorderTest, ASourceThatDiesFailsTheMission) {
   ASSERT_TRUE(harness_.spin_until([&] { return own_status() != nullptr; }));
   EXPECT_EQ(own_status()->state, MissionStatus::FAILED);
   EXPECT_EQ(own_status()->message,
-            "nothing has arrived for 0.02 s, and 'robot' has not said that it is complete: 1 "
-            "estimates and 0 keyframes heard of");
+            "no message has arrived for 0.02 s, and 'robot' has not reported completion: 1 "
+            "estimates and 0 keyframes received");
 }
 
 TEST_F(EstimatorRecorderTest, CountsWhatItCannotRecordAndLosesNothingElse) {

@@ -130,7 +130,7 @@ TEST_F(EstimatorReportTest, WithoutTruthThereAreNoErrors) {
   report_.add_estimate(estimate(1.0, place(0.0, 0.0, 0.0)));
   EXPECT_FALSE(has_figure("position_rmse_m"));
   EXPECT_EQ(figure("estimates"), 1.0);
-  EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("no truth")));
+  EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("No ground truth")));
 }
 
 TEST_F(EstimatorReportTest, HowLongItTookToRun) {
@@ -140,7 +140,8 @@ TEST_F(EstimatorReportTest, HowLongItTookToRun) {
   EXPECT_THAT(report_.section("").notes, IsEmpty()) << "it has not said a time";
   waiting.header.stamp = to_message(at(100.0));
   (void)report_.add_state(waiting);
-  EXPECT_THAT(report_.section("").notes, Contains(HasSubstr("never ran; it waits for: a place")));
+  EXPECT_THAT(report_.section("").notes,
+              Contains(HasSubstr("did not start; it waits for: a place")));
   (void)report_.add_state(state(101.0, "aligning"));
   EXPECT_EQ(figure("keyframes"), 0.0);
   (void)report_.add_state(state(103.5, "running"));

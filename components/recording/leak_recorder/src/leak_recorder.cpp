@@ -40,7 +40,7 @@ const char* kind_name(std::uint8_t kind) {
     case LeakEvent::CLEARED:
       return "cleared";
     default:
-      throw std::invalid_argument("kind is none of RAISED, UPDATED, CLEARED");
+      throw std::invalid_argument("kind is not one of RAISED, UPDATED, CLEARED");
   }
 }
 
@@ -171,7 +171,7 @@ bool LeakRecorder::has_data() const {
 
 std::string LeakRecorder::counts() const {
   return std::to_string(tally_->pictures()) + " pictures and " + std::to_string(tally_->events()) +
-         " events heard of";
+         " events received";
 }
 
 MissionSection LeakRecorder::section(const std::string& figure_prefix) const {

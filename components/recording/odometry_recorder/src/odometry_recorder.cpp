@@ -48,20 +48,21 @@ OdometryRecorder::OdometryRecorder(ComponentOptions options)
     : MissionRecorder(std::move(options), "odometry") {
   completion_timeout_ = parameters().declare<double>(
       "completion_timeout", 5.0,
-      {.description = "s, how long after the source is complete messages may still arrive",
+      {.description =
+           "s after completion of the source in which delayed messages are still recorded",
        .floating_point_range = FloatingPointRange{0.01, 3600.0}});
   reference_file_ = parameters().declare<std::string>(
       "reference_file", "",
-      {.description = "CSV file with one row per reading that holds the reference; empty: none"});
+      {.description = "CSV file with the reference, one row per reading; empty: none"});
   reference_column_ = parameters().declare<std::string>(
       "reference_column", "paper",
       {.description = "its column of reference values for the fused distance, m"});
   table_rows_ = parameters().declare<std::int64_t>(
       "table_rows", 200,
-      {.description = "readings that the summary's table shows; the files hold all",
+      {.description = "readings shown in the summary's table; the files contain all",
        .integer_range = IntegerRange{1, 100000}});
   notes_ = parameters().declare<std::vector<std::string>>(
-      "notes", {}, {.description = "sentences to be printed below the table"});
+      "notes", {}, {.description = "sentences printed below the table"});
 }
 
 OdometryRecorder::~OdometryRecorder() = default;
@@ -116,14 +117,13 @@ void OdometryRecorder::on_readings(const Readings& message) {
   if (odometers == 0 || odometers > kMaximumOdometers || message.distance.size() != odometers ||
       message.valid.size() != odometers ||
       (has_standard_deviations && message.standard_deviation.size() != odometers)) {
-    report_fault("readings.malformed",
-                 "readings whose lists are not of one length are not recorded");
+    report_fault("readings.malformed", "readings with lists of different lengths are not recorded");
     return;
   }
   if (!accepts(message.name) ||
       (recording_->readings && recording_->has_standard_deviations != has_standard_deviations)) {
     report_fault("readings.other_odometers",
-                 "readings of other odometers than before are not recorded");
+                 "readings of different odometers than before are not recorded");
     return;
   }
   write_readings(
@@ -137,12 +137,12 @@ void OdometryRecorder::on_fused(const Fused& message) {
   if (odometers == 0 || odometers > kMaximumOdometers ||
       message.in_fusion_set.size() != odometers || message.rejection_reason.size() != odometers) {
     report_fault("fused.malformed",
-                 "fused distances whose lists are not of one length are not recorded");
+                 "fused distances with lists of different lengths are not recorded");
     return;
   }
   if (!accepts(message.name)) {
     report_fault("fused.other_odometers",
-                 "fused distances of other odometers than before are not recorded");
+                 "fused distances of different odometers than before are not recorded");
     return;
   }
   const OdometryReport::Fused fused{

@@ -51,14 +51,15 @@ std::string image_name(std::uint64_t number) {
 RackRecorder::RackRecorder(ComponentOptions options) : StreamRecorder(std::move(options), "rack") {
   image_period_ =
       parameters().declare<double>("image_period", 1.0,
-                                   {.description = "s between the images that are kept; 0: none",
+                                   {.description = "s between recorded images; 0: none",
                                     .floating_point_range = FloatingPointRange{0.0, 3600.0}});
   maximum_images_ =
       parameters().declare<std::int64_t>("maximum_images", 600,
-                                         {.description = "images that are kept of one flight",
+                                         {.description = "largest number of recorded images",
                                           .integer_range = IntegerRange{1, 1000000}});
   rack_ = parameters().declare<std::string>(
-      "rack", "", {.description = "YAML file with the pipes, kept with the flight; empty: none"});
+      "rack", "",
+      {.description = "YAML file with the pipes, copied to the recording; empty: none"});
 }
 
 RackRecorder::~RackRecorder() = default;
@@ -126,7 +127,7 @@ void RackRecorder::on_state(const State& message) {
   const std::size_t pipes = message.pipe.size();
   if (pipes > rack_vision::kMaxPipes || message.offset.size() != pipes ||
       message.offset_variance.size() != pipes || message.offset_observed.size() != pipes) {
-    throw std::invalid_argument("its lists are not of one length, or of more pipes than " +
+    throw std::invalid_argument("its lists have different lengths, or more pipes than " +
                                 std::to_string(rack_vision::kMaxPipes));
   }
   file("state.csv", state_csv_header).write(state_csv_line(message));
@@ -194,7 +195,7 @@ MissionSection RackRecorder::section(const std::string& figure_prefix) const {
   MissionSection section = report_->section(figure_prefix);
   if (images_ == most_images_) {
     section.notes.push_back("No more than the first " + std::to_string(images_) +
-                            " images were kept.");
+                            " images were recorded.");
   }
   section.notes.push_back("Data: " + data_folder_name() +
                           "/pose.csv, state.csv, offsets.csv, truth.csv, command.csv, "

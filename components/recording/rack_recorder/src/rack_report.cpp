@@ -112,7 +112,8 @@ MissionSection RackReport::section(const std::string& figure_prefix) const {
 
 void RackReport::add_table(MissionSection& section) const {
   section.columns = {
-      "error", "unit", "median", "95 %", "largest", "stated standard deviation", "within 1.96 [%]",
+      "error",           "unit", "median", "95 %", "largest", "estimated standard deviation",
+      "within 1.96 [%]",
   };
   const auto row = [&](const char* name, const char* unit_name, const Measure& measure, double unit,
                        bool of_one_axis) {
@@ -139,12 +140,11 @@ void RackReport::add_table(MissionSection& section) const {
 
 void RackReport::add_notes(MissionSection& section) const {
   if (poses_ > 0) {
-    section.notes.push_back(
-        position_.errors.count() > 0
-            ? "Errors of " + std::to_string(position_.errors.count()) +
-                  " poses against the truth of the simulation; the standard deviation is the root "
-                  "of the mean variance."
-            : "There is no truth at the times of the poses to compare them with.");
+    section.notes.push_back(position_.errors.count() > 0
+                                ? "Errors of " + std::to_string(position_.errors.count()) +
+                                      " poses compared with the truth of the simulation; the "
+                                      "standard deviation is the root of the mean variance."
+                                : "No ground truth is available at the times of the poses.");
   }
   if (!way_points_text_.empty()) {
     section.notes.push_back("The source: " + way_points_text_ + ".");

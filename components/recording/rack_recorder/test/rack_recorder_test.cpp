@@ -192,9 +192,9 @@ TEST_F(RackRecorderTest, ASourceThatDiesFailsTheMissionAndTheRecordingIsWhole) {
   ASSERT_TRUE(harness_.spin_until(
       [&] { return own_status() != nullptr && own_status()->state == MissionStatus::FAILED; }));
   EXPECT_EQ(own_status()->message,
-            "nothing has arrived for 0.02 s, and 'servo' has not said that it is complete: 1 poses "
+            "no message has arrived for 0.02 s, and 'servo' has not reported completion: 1 poses "
             "and 0 images recorded");
-  EXPECT_THAT(section(), HasSubstr("Failed: nothing has arrived"));
+  EXPECT_THAT(section(), HasSubstr("Failed: no message has arrived"));
   EXPECT_THAT(section(), HasSubstr("\"rack_position_median_m\""));
   EXPECT_THAT(section(), HasSubstr("\"rack_way_points_done\": 1"));
   EXPECT_EQ(lines("pose.csv"), 2U);

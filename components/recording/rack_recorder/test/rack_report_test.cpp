@@ -67,7 +67,8 @@ TEST(RackReport, DoesNotGuessATruth) {
   report.add_pose(pose(5.0, place(5.0, 0.0, 3.0)));
   report.add_pose(pose(0.5, place(5.0, 0.0, 3.0)));
   EXPECT_EQ(report.section("").figures.count("rack_position_median_m"), 0U);
-  EXPECT_THAT(report.section("").notes, Contains(HasSubstr("no truth at the times")));
+  EXPECT_THAT(report.section("").notes,
+              Contains(HasSubstr("No ground truth is available at the times")));
 }
 
 TEST(RackReport, ForgetsTheTruthOfATimeBefore) {

@@ -57,7 +57,7 @@ std::string picture_file(const ThermalImageReader::View& picture) {
       picture);
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(".png", grey, bytes)) {
-    throw std::invalid_argument("a picture cannot be encoded as PNG");
+    throw std::invalid_argument("an image cannot be encoded as PNG");
   }
   return {bytes.begin(), bytes.end()};
 }

@@ -34,7 +34,7 @@ constexpr std::array kArmStates{"idle",    "tracking", "holding", "searching",
 template <class Names>
 const char* name_of(const Names& names, std::uint8_t state) {
   if (state >= names.size()) {
-    throw std::invalid_argument("the state is none of STATE_*");
+    throw std::invalid_argument("the state is not one of STATE_*");
   }
   return names.at(state);
 }
@@ -89,11 +89,12 @@ TrackingRecorder::TrackingRecorder(ComponentOptions options)
     : StreamRecorder(std::move(options), "tracking"), tally_(std::make_unique<TrackingTally>()) {
   picture_interval_ = parameters().declare<double>(
       "picture_interval", 0.8,
-      {.description = "s between the pictures that are kept with their particles; 0: none",
+      {.description = "s between recorded images with their particles; 0: none",
        .floating_point_range = FloatingPointRange{0.0, 1e6}});
-  maximum_pictures_ = parameters().declare<std::size_t>(
-      "maximum_pictures", 600,
-      {.description = "that are kept of one mission", .integer_range = IntegerRange{0, 1000000}});
+  maximum_pictures_ =
+      parameters().declare<std::size_t>("maximum_pictures", 600,
+                                        {.description = "largest number of recorded images",
+                                         .integer_range = IntegerRange{0, 1000000}});
 }
 
 TrackingRecorder::~TrackingRecorder() = default;
@@ -168,7 +169,7 @@ void TrackingRecorder::on_particles(const Particles& message) {
   const std::size_t count = message.u.size();
   if (count > kMostParticles || message.v.size() != count || message.length.size() != count ||
       message.angle.size() != count || message.weight.size() != count) {
-    throw std::invalid_argument("more than 100000 particles, or arrays of other sizes");
+    throw std::invalid_argument("more than 100000 particles, or arrays of different sizes");
   }
   const Time stamp = from_message(message.header.stamp);
   if (stamp != last_picture_ || pictures_ == 0) {
@@ -205,7 +206,7 @@ void TrackingRecorder::on_joints(const JointState& message) {
   const std::size_t count = message.name.size();
   if (count > kMostJoints || message.position.size() != count ||
       (!message.velocity.empty() && message.velocity.size() != count)) {
-    throw std::invalid_argument("more than 1000 joints, or arrays of other sizes");
+    throw std::invalid_argument("more than 1000 joints, or arrays of different sizes");
   }
   for (std::size_t i = 0; i < count; ++i) {
     CsvLine line(from_message(message.header.stamp));
@@ -239,8 +240,8 @@ bool TrackingRecorder::has_data() const {
 }
 
 std::string TrackingRecorder::counts() const {
-  return std::to_string(tally_->pictures()) + " tracks of pictures and " +
-         std::to_string(tally_->arm_cycles()) + " cycles of the arm heard of";
+  return std::to_string(tally_->pictures()) + " tracks of images and " +
+         std::to_string(tally_->arm_cycles()) + " cycles of the arm received";
 }
 
 MissionSection TrackingRecorder::section(const std::string& figure_prefix) const {

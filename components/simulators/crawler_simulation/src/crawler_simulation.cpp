@@ -66,7 +66,7 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
       {.description = "CSV file with the joints of the pipe, see docs/weld_ledger.md"});
   seed_ = parameters().declare<std::int64_t>(
       "seed", 1,
-      {.description = "of everything that is drawn; the same seed gives the same run",
+      {.description = "seed of all random numbers; the same seed gives the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
   rate_ = parameters().declare<double>(
       "rate", 1.0,
@@ -74,9 +74,14 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of odometer/readings and "
-                      "of eddy_current are matched",
+      {.description = "number of matched subscriptions of odometer/readings and of eddy_current "
+                      "before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
+  step_time_out_ = parameters().declare<double>(
+      "step_time_out", to_seconds(LockStepOptions{}.time_out),
+      {.description = "s of real time that consumers may take for one step before those that are "
+                      "not through are left out",
+       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   declare_wheel_parameters();
   declare_drive_parameters();
   declare_imu_parameters();
@@ -92,7 +97,7 @@ void CrawlerSimulation::declare_wheel_parameters() {
       "wheels", {"wheel_1", "wheel_2", "wheel_3"}, {.description = "names of the odometers"});
   kinds_ = parameters().declare<std::vector<std::string>>(
       "kinds", {},
-      {.description = "one per wheel: 'absolute' counter or 'increment' since the sample before; "
+      {.description = "one per wheel: 'absolute' counter or 'increment' since the previous sample; "
                       "empty: all absolute"});
   periods_ = parameters().declare<std::vector<double>>(
       "periods", {},
@@ -104,7 +109,7 @@ void CrawlerSimulation::declare_wheel_parameters() {
        .floating_point_range = FloatingPointRange{-0.3, 0.3}});
   wear_ = parameters().declare<std::vector<double>>(
       "wear_per_metre", {},
-      {.description = "1/m, change of the scale along the way, one per wheel; empty: none",
+      {.description = "1/m, change of the scale by wear, one per wheel; empty: none",
        .floating_point_range = FloatingPointRange{-1e-3, 1e-3}});
   resolution_ = parameters().declare<double>(
       "resolution", wheel.resolution,
@@ -115,30 +120,30 @@ void CrawlerSimulation::declare_wheel_parameters() {
        .floating_point_range = kNotNegative});
   dropped_share_ = parameters().declare<double>(
       "dropped_share", 0.0,
-      {.description = "of the samples, that never come", .floating_point_range = kShare});
+      {.description = "share of the samples that are dropped", .floating_point_range = kShare});
   nan_share_ = parameters().declare<double>(
       "nan_share", 0.0,
-      {.description = "of the samples, that come as NaN", .floating_point_range = kShare});
+      {.description = "share of the samples that are NaN", .floating_point_range = kShare});
   slip_spacing_ = parameters().declare<double>(
       "slip.spacing", crawler.slip_spacing,
       {.description = "m, mean path between bursts of slip of one wheel; 0: none",
        .floating_point_range = kNotNegative});
   slip_most_ = parameters().declare<double>(
       "slip.most", crawler.slip_most,
-      {.description = "largest share of the distance that a slip loses",
+      {.description = "largest share of the distance lost in a slip",
        .floating_point_range = FloatingPointRange{crawler.slip_least, 1.0}});
-  slip_together_ =
-      parameters().declare<double>("slip.together_share", crawler.slip_together_share,
-                                   {.description = "of the bursts, in which two wheels slip alike",
-                                    .floating_point_range = kShare});
+  slip_together_ = parameters().declare<double>(
+      "slip.together_share", crawler.slip_together_share,
+      {.description = "share of the bursts in which two wheels slip equally",
+       .floating_point_range = kShare});
   stick_spacing_ = parameters().declare<double>(
       "stick_spacing", crawler.stick_spacing,
       {.description = "m, mean path between times that a wheel is stuck; 0: never",
        .floating_point_range = kNotNegative});
-  gravity_slip_ =
-      parameters().declare<double>("gravity_slip", wheel.gravity_slip,
-                                   {.description = "share that all wheels lose on a vertical climb",
-                                    .floating_point_range = FloatingPointRange{0.0, 0.5}});
+  gravity_slip_ = parameters().declare<double>(
+      "gravity_slip", wheel.gravity_slip,
+      {.description = "share of the distance that all wheels lose on a vertical climb",
+       .floating_point_range = FloatingPointRange{0.0, 0.5}});
 }
 
 void CrawlerSimulation::declare_drive_parameters() {
@@ -149,7 +154,7 @@ void CrawlerSimulation::declare_drive_parameters() {
        .integer_range = IntegerRange{0, 1'000'000}});
   length_ = parameters().declare<double>(
       "length", 1e6,
-      {.description = "m that the crawler goes, to the end of the pipe at most",
+      {.description = "m, distance to travel, limited to the end of the pipe",
        .floating_point_range = FloatingPointRange{0.1, 1e6}});
   speed_ = parameters().declare<double>(
       "speed", motion.speed,
@@ -159,7 +164,7 @@ void CrawlerSimulation::declare_drive_parameters() {
       {.description = "m, mean distance between stops", .floating_point_range = kPositive});
   reverse_share_ = parameters().declare<double>(
       "reverse_share", motion.reverse_share,
-      {.description = "of the stops, after which the crawler first goes back a little",
+      {.description = "share of the stops after which the crawler first reverses",
        .floating_point_range = FloatingPointRange{0.0, 0.9}});
   joint_error_ = parameters().declare<double>(
       "joint_error", 0.01,
@@ -171,17 +176,17 @@ void CrawlerSimulation::declare_imu_parameters() {
   route_ = parameters().declare<std::string>(
       "route", "",
       {.description = "CSV file with the bends of the pipe, see docs/components/"
-                      "crawler_simulation.md; empty: it is straight and level"});
+                      "crawler_simulation.md; empty: straight and level"});
   imu_ = parameters().declare<std::string>(
       "imu", "industrial",
-      {.description = "errors of the IMU at the probe: tactical, industrial or consumer; none: "
-                      "there is no IMU"});
+      {.description =
+           "errors of the IMU at the probe: tactical, industrial or consumer; none: no IMU"});
   imu_rate_ = parameters().declare<double>(
       "imu_rate", 100.0,
       {.description = "Hz", .floating_point_range = FloatingPointRange{10.0, 1000.0}});
   standing_ =
       parameters().declare<double>("standing", 3.0,
-                                   {.description = "s that the crawler stands before it starts",
+                                   {.description = "s of standstill before the start",
                                     .floating_point_range = FloatingPointRange{0.0, 3600.0}});
 }
 
@@ -198,13 +203,13 @@ void CrawlerSimulation::declare_signal_parameters() {
   const FloatingPointRange per_km{0.0, 100.0};
   valves_ = parameters().declare<double>(
       "valves_per_km", pipe.valves_per_km,
-      {.description = "that look like many welds at once", .floating_point_range = per_km});
+      {.description = "features that resemble many welds at once", .floating_point_range = per_km});
   bends_ = parameters().declare<double>(
       "bends_per_km", pipe.bends_per_km,
-      {.description = "that lift the coil off", .floating_point_range = per_km});
+      {.description = "features that lift the coil off", .floating_point_range = per_km});
   dents_ = parameters().declare<double>(
       "dents_per_km", pipe.dents_per_km,
-      {.description = "that look like wide welds", .floating_point_range = per_km});
+      {.description = "features that resemble wide welds", .floating_point_range = per_km});
 }
 
 SimulatedRunParameters CrawlerSimulation::run_parameters() const {
@@ -260,7 +265,6 @@ CallbackReturn CrawlerSimulation::on_configure() {
   }
   names_ = wheels_.get();
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
-  period_ = from_seconds(kStep / rate_.get());
   run_.emplace(run_parameters(), read_tally(file));
   steps_ = 0;
   standing_steps_ = static_cast<std::uint64_t>(std::ceil(standing_.get() / kStep));
@@ -273,6 +277,16 @@ CallbackReturn CrawlerSimulation::on_configure() {
   readings_publisher_ =
       create_publisher(topics::kOdometerReadings, {.events = {.matched = matched}});
   samples_publisher_ = create_publisher(topics::kEddyCurrent, {.events = {.matched = matched}});
+  lock_step_.emplace(
+      *this, *clock_publisher_.untyped(),
+      LockStepOptions{.period = from_seconds(kStep / rate_.get()),
+                      .time_out = from_seconds(step_time_out_.get())},
+      [this] { return step(); },
+      [this](const std::string& who) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited "
+                                          "for any more");
+      });
   logger().info("a run of " + std::to_string(std::lround(run_->duration())) + " s");
   return CallbackReturn::kSuccess;
 }
@@ -289,13 +303,13 @@ CallbackReturn CrawlerSimulation::on_activate() {
 
 CallbackReturn CrawlerSimulation::on_deactivate() {
   active_ = false;
-  timer_.reset();
+  lock_step_->pause();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn CrawlerSimulation::on_cleanup() {
   active_ = false;
-  timer_.reset();
+  lock_step_.reset();
   clock_publisher_ = {};
   truth_publisher_ = {};
   true_odometry_publisher_ = {};
@@ -313,12 +327,12 @@ bool CrawlerSimulation::is_heard() const {
 }
 
 void CrawlerSimulation::start_if_heard() {
-  if (active_ && !timer_ && steps_ < total_steps_ && is_heard()) {
-    timer_ = create_timer(period_, [this] { step(); });
+  if (active_ && lock_step_ && steps_ < total_steps_ && is_heard()) {
+    lock_step_->resume();
   }
 }
 
-void CrawlerSimulation::step() {
+bool CrawlerSimulation::step() {
   const double until =
       kStep * (static_cast<double>(++steps_) - static_cast<double>(standing_steps_));
   Clock clock;
@@ -332,11 +346,12 @@ void CrawlerSimulation::step() {
   if (steps_ == total_steps_ || steps_ * 100 / total_steps_ != (steps_ - 1) * 100 / total_steps_) {
     report_progress(steps_, total_steps_);
   }
-  if (steps_ == total_steps_) {
-    timer_.reset();
-    report_complete("the crawler has gone " +
-                    std::to_string(std::lround(run_->position(until).distance)) + " m");
+  if (steps_ < total_steps_) {
+    return true;
   }
+  report_complete("the crawler has travelled " +
+                  std::to_string(std::lround(run_->position(until).distance)) + " m");
+  return false;
 }
 
 void CrawlerSimulation::publish_readings(double until) {

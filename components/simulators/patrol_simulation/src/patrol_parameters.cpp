@@ -40,7 +40,7 @@ RoadClass road_of(const std::string& name) {
       return road;
     }
   }
-  throw std::invalid_argument("parameter 'terrain': '" + name + "' is none of A, B, C, D, E");
+  throw std::invalid_argument("parameter 'terrain': '" + name + "' is not one of A, B, C, D, E");
 }
 
 /// One of its kind, as such things are.
@@ -87,7 +87,7 @@ ThermalDecoy typical(ThermalDecoyKind kind, double place) {
 PatrolParameters::PatrolParameters(Parameters& parameters) {
   seed_ = parameters.declare<std::int64_t>(
       "seed", 1,
-      {.description = "of everything that is drawn; the same seed gives the same run",
+      {.description = "seed of all random numbers; the same seed gives the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
   declare_row(parameters);
   declare_robot(parameters);
@@ -100,11 +100,11 @@ void PatrolParameters::declare_row(Parameters& parameters) {
   row_position_ = parameters.declare<std::vector<double>>(
       "row.position", {0.0, 10.0, 0.0},
       {.description = "m, x y z in the map of the ground below the beginning of the tube"});
-  row_yaw_ = parameters.declare<double>(
-      "row.yaw", 0.0,
-      {.description = "rad: where the tube leads to, from map x towards map y; the robot passes on "
-                      "its right side",
-       .floating_point_range = FloatingPointRange{-7.0, 7.0}});
+  row_yaw_ =
+      parameters.declare<double>("row.yaw", 0.0,
+                                 {.description = "rad: direction of the tube, from map x towards "
+                                                 "map y; the robot passes on its right side",
+                                  .floating_point_range = FloatingPointRange{-7.0, 7.0}});
   length_ = parameters.declare<double>(
       "row.length", scene.length,
       {.description = "m, of the tube", .floating_point_range = FloatingPointRange{1.0, 5000.0}});
@@ -117,16 +117,16 @@ void PatrolParameters::declare_row(Parameters& parameters) {
       {.description = "degrees Celsius", .floating_point_range = FloatingPointRange{20.0, 500.0}});
   leaks_ = parameters.declare<std::vector<double>>(
       "leaks", {40.0, 0.3, 80.0, 90.0, 1.5, 160.0},
-      {.description = "place, length, rise of one leak after the other: m along the tube, m, K "
-                      "above it"});
+      {.description =
+           "position, length and temperature rise of each leak in turn: m along the tube, m, K"});
   const auto decoys = [&parameters](const char* name, const char* description) {
     return parameters.declare<std::vector<double>>(name, {}, {.description = description});
   };
   bright_joints_ = decoys("decoys.bright_joints",
-                          "m along the tube: the joints nearest to these places shine brightly");
-  reflections_ = decoys("decoys.reflections",
-                        "m along the tube, of reflections that move along with the robot");
-  warm_supports_ = decoys("decoys.warm_supports", "m along the tube, of warm posts before it");
+                          "m along the tube: the joints nearest to these positions are bright");
+  reflections_ =
+      decoys("decoys.reflections", "m along the tube, of reflections that move with the robot");
+  warm_supports_ = decoys("decoys.warm_supports", "m along the tube, of warm posts in front of it");
   sun_glints_ = decoys("decoys.sun_glints", "m along the tube, of short and bright reflections");
   hot_bodies_ = decoys("decoys.hot_bodies", "m along the tube, of warm bodies behind it");
 }
@@ -138,11 +138,12 @@ void PatrolParameters::declare_robot(Parameters& parameters) {
   speed_ = parameters.declare<double>(
       "speed", patrol.speed,
       {.description = "m/s, of the robot", .floating_point_range = FloatingPointRange{0.1, 20.0}});
-  distance_ = parameters.declare<double>("distance", patrol.distance,
-                                         {.description = "m, of its way from the tube, level",
-                                          .floating_point_range = FloatingPointRange{1.0, 100.0}});
+  distance_ =
+      parameters.declare<double>("distance", patrol.distance,
+                                 {.description = "m, horizontal distance of its path from the tube",
+                                  .floating_point_range = FloatingPointRange{1.0, 100.0}});
   standing_ = parameters.declare<double>("standing", 5.0,
-                                         {.description = "s that it stands before it drives",
+                                         {.description = "s of standstill before the start",
                                           .floating_point_range = FloatingPointRange{0.0, 1000.0}});
   imu_ = parameters.declare<std::string>(
       "imu", "industrial",
@@ -155,8 +156,8 @@ void PatrolParameters::declare_robot(Parameters& parameters) {
       {.description = "Hz", .floating_point_range = FloatingPointRange{0.1, 50.0}});
   gps_deviation_ = parameters.declare<double>(
       "gps.deviation", 0.05,
-      {.description = "m, standard deviation of fixes per level axis, half of its square "
-                      "correlated over 30 s; twice that upwards",
+      {.description = "m, standard deviation of fixes per horizontal axis, half of the variance "
+                      "correlated over 30 s; twice that vertically",
        .floating_point_range = FloatingPointRange{0.001, 50.0}});
   datum_ = parameters.declare<std::vector<double>>(
       "datum", {36.66, -5.83, 60.0},
@@ -174,7 +175,7 @@ void PatrolParameters::declare_camera(Parameters& parameters) {
       {.description = "mono16: counts of the sensor; mono8: grey levels of camera.grey_range"});
   grey_range_ = parameters.declare<std::vector<double>>(
       "camera.grey_range", {100.0, 300.0},
-      {.description = "degrees Celsius, of black and of white, of mono8"});
+      {.description = "degrees Celsius, of black and white in mono8"});
   width_ =
       parameters.declare<int>("camera.width", camera.camera.width,
                               {.description = "pixels", .integer_range = IntegerRange{16, 2048}});
@@ -187,41 +188,41 @@ void PatrolParameters::declare_camera(Parameters& parameters) {
       "camera.position", {0.2, 0.2, 1.2}, {.description = "m, x y z of the camera in base_link"});
   camera_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
       "camera.roll_pitch_yaw", {},
-      {.description = "rad, of the optical frame in base_link; empty: to the left, at the tube"});
+      {.description =
+           "rad, of the optical frame in base_link; empty: to the left, towards the tube"});
   netd_ = parameters.declare<double>("camera.netd", camera.netd,
                                      {.description = "K, noise of a black body at 30 degC",
                                       .floating_point_range = FloatingPointRange{0.0, 5.0}});
-  exposure_ = parameters.declare<double>(
-      "camera.exposure", camera.exposure,
-      {.description = "s, blurs what moves", .floating_point_range = FloatingPointRange{0.0, 0.1}});
+  exposure_ = parameters.declare<double>("camera.exposure", camera.exposure,
+                                         {.description = "s, causes motion blur",
+                                          .floating_point_range = FloatingPointRange{0.0, 0.1}});
   dead_share_ = parameters.declare<double>("camera.dead_share", camera.dead_share,
-                                           {.description = "of the pixels, that are dead",
+                                           {.description = "share of dead pixels",
                                             .floating_point_range = FloatingPointRange{0.0, 0.2}});
 }
 
 void PatrolParameters::declare_arm(Parameters& parameters) {
   const simulation::ArmDynamicsParameters dynamics;
-  arm_mounted_ = parameters.declare<bool>(
-      "arm.mounted", false,
-      {.description = "the camera is at the end of an arm, and camera.position and "
-                      "camera.roll_pitch_yaw do not count"});
+  arm_mounted_ =
+      parameters.declare<bool>("arm.mounted", false,
+                               {.description = "the camera is mounted on an arm; camera.position "
+                                               "and camera.roll_pitch_yaw are not used"});
   arm_urdf_file_ = parameters.declare<std::string>(
       "arm.urdf_file", "",
-      {.description = "robot description of the arm; empty: the arm of six joints that comes with "
-                      "pipescout_manipulation"});
+      {.description =
+           "robot description of the arm; empty: the six-joint arm of pipescout_manipulation"});
   arm_camera_frame_ = parameters.declare<std::string>("arm.camera_frame", "camera_optical_frame",
                                                       {.description = "link of the camera"});
   arm_start_ = parameters.declare<std::vector<double>>(
       "arm.start", manipulation::ArmControllerParameters{}.ready,
-      {.description = "rad, one per joint: where it is at the start"});
+      {.description = "rad, one per joint: initial position"});
   arm_rate_ = parameters.declare<double>("arm.rate", 100.0,
                                          {.description = "Hz, of joint_states; the period is "
                                                          "rounded to 2 ms",
                                           .floating_point_range = FloatingPointRange{10.0, 500.0}});
-  arm_delay_ =
-      parameters.declare<double>("arm.delay", dynamics.delay,
-                                 {.description = "s from a command to the first motion for it",
-                                  .floating_point_range = FloatingPointRange{0.0, 0.5}});
+  arm_delay_ = parameters.declare<double>("arm.delay", dynamics.delay,
+                                          {.description = "s, latency of a command",
+                                           .floating_point_range = FloatingPointRange{0.0, 0.5}});
   arm_acceleration_ =
       parameters.declare<double>("arm.largest_acceleration", dynamics.largest_acceleration,
                                  {.description = "rad/s^2, of each joint",
@@ -247,7 +248,7 @@ void PatrolParameters::add_bodies(simulation::ThermalSceneParameters& scene) con
   const auto leaks = leaks_.share();
   if (leaks->size() % kLeakValues != 0) {
     throw std::invalid_argument("parameter 'leaks' has " + std::to_string(leaks->size()) +
-                                " values: must be threes");
+                                " values: must be a multiple of three");
   }
   for (std::size_t i = 0; i < leaks->size(); i += kLeakValues) {
     scene.leaks.push_back(

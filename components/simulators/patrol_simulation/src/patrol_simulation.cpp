@@ -28,8 +28,6 @@ constexpr Time kStart{std::chrono::seconds(1000)};
 constexpr const char* kMapFrame = "map";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kCameraFrame = "thermal_optical";
-/// s, by which an estimate of the robot's pose may be behind.
-constexpr double kOdometryLag = 0.05;
 constexpr std::array kWheelNames{"front_left", "front_right", "rear_left", "rear_right"};
 constexpr double kOdometerDeviation = 0.01;  // m, stated of a reading
 
@@ -47,18 +45,14 @@ PatrolSimulation::PatrolSimulation(ComponentOptions options)
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of thermal/image_raw and "
-                      "of thermal/camera_info are matched",
+      {.description = "number of matched subscriptions of thermal/image_raw and of "
+                      "thermal/camera_info before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
-  lock_step_ = parameters().declare<bool>(
-      "lock_step", true,
-      {.description = "with an arm: simulated time waits for the command that answers the last "
-                      "joint_states, for the track of the image before and for odometry, of those "
-                      "that there are, so that slow machines give the same run"});
-  lock_step_time_out_ =
-      parameters().declare<double>("lock_step_time_out", 1.0,
-                                   {.description = "s of real time: waits no longer for an answer",
-                                    .floating_point_range = FloatingPointRange{1e-3, 1e3}});
+  step_time_out_ = parameters().declare<double>(
+      "step_time_out", to_seconds(LockStepOptions{}.time_out),
+      {.description = "s of real time that consumers may take for one step before those that are "
+                      "not through are left out",
+       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
 }
 
 PatrolSimulation::~PatrolSimulation() = default;
@@ -84,9 +78,6 @@ CallbackReturn PatrolSimulation::on_configure() {
   robot_steps_per_step_ = std::max<std::int64_t>(
       1, std::llround(image_period / static_cast<double>(steps_per_image_) / GroundRobot::kStep));
   step_period_ = static_cast<double>(robot_steps_per_step_) * GroundRobot::kStep;
-  real_period_ = from_seconds(step_period_ / rate_.get());
-  waits_for_answers_ = with_arm && lock_step_.get();
-  time_out_ = from_seconds(lock_step_time_out_.get());
   camera_frame_ = with_arm ? parameters.arm->camera_link : kCameraFrame;
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   const double way = parameters.patrol.end - parameters.patrol.begin;
@@ -95,10 +86,6 @@ CallbackReturn PatrolSimulation::on_configure() {
                                            (static_cast<double>(steps_per_image_) * step_period_)));
   steps_ = 0;
   images_ = 0;
-  command_.stamp.reset();
-  track_.stamp.reset();
-  odometry_.stamp.reset();
-  waiting_ = false;
   complete_ = false;
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
@@ -116,14 +103,16 @@ CallbackReturn PatrolSimulation::on_configure() {
     command_subscription_ = create_subscription(
         topics::kArmCommand, [this](const JointTrajectory& message) { on_command(message); });
   }
-  if (waits_for_answers_) {
-    track_subscription_ = create_subscription(topics::kPipeTrack, [this](const PipeTrack& message) {
-      hear(track_, from_message(message.header.stamp));
-    });
-    odometry_subscription_ = create_subscription(
-        topics::kOdometryFiltered,
-        [this](const Odometry& message) { hear(odometry_, from_message(message.header.stamp)); });
-  }
+  lock_step_.emplace(
+      *this, *clock_publisher_.untyped(),
+      LockStepOptions{.period = from_seconds(step_period_ / rate_.get()),
+                      .time_out = from_seconds(step_time_out_.get())},
+      [this] { return next_step(); },
+      [this](const std::string& who) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited "
+                                          "for any more");
+      });
   return CallbackReturn::kSuccess;
 }
 
@@ -131,7 +120,7 @@ CallbackReturn PatrolSimulation::on_activate() {
   active_ = true;
   if (steps_ == 0) {
     report_progress(0, expected_images_,
-                    "waits for subscriptions of thermal/image_raw and thermal/camera_info");
+                    "waiting for subscriptions of thermal/image_raw and thermal/camera_info");
   }
   start_if_heard();
   return CallbackReturn::kSuccess;
@@ -139,14 +128,13 @@ CallbackReturn PatrolSimulation::on_activate() {
 
 CallbackReturn PatrolSimulation::on_deactivate() {
   active_ = false;
-  waiting_ = false;
-  timer_.reset();
+  lock_step_->pause();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn PatrolSimulation::on_cleanup() {
   active_ = false;
-  timer_.reset();
+  lock_step_.reset();
   clock_publisher_ = {};
   true_leaks_publisher_ = {};
   true_odometry_publisher_ = {};
@@ -158,8 +146,6 @@ CallbackReturn PatrolSimulation::on_cleanup() {
   true_track_publisher_ = {};
   joint_publisher_ = {};
   command_subscription_ = {};
-  track_subscription_ = {};
-  odometry_subscription_ = {};
   drive_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -168,60 +154,15 @@ void PatrolSimulation::start_if_heard() {
   const bool heard = image_publisher_ && camera_info_publisher_ &&
                      image_publisher_.subscription_count() >= wanted_subscribers_ &&
                      camera_info_publisher_.subscription_count() >= wanted_subscribers_;
-  if (active_ && heard && !timer_) {
-    next_step_not_before_ = steady_now();
-    schedule();
-  }
-}
-
-void PatrolSimulation::schedule() {
-  timer_.reset();
-  if (complete_) {
-    return;
-  }
-  const Duration left = next_step_not_before_ - steady_now();
-  const Duration delay = waiting_ ? time_out_ : std::max(left, Duration(1));
-  timer_ = create_timer(delay, [this] {
-    timer_.reset();
-    if (std::exchange(waiting_, false)) {
-      if (const Answer* const missing = missing_answer()) {
-        report_fault(std::string(missing->name) + ".missing",
-                     "nothing on " + std::string(missing->name) + " has answered within " +
-                         std::to_string(to_seconds(time_out_)) + " s");
-      }
-    }
-    next_step();
-  });
-}
-
-const PatrolSimulation::Answer* PatrolSimulation::missing_answer() const {
-  if (command_.stamp && *command_.stamp < last_stamp_) {
-    return &command_;
-  }
-  // A tracker answers from the first image on, so that none overruns its queue.
-  const bool tracked = track_.stamp || track_subscription_.publisher_count() > 0;
-  if (tracked && steps_ % steps_per_image_ == 0 &&
-      track_.stamp.value_or(Time::min()) < last_image_stamp_) {
-    return &track_;
-  }
-  if (odometry_.stamp && *odometry_.stamp < last_stamp_ - from_seconds(kOdometryLag)) {
-    return &odometry_;
-  }
-  return nullptr;
-}
-
-void PatrolSimulation::hear(Answer& answer, Time stamp) {
-  answer.stamp = stamp;
-  if (waiting_ && missing_answer() == nullptr) {
-    waiting_ = false;
-    schedule();
+  if (active_ && heard && lock_step_ && !complete_) {
+    lock_step_->resume();
   }
 }
 
 void PatrolSimulation::on_command(const JointTrajectory& message) {
   const manipulation::ArmModel& arm = *drive_->arm();
   if (message.points.empty()) {
-    report_fault("command.points.empty", "a command has no points: it is not taken");
+    report_fault("command.points.empty", "a command has no points: ignored");
     return;
   }
   const auto& point = message.points.back();
@@ -245,17 +186,14 @@ void PatrolSimulation::on_command(const JointTrajectory& message) {
     report_fault("command.refused", std::string("a command is refused: ") + error.what());
     return;
   }
-  hear(command_, from_message(message.header.stamp));
 }
 
-void PatrolSimulation::next_step() {
+bool PatrolSimulation::next_step() {
   const double time =
       static_cast<double>(static_cast<std::int64_t>(steps_) * robot_steps_per_step_) *
       GroundRobot::kStep;
   drive_->drive_until(time);
   const Time stamp = at(time);
-  last_stamp_ = stamp;
-  next_step_not_before_ = steady_now() + real_period_;
   Clock clock;
   clock.clock = to_message(stamp);
   clock_publisher_.publish(std::move(clock));
@@ -270,7 +208,6 @@ void PatrolSimulation::next_step() {
   publish_fixes();
   publish_true_odometry(stamp);
   if (steps_ % steps_per_image_ == 0) {
-    last_image_stamp_ = stamp;
     publish_true_track(stamp);
     publish_image(stamp);
     ++images_;
@@ -282,11 +219,10 @@ void PatrolSimulation::next_step() {
   ++steps_;
   complete_ = drive_->arrived();
   if (complete_) {
-    report_complete("the robot has gone " +
+    report_complete("the robot has driven " +
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
   }
-  waiting_ = waits_for_answers_ && missing_answer() != nullptr;
-  schedule();
+  return !complete_;
 }
 
 void PatrolSimulation::publish_joints(Time stamp) {

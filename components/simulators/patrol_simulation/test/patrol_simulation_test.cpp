@@ -166,17 +166,16 @@ trajectory_msgs::msg::JointTrajectory stay(const sensor_msgs::msg::JointState& j
   return command;
 }
 
-TEST(PatrolSimulation, WaitsForTheAnswerOfTheArm) {
+TEST(PatrolSimulation, CarriesAnArmThatDoesWhatItIsTold) {
   ComponentHarness harness;
   auto& simulation = harness.make<PatrolSimulation>(
-      {.name = "patrol",
-       .parameters = short_patrol({{"arm.mounted", true}, {"lock_step_time_out", 2.0}})});
+      {.name = "patrol", .parameters = short_patrol({{"arm.mounted", true}})});
   const auto joints = harness.collect(topics::kJointStates);
   const auto images = harness.collect(topics::kThermalImage);
   const auto truth = harness.collect(topics::kTruePipeTrack);
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.bring_up(simulation).success);
-  ASSERT_TRUE(harness.spin_until([&] { return joints.size() > 2; })) << "no arm has spoken yet";
+  ASSERT_TRUE(harness.spin_until([&] { return joints.size() > 2; }));
   EXPECT_EQ(joints.back().name.size(), 6U);
   EXPECT_EQ(from_message(joints.at(1).header.stamp) - from_message(joints.at(0).header.stamp),
             std::chrono::milliseconds(10));
@@ -190,11 +189,6 @@ TEST(PatrolSimulation, WaitsForTheAnswerOfTheArm) {
   EXPECT_GT(images.size(), 3U);
   EXPECT_EQ(truth.size(), images.size());
   EXPECT_EQ(images.back().header.frame_id, "camera_optical_frame");
-  // Nobody answers any more: it goes on after a while, and that is told.
-  const std::size_t answered = joints.size();
-  ASSERT_TRUE(harness.spin_until([&] { return joints.size() > answered + 1; }));
-  EXPECT_NE(harness.value(harness.next_diagnostics(simulation), "arm/command.missing"),
-            std::nullopt);
 }
 
 TEST(PatrolSimulation, CommandsThatAreNoneAreCounted) {
@@ -234,9 +228,9 @@ std::string refusal(std::vector<NamedParameter> parameters) {
 }
 
 TEST(PatrolSimulation, NamesWhatIsWrong) {
-  EXPECT_THAT(refusal({{"terrain", "F"}}), HasSubstr("'terrain': 'F' is none of A, B, C, D, E"));
+  EXPECT_THAT(refusal({{"terrain", "F"}}), HasSubstr("'terrain': 'F' is not one of A, B, C, D, E"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{1, 2}}}),
-              HasSubstr("'leaks' has 2 values: must be threes"));
+              HasSubstr("'leaks' has 2 values: must be a multiple of three"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{400, 0.3, 80}}}),
               HasSubstr("leaks[0].place: 400"));
   EXPECT_THAT(refusal({{"row.position", std::vector<double>{1}}}),

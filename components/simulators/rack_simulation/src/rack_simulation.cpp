@@ -62,33 +62,29 @@ void RackSimulation::declare_run_parameters() {
       "rack", "", {.description = "YAML file with the rack, see docs/rack_file.md"});
   seed_ = parameters().declare<std::int64_t>(
       "seed", 1,
-      {.description = "of everything that is drawn; the same seed and commands give the same run",
+      {.description = "seed of all random numbers; the same seed and commands give the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
-  duration_ =
-      parameters().declare<double>("duration", 60.0,
-                                   {.description = "s of simulated time, then it is complete",
-                                    .floating_point_range = FloatingPointRange{0.1, 1e5}});
+  duration_ = parameters().declare<double>("duration", 60.0,
+                                           {.description = "s of simulated time until completion",
+                                            .floating_point_range = FloatingPointRange{0.1, 1e5}});
   rate_ = parameters().declare<double>(
       "rate", 1.0,
       {.description = "largest speed of the simulation, as a multiple of real time",
        .floating_point_range = FloatingPointRange{1e-2, 1e3}});
   wait_for_subscribers_ = parameters().declare<int>(
       "wait_for_subscribers", 1,
-      {.description = "nothing is published before so many subscriptions of camera/image_raw and "
-                      "of camera/camera_info are matched",
+      {.description = "number of matched subscriptions of camera/image_raw and of "
+                      "camera/camera_info before the simulation starts",
        .integer_range = IntegerRange{0, 1000}});
-  lock_step_ = parameters().declare<bool>(
-      "lock_step", true,
-      {.description = "simulated time waits for the command that answers the last image, so that "
-                      "slow machines give the same run"});
-  lock_step_time_out_ =
-      parameters().declare<double>("lock_step_time_out", 1.0,
-                                   {.description = "s of real time: waits no longer for a command",
-                                    .floating_point_range = FloatingPointRange{1e-3, 1e3}});
+  step_time_out_ = parameters().declare<double>(
+      "step_time_out", to_seconds(LockStepOptions{}.time_out),
+      {.description = "s of real time that consumers may take for one step before those that are "
+                      "not through are left out",
+       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   latency_ = parameters().declare<double>(
       "latency", 0.03,
-      {.description = "s of simulated time from an image to when its command takes effect, with "
-                      "lock_step; at most until the next image",
+      {.description = "s of simulated time from an image to when its command takes effect; at most "
+                      "until the next image",
        .floating_point_range = FloatingPointRange{0.0, 10.0}});
 }
 
@@ -102,23 +98,24 @@ void RackSimulation::declare_flight_parameters() {
       parameters().declare<double>("start.yaw", 0.0,
                                    {.description = "rad, from rack x towards rack y",
                                     .floating_point_range = FloatingPointRange{-7.0, 7.0}});
-  frame_id_ =
-      parameters().declare<std::string>("frame_id", "rack", {.description = "of the true poses"});
+  frame_id_ = parameters().declare<std::string>("frame_id", "rack",
+                                                {.description = "frame of the true poses"});
   offsets_ = parameters().declare<std::vector<double>>(
       "offsets", {},
-      {.description = "m along rack x, one per pipe: where they really are, against the rack file; "
-                      "empty: as it says",
+      {.description =
+           "m along rack x, one per pipe: true offsets relative to the rack file; empty: none",
        .floating_point_range = FloatingPointRange{-1.0, 1.0}});
   plain_ = parameters().declare<std::vector<double>>(
       "plain", {},
-      {.description = "from, to, from, to ... along rack y, m: where pipes have no texture"});
-  clutter_share_ =
-      parameters().declare<double>("clutter_share", scene.clutter_share,
-                                   {.description = "of the contours, that are hidden or imitated",
-                                    .floating_point_range = kShare});
+      {.description =
+           "from, to, from, to ... along rack y, m: intervals in which the pipes have no texture"});
+  clutter_share_ = parameters().declare<double>(
+      "clutter_share", scene.clutter_share,
+      {.description = "share of the contours that are hidden or imitated",
+       .floating_point_range = kShare});
   ground_height_ = parameters().declare<double>(
       "ground_height", scene.ground_height,
-      {.description = "m, rack z of the ground; the wind, too, is by the height above it",
+      {.description = "m, rack z of the ground; also the height reference of the wind",
        .floating_point_range = FloatingPointRange{-100.0, -0.5}});
   wind_speed_ = parameters().declare<double>(
       "wind.speed", wind.speed_at_20_feet,
@@ -126,19 +123,19 @@ void RackSimulation::declare_flight_parameters() {
        .floating_point_range = FloatingPointRange{0.0, 40.0}});
   wind_direction_ = parameters().declare<double>(
       "wind.direction", wind.direction,
-      {.description = "rad: where it blows to, from rack x towards rack y",
+      {.description = "rad: direction in which it blows, from rack x towards rack y",
        .floating_point_range = FloatingPointRange{-7.0, 7.0}});
   velocity_error_ = parameters().declare<double>(
       "velocity_error", uav.velocity_error,
-      {.description = "m/s, standard deviation of what the autopilot's own velocity is off by",
+      {.description = "m/s, standard deviation of the autopilot's velocity error",
        .floating_point_range = FloatingPointRange{0.0, 1.0}});
 }
 
 void RackSimulation::declare_imu_parameters() {
   imu_ = parameters().declare<std::string>(
       "imu", "industrial",
-      {.description = "errors of the IMU at base_link: tactical, industrial or consumer; none: "
-                      "there is no IMU"});
+      {.description =
+           "errors of the IMU at base_link: tactical, industrial or consumer; none: no IMU"});
   imu_rate_ =
       parameters().declare<double>("imu_rate", 200.0,
                                    {.description = "Hz; the period is rounded to ms",
@@ -172,9 +169,9 @@ void RackSimulation::declare_camera_parameters() {
       "camera.roll_pitch_yaw", {},
       {.description = "rad, of the optical frame in base_link; empty: straight down, the upper "
                       "border of the image forward"});
-  exposure_ = parameters().declare<double>(
-      "camera.exposure", sensor.exposure,
-      {.description = "s, blurs what moves", .floating_point_range = FloatingPointRange{0.0, 0.1}});
+  exposure_ = parameters().declare<double>("camera.exposure", sensor.exposure,
+                                           {.description = "s, causes motion blur",
+                                            .floating_point_range = FloatingPointRange{0.0, 0.1}});
   read_noise_ =
       parameters().declare<double>("camera.read_noise", sensor.read_noise,
                                    {.description = "grey levels, standard deviation",
@@ -253,15 +250,11 @@ CallbackReturn RackSimulation::on_configure() {
   flight_.emplace(flight);
   camera_ = flight.camera;
   frame_ = frame_id_.get();
-  waits_for_commands_ = lock_step_.get();
-  time_out_ = from_seconds(lock_step_time_out_.get());
   image_period_ = std::round(1.0 / image_rate_.get() / Uav::kStep) * Uav::kStep;
   latency_of_commands_ = std::min(latency_.get(), image_period_);
-  real_period_ = from_seconds(image_period_ / rate_.get());
   total_images_ = static_cast<std::uint64_t>(std::ceil(duration_.get() / image_period_));
   wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   images_ = 0;
-  waiting_ = false;
   answer_.reset();
   const auto matched = [this](std::size_t) { start_if_heard(); };
   clock_publisher_ = create_publisher(topics::kClock);
@@ -272,6 +265,16 @@ CallbackReturn RackSimulation::on_configure() {
   image_publisher_ = create_publisher(topics::kCameraImage, {.events = {.matched = matched}});
   command_subscription_ = create_subscription(
       topics::kVelocityCommand, [this](const Twist& message) { on_command(message); });
+  lock_step_.emplace(
+      *this, *clock_publisher_.untyped(),
+      LockStepOptions{.period = from_seconds(image_period_ / rate_.get()),
+                      .time_out = from_seconds(step_time_out_.get())},
+      [this] { return next_image(); },
+      [this](const std::string& who) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited "
+                                          "for any more");
+      });
   return CallbackReturn::kSuccess;
 }
 
@@ -279,7 +282,7 @@ CallbackReturn RackSimulation::on_activate() {
   active_ = true;
   if (images_ == 0) {
     report_progress(0, total_images_,
-                    "waits for subscriptions of camera/image_raw and camera/camera_info");
+                    "waiting for subscriptions of camera/image_raw and camera/camera_info");
   }
   start_if_heard();
   return CallbackReturn::kSuccess;
@@ -287,14 +290,13 @@ CallbackReturn RackSimulation::on_activate() {
 
 CallbackReturn RackSimulation::on_deactivate() {
   active_ = false;
-  waiting_ = false;
-  timer_.reset();
+  lock_step_->pause();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn RackSimulation::on_cleanup() {
   active_ = false;
-  timer_.reset();
+  lock_step_.reset();
   command_subscription_ = {};
   clock_publisher_ = {};
   truth_publisher_ = {};
@@ -310,50 +312,33 @@ void RackSimulation::start_if_heard() {
   const bool heard = image_publisher_ && camera_info_publisher_ &&
                      image_publisher_.subscription_count() >= wanted_subscribers_ &&
                      camera_info_publisher_.subscription_count() >= wanted_subscribers_;
-  if (active_ && heard && !timer_) {
-    next_image_not_before_ = steady_now();
-    schedule();
+  if (active_ && heard && lock_step_ && images_ < total_images_) {
+    lock_step_->resume();
   }
 }
 
-void RackSimulation::schedule() {
-  timer_.reset();
-  if (images_ == total_images_) {
-    return;
-  }
-  const Duration left = next_image_not_before_ - steady_now();
-  const Duration delay = waiting_ ? time_out_ : std::max(left, Duration(1));
-  timer_ = create_timer(delay, [this] {
-    timer_.reset();
-    if (std::exchange(waiting_, false)) {
-      report_fault("command.missing", "no command has answered an image within " +
-                                          std::to_string(to_seconds(time_out_)) + " s");
-    }
-    next_image();
-  });
-}
-
-void RackSimulation::next_image() {
+bool RackSimulation::next_image() {
   if (answer_) {
     flight_->fly_until(to_seconds(last_stamp_ - kStart) + latency_of_commands_);
     flight_->command(*answer_);
     answer_.reset();
+  } else if (images_ > 0) {
+    report_fault("command.missing", "no command has answered an image");
   }
   const double time = static_cast<double>(images_) * image_period_;
   flight_->fly_until(time);
   last_stamp_ = at(time);
-  next_image_not_before_ = steady_now() + real_period_;
-  waiting_ = waits_for_commands_;
   publish_image(last_stamp_);
   ++images_;
   // At most a hundred reports.
   if (images_ * 100 / total_images_ != (images_ - 1) * 100 / total_images_) {
     report_progress(images_, total_images_);
   }
-  if (images_ == total_images_) {
-    report_complete("the UAV has flown " + std::to_string(std::lround(time)) + " s");
+  if (images_ < total_images_) {
+    return true;
   }
-  schedule();
+  report_complete("the UAV has flown " + std::to_string(std::lround(time)) + " s");
+  return false;
 }
 
 void RackSimulation::publish_image(Time stamp) {
@@ -415,16 +400,10 @@ void RackSimulation::on_command(const Twist& message) {
   const simulation::UavCommand command{.velocity = {linear.x, linear.y, linear.z},
                                        .yaw_rate = angular.z};
   if (!command.velocity.allFinite() || !std::isfinite(command.yaw_rate)) {
-    report_fault("command.not_a_number", "a command is not finite: it is not taken");
+    report_fault("command.not_a_number", "a command is not finite: ignored");
     return;
   }
-  if (!waits_for_commands_) {
-    flight_->command(command);
-  } else if (waiting_ && from_message(message.header.stamp) >= last_stamp_) {
-    answer_ = command;
-    waiting_ = false;
-    schedule();
-  }
+  answer_ = command;
 }
 
 }  // namespace pipescout

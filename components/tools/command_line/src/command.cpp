@@ -24,7 +24,7 @@ std::string unknown_command(const CLI::App& app, const std::vector<std::string>&
     }
     if (chosen == nullptr) {
       return "unknown command '" + word + "'" + suggestion(word, names) +
-             " Run with --help for what there is.";
+             " Run with --help for the list of commands.";
     }
     group = chosen;
   }

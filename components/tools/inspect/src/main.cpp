@@ -66,13 +66,13 @@ int inspect_leaks(const Arguments& arguments) {
   for (const std::string& problem : problems) {
     std::cerr << "warning: " << problem << '\n';
   }
-  std::cout << of(result.pictures, "picture") << ", " << result.with_pipes << " with pipes, "
-            << of(result.leak_detections, "leak") << " in single pictures\n"
+  std::cout << of(result.pictures, "image") << ", " << result.with_pipes << " with pipes, "
+            << of(result.leak_detections, "leak") << " in single images\n"
             << of(result.raised, "finding") << " raised, " << result.candidates
-            << " more with too little evidence\n"
+            << " more with insufficient evidence\n"
             << (options.out / "report.html").string() << '\n';
   if (result.failed > 0) {
-    std::cerr << "error: " << of(result.failed, "picture") << " could not be used\n";
+    std::cerr << "error: " << of(result.failed, "image") << " could not be used\n";
   }
   return result.failed > 0 ? kExitError : kExitOk;
 }
@@ -81,28 +81,27 @@ void add_commands(CLI::App& app, Action& action) {
   app.require_subcommand(1);
   auto arguments = std::make_shared<Arguments>();
   auto* leaks = app.add_subcommand(
-      "leaks", "Find leaks in a folder of thermal pictures; writes findings and a report");
+      "leaks", "Detect leaks in a folder of thermal images; writes findings and a report");
   leaks
-      ->add_option(
-          "pictures", arguments->pictures,
-          "Folder of pictures; thermal.yaml, survey.yaml and poses.csv in it say how to read "
-          "them. Or a mission folder with pictures that leak_inspector kept")
+      ->add_option("pictures", arguments->pictures,
+                   "Folder of images; thermal.yaml, survey.yaml and poses.csv in it describe them. "
+                   "Or a mission folder with images recorded by leak_inspector")
       ->required()
       ->check(CLI::ExistingDirectory);
   leaks
       ->add_option("--out", arguments->out,
-                   "Folder of leaks.sqlite, which keeps findings of other days, report.html, "
+                   "Folder of leaks.sqlite (with the findings of all days), report.html, "
                    "leaks.geojson, leaks.kml and leaks.csv")
       ->required();
   leaks
       ->add_option("--poses", arguments->poses,
-                   "CSV file: where the robot was at each picture; in place of poses.csv")
+                   "CSV file with the pose of the robot for each image; instead of poses.csv")
       ->check(CLI::ExistingFile);
   std::vector<std::string> names;
   for (const thermal::DetectorPreset preset : thermal::kDetectorPresets) {
     names.emplace_back(to_string(preset));
   }
-  leaks->add_option("--preset", arguments->preset, "In place of that of survey.yaml")
+  leaks->add_option("--preset", arguments->preset, "Instead of the preset of survey.yaml")
       ->check(CLI::IsMember(names));
   leaks->callback([=, &action] { action = [=] { return inspect_leaks(*arguments); }; });
 }

@@ -90,7 +90,7 @@ TEST_F(InspectCommand, WritesFindingsAndAReport) {
   }
   const Finished done = run({"night", "--out", "found"});
   EXPECT_EQ(done.code(), 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("5 pictures, 5 with pipes, 5 leaks in single pictures"),
+  EXPECT_THAT(done.out, AllOf(HasSubstr("5 images, 5 with pipes, 5 leaks in single images"),
                               HasSubstr("1 finding raised"), HasSubstr("found/report.html")));
   EXPECT_THAT(done.err, HasSubstr("[####################] 5 of 5 pictures"));
   EXPECT_THAT(content(path("found/report.html")), HasSubstr("id=\"leak1\""));
@@ -106,9 +106,9 @@ TEST_F(InspectCommand, TellsWhatItCannotUseAndGoesOn) {
   write("night/2.tiff", picture(false));
   const Finished done = run({"night", "--out", "found", "--preset", "torresol"});
   EXPECT_EQ(done.code(), 1);
-  EXPECT_THAT(done.out, HasSubstr("2 pictures, 2 with pipes, 0 leaks in single pictures"));
+  EXPECT_THAT(done.out, HasSubstr("2 images, 2 with pipes, 0 leaks in single images"));
   EXPECT_THAT(done.err, AllOf(HasSubstr("warning: night/1.jpg: is empty"),
-                              HasSubstr("error: 1 picture could not be used")));
+                              HasSubstr("error: 1 image could not be used")));
 }
 
 TEST_F(InspectCommand, WhatCannotBegin) {
@@ -117,7 +117,7 @@ TEST_F(InspectCommand, WhatCannotBegin) {
   EXPECT_EQ(run({"night", "--out", "found", "--preset", "warm"}).code(), 2);
   const Finished empty = run({"night", "--out", "found"});
   EXPECT_EQ(empty.code(), 1);
-  EXPECT_THAT(empty.err, HasSubstr("error: night: holds no picture"));
+  EXPECT_THAT(empty.err, HasSubstr("error: night: contains no image"));
   EXPECT_THAT(empty.out, IsEmpty());
 }
 

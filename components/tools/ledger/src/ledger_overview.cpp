@@ -58,11 +58,11 @@ void print_ledger(std::ostream& out, const WeldLedger& ledger) {
   out << "A ledger of " << of(ledger.welds.size(), "girth weld") << ", " << first.id << " at "
       << fixed(first.chainage, 3) << " m to " << last.id << " at " << fixed(last.chainage, 3)
       << " +- " << fixed(last.standard_deviation, 3) << " m\n";
-  out << "  confirmed  " << count(WeldVerdict::kConfirmed) << "  seen by two runs or more\n";
+  out << "  confirmed  " << count(WeldVerdict::kConfirmed) << " detected by two runs or more\n";
   out << "  single     " << count(WeldVerdict::kSingle)
-      << "  seen by one run, and no other has passed\n";
+      << " detected by one run, and no other has passed\n";
   out << "  doubtful   " << count(WeldVerdict::kDoubtful)
-      << "  seen by one run, and others passed without seeing it\n";
+      << " detected by one run and missed by others\n";
   out << "  map        "
       << (mapped == 0 ? "none"
                       : std::to_string(mapped) + " welds, " +

@@ -126,14 +126,14 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
       << "The ledger: " << of(ledger_.welds.size(), "girth weld") << " of "
       << of(ledger_.runs.size(), "run") << ", " << fixed(ledger_.welds.front().chainage, 1)
       << " to " << fixed(ledger_.welds.back().chainage, 1) << " m\n"
-      << (alignment.reversed ? "Aligned: the run goes against the ledger's direction\n"
+      << (alignment.reversed ? "Aligned: the run has the opposite direction of the ledger\n"
                              : "Aligned\n")
       << "  matched       " << matches.size() << " of the run's " << within
       << " welds where the two overlap, " << percent(matches.size(), within) << '\n'
       << "  missing       " << count("missing") << " in the ledger and not in the run\n"
       << "  new           " << count("new") << " in the run and not in the ledger\n"
       << "  ambiguous     " << count("ambiguous")
-      << " in the run, too near to a weld of the ledger to be another one\n"
+      << " in the run, too close to a weld of the ledger to be a different one\n"
       << "  beyond        " << count("beyond") << " of the run and " << ledger_beyond_
       << " of the ledger, before the first or behind the last that matched\n"
       << "  scale         " << fixed(scale_, 6) << " m of the ledger per metre of the run\n"
@@ -145,7 +145,7 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
       << at(matches[largest_difference_]) << "), the ledger's chainage "
       << (alignment.reversed ? "plus" : "minus") << " the run's\n";
   if (!welds_.empty()) {
-    out << "\nWelds without a partner (probability: that it has one all the same)\n";
+    out << "\nUnmatched welds (probability: that the weld has a match)\n";
     TextTable table({"", "run m", "ledger m", "+- m", "weld", "probability"});
     for (std::size_t k = 0; k < std::min(most_rows, welds_.size()); ++k) {
       const auto& weld = welds_[k];
@@ -182,7 +182,7 @@ void AlignmentReport::print_features(std::ostream& out, std::size_t most) const 
   }
   out << '\n'
       << of(places_.size(), "feature")
-      << " on the ledger (a weld and the metres behind it find one again; \"at m\" counts from the "
+      << " on the ledger (located by a weld and the distance behind it; \"at m\" is from the "
          "origin)\n";
   if (worst != nullptr) {
     out << "  The list itself says for " << given

@@ -33,7 +33,7 @@ std::string read_list_text(const std::string& path) {
   if (const auto zero = text.find('\0'); zero != std::string::npos) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(zero);
     throw CsvError(path, 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n')),
-                   "is no text: it holds a zero byte");
+                   "is not text: it contains a zero byte");
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     throw CsvError(path, 0, "is empty; a header line is needed");

@@ -265,11 +265,11 @@ void add_run_options(CLI::App& command, Options& options) {
   command.add_option("run", options.run, "List of the run's girth welds and features, or a tally")
       ->required();
   command.add_option("--columns", options.columns,
-                     "YAML file that says which columns of the list mean what; a ledger or a tally "
-                     "in the ledger's own format needs none");
-  command.add_option("--name", options.name, "Name of the run; that of the file without it")
+                     "YAML file that maps the columns of the list; not needed for a ledger or a "
+                     "tally in the ledger's format");
+  command.add_option("--name", options.name, "Name of the run; default: name of the file")
       ->check(header_text());
-  command.add_option("--date", options.date, "Date of the run, for people")->check(header_text());
+  command.add_option("--date", options.date, "Date of the run, informative")->check(header_text());
 }
 
 /// Two results in one file would leave the last of them, and one in place of an input would leave
@@ -298,8 +298,7 @@ void add_commands(CLI::App& app, Action& action) {
 
   auto* build_command = app.add_subcommand("build", "Make a ledger of one run or a tally");
   add_run_options(*build_command, *options);
-  build_command->add_option("--survey", options->survey,
-                            "Points along the pipe whose place on the map is known, CSV");
+  build_command->add_option("--survey", options->survey, "Surveyed points along the pipe, CSV");
   build_command->add_option("--out", options->out, "The ledger, CSV")->required();
   build_command->add_option("--geojson", options->geojson, "Write the ledger as a map too");
   build_command->callback([=, &action] {
@@ -310,12 +309,12 @@ void add_commands(CLI::App& app, Action& action) {
 
   auto* align_command = app.add_subcommand(
       "align",
-      "Find the welds of a run in a ledger by their joint lengths, and place its features");
+      "Align the welds of a run with a ledger by their joint lengths, and locate its features");
   add_run_options(*align_command, *options);
   align_command->add_option("ledger", options->ledger, "The ledger, CSV")->required();
   align_command->add_option("--out", options->out, "The ledger with this run in it, CSV");
   align_command->add_option("--features", options->features,
-                            "The run's features with their places in LEDGER, CSV");
+                            "The run's features with their positions in LEDGER, CSV");
   align_command->add_option("--report", options->report, "The matched welds, CSV");
   align_command->add_option("--json", options->json, "The figures of the summary");
   align_command->callback([=, &action] {
@@ -325,7 +324,7 @@ void add_commands(CLI::App& app, Action& action) {
     action = [=] { return align(*options); };
   });
 
-  auto* show_command = app.add_subcommand("show", "Print what a ledger holds");
+  auto* show_command = app.add_subcommand("show", "Print the content of a ledger");
   show_command->add_option("ledger", options->ledger, "The ledger, CSV")->required();
   show_command->add_option("--geojson", options->geojson, "Write the ledger as a map too");
   show_command->callback([=, &action] {

@@ -129,7 +129,7 @@ class ListReader {
   void add_weld(std::size_t row, double chainage) {
     if (!run_.welds.empty() && !(chainage > run_.welds.back().chainage)) {
       table_.refuse(row, distance_,
-                    table_.cell(row, distance_) + " does not rise from " +
+                    table_.cell(row, distance_) + " is not above " +
                         table_.cell(last_weld_, distance_) + ", the girth weld before, line " +
                         std::to_string(table_.line(last_weld_)));
     }
@@ -238,7 +238,7 @@ WeldLedger read_ledger(const std::string& path) {
     throw CsvError(path, error.line(),
                    (error.field().empty() ? "" : "column '" + error.field() + "': ") +
                        error.problem() +
-                       (foreign ? " (a list with columns of its own needs --columns)" : ""));
+                       (foreign ? " (a list with other columns needs --columns)" : ""));
   }
 }
 
@@ -265,7 +265,7 @@ odometry::CentreLine read_survey(const std::string& path) {
     }
     if (!points.empty() && !(map_distance(frame, points.back().position.coordinates,
                                           point.position.coordinates) > 0.0)) {
-      table.refuse(row, columns.front(), "the point is where the one before is");
+      table.refuse(row, columns.front(), "the point coincides with the previous one");
     }
     point.position.standard_deviation = sigma ? table.required(row, *sigma) : kSurveySigma;
     if (point.position.standard_deviation < 0.0) {
@@ -275,7 +275,7 @@ odometry::CentreLine read_survey(const std::string& path) {
     if (point.chainage && last_chainage && !(*point.chainage > *last_chainage)) {
       table.refuse(
           row, *chainage,
-          table.cell(row, *chainage) + " does not rise from " + format_csv_number(*last_chainage));
+          table.cell(row, *chainage) + " is not above " + format_csv_number(*last_chainage));
     }
     last_chainage = point.chainage ? point.chainage : last_chainage;
     points.push_back(point);

@@ -167,7 +167,7 @@ TEST_F(LedgerCommand, FindsTheRunFromTheOtherEnd) {
   }
   write("back.csv", back);
   EXPECT_THAT(out({"align", "back.csv", "ledger.csv", "--columns", "m.yaml", "--json", "f.json"}),
-              AllOf(HasSubstr("the run goes against the ledger's direction"),
+              AllOf(HasSubstr("the run has the opposite direction of the ledger"),
                     HasSubstr("matched       40 of the run's 41"), HasSubstr("chainage plus")));
   EXPECT_EQ(nlohmann::json::parse(content(path("f.json")))["reversed"], true);
 }
@@ -271,14 +271,14 @@ TEST_F(LedgerCommand, BadFilesAreNamedWithTheirLine) {
   EXPECT_THAT(error({"build", "first.csv", "--columns", "none.yaml", "--out", "x.csv"}),
               StartsWith("error: none.yaml: "));
   EXPECT_THAT(error({"build", "first.csv", "--out", "x.csv"}),
-              StartsWith("error: first.csv:1: column 'joint': is no column of a ledger"));
+              StartsWith("error: first.csv:1: column 'joint': is not a column of a ledger"));
   EXPECT_THAT(error({"show", "none.csv"}), "error: none.csv: No such file or directory\n");
-  EXPECT_THAT(error({"show", "."}), "error: .: is no regular file\n");
+  EXPECT_THAT(error({"show", "."}), "error: .: is not a regular file\n");
   write("empty.csv", "");
   EXPECT_THAT(error({"show", "empty.csv"}), StartsWith("error: empty.csv: is empty"));
   write("twice.csv", "id,chainage_m\nA,5\nB,5\n");
   EXPECT_THAT(error({"show", "twice.csv"}),
-              "error: twice.csv:3: column 'chainage_m': 5 does not rise from 5\n");
+              "error: twice.csv:3: column 'chainage_m': 5 is not above 5\n");
   EXPECT_THAT(error({"build", "first.csv", "--columns", "m.yaml", "--out", "none/x.csv"}),
               HasSubstr("none/x.csv"));
   const auto plain = run({"show", "ledger.csv", "--geojson", "map.json"});

@@ -101,9 +101,9 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
   const auto rows = [&](const std::string& text) { return error(kHeader + text); };
   EXPECT_EQ(rows("GWD,5,,,\nGWD,,,,\n"), "run.csv:3: column 'log [ft]': is missing");
   EXPECT_EQ(rows("GWD,5,,,\nGWD,5,,,\n"),
-            "run.csv:3: column 'log [ft]': 5 does not rise from 5, the girth weld before, line 2");
+            "run.csv:3: column 'log [ft]': 5 is not above 5, the girth weld before, line 2");
   EXPECT_EQ(rows("GWD,5,,,\nTap,1,,,\n\nGWD,4,,,\n"),
-            "run.csv:5: column 'log [ft]': 4 does not rise from 5, the girth weld before, line 2");
+            "run.csv:5: column 'log [ft]': 4 is not above 5, the girth weld before, line 2");
   EXPECT_EQ(rows("GWD,\"1,234.5\",,,\n"),
             "run.csv:2: column 'log [ft]': '1,234.5' is not a finite number; write it without "
             "thousands separators and with a decimal point");
@@ -117,7 +117,8 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
   EXPECT_EQ(rows(""), "run.csv: has a header but no rows");
   EXPECT_EQ(error(""), "run.csv: is empty; a header line is needed");
   EXPECT_EQ(error("\xFF\xFE"), "run.csv: is UTF-16; save it as UTF-8");
-  EXPECT_EQ(error(kHeader + std::string("a\0", 2)), "run.csv:2: is no text: it holds a zero byte");
+  EXPECT_EQ(error(kHeader + std::string("a\0", 2)),
+            "run.csv:2: is not text: it contains a zero byte");
   EXPECT_EQ(error("event,log [ft],event,o'clock,to weld\nGWD,1,,,\n"),
             "run.csv:1: two columns are named 'event'");
 }
@@ -141,7 +142,7 @@ TEST_F(RunFiles, LedgersAndTalliesNeedNoMapping) {
   EXPECT_EQ(run.ledger->welds[1].id, "B");
   EXPECT_TRUE(run.features.empty());
   EXPECT_EQ(ledger_error("event,log\nGWD,1\n"),
-            "run.csv:1: column 'event': is no column of a ledger (a list with columns of its own "
+            "run.csv:1: column 'event': is not a column of a ledger (a list with other columns "
             "needs --columns)");
   EXPECT_EQ(ledger_error("id,joint_length_m\nA,12\nB,-1\nC,\n"),
             "run.csv:3: column 'joint_length_m': -1 is not above 0");
@@ -158,10 +159,10 @@ TEST_F(RunFiles, SurveysAreReadAndChecked) {
   EXPECT_EQ(rows("59,5,0,1,\n91,5,0,1,\n"),
             "run.csv:3: column 'latitude_deg': 91 is outside [-90, 90] degrees");
   EXPECT_EQ(rows("59,5,0,1,\n59,5,0,1,\n"),
-            "run.csv:3: column 'latitude_deg': the point is where the one before is");
+            "run.csv:3: column 'latitude_deg': the point coincides with the previous one");
   EXPECT_EQ(rows("59,5,0,-1,\n"), "run.csv:2: column 'position_sd_m': -1 is below 0");
   EXPECT_EQ(rows("59,5,0,1,7\n59,6,0,1,\n59,7,0,1,7\n"),
-            "run.csv:4: column 'chainage_m': 7 does not rise from 7");
+            "run.csv:4: column 'chainage_m': 7 is not above 7");
   EXPECT_EQ(rows("59,,0,1,7\n"), "run.csv:2: column 'longitude_deg': is missing");
   EXPECT_EQ(rows("59,5,0,1,7\n"), "run.csv: a survey needs at least 2 points");
   EXPECT_THAT(survey_error("lat,lon\n1,2\n"),
@@ -178,7 +179,7 @@ TEST_F(RunFiles, UnreadableAndHugeFilesAreErrors) {
   EXPECT_THAT(error_of([&] { return read_ledger(path); }), StartsWith("run.csv: is larger than "));
   std::filesystem::remove(path);
   std::filesystem::create_directory(path);
-  EXPECT_EQ(error_of([&] { return read_ledger(path); }), "run.csv: is no regular file");
+  EXPECT_EQ(error_of([&] { return read_ledger(path); }), "run.csv: is not a regular file");
 }
 
 }  // namespace

@@ -25,9 +25,9 @@ class Subject:
 
 
 SUBJECTS = {
-    "odometry": Subject("odometry", "odometers, welds and places in the pipe", "in-pipe", aligns=True),
+    "odometry": Subject("odometry", "odometers, welds and positions in the pipe", "in-pipe", aligns=True),
     "rack": Subject("rack.subject", "flights over a pipe rack", "rack"),
-    "estimator": Subject("estimator.subject", "a state estimator, and why it said so", "estimator"),
+    "estimator": Subject("estimator.subject", "a state estimator and its sources", "estimator"),
     "tracking": Subject("tracking.subject", "the track of a pipe, and the arm", "tracking"),
 }
 DEBIAN_PACKAGES = {"matplotlib": "python3-matplotlib", "numpy": "python3-numpy", "PIL": "python3-pil",
@@ -48,21 +48,21 @@ def main(arguments: Sequence[str]) -> int:
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="pipescout plot", allow_abbrev=False,
-        description="Draw pictures of what a mission recorded; prints the path of each picture.")
+        description="Plot a recorded mission; prints the path of each plot.")
     subjects = parser.add_subparsers(dest="subject", required=True, metavar="SUBJECT")
     for name, subject in SUBJECTS.items():
         command = subjects.add_parser(name, allow_abbrev=False, help=subject.help,
-                                      description=f"Pictures of {subject.help}.")
+                                      description=f"Plots of {subject.help}.")
         command.add_argument("result", type=Path, metavar="RESULT",
                              help="a mission folder, or the JSON file of "
                              f"`pipescout reproduce {subject.table}`")
         command.add_argument("--out", type=Path, metavar="DIR",
-                             help="folder of the pictures; default: RESULT/pictures")
+                             help="folder of the plots; default: RESULT/pictures")
         command.add_argument("--format", choices=("svg", "png"), default="svg",
-                             help="of all but animations, which are GIF; default: %(default)s")
+                             help="format of the plots except animations, which are GIF; default: %(default)s")
         if subject.aligns:
             command.add_argument("--alignment", type=Path, metavar="FILE",
-                                 help="what `pipescout ledger align --report` wrote; default: "
+                                 help="output of `pipescout ledger align --report`; default: "
                                  "RESULT/alignment.csv")
     return parser.parse_args(_with_values_joined(arguments))
 
@@ -84,6 +84,6 @@ def _explain_missing(problem: ModuleNotFoundError) -> None:
                if importlib.util.find_spec(module) is None]
     if not missing:
         raise problem
-    sys.exit(f"pipescout plot: {sys.executable} cannot load what draws the pictures ({problem}); install "
+    sys.exit(f"pipescout plot: {sys.executable} cannot load the plotting library ({problem}); install "
              f"the Debian package{'s' if len(missing) > 1 else ''} {', '.join(missing)}, or name another "
              "Python in PIPESCOUT_PYTHON")

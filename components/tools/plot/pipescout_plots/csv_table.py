@@ -33,14 +33,14 @@ class Table:
 
     def require_finite(self, column: str) -> None:
         """Raises BadData when a value is none, or no finite number."""
-        self._refuse(column, ~numpy.isfinite(self.numbers[column]), "is no finite number")
+        self._refuse(column, ~numpy.isfinite(self.numbers[column]), "is not a finite number")
 
     def require_rising(self, column: str) -> None:
         """Raises BadData unless the column's values are finite and never fall."""
         values = self.numbers[column]
         wrong = ~numpy.isfinite(values)
         wrong[1:] |= numpy.diff(values) < 0
-        self._refuse(column, wrong, "does not come after the line before")
+        self._refuse(column, wrong, "is not after the previous line")
 
     def _refuse(self, column: str, wrong: numpy.ndarray, why: str) -> None:
         if wrong.any():
@@ -114,11 +114,11 @@ def _rows(path: Path, file) -> Iterator[tuple[int, list[str]]]:
 def _header(path: Path, rows: Iterator[tuple[int, list[str]]]) -> list[str]:
     first = next(rows, None)
     if first is None:
-        raise BadData(f"{path}: empty: not even a line of column names")
+        raise BadData(f"{path}: empty: the line of column names is missing")
     header = first[1]
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
-        raise BadData(f"{path}: line 1: column {_list(twice)} twice")
+        raise BadData(f"{path}: line 1: duplicate column {_list(twice)}")
     return header
 
 
@@ -127,7 +127,7 @@ def _number(path: Path, line: int, column: str, text: str) -> float:
     try:
         return float(text) if text else numpy.nan
     except ValueError:
-        raise BadData(f"{path}: line {line}: column '{column}': '{text}' is no number") from None
+        raise BadData(f"{path}: line {line}: column '{column}': '{text}' is not a number") from None
 
 
 def _is_cut(path: Path) -> bool:

@@ -24,23 +24,23 @@ _WHY = "the recorder of a crawler writes it when its record_signal is true"
 
 def draw(recording: Recording) -> Figure:
     samples = recording.table("eddy_current.csv", _WHY, ["stamp", "x1", "y1"])
-    fused = recording.table("fused.csv", "without the odometers the signal has no place",
+    fused = recording.table("fused.csv", "without the odometers the signal has no position",
                             ["stamp", "distance"])
     fused.require_rising("stamp")
     known = numpy.isfinite(fused.numbers["distance"])
     if not known.any():
-        raise Missing(f"{fused.path} has no distance that is a number")
+        raise Missing(f"{fused.path} has no valid distance")
     distance = numpy.interp(samples.numbers["stamp"], fused.numbers["stamp"][known],
                             fused.numbers["distance"][known], left=numpy.nan, right=numpy.nan)
     if not numpy.isfinite(distance).any():
-        raise Missing(f"{samples.path} has no sample of the time of {fused.path}")
+        raise Missing(f"{samples.path} has no sample within the time of {fused.path}")
     return _picture(samples, distance, _welds(recording))
 
 
 def _welds(recording: Recording) -> Table | None:
     columns = ["stamp", "distance", "confidence"]
     try:
-        welds = recording.table("welds.csv", "no weld was found", columns, ["weld_id"])
+        welds = recording.table("welds.csv", "no weld was detected", columns, ["weld_id"])
     except Missing as reason:
         recording.notes.append(f"eddy_current has no welds: {reason}")
         return None

@@ -23,7 +23,7 @@ def draw_error(axes: Axes, time: TimeAxis, stamps: numpy.ndarray, error: numpy.n
     beyond = numpy.abs(error) > limit
     if beyond.any():
         axes.plot(time(stamps[beyond]), numpy.sign(error[beyond]) * 0.95 * limit, ".",
-                  color=style.VERMILLION, markersize=3.5, markeredgewidth=0, label="error beyond the axis")
+                  color=style.VERMILLION, markersize=3.5, markeredgewidth=0, label="error outside the axis")
 
 
 def _usual(values: numpy.ndarray, share: float) -> numpy.ndarray:

@@ -101,7 +101,7 @@ def _draw_remainder(axes: Axes, columns: dict[str, numpy.ndarray], unit: float) 
     axes.plot(*decimate(chainage / unit, rest, style.GROUPS), color=style.BLUE, linewidth=0.6)
     axes.set_ylabel("rest [m]")
     line = f"{offset:.2f} m {'-' if slope < 0 else '+'} {100 * abs(slope):.3f} % of the chainage"
-    axes.set_title("difference less " + line.replace("-", "\N{MINUS SIGN}"), loc="right", fontsize=6, pad=2)
+    axes.set_title("difference minus " + line.replace("-", "\N{MINUS SIGN}"), loc="right", fontsize=6, pad=2)
 
 
 def _draw_unmatched(axes: Axes, table: Table, unit: float) -> None:

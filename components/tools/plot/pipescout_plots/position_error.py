@@ -13,7 +13,7 @@ from .decimation import decimate, envelope, one_way_pieces
 from .recording import Missing, Recording
 
 _COLUMNS = ["stamp", "odometer_distance", "joint", "distance_into_joint", "chainage"]
-_NO_TRUTH = "only a simulated run knows where it really was"
+_NO_TRUTH = "ground truth is available in simulated runs only"
 
 
 def draw(recording: Recording) -> Figure:
@@ -27,7 +27,7 @@ def draw(recording: Recording) -> Figure:
     travelled = _interpolated(positions.numbers["stamp"], truth, "odometer_distance")
     error = position_error(positions, truth)
     if not numpy.isfinite(error).any():
-        raise Missing(f"{positions.path} knows no place at a time of {truth.path}")
+        raise Missing(f"{positions.path} has no position within the time of {truth.path}")
     return _picture(recording, positions, truth, travelled, error)
 
 
@@ -119,7 +119,7 @@ def _line(axes: Axes, x: numpy.ndarray, y: numpy.ndarray, limit: float, colour: 
         edge = numpy.where(beyond & (sign * y > 0), sign * 0.98 * limit, numpy.nan)
         if numpy.isfinite(edge).any():
             axes.plot(*decimate(x, edge, style.GROUPS), color=colour, linewidth=1.5,
-                      linestyle=(0, (1, 1)), label="beyond the axis")
+                      linestyle=(0, (1, 1)), label="outside the axis")
 
 
 def _draw_welds(axes: Axes, recording: Recording, truth: Table) -> None:
@@ -138,7 +138,7 @@ def _draw_events(axes: Axes, numbers: dict[str, numpy.ndarray], travelled: numpy
     if locked.any():
         place = travelled[int(numpy.argmax(locked))]
         axes.axvline(place, color=style.GREEN, linewidth=0.8, linestyle=(0, (4, 2)))
-        axes.annotate(f"certain from {place:.1f} m", (place, 0.96 * limit), (3, 0),
+        axes.annotate(f"locked from {place:.1f} m", (place, 0.96 * limit), (3, 0),
                       textcoords="offset points", va="top", color=style.GREEN)
     for column, marker, colour, label in (
             ("double_slip_detected", "v", style.VERMILLION, "double slip"),

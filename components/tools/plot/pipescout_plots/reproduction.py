@@ -103,7 +103,7 @@ def read_rows(path: Path) -> list[dict]:
 
 
 def number_of(value: object) -> float:
-    """NaN for what is no number."""
+    """NaN for what is not a number."""
     return float(value) if isinstance(value, (int, float)) else math.nan
 
 

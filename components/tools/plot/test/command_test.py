@@ -86,7 +86,7 @@ class Drawing(PlotCommand):
         self.write("m/odometry/readings.csv",
                    "reading,stamp,a,a.standard_deviation,a.valid\n1,1.0,much,0.05,1\n")
         _, err = self.plot("odometry", "m", code=1)
-        self.assertIn("readings.csv: line 2: column 'a': 'much' is no number", err)
+        self.assertIn("readings.csv: line 2: column 'a': 'much' is not a number", err)
 
     def test_draws_a_state_estimator(self):
         self.write("e/estimator/factors.csv",
@@ -157,7 +157,7 @@ class RackDrawing(PlotCommand):
         (self.folder / "f/rack/truth.csv").unlink()
         out, err = self.plot("rack", "f", code=1)
         self.assertEqual(out, "f/pictures/flight.svg\nf/pictures/offsets.svg\n")
-        self.assertIn("rack.yaml: line 2: 'radius' is no finite number", err)
+        self.assertIn("rack.yaml: line 2: 'radius' is not a finite number", err)
         self.assertIn("not drawn: errors: no truth.csv", err)
 
     def test_only_a_missing_file_is_no_error(self):

@@ -41,7 +41,7 @@ class CsvTable(unittest.TestCase):
                       self.problem("y,w\n1,2\n", numbers=("x",), texts=("z",)))
 
     def test_names_the_place_of_what_is_no_number(self):
-        self.assertIn("line 3: column 'x': 'one' is no number", self.problem("y,x\n1,1\n1,one\n1,1\n"))
+        self.assertIn("line 3: column 'x': 'one' is not a number", self.problem("y,x\n1,1\n1,one\n1,1\n"))
 
     def test_names_a_line_with_too_few_fields(self):
         self.assertIn("line 2: 1 fields, and 2 columns", self.problem("y,x\n1\n1,2\n"))
@@ -53,7 +53,7 @@ class CsvTable(unittest.TestCase):
             read_table(self.path, ["x"])
 
     def test_names_a_column_that_is_there_twice(self):
-        self.assertIn("column 'x' twice", self.problem("x,x\n1,1\n"))
+        self.assertIn("duplicate column 'x'", self.problem("x,x\n1,1\n"))
 
     def test_leaves_out_a_last_line_without_its_end(self):
         for cut in ("1,2", "1,", "1", '"a'):
@@ -66,7 +66,7 @@ class CsvTable(unittest.TestCase):
 
     def test_names_where_a_value_is_missing(self):
         self.read("x\n1\n").require_finite("x")
-        with self.assertRaisesRegex(BadData, "line 3: column 'x': nan is no finite number"):
+        with self.assertRaisesRegex(BadData, "line 3: column 'x': nan is not a finite number"):
             self.read("y,x\n1,1\n1,\n").require_finite("x")
 
     def test_names_where_a_column_falls(self):

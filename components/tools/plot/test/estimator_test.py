@@ -66,10 +66,10 @@ class Estimator(unittest.TestCase):
         for name, words in {
                 "trajectory": ("x [m]", "y [m]", "true", "GPS accepted", "GPS gated, 12 beyond", "2σ"),
                 "errors": ("x [m]", "heading [°]", "±2σ as stated", "time [s]"),
-                "consistency": ("NEES of position", "NEES of pose", "right: 3", "right: 6"),
+                "consistency": ("NEES of position", "NEES of pose", "expected: 3", "expected: 6"),
                 "residuals": ("gps: 212 accepted, 26 gated", "zero velocity: 0 accepted, 1 quarantined",
                               "weight below 0.5", "χ² per degree of freedom"),
-                "sources": ("estimator", "visual pose", "trusted, running", "a measurement gated", "restart",
+                "sources": ("estimator", "visual pose", "trusted, running", "gated measurement", "restart",
                             "since absolute"),
                 "biases": ("gyro bias [mrad/s]", "odometer scale", "±2σ")}.items():
             for word in words:
@@ -86,7 +86,7 @@ class Estimator(unittest.TestCase):
             (self.data / name).unlink()
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), PICTURES - {"errors", "consistency"})
-        self.assertIn("only a simulated run knows", err)
+        self.assertIn("ground truth is available in simulated runs", err)
         self.assertNotIn("true", texts(files["trajectory"]))
 
     def test_what_is_missing_is_said_and_the_rest_is_drawn(self):
@@ -102,7 +102,7 @@ class Estimator(unittest.TestCase):
         files, err = self.plot(self.mission)
         self.assertIn("GPS not used, 12 beyond", texts(files["trajectory"]))
         self.assertNotIn("GPS accepted", texts(files["trajectory"]))
-        self.assertEqual(err.count("what became of single measurements is not known"), 1, "once")
+        self.assertEqual(err.count("outcomes of single measurements are not available"), 1, "once")
 
     def test_a_crawler_has_no_gps_and_hears_of_no_absolute_position(self):
         mission = self.mission / "crawler"
@@ -126,7 +126,7 @@ class Estimator(unittest.TestCase):
         (self.data / "state.csv").write_text("".join(lines[:20]))
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), {"sources"})
-        self.assertIn("no state in which the estimator ran", err)
+        self.assertIn("no state of a running estimator", err)
 
     def test_a_single_row_of_everything(self):
         for path in self.data.glob("*.csv"):
@@ -140,7 +140,7 @@ class Estimator(unittest.TestCase):
         path.write_text(path.read_text().replace("3006.000000000,", "soon,", 1))
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"residuals"}, "the others are drawn all the same")
-        self.assertIn("estimate.csv: line 2: column 'stamp': 'soon' is no number", err)
+        self.assertIn("estimate.csv: line 2: column 'stamp': 'soon' is not a number", err)
 
     def test_nothing_to_draw(self):
         _, err = self.plot(self.mission / "gone", code=1)

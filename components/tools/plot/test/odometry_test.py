@@ -47,7 +47,7 @@ class Odometry(unittest.TestCase):
         texts = {file.stem: "".join(ElementTree.parse(file).getroot().itertext()) for file in files}
         for words in ("wheel_2", "slipping", "unsupported", "no consensus", "time [s]", "1–2"):
             self.assertIn(words, texts["support_graph"])
-        for words in ("position error [m]", "certain from 6.0 m", "double slip", "beyond the axis"):
+        for words in ("position error [m]", "locked from 6.0 m", "double slip", "outside the axis"):
             self.assertIn(words, texts["position_error"])
         self.assertIn("W,2", texts["eddy_current"])
 
@@ -124,13 +124,13 @@ class Odometry(unittest.TestCase):
         (missions.crawler(self.mission) / "truth.csv").unlink()
         files, err = self.plot(self.mission)
         self.assertEqual({file.stem for file in files}, CRAWLER - {"position_error"})
-        self.assertIn("only a simulated run knows where it really was", err)
+        self.assertIn("ground truth is available in simulated runs only", err)
 
     def test_never_certain_of_its_joint(self):
         data = missions.crawler(self.mission, seconds=15)
         files, _ = self.plot(self.mission)
         self.assertIn("position_error", {file.stem for file in files})
-        self.assertNotIn("certain from", (data.parent / "pictures/position_error.svg").read_text())
+        self.assertNotIn("locked from", (data.parent / "pictures/position_error.svg").read_text())
 
     def test_bad_data_is_named_and_the_rest_is_drawn(self):
         data = missions.crawler(self.mission)
@@ -139,7 +139,7 @@ class Odometry(unittest.TestCase):
         (data / "welds.csv").write_text("\n".join(lines) + "\n")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual({file.stem for file in files}, CRAWLER - {"eddy_current"})
-        self.assertIn("welds.csv: line 2: column 'confidence': 'high' is no number", err)
+        self.assertIn("welds.csv: line 2: column 'confidence': 'high' is not a number", err)
 
     def test_a_run_that_was_killed_is_drawn_up_to_there(self):
         data = missions.crawler(self.mission)
@@ -162,7 +162,7 @@ class Odometry(unittest.TestCase):
         missions.write_csv(data / "eddy_current.csv", ["stamp", "x1", "y1"], [(1, 1, 1), (2, 1, 1)])
         files, err = self.plot(self.mission)
         self.assertEqual({file.stem for file in files}, CRAWLER - {"eddy_current"})
-        self.assertIn("no sample of the time of", err)
+        self.assertIn("no sample within the time of", err)
 
     def test_nothing_to_draw_is_an_error(self):
         self.mission.mkdir()

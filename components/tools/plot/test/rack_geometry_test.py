@@ -168,16 +168,16 @@ class RackFile(unittest.TestCase):
 
     def test_bad_files_are_named_with_their_line(self):
         good = "row:\n  - {name: a, radius: 0.1, length: 3}\n"
-        for text, words in (("", "no rack"), ("[]", "no rack"), ("supports: []", "no pipes"),
-                            ("row: 3", "line 1: 'row' is no list"), ("row: [3]", "line 1: 'row'"),
-                            ("row:\n  - {name: a, radius: x, length: 3}", "line 2: 'radius' is no finite"),
+        for text, words in (("", "not a rack"), ("[]", "not a rack"), ("supports: []", "no pipes"),
+                            ("row: 3", "line 1: 'row' is not a list"), ("row: [3]", "line 1: 'row'"),
+                            ("row:\n  - {name: a, radius: x, length: 3}", "line 2: 'radius' is not a finite"),
                             ("row:\n  - {name: a, radius: .nan, length: 3}", "line 2: 'radius'"),
-                            ("row:\n  - {radius: 0.1, length: 3}", "line 2: 'name' is no text"),
+                            ("row:\n  - {radius: 0.1, length: 3}", "line 2: 'name' is not text"),
                             ("row:\n  - {name: a, radius: 0.1, length: -3}", "line 2: 'length' leads"),
                             ("row:\n  - name: a\n    radii: [{along: 0, radius: 1}]", "'radii' leads"),
                             (good + "pipes:\n  - {name: b, start: [0, 1]}", "line 4: 'direction'"),
                             (good + "pipes:\n  - {name: b, start: [0, 0, 1], direction: [0, 0, 0]}",
-                             "'direction' has no length"),
+                             "'direction' is zero"),
                             (good + "supports:\n  - {name: s}", "line 4: 'lowest_corner'"),
                             ("row: [", "rack.yaml: ")):
             with self.assertRaises(BadData) as caught:

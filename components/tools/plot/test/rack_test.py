@@ -115,8 +115,8 @@ class Rack(unittest.TestCase):
         mission.write_text(mission.read_text().replace("RackSimulation", "Camera"))
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), PICTURES - {"errors"})
-        self.assertIn("only a simulated flight knows", err)
-        self.assertIn("less its last value", texts(files["offsets"]))
+        self.assertIn("ground truth is available in simulated flights", err)
+        self.assertIn("minus last value", texts(files["offsets"]))
         self.assertNotIn("true", texts(files["flight"]))
 
     def test_what_is_missing_is_said_and_the_rest_is_drawn(self):
@@ -125,7 +125,7 @@ class Rack(unittest.TestCase):
         (self.mission / "mission.yaml").unlink()
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), WITHOUT_RACK)
-        for words in ("its recorder was not told the rack file", "drawn without commands",
+        for words in ("its recorder had no rack file", "drawn without commands",
                       "way-points are not marked", "losses are not marked", "drawn without the rack"):
             self.assertIn(words, err)
         self.assertEqual(err.count("losses are not marked"), 1, "once, not for each picture")
@@ -142,7 +142,7 @@ class Rack(unittest.TestCase):
         self.assertEqual(read_true_offsets(self.recording(), pipes), dict.fromkeys(pipes, 0.0))
         mission.write_text(whole.replace(str(list(flights.TRUE_OFFSETS.values())), "[much]"))
         self.assertEqual(read_true_offsets(self.recording(), pipes), {})
-        self.assertIn("where the pipes really lay is not known", self.notes())
+        self.assertIn("true offsets of the pipes are not available", self.notes())
 
     def test_many_way_points_do_not_cover_each_other(self):
         stamps = numpy.linspace(flights.START, flights.START + 23, 100)
@@ -168,12 +168,12 @@ class Rack(unittest.TestCase):
         (self.data / "pose.csv").write_text("\n".join(lines) + "\n")
         figure = errors.draw(self.recording())
         self.assertLess(figure.axes[4].get_ylim()[1], 100, "mm, and one pose is 5 m too high")
-        self.assertIn("error beyond the axis", [text.get_text() for text in figure.legends[0].get_texts()])
+        self.assertIn("error outside the axis", [text.get_text() for text in figure.legends[0].get_texts()])
 
     def test_no_offsets_at_all(self):
         (self.data / "offsets.csv").unlink()
         self.assertEqual(read_images(self.recording()).lines(0)[0].pixels.shape[1], 2)
-        self.assertIn("where the rack file has them", self.notes())
+        self.assertIn("without offsets", self.notes())
         with self.assertRaisesRegex(Missing, "no offsets.csv"):
             offsets.draw(self.recording())
 
@@ -182,7 +182,7 @@ class Rack(unittest.TestCase):
         self.replace("rack.yaml", "radius: 0.15, length: 10, gap", "radius: -0.15, length: 10, gap")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"flight", "errors"})
-        self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is no number", err)
+        self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is not a number", err)
         self.assertIn("rack.yaml: line 8: 'radius' is not above 0", err)
 
     def test_a_pose_that_is_none_is_named(self):
@@ -193,14 +193,14 @@ class Rack(unittest.TestCase):
         (self.data / "pose.csv").write_text("\n".join(lines) + "\n")
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(set(files), {"offsets"})
-        self.assertIn("pose.csv: line 6: column 'y': nan is no finite number", err)
+        self.assertIn("pose.csv: line 6: column 'y': nan is not a finite number", err)
 
     def test_images_that_are_none(self):
         path = self.data / "images" / "000000.pgm"
         whole = path.read_bytes()
         for content, words in ((whole[:-100], "21500 pixels, and its header says 180 x 120"),
-                               (b"", "no binary PGM"), (b"P5\n180 120\n65535\n", "of 8 bits"),
-                               (b"P5\n-1 120\n255\n", "no binary PGM"), (b"P6\n1 1\n255\nabc", "PGM")):
+                               (b"", "not a binary PGM"), (b"P5\n180 120\n65535\n", "of 8 bits"),
+                               (b"P5\n-1 120\n255\n", "not a binary PGM"), (b"P6\n1 1\n255\nabc", "PGM")):
             path.write_bytes(content)
             with self.assertRaisesRegex(BadData, words):
                 read_images(self.recording()).read(self.recording(), 0)
@@ -213,13 +213,13 @@ class Rack(unittest.TestCase):
 
     def test_images_of_another_camera(self):
         self.replace("camera.yaml", "image_width: 180", "image_width: 190")
-        with self.assertRaisesRegex(Missing, "another size than camera.yaml"):
+        with self.assertRaisesRegex(Missing, "differs in size from camera.yaml"):
             read_images(self.recording()).read(self.recording(), 0)
         self.replace("camera.yaml", "157.5", ".nan")
         with self.assertRaisesRegex(BadData, "camera_matrix is not that of a camera"):
             read_images(self.recording())
         self.replace("camera.yaml", "camera_matrix", "matrix")
-        with self.assertRaisesRegex(BadData, "camera.yaml: no calibration as ROS writes it"):
+        with self.assertRaisesRegex(BadData, "camera.yaml: not a calibration in the format of ROS"):
             read_images(self.recording())
 
     def test_a_run_that_was_killed_is_drawn_up_to_there(self):
@@ -231,7 +231,7 @@ class Rack(unittest.TestCase):
     def test_a_mission_file_that_is_none(self):
         (self.mission / "mission.yaml").write_text("components: [7]\n")
         self.assertEqual(len(read_servo(self.recording()).way_points), 0)
-        self.assertIn("what the visual servo was told is not known", self.notes())
+        self.assertIn("parameters of the visual servo are not available", self.notes())
 
     def test_a_camera_beside_the_middle_of_the_vehicle(self):
         mission = self.mission / "mission.yaml"

@@ -58,10 +58,11 @@ void add_road(const arm_study::DriveSettings& settings, const std::string& road,
     };
     add("whole width in view, %", &DriveScore::in_view_percent,
         ours ? Target{.least = 99.9} : kLargeIsGood, "in_view_percent");
-    add("off the middle row, RMS, px", &DriveScore::centre_rms, kSmallIsGood, "arm_error_rms_px");
+    add("distance from the middle row, RMS, px", &DriveScore::centre_rms, kSmallIsGood,
+        "arm_error_rms_px");
     add("the same, largest, px", &DriveScore::largest_centre, kSmallIsGood, "");
     add(
-        "off level, RMS, degrees",
+        "deviation from level, RMS, degrees",
         [](const DriveScore& score) { return score.angle_rms() * 180 / std::numbers::pi; },
         kSmallIsGood, "");
     add("joints commanded to move, % of the time", &DriveScore::moving_percent, kSmallIsGood, "");
@@ -85,7 +86,7 @@ void reproduce_arm(const arm_study::DriveSettings& settings,
     drive.road = road;
     add_road(drive, name, road == RoadClass::kD, seeds, rows, progress);
   }
-  const std::string study = "Arm: faults on the way, seed " + std::to_string(seeds.front());
+  const std::string study = "Arm: faults during the drive, seed " + std::to_string(seeds.front());
   std::vector<Measure> measures;
   double safe = 0;
   const auto faults = arm_study::run_faults(settings, seeds.front());
@@ -97,7 +98,7 @@ void reproduce_arm(const arm_study::DriveSettings& settings,
          {},
          {.least = 1}});
   }
-  measures.push_back({"that end in a safe state",
+  measures.push_back({"with a safe final state",
                       safe,
                       {},
                       {.least = static_cast<double>(faults.size())},

@@ -68,7 +68,7 @@ void add_measures(const std::string& ground, const Scores& scores, bool figures,
     add("leaks found, %", score.found_percent(), kLargeIsGood, "leaks_found_percent");
     add("leaks missed, of " + std::to_string(score.leaks),
         static_cast<double>(score.leaks - score.found), kSmallIsGood, "leaks_missed");
-    add("tube seen with its whole width, %", score.seen_percent(), kLargeIsGood,
+    add("tube in view with its whole width, %", score.seen_percent(), kLargeIsGood,
         "tube_seen_percent");
     add("false findings", static_cast<double>(score.false_findings), kSmallIsGood,
         "false_findings");

@@ -47,7 +47,7 @@ struct Robot {
 const std::vector<Robot>& robots() {
   static const std::vector<Robot> all{{Vehicle::kGroundRobot,
                                        "ground_robot",
-                                       "A ground robot over fields",
+                                       "A ground robot cross-country",
                                        {Sensor::kImu, Sensor::kOdometer, Sensor::kGps}},
                                       {Vehicle::kUav,
                                        "uav",
@@ -108,7 +108,7 @@ class Estimator {
 
   Reproduction run() {
     out_ << "The state estimator. Seeds " << seeds_.front() << " to " << seeds_.back()
-         << ", which no tuning saw.\n\n";
+         << ", not used for tuning.\n\n";
     result_.seeds = seeds_;
     bool consistent = true;
     double worst_ratio = 0;
@@ -130,12 +130,12 @@ class Estimator {
           {},
           {.least = 1, .most = 1},
           "nees_in_bounds"},
-         {"outliers: largest error against the clean run, ratio",
+         {"outliers: largest ratio of the error to the clean run",
           worst_ratio,
           {},
           {.most = 1.2},
           "outlier_rmse_ratio"},
-         {"traps that captured it", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
+         {"false re-acquisitions", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
     add_stream();
     add_car();
     add_lawnmower();
@@ -183,13 +183,16 @@ class Estimator {
         {"first state in the map after, s", mean(started), started, kSmallIsGood}};
     const auto consistency = estimation_study::consistency(runs);
     for (Measure& measure : std::vector<Measure>{
-             {"NEES, mean (9 is right)", consistency.nees, {}, {}, prefix + "_nees"},
-             {"NIS, mean (3 is right)", consistency.nis, {}, {}, prefix + "_nis"},
+             {"NEES, mean (expected 9)", consistency.nees, {}, {}, prefix + "_nees"},
+             {"NIS, mean (expected 3)", consistency.nis, {}, {}, prefix + "_nis"},
              {"share of the time with the mean NEES in its 95 % bounds",
               consistency.nees_share,
               {},
               {.least = kLeastShareInBounds}},
-             {"share with it below them: too careful", consistency.nees_below, {}, kSmallIsGood},
+             {"share of the time with it below: conservative",
+              consistency.nees_below,
+              {},
+              kSmallIsGood},
              {"share of the time with the mean NIS in its 95 % bounds",
               consistency.nis_share,
               {},
@@ -213,7 +216,7 @@ class Estimator {
     });
     const std::string study = std::string(robot.article) + ": " + what;
     if (robot.vehicle == Vehicle::kGroundRobot) {
-      rows_.add_study(study, {{"drift, % of the way, mean",
+      rows_.add_study(study, {{"drift, % of the distance, mean",
                                mean(percent),
                                percent,
                                {.most = 0.3},
@@ -268,7 +271,7 @@ class Estimator {
       }
       const double ratio = pooled(position) / clean;
       measures.push_back({std::string("outliers in ") + name_of(sensor) +
-                              ": position error against the clean run, ratio",
+                              ": ratio of the position error to the clean run",
                           ratio,
                           {},
                           {.most = 1.2}});
@@ -301,7 +304,7 @@ class Estimator {
   }
 
   void add_stream() {
-    const std::string study = "The stream on which GTSAM was measured (fusion_stream), lag 2 s";
+    const std::string study = "fusion_stream, with GTSAM as reference, lag 2 s";
     const auto files = texts(study, "fusion_stream", {"stream.csv"});
     if (!files) {
       return;
@@ -322,7 +325,7 @@ class Estimator {
                              {},
                              {.most = 0.096},
                              "stream_orientation_rmse_deg"},
-                            {"all sensors: NEES, mean (15 is right)", all.nees, {}, kSmallIsGood},
+                            {"all sensors: NEES, mean (expected 15)", all.nees, {}, kSmallIsGood},
                             {"no vision: position, root mean square, m",
                              score({.vision = false}).position,
                              {},
@@ -354,7 +357,7 @@ class Estimator {
     const auto score = estimation_study::score_car(car);
     std::vector<Measure> measures{
         {"first state in the map after, s", score.started, {}, kSmallIsGood},
-        {"level position against the reference, root mean square, m",
+        {"horizontal position error, root mean square, m",
          score.position,
          {},
          kSmallIsGood,
@@ -403,25 +406,25 @@ class Estimator {
       return;
     }
     const auto score = estimation_study::score_lawnmower((*files)[0], (*files)[1]);
-    rows_.add_study(study,
-                    {{"way, m", score.way, {}, kLargeIsGood},
-                     {"position, root mean square, m",
-                      score.estimator.rms,
-                      {},
-                      kSmallIsGood,
-                      "lawnmower_position_rmse_m"},
-                     {"position, largest, m", score.estimator.largest, {}, kSmallIsGood},
-                     {"position at the end, % of the way",
-                      100 * score.estimator.end / score.way,
-                      {},
-                      kSmallIsGood,
-                      "lawnmower_end_percent"},
-                     {"reference within the 95 % ellipse, share of the time",
-                      score.covered_share,
-                      {},
-                      kLargeIsGood},
-                     {"steps summed up: root mean square, m", score.summed.rms, {}, kSmallIsGood},
-                     {"steps summed up: largest, m", score.summed.largest, {}, kSmallIsGood}});
+    rows_.add_study(
+        study, {{"way, m", score.way, {}, kLargeIsGood},
+                {"position, root mean square, m",
+                 score.estimator.rms,
+                 {},
+                 kSmallIsGood,
+                 "lawnmower_position_rmse_m"},
+                {"position, largest, m", score.estimator.largest, {}, kSmallIsGood},
+                {"position error at the end, % of the distance",
+                 100 * score.estimator.end / score.way,
+                 {},
+                 kSmallIsGood,
+                 "lawnmower_end_percent"},
+                {"reference within the 95 % ellipse, share of the time",
+                 score.covered_share,
+                 {},
+                 kLargeIsGood},
+                {"sum of the steps alone: root mean square, m", score.summed.rms, {}, kSmallIsGood},
+                {"sum of the steps alone: largest, m", score.summed.largest, {}, kSmallIsGood}});
   }
 
   const ReproduceOptions& options_;

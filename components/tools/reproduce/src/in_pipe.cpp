@@ -58,7 +58,7 @@ class InPipe {
     const auto runs = read_runs();  // before the long work, so that what is
                                     // wrong is said at once
     out_ << "Seeds " << seeds_.front() << " to " << seeds_.back()
-         << ", which no tuning saw. Mean, 95 % and worst are over the seeds.\n\n";
+         << ", not used for tuning. Mean, 95 % and worst are over the seeds.\n\n";
     result_.seeds = seeds_;
     bench(BenchSlips::kOneAtATime, "The paper's set-up: one reading in ten wrong, 99 m",
           {"paper_p95_error_percent", "paper_worst_error_percent"});
@@ -154,11 +154,11 @@ class InPipe {
         scored.each([](const CrawlerScore& score) { return quantile(score.errors, 0.95); });
     const auto worst =
         scored.each([](const CrawlerScore& score) { return quantile(score.errors, 1.0); });
-    return {{"joints until it knows its joint, median", quantile(locks, 0.5), locks, at_most(10.0),
+    return {{"joints until locked, median", quantile(locks, 0.5), locks, at_most(10.0),
              name("lock_joints_median")},
-            {"joints until it knows its joint, most", quantile(locks, 1.0), locks, at_most(20.0),
+            {"joints until locked, largest", quantile(locks, 1.0), locks, at_most(20.0),
              name("lock_joints_max")},
-            {"times at the wrong joint after that", sum(wrong), wrong, within(0.0, 0.0),
+            {"times locked to a wrong joint", sum(wrong), wrong, within(0.0, 0.0),
              name("wrong_joint_after_lock")},
             {"error in the joint, 95 %, m", quantile(errors, 0.95), p95, at_most(0.05),
              name("in_joint_p95_m")},
@@ -184,15 +184,15 @@ class InPipe {
     auto measures = place_measures(slipped, false);
     measures.insert(
         measures.begin(),
-        {{"seen by the spacing of the welds, %",
+        {{"detected by the spacing of the welds, %",
           slipped.all_percent(&CrawlerScore::slips_detected, &CrawlerScore::slips),
           slipped.each_percent(&CrawlerScore::slips_detected, &CrawlerScore::slips), at_least(99.0),
           "double_slip_detected_percent"},
-         {"seen by that or doubted by the fusion, %",
+         {"detected by that or by the fusion, %",
           slipped.all_percent(&CrawlerScore::slips_said, &CrawlerScore::slips),
           slipped.each_percent(&CrawlerScore::slips_said, &CrawlerScore::slips), kLargeIsGood},
-         {"hidden in a small covariance after two welds", sum(hidden), hidden, kSmallIsGood},
-         {"announced where there was none", sum(slipped.each(&CrawlerScore::false_slips)),
+         {"covariance overconfident after two welds", sum(hidden), hidden, kSmallIsGood},
+         {"false detections", sum(slipped.each(&CrawlerScore::false_slips)),
           slipped.each(&CrawlerScore::false_slips), kSmallIsGood}});
     rows_.add_study(slips, measures);
 
@@ -282,7 +282,7 @@ class InPipe {
           {},
           at_least(99.5),
           "ili_welds_matched_percent"},
-         {"welds matched with another",
+         {"welds matched wrongly",
           static_cast<double>(score.wrong),
           {},
           within(0.0, 0.0),

@@ -51,7 +51,7 @@ class Leaks {
 
   Reproduction run() {
     out_ << "Ibarguren and others: leaks along collectors. Seeds " << seeds_.front() << " to "
-         << seeds_.back() << ", which no tuning saw.\n\n";
+         << seeds_.back() << ", not used for tuning.\n\n";
     result_.seeds = seeds_;
     add_figure_seven();
     add_real_pictures();
@@ -72,7 +72,7 @@ class Leaks {
     constexpr double kSequences = 13;
     rows_.add_study(
         "Figure 7 of the paper: parts of pipes in 13 sequences that leak",
-        {{"sequences with a part that is flagged",
+        {{"sequences with a flagged part",
           static_cast<double>(labels.flagged),
           {},
           {.least = kSequences, .most = kSequences},
@@ -81,13 +81,13 @@ class Leaks {
           static_cast<double>(std::ranges::count(labels.kinds, thermal::PartKind::kLeak)),
           {},
           kLargeIsGood},
-         {"warmest part that is not, degC", labels.warmest_sound, {}, kSmallIsGood},
-         {"coldest part that is, degC", labels.coldest_leak, {}, kLargeIsGood},
+         {"warmest part not flagged, degC", labels.warmest_sound, {}, kSmallIsGood},
+         {"coldest flagged part, degC", labels.coldest_leak, {}, kLargeIsGood},
          {"cut-off, degC", labels.cut_off, {}, kLargeIsGood, "fig7_cut_off_degc"}});
   }
 
   void add_real_pictures() {
-    const std::string study = "Real pictures: temperatures against those of other software";
+    const std::string study = "Real images: temperatures compared with other software";
     const std::filesystem::path folder =
         std::filesystem::path(options_.data.empty() ? default_data_folder() : options_.data) /
         "thermal_flir";
@@ -106,7 +106,7 @@ class Leaks {
                 {"the same, largest, K", errors.thermacam.max_abs, {}, kSmallIsGood},
                 {"iguana, FLIR R&D Software: mean, K", errors.research.mean_abs, {}, kSmallIsGood},
                 {"the same, largest, K", errors.research.max_abs, {}, kSmallIsGood},
-                {"iguana, the worse of both: mean, K",
+                {"iguana, larger of both: mean, K",
                  std::max(errors.thermacam.mean_abs, errors.research.mean_abs),
                  {},
                  {.most = 0.05},
@@ -116,7 +116,7 @@ class Leaks {
                  {},
                  {.most = 0.15},
                  "iguana_max_abs_error_k"},
-                {"five pictures, their degC_x100 files: largest, K",
+                {"five images, their degC_x100 files: largest, K",
                  errors.decoded.max_abs,
                  {},
                  {.most = 0.02},
@@ -171,11 +171,10 @@ class Leaks {
                  static_cast<double>(all.faint_found),
                  each(scores, [](const CampaignScore& score) { return score.faint_found; }),
                  {.least = static_cast<double>(all.faint_leaks)}},
-                {"findings where there is no leak, and second ones of a leak",
-                 static_cast<double>(all.false_findings),
+                {"findings without a leak, and duplicates", static_cast<double>(all.false_findings),
                  each(scores, [](const CampaignScore& score) { return score.false_findings; }),
                  kNone, "false_findings"},
-                {"position of a leak, off by, 95 %, m", p95(all), each(scores, p95), kSmallIsGood,
+                {"position error of a leak, 95 %, m", p95(all), each(scores, p95), kSmallIsGood,
                  "finding_position_p95_m"},
                 {"truth inside the 95 % ellipse in the plane, %",
                  all.level_coverage_percent(),
@@ -184,7 +183,7 @@ class Leaks {
                  "finding_coverage95_percent"},
                 {"truth inside the 95 % ellipsoid, %", all.coverage_percent(),
                  each(scores, &CampaignScore::coverage_percent), kLargeIsGood},
-                {"detections until one is raised, most",
+                {"detections until a leak is raised, largest",
                  static_cast<double>(slowest(all)),
                  each(scores, slowest),
                  {.most = 3}}});
@@ -204,7 +203,7 @@ class Leaks {
       }
       std::vector<Measure> measures;
       for (const auto& point : leak_study::roc_curve({}, others, metres, thresholds())) {
-        measures.push_back({"false findings a km from " + number(point.threshold) + " K",
+        measures.push_back({"false findings per km from " + number(point.threshold) + " K",
                             point.false_per_km,
                             {},
                             kSmallIsGood});

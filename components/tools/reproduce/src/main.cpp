@@ -64,14 +64,14 @@ void add_command(CLI::App& app, Action& action) {
   constexpr std::size_t kMostSeeds = 1000;
   auto arguments = std::make_shared<Arguments>();
   app.add_option("table", arguments->table, "Name of the table");
-  app.add_option("--json", arguments->json, "Write figures, rows and seeds to this file too");
+  app.add_option("--json", arguments->json, "Also write figures, rows and seeds to this file");
   const auto* seeds = app.add_option("--seeds", arguments->seeds,
-                                     "How many seeds to simulate, from 1001 on; " +
+                                     "Number of seeds to simulate, from 1001 on; " +
                                          std::to_string(arguments->seeds) + " unless given")
                           ->check(CLI::Range(std::size_t{1}, kMostSeeds));
   const auto* data =
       app.add_option("--data", arguments->data,
-                     "Folder of real data; $PIPESCOUT_SHARED_DATA or ../shared/data unless given");
+                     "Folder of real data; default: $PIPESCOUT_SHARED_DATA or ../shared/data");
   app.footer("Tables:" + known_tables());
   app.callback([=, &action] {
     arguments->simulation_asked_for = seeds->count() > 0 || data->count() > 0;

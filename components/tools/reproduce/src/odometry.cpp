@@ -50,7 +50,7 @@ std::vector<PaperRow> load_table() {
     }
     const auto value = parse_csv_number(row.cells[*index]);
     if (!value) {
-      throw CsvError(path, row.line, "'" + row.cells[*index] + "' is no number");
+      throw CsvError(path, row.line, "'" + row.cells[*index] + "' is not a number");
     }
     return *value;
   };
@@ -168,7 +168,7 @@ Reproduction reproduce_odometry(const ReproduceOptions& /*options*/, std::ostrea
       << " (epsilon is 0.75), so all three odometers support each other. Odometers 2 and 3 alone\n"
          "  would give "
       << figure("row_10_without_odometer_1_m")
-      << " m; why odometer 1 should be left out the paper does not say.\n";
+      << " m; the paper gives no reason to reject odometer 1.\n";
   return result;
 }
 

@@ -20,7 +20,7 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
                        .progress = progress,
                        .seeds = unseen_seeds(options.seeds)};
   out << "Lippiello and Cacace: a UAV over a pipe rack. Seeds " << run.seeds.front() << " to "
-      << run.seeds.back() << ", which no tuning saw.\n\n";
+      << run.seeds.back() << ", not used for tuning.\n\n";
   result.seeds = run.seeds;
   reproduce_rack_features(run);
   if (extent.images.largest_seeds > 0) {

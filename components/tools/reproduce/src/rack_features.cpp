@@ -240,7 +240,7 @@ void offsets(RackReproduction& run) {
                noisy,
                {.most = 0.005},
                "offsets_noise_error_m"},
-              {"squared error over what the covariance says, after 25 frames",
+              {"squared error / covariance, after 25 frames",
                mean(nees),
                nees,
                {.least = bound(-1.96), .most = bound(1.96)},
@@ -251,7 +251,7 @@ void offsets(RackReproduction& run) {
 }
 
 void first_poses(RackReproduction& run) {
-  const std::string study = "First pose wrong by 5 cm and 5 deg, features";
+  const std::string study = "Initial pose wrong by 5 cm and 5 deg, features";
   std::vector<double> wrong, refused;
   run.progress.begin(study, run.seeds.size());
   const std::size_t trials =
@@ -267,7 +267,7 @@ void first_poses(RackReproduction& run) {
   const double all = static_cast<double>(trials * run.seeds.size());
   run.rows.add_study(study,
                      {{"trials, half of them with 30 % outliers", all, {}},
-                      {"wrong and not said",
+                      {"wrong and not detected",
                        std::accumulate(wrong.begin(), wrong.end(), 0.0),
                        wrong,
                        {.most = 0},

@@ -125,19 +125,19 @@ class RackImages {
     std::vector<Measure> measures{
         {"images with a pose, %", all.with_pose_percent(),
          each(per_seed, &ImageFlightScore::with_pose_percent), names.tracked_target, names.tracked},
-        {"error of the place, median, m", position_median.first, position_median.second,
-         at_most(0.005), names.position_median},
-        {"error of the place, 95 %, m", position_95.first, position_95.second, at_most(0.015),
+        {"position error, median, m", position_median.first, position_median.second, at_most(0.005),
+         names.position_median},
+        {"position error, 95 %, m", position_95.first, position_95.second, at_most(0.015),
          names.position_95},
-        {"error of the orientation, median, degrees", rotation_median.first, rotation_median.second,
+        {"orientation error, median, degrees", rotation_median.first, rotation_median.second,
          at_most(0.08), names.rotation_median},
-        {"error of the orientation, 95 %, degrees", rotation_95.first, rotation_95.second,
-         at_most(0.2), names.rotation_95},
-        {"poses off by more than 3 cm or 1 degree", static_cast<double>(all.wrong),
+        {"orientation error, 95 %, degrees", rotation_95.first, rotation_95.second, at_most(0.2),
+         names.rotation_95},
+        {"poses with an error above 3 cm or 1 degree", static_cast<double>(all.wrong),
          each(per_seed, &ImageFlightScore::wrong), kNone},
-        {"truth inside the 95 % ellipsoid of the place, %", place_covered(all),
+        {"truth inside the 95 % ellipsoid of the position, %", place_covered(all),
          each(per_seed, place_covered), kLargeIsGood},
-        {"truth inside that of the whole pose, %", percent(all.pose_covered, all.with_pose),
+        {"truth inside that of the pose, %", percent(all.pose_covered, all.with_pose),
          each(per_seed,
               [](const auto& score) { return percent(score.pose_covered, score.with_pose); }),
          kLargeIsGood},
@@ -207,7 +207,7 @@ class RackImages {
         {.converged = "image_clutter40_started_percent", .silent = "image_clutter40_silent_wrong"},
         {{"images with a pose, %", sum(flights) / static_cast<double>(flights.size()), flights,
           kLargeIsGood},
-         {"poses off by more than 3 cm or 1 degree", sum(wrong), wrong, kNone},
+         {"poses with an error above 3 cm or 1 degree", sum(wrong), wrong, kNone},
          clutter_of(runs)});
   }
 
@@ -241,12 +241,12 @@ class RackImages {
     });
     const auto per_seed = scores(runs);
     const ImageFlightScore all = pooled(per_seed);
-    rows_.add_study(study, {{"drift along the pipes, worst seed, % of the way", largest(drifts),
-                             drifts, at_most(0.3), "image_along_drift_percent"},
+    rows_.add_study(study, {{"drift along the pipes, worst seed, % of the distance",
+                             largest(drifts), drifts, at_most(0.3), "image_along_drift_percent"},
                             {"images with a pose, %", all.with_pose_percent(),
                              each(per_seed, &ImageFlightScore::with_pose_percent), at_least(100.0)},
-                            {"truth inside the 95 % ellipsoid of the place, %", place_covered(all),
-                             each(per_seed, place_covered), kLargeIsGood}});
+                            {"truth inside the 95 % ellipsoid of the position, %",
+                             place_covered(all), each(per_seed, place_covered), kLargeIsGood}});
   }
 
   void fly_plain() {
@@ -282,7 +282,7 @@ class RackImages {
     const auto last = each(stretches, &StretchScore::last_deviation);
     rows_.add_study(
         study,
-        {{"truth inside the 95 % ellipsoid of the place, %",
+        {{"truth inside the 95 % ellipsoid of the position, %",
           percent(total(&StretchScore::covered), images),
           each(stretches,
                [](const auto& stretch) { return percent(stretch.covered, stretch.images); }),
@@ -292,7 +292,7 @@ class RackImages {
                [](const auto& stretch) { return percent(stretch.with_pose, stretch.images); }),
           kLargeIsGood},
          {"largest error along the pipes, m", largest(errors), errors, kSmallIsGood},
-         {"stated deviation along the pipes, first image, m", quantile(first, 0.5), first,
+         {"standard deviation along the pipes, first image, m", quantile(first, 0.5), first,
           kSmallIsGood},
          {"the same, last image, m", quantile(last, 0.5), last, kSmallIsGood}});
   }
@@ -301,7 +301,7 @@ class RackImages {
     constexpr double kInTime = 1;  // s
     const double duration = extent_.before_loss + 1 + extent_.after_loss;
     const std::string study = std::string("Camera covered, frozen or away for 1 s in flight, ") +
-                              (with_odometry ? "with odometry" : "nothing but images");
+                              (with_odometry ? "with odometry" : "images only");
     const auto runs = fly(study, [&](std::uint64_t seed) {
       ImageFlightSettings settings = inspection(duration, seed);
       constexpr std::uint64_t kKinds = 3;
@@ -336,7 +336,7 @@ class RackImages {
     const auto seeds = unseen_seeds(extent_.places * seeds_.size());
     const std::size_t all_trials = 2 * extent_.trials * seeds.size();
     const std::string study =
-        std::to_string(all_trials) + " first poses and predictions wrong by 5 cm and 5 degrees";
+        std::to_string(all_trials) + " initial poses and predictions wrong by 5 cm and 5 degrees";
     const auto scores_of_seeds = for_each_seed(progress_, study, seeds, [&](std::uint64_t seed) {
       rack_study::WrongStartSettings settings;
       settings.scene.model = rack_study::rack_on_beams();
@@ -361,12 +361,11 @@ class RackImages {
       all += score;
     }
     std::vector<Measure> measures{
-        {"wrong by more than 3 cm or 1 degree, neither declared nor in the covariance",
+        {"error above 3 cm or 1 degree, neither declared nor in the covariance",
          static_cast<double>(all.silent_wrong), each(per_seed, &WrongStartScore::silent_wrong),
          kNone, names.silent},
-        {"wrong by as much, as the covariance (99 %) admits",
-         static_cast<double>(all.admitted_wrong), each(per_seed, &WrongStartScore::admitted_wrong),
-         kSmallIsGood, names.admitted},
+        {"the same within the covariance (99 %)", static_cast<double>(all.admitted_wrong),
+         each(per_seed, &WrongStartScore::admitted_wrong), kSmallIsGood, names.admitted},
         {"converged, %", percent(all.converged, all.trials),
          each(per_seed, [](const auto& score) { return percent(score.converged, score.trials); }),
          kLargeIsGood, names.converged},

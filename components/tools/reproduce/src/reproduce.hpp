@@ -51,7 +51,7 @@ struct ReproducibleTable {
 /// when it is not there.
 [[nodiscard]] std::string default_data_folder();
 
-/// The seeds that no tuning saw (that is done on 1 to 100): 1001, 1002, ...
+/// The seeds not used for tuning (which is done on 1 to 100): 1001, 1002, ...
 [[nodiscard]] std::vector<std::uint64_t> unseen_seeds(std::size_t count);
 
 /// How much is simulated for the figures of work in a pipe, for each seed.

@@ -22,10 +22,9 @@ std::span<const ReproducibleTable> reproducible_tables() {
       ReproducibleTable{"leaks",
                         "Figure 7 of Ibarguren and others, and the figures of leak inspection",
                         true, reproduce_leaks},
-      ReproducibleTable{
-          "tracking",
-          "Table 1 of Ibarguren and others: a pipe is tracked, and kept in view by an arm", true,
-          reproduce_tracking},
+      ReproducibleTable{"tracking",
+                        "Table 1 of Ibarguren and others: tracking of a pipe, and the camera arm",
+                        true, reproduce_tracking},
   };
   return kTables;
 }

@@ -60,7 +60,7 @@ class Tracking {
 
   Reproduction run() {
     out_ << "Ibarguren and others: a pipe is tracked and kept in view. Seeds " << seeds_.front()
-         << " to " << seeds_.back() << ", which no tuning saw.\n\n";
+         << " to " << seeds_.back() << ", not used for tuning.\n\n";
     result_.seeds = seeds_;
     add_table_one();
     add_long_sequences();

@@ -8,10 +8,10 @@
 
 namespace pipescout {
 
-/// What an action is made of. `A` is the tag that the action's generated header declares, such as
+/// The parts of an action. `A` is the tag that the action's generated header declares, such as
 /// `nav2_msgs::action::NavigateToPose` in <nav2_msgs/action/navigate_to_pose.hpp>; each such header
 /// specialises this with
-///   using Goal, using Result, using Feedback      what its definition says
+///   using Goal, using Result, using Feedback      as in its definition
 ///   using FeedbackMessage                         the feedback with the identifier of its goal
 ///   using SendGoal, using GetResult               tags of the services under the action's name
 ///   static constexpr std::string_view action_name     "nav2_msgs/action/NavigateToPose"

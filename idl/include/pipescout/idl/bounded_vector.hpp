@@ -11,9 +11,9 @@
 
 namespace pipescout {
 
-/// A std::vector that refuses to hold more than `UpperBound` elements, for the bounded sequences of
-/// messages (`T[<=N]`): whatever would exceed the bound throws std::length_error and leaves the
-/// elements as they were.
+/// A std::vector with at most `UpperBound` elements, for the bounded sequences of messages
+/// (`T[<=N]`): a function that would exceed the bound throws std::length_error and does not change
+/// the elements.
 template <class T, std::size_t UpperBound>
 class BoundedVector {
   using Vector = std::vector<T>;
@@ -125,7 +125,7 @@ class BoundedVector {
   iterator erase(const_iterator first, const_iterator last) { return elements_.erase(first, last); }
   void swap(BoundedVector& other) noexcept { elements_.swap(other.elements_); }
 
-  /// The elements as the vector that they are kept in.
+  /// The underlying vector.
   [[nodiscard]] const Vector& vector() const noexcept { return elements_; }
 
   bool operator==(const BoundedVector&) const = default;

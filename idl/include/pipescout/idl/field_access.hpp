@@ -9,11 +9,11 @@
 
 #include "pipescout/idl/message_type.hpp"
 
-/// Fields of messages whose class the program does not know, by the table in MessageType. For tools
-/// (printing, recording, publishing); components use the classes.
+/// Access to fields of messages whose class is unknown at compile time, by the table in
+/// MessageType. For tools (printing, recording, publishing); components use the classes.
 ///
-/// What reads may be called from any thread as long as nobody changes the message. Functions that
-/// take an index do not check it.
+/// Reading functions may be called from any thread as long as the message is not changed. Functions
+/// with an index do not check it.
 namespace pipescout {
 
 /// A number or truth value; `char` and `byte` are unsigned numbers.
@@ -49,15 +49,15 @@ class FieldView {
   const std::byte* data_;  ///< the field in the object
 };
 
-/// Finds "header.stamp.sec". Throws std::invalid_argument naming the part of the path that is no
-/// field of its message, or that lies below something that is no message.
+/// Finds a field by its path, such as "header.stamp.sec". Throws std::invalid_argument naming the
+/// part of the path that is not a field of its message, or whose parent is not a message.
 [[nodiscard]] FieldView find_field(MessageView message, std::string_view path);
 
 /// The field of that name, or nullptr.
 [[nodiscard]] const MessageField* find_field(const MessageType& type,
                                              std::string_view name) noexcept;
 
-/// A field of a message that may be changed.
+/// A writable field of a message.
 class FieldEditor {
  public:
   FieldEditor(const MessageField& field, void* message);
@@ -65,12 +65,12 @@ class FieldEditor {
   /// Sequences only. Throws std::length_error beyond the bound.
   void resize(std::size_t size);
 
-  /// Numbers and truth values. Throws std::invalid_argument when the value is of another sort (a
-  /// truth value for a number, a fraction for a whole number), std::out_of_range when the field
-  /// cannot hold it.
+  /// Numbers and truth values. Throws std::invalid_argument when the value is of another kind (a
+  /// boolean for a number, a fraction for an integer), std::out_of_range when it exceeds the range
+  /// of the field.
   void set(std::size_t index, const ScalarValue& value);
-  /// Strings. Throws std::length_error beyond the bound, std::invalid_argument when a wide string
-  /// is given no UTF-8.
+  /// Strings. Throws std::length_error beyond the bound, std::invalid_argument when the value of a
+  /// wide string is not UTF-8.
   void set(std::size_t index, std::string_view text);
   /// Messages: the object of that element.
   [[nodiscard]] void* message(std::size_t index) const;

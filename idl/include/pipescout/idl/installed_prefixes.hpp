@@ -6,9 +6,9 @@
 
 namespace pipescout {
 
-/// Where packages may be installed, best first: the prefixes of `AMENT_PREFIX_PATH`, of
-/// `CMAKE_PREFIX_PATH`, that of the running executable (which stands in bin/ or lib/PACKAGE/), and
-/// in colcon's isolated layout those of the other packages. Each existing folder once, in canonical
+/// Install prefixes in the order of search: the prefixes of `AMENT_PREFIX_PATH`, of
+/// `CMAKE_PREFIX_PATH`, that of the running executable (which is in bin/ or lib/PACKAGE/), and in
+/// colcon's isolated layout those of the other packages. Each existing folder once, in canonical
 /// form.
 [[nodiscard]] std::vector<std::filesystem::path> installed_prefixes();
 

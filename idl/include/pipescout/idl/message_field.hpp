@@ -37,13 +37,12 @@ enum class FieldKind : std::uint8_t {
 
 enum class FieldShape : std::uint8_t { kSingle, kArray, kSequence };
 
-/// How a sequence in memory, a std::vector or a BoundedVector, is read and changed when its class
-/// is not known.
+/// Access to a sequence in memory, a std::vector or a BoundedVector, whose class is unknown.
 struct SequenceAccess {
   std::size_t (*size)(const void* sequence);
-  /// Elements that are added get their default value. Throws std::length_error beyond the bound.
+  /// New elements get their default value. Throws std::length_error beyond the bound.
   void (*resize)(void* sequence, std::size_t size);
-  /// The elements, one behind the other; nullptr for bool, of which std::vector keeps no objects.
+  /// The contiguous elements; nullptr for bool, because std::vector<bool> has no bool objects.
   void* (*data)(void* sequence);
   bool (*get_bool)(const void* sequence, std::size_t index);  ///< bool only
   void (*set_bool)(void* sequence, std::size_t index, bool value);
@@ -55,8 +54,8 @@ struct MessageField {
   FieldKind kind = FieldKind::kBool;
   FieldShape shape = FieldShape::kSingle;
   std::size_t element_size = 0;   ///< bytes in memory: of the field, or one of its elements
-  std::size_t length = 0;         ///< array: elements; sequence: at most so many, 0 for no bound
-  std::size_t string_length = 0;  ///< strings: at most so many characters, 0 for no bound
+  std::size_t length = 0;         ///< array: number of elements; sequence: upper bound, 0 for none
+  std::size_t string_length = 0;  ///< strings: upper bound of characters, 0 for none
   std::size_t offset = 0;         ///< in the object
   const MessageType& (*message)() = nullptr;  ///< for kMessage
   const SequenceAccess* sequence = nullptr;   ///< for kSequence

@@ -13,8 +13,7 @@
 
 namespace pipescout {
 
-/// Everything that the runtime needs to know about one wire type, as data: no template is needed
-/// beyond this point.
+/// Description of one wire type as data, so that the runtime needs no templates.
 ///
 /// All functions are safe to call from any thread at once, as long as no two calls share a message
 /// of which one changes it. `message` always points to an object of the described type.
@@ -26,7 +25,7 @@ struct MessageType {
   /// The name under which DDS knows the type, as ROS 2 writes it: "sensor_msgs::msg::dds_::Image_".
   std::string_view dds_name;
 
-  /// Makes a message with the default value of each field (zero, empty, or what its .idl says).
+  /// Creates a message with the default value of each field (zero, empty, or as in its definition).
   std::shared_ptr<void> (*create)();
 
   /// Bytes that `serialize` needs, with the 4 bytes of the encapsulation header.
@@ -40,12 +39,12 @@ struct MessageType {
 
   /// Reads a message in CDR of either byte order. Returns false when the bytes are truncated or
   /// malformed, or a string or sequence exceeds its bound; the message then holds unspecified
-  /// values, but stays usable. Never throws, never reads past the end, and never allocates more
-  /// than in proportion to the size of the buffer. Bytes behind the message are ignored, as DDS
-  /// pads a payload.
+  /// values, but stays usable. Never throws, never reads past the end, and allocates at most in
+  /// proportion to the size of the buffer. Bytes after the message are ignored, as DDS pads a
+  /// payload.
   bool (*deserialize)(std::span<const std::byte> buffer, void* message);
 
-  /// The fields in their order; empty for a type that is not made by the generator.
+  /// The fields in their order; empty for a type that was not generated.
   std::span<const MessageField> fields{};
 
   std::span<const MessageConstant> constants{};
@@ -60,41 +59,40 @@ struct MessageType {
 template <class T>
 const MessageType& message_type() = delete;
 
-/// A class that can be sent: one that the generator wrote, whose header is included.
+/// A message class: generated, and its header is included.
 template <class T>
 concept Message = requires {
   message_type<T>();
 };
 
 /// The type of that ROS name, or nullptr when neither this library nor an installed package has it.
-/// Types that are not built in are loaded when they are first asked for, and stay; see
-/// `load_message_type`. Safe to call from any thread.
+/// Types that are not built in are loaded on first use and stay loaded; see `load_message_type`.
+/// Safe to call from any thread.
 const MessageType* find_message_type(std::string_view name) noexcept;
 
-/// There is no such type, or it cannot be loaded; what() says why.
+/// The type does not exist, or cannot be loaded; what() gives the reason.
 class MessageTypeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// As `find_message_type`, but throws MessageTypeError when there is none. A package with messages,
-/// made by `pipescout_generate_messages`, lists them in
-/// `<prefix>/share/ament_index/resource_index/pipescout_messages/<package>`, a line
-/// `type;library` each, the library relative to the prefix; the first prefix of
-/// `installed_prefixes` that has the package counts.
+/// As `find_message_type`, but throws MessageTypeError when there is none. A message package, built
+/// with `pipescout_generate_messages`, lists them in
+/// `<prefix>/share/ament_index/resource_index/pipescout_messages/<package>`, one line
+/// `type;library` each, with the library relative to the prefix; the first prefix of
+/// `installed_prefixes` with the package is used.
 const MessageType& load_message_type(std::string_view name);
 
 /// All types of this library, sorted by name.
 std::span<const MessageType* const> message_types() noexcept;
 
 /// The names of all types that `find_message_type` can find, sorted: those of this library and
-/// those in the lists of installed packages. Does not load anything; lists that cannot be read are
-/// left out.
+/// those in the lists of installed packages. Loads no library; unreadable lists are ignored.
 std::vector<std::string> known_message_types();
 
 namespace idl {
 
-/// What the generated code reads and writes CDR with.
+/// CDR reader and writer of the generated code.
 class CdrReader;
 class CdrSize;
 class CdrWriter;

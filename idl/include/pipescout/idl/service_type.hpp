@@ -8,7 +8,7 @@
 
 namespace pipescout {
 
-/// What a service is made of. `S` is the tag that the service's generated header declares, such as
+/// The parts of a service. `S` is the tag that the service's generated header declares, such as
 /// `std_srvs::srv::Trigger` in <std_srvs/srv/trigger.hpp>; each such header specialises this with
 ///   using Request, using Response     the generated message classes
 ///   static constexpr std::string_view service_name     "std_srvs/srv/Trigger"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/message_conversions/camera_mount.hpp"
 
+#include <chrono>
 #include <utility>
 
 #include "pipescout/message_conversions/geometry.hpp"
@@ -10,44 +11,59 @@
 namespace pipescout {
 namespace {
 
-constexpr std::size_t kTransforms = 500;  // that are kept: 5 s of an arm at 100 Hz
-constexpr double kReach = 0.2;            // s
+/// How far, s, two transforms may lie apart, and a picture from the last one.
+constexpr Duration kReach = std::chrono::milliseconds(200);
+/// Over which the motion at the last transform is taken.
+constexpr Duration kStep = std::chrono::milliseconds(10);
 
 }  // namespace
 
-CameraMount::CameraMount(const geometry::SE3& T_base_camera)
-    : fixed_(T_base_camera), history_(1, kReach) {}
+CameraMount::CameraMount(const geometry::SE3& T_base_camera) : fixed_(T_base_camera) {}
 
-CameraMount::CameraMount(std::string base_frame, std::string camera_frame)
-    : base_frame_(std::move(base_frame)),
-      camera_frame_(std::move(camera_frame)),
-      history_(kTransforms, kReach) {}
+CameraMount::CameraMount(const Transforms& transforms, std::string base_frame,
+                         std::string camera_frame)
+    : transforms_(&transforms),
+      base_frame_(std::move(base_frame)),
+      camera_frame_(std::move(camera_frame)) {}
 
-void CameraMount::add(const tf2_msgs::msg::TFMessage& message) {
+std::optional<geometry::SE3> CameraMount::T_base_camera(Time time, std::string* why) const {
   if (fixed_) {
-    return;
+    return fixed_;
   }
-  for (const auto& transform : message.transforms) {
-    if (transform.header.frame_id != base_frame_ || transform.child_frame_id != camera_frame_) {
-      continue;
-    }
-    OdometryHistory::Entry entry{.time = from_message(transform.header.stamp),
-                                 .T_odom_base = from_message(transform.transform),
-                                 .twist = geometry::Vector6d::Zero()};
-    if (last_ && entry.time > last_->time) {
-      const double since = to_seconds(entry.time - last_->time);
-      if (since < kReach) {
-        entry.twist = (last_->T_odom_base.inverse() * entry.T_odom_base).log() / since;
-      }
-    }
-    if (history_.add(entry)) {
-      last_ = entry;
+  const TransformResult found = transforms_->lookup(base_frame_, camera_frame_, time);
+  if (found && found.gap() <= kReach) {
+    return from_message(found->transform);
+  }
+  if (!found && found.failure().error == TransformError::kFuture) {
+    if (const auto moved = moved_on(time)) {
+      return moved;
     }
   }
+  if (why != nullptr) {
+    *why = found ? "the transforms from '" + camera_frame_ + "' to '" + base_frame_ + "' lie " +
+                       std::to_string(to_seconds(found.gap())) + " s apart"
+                 : found.failure().text;
+  }
+  return std::nullopt;
 }
 
-std::optional<geometry::SE3> CameraMount::T_base_camera(Time time) const {
-  return fixed_ ? fixed_ : history_.at(time);
+std::optional<geometry::SE3> CameraMount::moved_on(Time time) const {
+  const TransformResult latest = transforms_->lookup(base_frame_, camera_frame_);
+  if (!latest) {
+    return std::nullopt;
+  }
+  const Time last = from_message(latest->header.stamp);
+  if (time - last > kReach) {
+    return std::nullopt;
+  }
+  const geometry::SE3 pose = from_message(latest->transform);
+  const TransformResult before = transforms_->lookup(base_frame_, camera_frame_, last - kStep);
+  if (!before || before.gap() > kReach) {
+    return pose;
+  }
+  const geometry::Vector6d twist =
+      (from_message(before->transform).inverse() * pose).log() / to_seconds(kStep);
+  return pose * geometry::SE3::exp(to_seconds(time - last) * twist);
 }
 
 CameraMountParameters::CameraMountParameters(Parameters& parameters) {
@@ -60,21 +76,30 @@ CameraMountParameters::CameraMountParameters(Parameters& parameters) {
                       "the upper border of the image forward"});
   camera_frame_ = parameters.declare<std::string>(
       "camera.frame", "",
-      {.description =
-           "frame on /tf of a camera that moves on the robot, against base_frame; empty: "
-           "it does not, and camera.position and camera.roll_pitch_yaw hold"});
+      {.description = "frame on tf of a camera that moves on the robot, against base_frame; empty: "
+                      "it does not, and camera.position and camera.roll_pitch_yaw hold"});
   base_frame_ = parameters.declare<std::string>(
-      "base_frame", "base_link", {.description = "base of the robot, in which the camera moves"});
+      "base_frame", "base_link",
+      {.description = "base frame of the robot, parent of camera.frame"});
+  history_ = parameters.declare<double>(
+      "tf.history", 10.0,
+      {.description =
+           "s for which transforms are kept, where another component of the process does "
+           "not ask for more",
+       .floating_point_range = FloatingPointRange{.from = 1, .to = 600}});
 }
 
 geometry::SE3 CameraMountParameters::T_base_camera() const {
   return camera_mounting(position_, roll_pitch_yaw_);
 }
 
-CameraMount CameraMountParameters::read() const {
+CameraMount CameraMountParameters::read(Node& node) const {
   const std::string camera_frame = camera_frame_.get();
-  return camera_frame.empty() ? CameraMount(T_base_camera())
-                              : CameraMount(base_frame_.get(), camera_frame);
+  if (camera_frame.empty()) {
+    return CameraMount(T_base_camera());
+  }
+  node.transforms().require_history(from_seconds(history_.get()));
+  return {node.transforms(), base_frame_.get(), camera_frame};
 }
 
 }  // namespace pipescout

@@ -56,7 +56,7 @@ DetectionParameters::Preset DetectionParameters::preset(const std::string& name)
     for (const DetectorPreset other : thermal::kDetectorPresets) {
       known += (known.empty() ? "'" : ", '") + std::string(to_string(other)) + "'";
     }
-    throw ParameterError("preset", "parameter 'preset': '" + name + "' is none of " + known);
+    throw ParameterError("preset", "parameter 'preset': '" + name + "' is not one of " + known);
   }
   const LeakDetectorParameters detector = LeakDetectorParameters::of(*preset);
   if (*preset == DetectorPreset::kCollectors || *preset == DetectorPreset::kTorresol) {
@@ -68,9 +68,9 @@ DetectionParameters::Preset DetectionParameters::preset(const std::string& name)
 DetectionParameters::DetectionParameters(Parameters& parameters) {
   const auto name = parameters.declare<std::string>(
       "preset", "collectors",
-      {.description = "whose defaults all others have: collectors of solar plants, torresol (those "
-                      "as Ibarguren and others, 2013, do it), hot_pipes or cold_pipes against any "
-                      "scene",
+      {.description =
+           "default values of the other parameters: collectors of solar plants, torresol (the "
+           "same, exactly as in Ibarguren and others, 2013), hot_pipes or cold_pipes in any scene",
        .read_only = true});
   defaults_ = preset(name.get());
   detector_.emplace(parameters, defaults_.detector);
@@ -84,96 +84,96 @@ void DetectionParameters::declare_detector(Parameters& parameters) {
   threshold_rule_ = parameters.declare<std::string>(
       "threshold_rule", name_of(kRules, defaults_.detector.threshold_rule),
       {.description = "fixed: `threshold`; scene: between the two classes of temperatures of the "
-                      "picture; local: against the mean of the surroundings"});
+                      "image; local: relative to the mean of the surroundings"});
   polarity_ = parameters.declare<std::string>(
       "polarity", name_of(kPolarities, defaults_.detector.polarity),
-      {.description = "pipes are hot or cold against what is behind them"});
+      {.description = "pipes are hotter or colder than the background"});
   detector_->real(
       "threshold", [](auto& p) -> double& { return p.threshold; }, kCelsius,
       "degC, of the fixed rule");
   detector_->real(
       "min_contrast", [](auto& p) -> double& { return p.min_contrast; }, kPositive,
-      "K, by which a pipe differs from the scene or its surroundings");
+      "K, smallest difference of a pipe from the scene or its surroundings");
   detector_->real(
       "local_radius", [](auto& p) -> double& { return p.local_radius; }, {1e-3, 1},
-      "of the shorter side of the picture, half the side of the square of the surroundings");
+      "share of the shorter side of the image, half the side of the square of the surroundings");
   detector_->real(
       "min_width", [](auto& p) -> double& { return p.min_width; }, {1, 1000},
-      "px, narrower is no pipe");
+      "px, smallest width of a pipe");
   detector_->real(
       "max_width", [](auto& p) -> double& { return p.max_width; }, {1e-3, 1},
-      "of the shorter side of the picture");
+      "share of the shorter side of the image");
   detector_->real(
       "min_length", [](auto& p) -> double& { return p.min_length; }, {1e-3, 1},
-      "of the longer side of the picture, of a straight section");
+      "share of the longer side of the image, length of a straight section");
   detector_->real(
       "min_elongation", [](auto& p) -> double& { return p.min_elongation; }, {1, 1000},
       "its length over its width");
   detector_->real(
       "min_visible", [](auto& p) -> double& { return p.min_visible; }, kShare,
-      "of its length, where it is seen as a pipe");
+      "share of its length that is visible as a pipe");
   detector_->real(
       "straightness", [](auto& p) -> double& { return p.straightness; }, {0.1, 100},
-      "px, that the axis of a straight section may bend");
+      "px, largest deviation of the axis of a straight section from a line");
   detector_->real(
       "max_gap", [](auto& p) -> double& { return p.max_gap; }, kShare,
-      "of the longer side of the picture, that is bridged where something hides the pipe");
+      "share of the longer side of the image, largest hidden gap that is bridged");
   detector_->real(
       "profile_width", [](auto& p) -> double& { return p.profile_width; }, {1e-3, 1},
-      "of the pipe's width, over which temperatures are averaged");
+      "share of the pipe's width over which temperatures are averaged");
   detector_->real(
       "pipe_diameter", [](auto& p) -> double& { return p.pipe_diameter; }, {0, 100},
-      "m, gives a picture its scale; 0: unknown, and lengths are in pixels");
+      "m, gives the image a metric scale; 0: unknown, and lengths are in pixels");
   detector_->count(
       "max_pipes", [](auto& p) -> std::size_t& { return p.max_pipes; }, {1, 64},
-      "the longest are kept");
+      "largest number of pipes; the longest are used");
   detector_->real(
       "split_delta", [](auto& p) -> double& { return p.profile.split_delta; }, kPositive,
-      "K, Delta-T: the least change that divides a pipe");
+      "K, Delta-T: smallest change that splits a pipe");
   detector_->integer(
       "split_distance", [](auto& p) -> int& { return p.profile.split_distance; }, {1, 64},
-      "px, between which the change is taken; 1: the paper's equation (4)");
+      "px, distance over which the change is computed; 1: the paper's equation (4)");
   detector_->boolean(
       "split_creeping", [](auto& p) -> bool& { return p.profile.split_creeping; },
-      "divide a part too whose temperature creeps by more than split_delta");
+      "also split a part whose temperature changes gradually by more than split_delta");
   detector_->real(
       "min_part_width", [](auto& p) -> double& { return p.profile.min_part_width; }, {1, 1e4},
       "px, shorter parts are joints");
   detector_->real(
       "min_part_length", [](auto& p) -> double& { return p.profile.min_part_width_m; }, {0, 100},
-      "m, the same where the scale is known");
+      "m, the same if the scale is known");
   leak_delta_ = parameters.declare<std::vector<double>>(
       "leak_delta", as_list(defaults_.detector.profile.leak_delta),
-      {.description = "K, above the sound pipe, from which a part leaks; empty: not used"});
+      {.description = "K above the sound pipe from which a part is a leak; empty: not used"});
   maximum_temperature_ = parameters.declare<std::vector<double>>(
       "maximum_temperature", as_list(defaults_.detector.profile.maximum_temperature),
-      {.description = "degC, above which a part leaks; empty: not used"});
+      {.description = "degC above which a part is a leak; empty: not used"});
   detector_->real(
       "reference_quantile", [](auto& p) -> double& { return p.profile.reference_quantile; },
-      {1e-3, 0.999}, "share of its length that is as cold as the sound pipe, or colder");
+      {1e-3, 0.999}, "quantile of the temperature over the length that is the sound pipe's");
   detector_->real(
       "moderate_delta", [](auto& p) -> double& { return p.severity.moderate_delta; }, kPositive,
       "K, from which a leak is moderate");
   detector_->real(
       "severe_delta", [](auto& p) -> double& { return p.severity.severe_delta; }, kPositive,
-      "K, from which it is severe");
+      "K, from which a leak is severe");
   detector_->real(
       "long_leak", [](auto& p) -> double& { return p.severity.long_leak; }, kPositive,
-      "m, from which it is one severity higher");
+      "m, length from which the severity is one level higher");
 }
 
 void DetectionParameters::declare_camera(Parameters& parameters) {
   planck_ = parameters.declare<std::vector<double>>(
       "camera.planck", {},
-      {.description = "constants R1, R2, B, F, O by which counts of mono16 are temperatures; "
-                      "empty: they are not"});
+      {.description =
+           "constants R1, R2, B, F, O that convert mono16 counts to temperatures; empty: unknown"});
   linear_ = parameters.declare<std::vector<double>>(
       "camera.linear", {},
-      {.description = "K per count and degC at count 0, of cameras that give temperatures: "
-                      "0.01, -273.15 for hundredths of a kelvin; empty: this one does not"});
+      {.description = "K per count and degC at count 0, for cameras that output temperatures: "
+                      "0.01, -273.15 for hundredths of a kelvin; empty: not used"});
   grey_range_ = parameters.declare<std::vector<double>>(
       "camera.grey_range", defaults_.grey_range,
-      {.description = "degC of black and of white, for pictures in mono8; empty: not known"});
+      {.description = "degC of black and of white, for mono8 images; empty: unknown"});
 }
 
 void DetectionParameters::declare_object() {
@@ -182,7 +182,7 @@ void DetectionParameters::declare_object() {
       "of the pipes");
   object_->real(
       "object.reflected_temperature", [](auto& p) -> double& { return p.reflected_temperature; },
-      kCelsius, "degC, of what they reflect");
+      kCelsius, "degC, reflected");
   object_->real(
       "object.distance", [](auto& p) -> double& { return p.distance; }, {0, 1e4},
       "m, from the camera");
@@ -197,7 +197,7 @@ void DetectionParameters::declare_object() {
       kCelsius, "degC");
   object_->real(
       "object.window_transmission", [](auto& p) -> double& { return p.window_transmission; },
-      {1e-3, 1}, "1: there is no window");
+      {1e-3, 1}, "1: no window");
 }
 
 std::optional<thermal::CameraConstants> DetectionParameters::camera_constants() const {
@@ -280,16 +280,16 @@ std::span<const float> DetectionSettings::celsius_of(
   if (std::holds_alternative<thermal::CountView>(picture)) {
     if (!counts) {
       throw UndescribedPicture("image.counts_without_camera",
-                               "pictures of counts come, and neither parameter 'camera.planck' nor "
-                               "'camera.linear' tells what they mean");
+                               "images of counts arrive, and neither parameter 'camera.planck' nor "
+                               "'camera.linear' converts them");
     }
     return counts->degrees();
   }
   if (std::holds_alternative<thermal::GreyView>(picture)) {
     if (!grey) {
-      throw UndescribedPicture("image.grey_without_range",
-                               "pictures of grey levels come, and parameter 'camera.grey_range' "
-                               "does not tell what they mean");
+      throw UndescribedPicture(
+          "image.grey_without_range",
+          "images of grey levels arrive, and parameter 'camera.grey_range' is not set");
     }
     return grey->degrees();
   }

@@ -24,8 +24,8 @@ RangeSource range_source(const Parameter<std::string>& parameter) {
   for (const RangeSource source : leak_findings::kRangeSources) {
     known += (known.empty() ? "'" : ", '") + std::string(to_string(source)) + "'";
   }
-  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + name + "' is none of " +
-                              known);
+  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + name +
+                              "' is not one of " + known);
 }
 
 }  // namespace
@@ -34,57 +34,58 @@ FindingsParameters::FindingsParameters(Parameters& parameters)
     : fields_(parameters, LeakFindingsParameters{}) {
   range_source_ = parameters.declare<std::string>(
       "range.source", std::string(to_string(LeakFindingsParameters{}.range_source)),
-      {.description = "what tells how far the pipes are: none (only the robot's motion), distance, "
-                      "diameter (by how wide they look) or lines (where they are in the map)"});
+      {.description =
+           "source of the range of the pipes: none (only the robot's motion), distance, diameter "
+           "(from their width in the image) or lines (from their position in the map)"});
   fields_.real(
       "range.distance", [](auto& p) -> double& { return p.distance; }, kPositive,
-      "m, of the pipes before the camera, along its axis");
+      "m, range of the pipes along the camera's axis");
   fields_.real(
       "range.distance_deviation", [](auto& p) -> double& { return p.distance_deviation; },
       kPositive, "m, standard");
   fields_.real(
       "range.width_deviation", [](auto& p) -> double& { return p.width_deviation; }, {1e-6, 0.999},
-      "share, of the width that is seen, standard");
+      "share, standard deviation of the width in the image");
   lines_ = parameters.declare<std::vector<double>>(
       "range.lines", {},
       {.description = "m, in the map: x y z of one end and of the other end of each pipe's axis"});
   fields_.real(
       "range.line_deviation", [](auto& p) -> double& { return p.line_deviation; }, kPositive,
-      "m, of the pipes from these lines, standard");
+      "m, standard deviation of the pipes from these lines");
   fields_.real(
       "pixel_deviation", [](auto& p) -> double& { return p.pixel_deviation; }, kPositive,
-      "px, of the middle of a leak, standard");
+      "px, standard deviation of the middle of a leak");
   fields_.real(
       "attitude_jitter", [](auto& p) -> double& { return p.attitude_jitter; }, {0, 1},
-      "rad, of the pose from picture to picture, standard");
+      "rad, standard deviation of the white noise of the pose");
   fields_.real(
       "position_jitter", [](auto& p) -> double& { return p.position_jitter; }, {0, 100},
       "m, the same");
   fields_.real(
       "pose_correlation_time", [](auto& p) -> double& { return p.pose_correlation_time; },
-      kPositive, "s, within which errors of the pose do not average out");
+      kPositive, "s, correlation time of the errors of the pose");
   fields_.real(
       "temperature_deviation", [](auto& p) -> double& { return p.delta_deviation; }, {0, 1000},
-      "K, by which differences of temperature may be off all alike, standard, where camera.planck "
-      "does not tell it with deviations.*");
+      "K, standard deviation of the common error of temperature differences, without camera.planck "
+      "and deviations.*");
   fields_.real(
       "prior_probability", [](auto& p) -> double& { return p.prior_probability; }, {1e-9, 0.999},
-      "that a warm stretch which is seen once is a leak");
+      "probability that a warm section detected once is a leak");
   fields_.real(
       "detection_probability", [](auto& p) -> double& { return p.detection_probability; },
-      {1e-3, 0.999999}, "of a leak that is in view");
+      {1e-3, 0.999999}, "probability of detecting a leak in view");
   fields_.real(
       "clutter_probability", [](auto& p) -> double& { return p.clutter_probability; },
-      {1e-6, 0.999}, "that what was warm and is no leak is so again");
+      {1e-6, 0.999}, "probability of a repeated false detection");
   fields_.real(
       "raise_probability", [](auto& p) -> double& { return p.raise_probability; }, {1e-6, 0.999999},
-      "from which a leak is raised");
+      "probability from which a leak is raised");
   fields_.real(
       "clear_probability", [](auto& p) -> double& { return p.clear_probability; }, {1e-6, 0.999999},
-      "below which it is cleared");
+      "probability below which it is cleared");
   fields_.real(
       "pass_gap", [](auto& p) -> double& { return p.pass_gap; }, kPositive,
-      "s without being seen, after which it is another pass");
+      "s without detection after which another pass begins");
   fields_.real(
       "update_interval", [](auto& p) -> double& { return p.update_interval; }, kSeconds,
       "s between two updates of one finding on leak/events");

@@ -10,7 +10,7 @@ std::vector<leak_findings::PipeLine> pipe_lines(const Parameter<std::vector<doub
   const auto values = parameter.share();
   if (values->size() % 6 != 0) {
     throw std::invalid_argument("parameter '" + parameter.name() +
-                                "' must have six numbers a line, not " +
+                                "' must have six numbers per line, not " +
                                 std::to_string(values->size()) + " in all");
   }
   std::vector<leak_findings::PipeLine> result;

@@ -53,7 +53,7 @@ void read_survey_parameters(const YAML::Node& parameters, const std::string& fil
   for (const ParameterOverride& told : overrides) {
     if (told_elsewhere(told.name)) {
       throw std::runtime_error(told.source + ": parameter '" + told.name +
-                               "' has an entry of its own, here or in thermal.yaml");
+                               "' has a separate entry, here or in thermal.yaml");
     }
   }
   const Declared declared(preset, std::move(overrides));

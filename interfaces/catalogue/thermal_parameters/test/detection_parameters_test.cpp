@@ -47,7 +47,7 @@ TEST(DetectionParametersTest, APresetGivesTheDefaultsOfAllOthers) {
 }
 
 TEST(DetectionParametersTest, WhatIsWrongIsNamed) {
-  EXPECT_THAT(refusal({{"threshold_rule", "loose"}}), HasSubstr("'loose' is none of 'fixed'"));
+  EXPECT_THAT(refusal({{"threshold_rule", "loose"}}), HasSubstr("'loose' is not one of 'fixed'"));
   EXPECT_THAT(refusal({{"camera.planck", std::vector<double>{1, 2}}}), HasSubstr("camera.planck"));
   EXPECT_THAT(refusal({{"camera.linear", std::vector<double>{-1, 2}}}), HasSubstr("camera.linear"));
   EXPECT_THAT(refusal({{"camera.linear", std::vector<double>{0.01, -273.15}},

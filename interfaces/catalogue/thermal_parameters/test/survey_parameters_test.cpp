@@ -72,7 +72,7 @@ TEST(SurveyParameters, ErrorsNameFileAndLine) {
   EXPECT_THAT([] { (void)read("\nthreshhold: 90.0"); }, throws("survey.yaml:2: "));
   EXPECT_THAT([] { (void)read("threshold: hot"); }, throws("survey.yaml:1: "));
   EXPECT_THAT([] { (void)read("object.distance: 3.0"); },
-              throws("survey.yaml:1: parameter 'object.distance' has an entry of its own"));
+              throws("survey.yaml:1: parameter 'object.distance' has a separate entry"));
 }
 
 }  // namespace

@@ -20,11 +20,11 @@ constexpr Duration kSectionPeriod = std::chrono::seconds(5);
 MissionRecorder::MissionRecorder(ComponentOptions options, std::string data_name)
     : Component(std::move(options)), data_name_(std::move(data_name)) {
   mission_folder_parameter_ = parameters().declare<std::string>(
-      "mission_folder", "", {.description = "existing folder that the recording goes into"});
+      "mission_folder", "", {.description = "existing folder to which the recording is written"});
   source_parameter_ = parameters().declare<std::string>(
       "source", "",
-      {.description = "node that says on mission/status when it is complete, relative to the "
-                      "namespace; empty: the recording has no end of its own"});
+      {.description = "node whose completion on mission/status ends the recording, relative to the "
+                      "namespace; empty: the recording ends with the process"});
 }
 
 void MissionRecorder::open_recording() {

@@ -19,13 +19,13 @@ StreamRecorder::StreamRecorder(ComponentOptions options, std::string data_name)
     : MissionRecorder(std::move(options), std::move(data_name)) {
   settle_time_ = parameters().declare<double>(
       "settle_time", 0.5,
-      {.description = "s after the end of the source in which messages that are under way arrive",
+      {.description = "s after the end of the source in which delayed messages are still recorded",
        .floating_point_range = FloatingPointRange{0.01, 3600.0}});
-  silent_after_ = parameters().declare<double>(
-      "silent_after", 30.0,
-      {.description = "s without any message; with a source that is not complete, the recording "
-                      "then fails; 0: waits for ever",
-       .floating_point_range = FloatingPointRange{0.0, 86400.0}});
+  silent_after_ =
+      parameters().declare<double>("silent_after", 30.0,
+                                   {.description = "s without any message after which a recording "
+                                                   "with an incomplete source fails; 0: no limit",
+                                    .floating_point_range = FloatingPointRange{0.0, 86400.0}});
 }
 
 void StreamRecorder::begin_recording() {
@@ -87,13 +87,13 @@ void StreamRecorder::look_for_silence() {
   }
   heard_at_.reset();
   std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "nothing has arrived for %g s", to_seconds(silence_));
+  std::snprintf(text.data(), text.size(), "no message has arrived for %g s", to_seconds(silence_));
   const auto source = parameters().get("source").get<std::string>();
   if (source.empty()) {
     report_fault("silent", text.data());
   } else {
     end(Outcome::kFailed, std::string(text.data()) + ", and '" + source +
-                              "' has not said that it is complete: " + counts());
+                              "' has not reported completion: " + counts());
   }
 }
 

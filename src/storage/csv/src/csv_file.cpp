@@ -18,7 +18,7 @@ std::string read_csv_text(const std::string& path) {
     throw CsvError(path, 0, std::make_error_code(std::errc::no_such_file_or_directory).message());
   }
   if (!std::filesystem::is_regular_file(status)) {
-    throw CsvError(path, 0, "is no regular file");
+    throw CsvError(path, 0, "is not a regular file");
   }
   const auto size = std::filesystem::file_size(path, error);
   if (error) {

@@ -34,13 +34,13 @@ std::vector<std::vector<double>> number_table(std::string_view text, const std::
       const auto [last, error] =
           std::from_chars(digits.data(), digits.data() + digits.size(), value);
       if (error != std::errc() || last != digits.data() + digits.size()) {
-        refuse(std::string("'").append(cell).append("' is no number"));
+        refuse(std::string("'").append(cell).append("' is not a number"));
       }
       row.push_back(value);
       rest.remove_prefix(cell.size());
     }
     if (row.size() != columns) {
-      refuse(std::to_string(row.size()) + " numbers; it takes " + std::to_string(columns));
+      refuse(std::to_string(row.size()) + " numbers; expected " + std::to_string(columns));
     }
     rows.push_back(std::move(row));
   }

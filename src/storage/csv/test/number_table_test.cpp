@@ -21,9 +21,9 @@ TEST(NumberTable, CommasAndBlanksSeparate) {
 
 TEST(NumberTable, ErrorsNameFileAndLine) {
   EXPECT_THAT([] { (void)number_table("1 2\n3 x\n", "data.csv", false, 2); },
-              ThrowsMessage<std::runtime_error>(StrEq("data.csv:2: 'x' is no number")));
+              ThrowsMessage<std::runtime_error>(StrEq("data.csv:2: 'x' is not a number")));
   EXPECT_THAT([] { (void)number_table("1 2\n3\n", "data.csv", false, 2); },
-              ThrowsMessage<std::runtime_error>(StrEq("data.csv:2: 1 numbers; it takes 2")));
+              ThrowsMessage<std::runtime_error>(StrEq("data.csv:2: 1 numbers; expected 2")));
 }
 
 }  // namespace

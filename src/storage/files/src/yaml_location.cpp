@@ -40,7 +40,7 @@ void check_characters(const std::string& text, const std::string& path) {
     const auto byte = static_cast<unsigned char>(c);
     if ((byte < 0x20 && c != '\n' && c != '\t' && c != '\r') || byte == 0x7f) {
       throw YamlError(path, line, column,
-                      "control character " + std::to_string(byte) + "; the file is no UTF-8 text");
+                      "control character " + std::to_string(byte) + "; the file is not UTF-8 text");
     }
     if (c == '\n') {
       ++line;

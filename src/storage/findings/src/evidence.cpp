@@ -122,7 +122,7 @@ void require_same_size(const thermal::TemperatureView& picture,
                        const thermal::Detections& detections) {
   if (!picture.valid() || picture.width != detections.width ||
       picture.height != detections.height) {
-    throw std::invalid_argument("the picture has another size than the detections");
+    throw std::invalid_argument("the image size differs from that of the detections");
   }
 }
 
@@ -141,7 +141,7 @@ Evidence make_evidence(const thermal::TemperatureView& picture,
                        const thermal::ProfileParameters& profile, double time, std::string source) {
   require_same_size(picture, detections);
   if (leak >= detections.leaks.size()) {
-    throw std::invalid_argument("there is no leak " + std::to_string(leak) + " in the picture");
+    throw std::invalid_argument("there is no leak " + std::to_string(leak) + " in the image");
   }
   const thermal::LeakDetection& found = detections.leaks[leak];
   const thermal::PipeSection& pipe = detections.pipes[found.pipe];

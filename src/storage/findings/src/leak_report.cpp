@@ -147,7 +147,7 @@ std::string table(const std::vector<const ReportedFinding*>& findings) {
 
 std::string place_text(const Finding& f, const std::optional<geometry::GeodeticPosition>& datum) {
   if (!f.position || !f.position->point.allFinite()) {
-    return "Place not known.";
+    return "Position unknown.";
   }
   const Eigen::Vector3d& p = f.position->point;
   const Eigen::Vector3d deviation = f.position->covariance.diagonal().cwiseMax(0).cwiseSqrt();
@@ -186,7 +186,7 @@ std::string finding_card(const ReportedFinding& reported,
       "<article class=\"finding\" id=\"leak" + id + "\"><h3>Leak " + id + " " + badge(f) + "</h3>";
   if (!reported.evidence) {
     return html + "<div><p>" + place_text(f, datum) + "</p>" + passes_text(f) +
-           "</div><div><p>Without a picture.</p></div></article>";
+           "</div><div><p>Without an image.</p></div></article>";
   }
   const Evidence& e = *reported.evidence;
   html += "<div>" + thumbnail_figure(e.thumbnail, {e.pipe}, {e.leak}, "Leak " + id) +
@@ -199,11 +199,11 @@ std::string finding_card(const ReportedFinding& reported,
 
 std::string log(const std::vector<ConditionRecord>& conditions) {
   if (conditions.empty()) {
-    return "<p>Nothing was logged.</p>";
+    return "<p>No entries.</p>";
   }
   std::string html =
       "<div class=\"scroll\"><table><tr><th>From</th><th>Source</th><th>Camera</th>"
-      "<th>Emissivity, distances, air</th><th>Weather</th><th>Calibration</th><th>In doubt</th>"
+      "<th>Emissivity, distances, air</th><th>Weather</th><th>Calibration</th><th>Implausible</th>"
       "</tr>";
   for (const ConditionRecord& c : conditions) {
     const auto text = [](const std::string& value) {
@@ -219,7 +219,7 @@ std::string pictures(const std::vector<ReportedPicture>& shown) {
   if (shown.empty()) {
     return "";
   }
-  std::string html = "<h2>Pictures</h2><div class=\"pictures\">";
+  std::string html = "<h2>Images</h2><div class=\"pictures\">";
   for (const ReportedPicture& p : shown) {
     html += "<div class=\"picture\"><h3>" + escaped(p.name) + "</h3>";
     if (p.overview) {
@@ -232,7 +232,8 @@ std::string pictures(const std::vector<ReportedPicture>& shown) {
     }
     html += "<p>" + escaped(p.summary) + "</p>";
     if (!p.doubts.empty()) {
-      html += "<p class=\"note\">In doubt:</p><pre class=\"note\">" + escaped(p.doubts) + "</pre>";
+      html +=
+          "<p class=\"note\">Implausible:</p><pre class=\"note\">" + escaped(p.doubts) + "</pre>";
     }
     html += "</div>";
   }

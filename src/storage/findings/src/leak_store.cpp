@@ -100,7 +100,7 @@ Enumerator named(const Database& database, const std::string& name, int count) {
       return static_cast<Enumerator>(i);
     }
   }
-  database.fail("'" + name + "' is not known");
+  database.fail("'" + name + "' is unknown");
 }
 
 void bind_finding(Statement& s, const Finding& f) {
@@ -177,12 +177,12 @@ struct LeakStore::Implementation {
                     std::to_string(kSchemaVersion) + ", the last that is known here");
     }
     if (version != 0 && pragma(database, "application_id") != kApplicationId) {
-      database.fail("is no store of leaks");
+      database.fail("is not a database of findings");
     }
     if (version == 0) {
       Statement tables(database, "SELECT count(*) FROM sqlite_master");
       if (tables.step() && tables.integer() != 0) {
-        database.fail("is no store of leaks");
+        database.fail("is not a database of findings");
       }
     }
     // FULL: a commit waits for the disk, so that not even a power cut takes it back.

@@ -130,8 +130,8 @@ std::string map_figure(const LeakReport& report) {
   std::copy_if(report.track.begin(), report.track.end(), std::back_inserter(way),
                [](const Eigen::Vector2d& p) { return p.allFinite(); });
   if (placed.empty() && way.empty()) {
-    return "<p>No finding has a position: the pictures came without poses, or the distance of the "
-           "pipes is not known.</p>";
+    return "<p>No finding has a position: the images have no poses, or the range of the pipes is "
+           "unknown.</p>";
   }
   points.insert(points.end(), way.begin(), way.end());
   for (const leak_findings::PipeLine& pipe : report.pipes) {
@@ -156,8 +156,8 @@ std::string map_figure(const LeakReport& report) {
   for (const leak_findings::Finding* finding : placed) {
     svg += marker(map, *finding);
   }
-  svg += "</svg><p class=\"note\">Ellipses: with 95 % the leak lies inside. Hollow: cleared. ";
-  svg += way.empty() ? "" : "Dashed: way of the robot. ";
+  svg += "</svg><p class=\"note\">Ellipses: 95 % confidence. Hollow: cleared. ";
+  svg += way.empty() ? "" : "Dashed: path of the robot. ";
   return svg + (report.pipes.empty() ? "" : "Grey: pipes. ") + "</p>";
 }
 

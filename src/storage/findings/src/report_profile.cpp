@@ -163,8 +163,7 @@ std::string profile_figure(const Evidence& e) {
   derivative.curve(change, 0.5 * (1 + e.split_distance), step, "#2a78b5");
   derivative.line(0, e.split_delta, length, e.split_delta, "#777777", "1", "4 3");
 
-  Plot parts("C  Parts and what they are", length, x_name, double{*least}, double{*most},
-             "T / degC");
+  Plot parts("C Parts and their labels", length, x_name, double{*least}, double{*most}, "T / degC");
   parts.band(e.leak_from * step, e.leak_to * step, kLeakColour);
   parts.curve(e.profile, 0.5, step, "#e3a6b2");
   if (std::isfinite(e.reference_temperature)) {
@@ -184,8 +183,8 @@ std::string profile_figure(const Evidence& e) {
     }
   }
   return "<div class=\"profile\">" + temperature.done() + derivative.done() + parts.done() +
-         "<p class=\"note\">Dashed: Delta-T that divides the pipe (B), the sound pipe (C). Green: "
-         "what leaks. Thin and dashed: too short, hidden, or another body.</p></div>";
+         "<p class=\"note\">Dashed: Delta-T at which the pipe is split (B), the sound pipe (C). "
+         "Green: leak. Thin and dashed: too short, hidden, or another object.</p></div>";
 }
 
 std::string thumbnail_figure(const Thumbnail& thumbnail, const std::vector<OverlayLine>& pipes,

@@ -232,13 +232,13 @@ TEST_F(Store, OtherFilesAreNotTouched) {
   refuses("not a database");
   fs::remove(file_);
   sql("CREATE TABLE accounts(x)");
-  refuses("is no store of leaks");
+  refuses("is not a database of findings");
   fs::remove(file_);
   { LeakStore store(file_); }
   sql("PRAGMA user_version=2");
   refuses("has version 2, later than 1");
   sql("PRAGMA user_version=1; PRAGMA application_id=5");
-  refuses("is no store of leaks");
+  refuses("is not a database of findings");
   EXPECT_THAT([] { LeakStore store("/nowhere/leaks.sqlite"); },
               ThrowsMessage<LeakStoreError>(StartsWith("/nowhere/leaks.sqlite: ")));
 }
@@ -256,7 +256,7 @@ TEST_F(Store, DamageIsNamed) {
               ThrowsMessage<LeakStoreError>(HasSubstr("evidence of finding 1 cannot be read")));
   sql("UPDATE finding SET severity='dreadful'");
   EXPECT_THAT([this] { (void)LeakStore(file_).findings(); },
-              ThrowsMessage<LeakStoreError>(HasSubstr("'dreadful' is not known")));
+              ThrowsMessage<LeakStoreError>(HasSubstr("'dreadful' is unknown")));
 }
 
 }  // namespace

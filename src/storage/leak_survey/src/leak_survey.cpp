@@ -43,7 +43,7 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   }
   if (files.empty()) {
     throw std::runtime_error(folder.string() +
-                             ": holds no picture: no .jpg, .jpeg, .fff, .png, .tif or .tiff");
+                             ": contains no image: no .jpg, .jpeg, .fff, .png, .tif or .tiff");
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -67,7 +67,7 @@ SurveySettings settings_of(const LeakSurveyOptions& options) {
                             options.read_parameters, options.preset);
   if (options.poses && !settings.field_of_view && !settings.camera) {
     throw std::runtime_error(
-        file.string() + ": poses need the camera's field_of_view, or camera; neither is there");
+        file.string() + ": poses need the camera's field_of_view, or camera; neither is given");
   }
   return settings;
 }
@@ -122,7 +122,7 @@ class Survey {
     if (result_.without_pose > 0) {
       complain("no pose for " + std::to_string(result_.without_pose) + " of " +
                std::to_string(files.size()) + " pictures, the first of them " +
-               first_without_pose_ + ": leaks in them have no place");
+               first_without_pose_ + ": leaks in them have no position");
     }
     finish();
     return result_;
@@ -249,14 +249,13 @@ class Survey {
       ++result_.failed;
     } else if (outcome.fault == leak_findings::InputFault::kBadTime) {
       ++result_.out_of_order;
-      shown.problem =
-          std::isnan(time)
-              ? "does not tell when it was taken, as others do: it counts for no finding"
-              : "was not taken after the picture before it: it counts for no finding";
+      shown.problem = std::isnan(time)
+                          ? "has no time, although others have one: it does not update findings"
+                          : "was not taken after the previous image: it does not update findings";
     } else if (outcome.fault == leak_findings::InputFault::kBadSize) {
-      shown.problem = std::string("has another size than ") +
-                      (settings_.camera ? "the camera" : "the first picture") +
-                      ": it counts for no finding";
+      shown.problem = std::string("differs in size from ") +
+                      (settings_.camera ? "the camera" : "the first image") +
+                      ": it does not update findings";
     }
     const int rank = !detections.leaks.empty()   ? 4
                      : !shown.problem.empty()    ? 3
@@ -266,7 +265,7 @@ class Survey {
       complain(name + ": " + shown.problem);
     } else if (outcome.fault == leak_findings::InputFault::kNoPose && options_.poses) {
       // Often so of all until the robot knows where it is: told once, at the end.
-      shown.problem = "has no pose: leaks in it have no place";
+      shown.problem = "has no pose: leaks in it have no position";
       if (++result_.without_pose == 1) {
         first_without_pose_ = name;
       }

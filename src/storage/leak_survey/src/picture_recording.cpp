@@ -48,7 +48,7 @@ PictureRecording::PictureRecording(fs::path folder, const ThermalSettings& therm
   fs::create_directories(folder_);
   if (!fs::is_empty(folder_)) {
     throw std::runtime_error(folder_.string() +
-                             ": is not empty; a recording of pictures needs a folder of its own");
+                             ": is not empty; a recording of images needs an empty folder");
   }
   try {
     replace_file(folder_ / kThermalFile, to_yaml(thermal), Survives::kKill);

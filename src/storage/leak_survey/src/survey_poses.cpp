@@ -82,7 +82,7 @@ std::string_view whole_lines(std::string_view text, const std::string& path, std
   const std::string_view whole = text.substr(0, last_end + 1);
   if (whole.size() < text.size()) {
     problem = path + ":" + std::to_string(1 + std::count(whole.begin(), whole.end(), '\n')) +
-              ": the last line is cut short: it is left out";
+              ": the last line is truncated: ignored";
   }
   return whole;
 }

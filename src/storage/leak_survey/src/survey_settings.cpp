@@ -73,7 +73,7 @@ class Reader : public YamlEntries {
              text_into("calibration", settings.calibration),
              {"parameters", [&](const YAML::Node& n) { changes = n; }}});
     if (settings.field_of_view && settings.camera) {
-      refuse(root, "field_of_view and camera both say what the camera is");
+      refuse(root, "field_of_view and camera exclude each other");
     }
     settings.preset = preset.value_or(settings.preset);
     // Wherever they stand in the file: the others go on top of what the parameters come to.
@@ -156,7 +156,7 @@ class Reader : public YamlEntries {
 
   void lines(const YAML::Node& node, leak_findings::LeakFindingsParameters& findings) const {
     if (!node.IsSequence()) {
-      refuse(node, "lines is no list");
+      refuse(node, "lines is not a list");
     }
     for (const YAML::Node& line : node) {
       if (!line.IsSequence() || line.size() != 2) {

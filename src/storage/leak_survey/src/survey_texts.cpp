@@ -44,7 +44,7 @@ std::string parameters_text(const ThermalPicture& picture, const ThermalSettings
         with_deviation("humidity", o.relative_humidity, d.relative_humidity, "")};
     if (o.window_transmission < 1) {
       lines.push_back(
-          with_deviation("window lets pass", o.window_transmission, d.window_transmission, ""));
+          with_deviation("window transmission", o.window_transmission, d.window_transmission, ""));
       lines.push_back(
           with_deviation("window", o.window_temperature, d.window_temperature, " degC"));
     }
@@ -102,13 +102,13 @@ std::string fault_text(thermal::FrameFault fault) {
     case thermal::FrameFault::kBadShape:
       return "has no pixels";
     case thermal::FrameFault::kBadTable:
-      return "holds counts without a temperature";
+      return "contains counts without a temperature";
     case thermal::FrameFault::kNoTemperature:
       return "no pixel has a temperature";
     case thermal::FrameFault::kSaturated:
       return "all pixels are the same: saturated, or covered";
     case thermal::FrameFault::kCluttered:
-      return "too cluttered: the threshold lies in the background";
+      return "too cluttered: the threshold is within the background";
   }
   return "is at fault";
 }

@@ -211,7 +211,7 @@ TEST_F(Survey, BrokenPicturesAreToldAndTheOthersCount) {
   EXPECT_THAT(problems_, Contains(HasSubstr("000.png: is empty")));
   EXPECT_THAT(problems_, Contains(HasSubstr("001.png: cannot be decoded")));
   EXPECT_THAT(problems_, Contains(HasSubstr("0045.jpg: ")));
-  EXPECT_THAT(problems_, Contains(HasSubstr("0071.png: is a colour picture")));
+  EXPECT_THAT(problems_, Contains(HasSubstr("0071.png: is a colour image")));
   EXPECT_THAT(problems_, Contains(HasSubstr("0072.png: all pixels are the same")));
   EXPECT_THAT(problems_, Contains(HasSubstr("0073.tiff: no pixel has a temperature")));
   EXPECT_EQ(result.failed, 7U);
@@ -235,7 +235,7 @@ TEST_F(Survey, PosesThatAreCutShortAreTold) {
   const LeakSurveyResult result = survey_leaks(options());
   EXPECT_EQ(result.raised, 1U);
   EXPECT_EQ(result.out_of_order, 1U) << "the last picture";
-  EXPECT_THAT(problems_, Contains(HasSubstr("poses.csv:31: the last line is cut short")));
+  EXPECT_THAT(problems_, Contains(HasSubstr("poses.csv:31: the last line is truncated")));
 }
 
 TEST_F(Survey, TimeThatGoesBackIsTold) {
@@ -246,7 +246,7 @@ TEST_F(Survey, TimeThatGoesBackIsTold) {
   const LeakSurveyResult result = survey_leaks(options());
   EXPECT_EQ(result.out_of_order, 1U);
   EXPECT_EQ(result.raised, 1U);
-  EXPECT_THAT(problems_, Contains(HasSubstr("was not taken after the picture before it")));
+  EXPECT_THAT(problems_, Contains(HasSubstr("was not taken after the previous image")));
 }
 
 TEST_F(Survey, ReportsShowNoMoreThanTheyMay) {
@@ -267,7 +267,7 @@ TEST_F(Survey, WhatCannotBeginIsNamed) {
   const auto throws = [](const char* what) {
     return ThrowsMessage<std::runtime_error>(HasSubstr(what));
   };
-  EXPECT_THAT([this] { survey_leaks(options()); }, throws("night: holds no picture"));
+  EXPECT_THAT([this] { survey_leaks(options()); }, throws("night: contains no image"));
   EXPECT_THAT([this] { survey_leaks(options("nowhere")); }, throws("nowhere"));
   drive("night", false, 0);
   write("night/survey.yaml", "preset: hot_pipes\n");
@@ -277,7 +277,7 @@ TEST_F(Survey, WhatCannotBeginIsNamed) {
   fs::remove(folder_ / "night/survey.yaml");
   fs::remove(folder_ / "night/poses.csv");
   write("night/thermal.yaml", "scale: [1]\n");
-  EXPECT_THAT([this] { survey_leaks(options()); }, throws("thermal.yaml:1: scale is no map"));
+  EXPECT_THAT([this] { survey_leaks(options()); }, throws("thermal.yaml:1: scale is not a map"));
 }
 
 }  // namespace

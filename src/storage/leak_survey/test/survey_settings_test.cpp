@@ -148,10 +148,10 @@ TEST(SurveySettings, ErrorsNameFileAndLine) {
     return ThrowsMessage<std::runtime_error>(StartsWith(begin));
   };
   const auto parsing = [](const char* text) { return [text] { (void)parse(text); }; };
-  EXPECT_THAT(parsing("\npreset: cold"), throws("survey.yaml:2: 'cold' is none of collectors"));
+  EXPECT_THAT(parsing("\npreset: cold"), throws("survey.yaml:2: 'cold' is not one of collectors"));
   EXPECT_THAT(parsing("field_of_view: 0"), throws("survey.yaml:1: 0"));
   EXPECT_THAT(parsing("camera_position: [1, 2]"), throws("survey.yaml:1: needs three numbers"));
-  EXPECT_THAT(parsing("range: {source: far}"), throws("survey.yaml:1: 'far' is none of none"));
+  EXPECT_THAT(parsing("range: {source: far}"), throws("survey.yaml:1: 'far' is not one of none"));
   EXPECT_THAT(parsing("range: {source: lines}"), throws("survey.yaml:1: lines"));
   EXPECT_THAT(parsing("range: {distance: -1}"), throws("survey.yaml:1: distance"));
   EXPECT_THAT(parsing("lines: [[1, 2]]"), throws("survey.yaml:1: needs three numbers"));
@@ -198,7 +198,7 @@ TEST(SurveyPoses, ALineThatIsCutShortTakesNothingElseWithIt) {
     EXPECT_TRUE(poses.by_file.contains("1.tiff"));
     EXPECT_FALSE(poses.by_file.contains("2.tiff")) << length;
     if (length < name) {
-      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is cut short"));
+      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is truncated"));
     }
   }
 }

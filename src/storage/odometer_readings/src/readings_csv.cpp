@@ -158,7 +158,7 @@ class RowReader {
       file_.refuse(column, "a time in seconds from 0 to 2^31");
     }
     if (last_stamp_ && *stamp <= *last_stamp_) {
-      file_.refuse(column, "later than the stamp before, " + format_stamp(*last_stamp_));
+      file_.refuse(column, "later than the previous stamp, " + format_stamp(*last_stamp_));
     }
     last_stamp_ = stamp;
     return *stamp;
@@ -173,7 +173,7 @@ class RowReader {
       file_.refuse(column, "a whole number");
     }
     if (last_reading_ && value <= *last_reading_) {
-      file_.refuse(column, "above the number before, " + std::to_string(*last_reading_));
+      file_.refuse(column, "above the previous number, " + std::to_string(*last_reading_));
     }
     last_reading_ = value;
   }

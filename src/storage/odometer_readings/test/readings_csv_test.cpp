@@ -78,13 +78,13 @@ TEST(ReadingsCsv, ErrorsNameFileAndLine) {
   EXPECT_EQ(error_of("stamp,a\nnan,2\n"),
             "file.csv:2: column 'stamp': 'nan' is not a time in seconds from 0 to 2^31");
   EXPECT_EQ(error_of("stamp,a\n2,1\n1,1\n"),
-            "file.csv:3: column 'stamp': '1' is not later than the stamp before, 2.000000000");
+            "file.csv:3: column 'stamp': '1' is not later than the previous stamp, 2.000000000");
   EXPECT_EQ(error_of("stamp,a\n2,1\n2.0,1\n"),
-            "file.csv:3: column 'stamp': '2.0' is not later than the stamp before, 2.000000000");
+            "file.csv:3: column 'stamp': '2.0' is not later than the previous stamp, 2.000000000");
   EXPECT_EQ(error_of("reading,a\n1.5,1\n"),
             "file.csv:2: column 'reading': '1.5' is not a whole number");
   EXPECT_EQ(error_of("reading,a\n2,1\n2,1\n"),
-            "file.csv:3: column 'reading': '2' is not above the number before, 2");
+            "file.csv:3: column 'reading': '2' is not above the previous number, 2");
   EXPECT_EQ(error_of("reading,stamp\n1,1\n"),
             "file.csv:1: no odometer column; there are 'reading', 'stamp'");
   EXPECT_EQ(error_of("a,b.valid\n1,1\n"),

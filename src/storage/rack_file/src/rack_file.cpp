@@ -186,7 +186,7 @@ class RackReader {
     RowPipe entry{.name = text(node, "name"), .radii = radii(node)};
     if (node["gap"]) {
       if (row_.empty()) {
-        fail(node["gap"], "the first pipe of the row has none before it, and so no gap");
+        fail(node["gap"], "the first pipe of the row has no gap, because no pipe precedes it");
       }
       entry.gap = length(node, "gap", true);
     }
@@ -202,7 +202,7 @@ class RackReader {
     const Eigen::Vector3d direction = vector(node, "direction");
     const double norm = direction.stableNorm();
     if (!(norm > 0) || !std::isfinite(norm)) {
-      fail(node["direction"], "direction must have a length");
+      fail(node["direction"], "direction must not be zero");
     }
     result.direction = direction / norm;
     const bool is_along_x = std::abs(result.direction.x()) > kAlongX;

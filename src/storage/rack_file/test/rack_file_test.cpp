@@ -142,7 +142,7 @@ TEST(RackFile, SaysInWhichLineAPipeOfItsOwnOrASupportIsWrong) {
   expect_error(good +
                    "pipes:\n  - {name: c, start: [5, 0, 1], direction: [0, 0, 0], radius: 1, "
                    "length: 1}",
-               "5:44", "direction must have a length");
+               "5:44", "direction must not be zero");
   expect_error(good +
                    "pipes:\n  - {name: c, start: [5, 0, 1], direction: [0, 1, 0], radius: 1, "
                    "length: 1, gap: 1}",
@@ -175,7 +175,7 @@ TEST(RackFile, RefusesOnePipeAndPipesThatRunIntoEachOther) {
   EXPECT_EQ(error_of(BAD_RACKS "/one_pipe.yaml"),
             BAD_RACKS "/one_pipe.yaml:1:1: the rack has 1 pipes; it must have 2 to 16");
   EXPECT_EQ(error_of(BAD_RACKS "/overlap.yaml"),
-            BAD_RACKS "/overlap.yaml:6:5: pipe 2 'across': runs into pipe 1 'right'");
+            BAD_RACKS "/overlap.yaml:6:5: pipe 2 'across': intersects pipe 1 'right'");
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ std::string exiftool_json(const std::string& program, const std::vector<std::str
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!whole) {
-    throw ExiftoolError(program + " says more than a picture can hold, or cannot be read");
+    throw ExiftoolError(program + " has more output than an image can have, or cannot be read");
   }
   // 1: something is wrong with the file, which the text says.
   if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) {

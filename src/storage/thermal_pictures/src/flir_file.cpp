@@ -56,7 +56,7 @@ class Tags {
       target = *value;
     } else {
       std::array<char, 128> text{};
-      std::snprintf(text.data(), text.size(), "%s: not in the file; %g is taken", field, target);
+      std::snprintf(text.data(), text.size(), "%s: not in the file; %g is used", field, target);
       doubts_.emplace_back(text.data());
     }
   }
@@ -85,21 +85,21 @@ Pixels<std::uint16_t> raw_picture(const Tags& tags) {
                          ? decode_base64(std::string_view(encoded).substr(kPrefix.size()))
                          : std::nullopt;
   if (!bytes) {
-    throw FlirError("its thermal block holds no picture");
+    throw FlirError("its thermal block contains no image");
   }
   AnyPixels any;
   try {
     any = decode_pixels(*bytes);
   } catch (const PixelError& error) {
-    throw FlirError(std::string("the picture in its thermal block ") + error.what());
+    throw FlirError(std::string("the image in its thermal block ") + error.what());
   }
   auto* const counts = std::get_if<Pixels<std::uint16_t>>(&any);
   if (counts == nullptr) {
-    throw FlirError("the picture in its thermal block does not have 16 bits");
+    throw FlirError("the image in its thermal block does not have 16 bits");
   }
   if (counts->width != static_cast<int>(tags.needed("RawThermalImageWidth")) ||
       counts->height != static_cast<int>(tags.needed("RawThermalImageHeight"))) {
-    throw FlirError("the picture in its thermal block has another size than it says");
+    throw FlirError("the image in its thermal block differs in size from its header");
   }
   return std::move(*counts);
 }
@@ -260,7 +260,7 @@ std::optional<double> exif_time(const std::string& text) {
 std::optional<FlirContent> flir_content(const std::string& json, std::string& complaint) {
   const Json documents = Json::parse(json, nullptr, false);
   if (!documents.is_array() || documents.empty() || !documents[0].is_object()) {
-    throw FlirError("exiftool has not answered in JSON");
+    throw FlirError("the output of exiftool is not JSON");
   }
   FlirContent content;
   const Tags tags(documents[0], content.doubts);
@@ -282,7 +282,7 @@ std::optional<FlirContent> flir_content(const std::string& json, std::string& co
   content.taken = exif_time(taken);
   if (!content.taken) {
     content.doubts.push_back(taken.empty() ? "taken: not in the file"
-                                           : "taken: '" + taken + "' is no time");
+                                           : "taken: '" + taken + "' is not a time");
   } else if (*content.taken < kYear2001) {
     content.doubts.push_back("taken: " + taken + ": the camera's clock was not set");
   }

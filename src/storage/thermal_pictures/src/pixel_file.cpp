@@ -28,7 +28,7 @@ constexpr int kUncompressed = 1;  // TIFF's own number for it
 template <class Pixel>
 std::string encoded(const thermal::ImageView<Pixel>& view) {
   if (!view.valid()) {
-    throw std::invalid_argument("a picture without pixels, or with rows that overlap");
+    throw std::invalid_argument("an image without pixels, or with overlapping rows");
   }
   // OpenCV wants a matrix that it may write to, and does not.
   const cv::Mat image(view.height, view.width, cv::DataType<Pixel>::type,
@@ -36,7 +36,7 @@ std::string encoded(const thermal::ImageView<Pixel>& view) {
                       static_cast<std::size_t>(view.stride) * sizeof(Pixel));
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(".tiff", image, bytes, {cv::IMWRITE_TIFF_COMPRESSION, kUncompressed})) {
-    throw std::runtime_error("OpenCV writes no TIFF");
+    throw std::runtime_error("OpenCV cannot write the TIFF");
   }
   return {bytes.begin(), bytes.end()};
 }
@@ -60,10 +60,10 @@ AnyPixels decode_pixels(std::span<const std::uint8_t> bytes) {
     }
   }
   if (image.empty()) {
-    throw PixelError("cannot be decoded: cut short, or no picture");
+    throw PixelError("cannot be decoded: truncated, or not an image");
   }
   if (image.channels() != 1) {
-    throw PixelError("is a colour picture: thermal ones have one channel, this one has " +
+    throw PixelError("is a colour image: thermal images have one channel, this one has " +
                      std::to_string(image.channels()));
   }
   switch (image.depth()) {
@@ -74,7 +74,7 @@ AnyPixels decode_pixels(std::span<const std::uint8_t> bytes) {
     case CV_32F:
       return copy<float>(image);
     default:
-      throw PixelError("has pixels of another kind than unsigned 8 or 16 bits or 32-bit floats");
+      throw PixelError("has pixels that are neither unsigned 8 or 16 bits nor 32-bit floats");
   }
 }
 

@@ -29,7 +29,7 @@ std::string unzipped(const std::filesystem::path& file) {
   while (true) {
     const int size = ::gzread(stream.get(), block.data(), block.size());
     if (size < 0) {
-      throw ThermalFileError(file.string() + ": cannot be read, or is cut short");
+      throw ThermalFileError(file.string() + ": cannot be read, or is truncated");
     }
     if (size == 0) {
       break;
@@ -43,7 +43,7 @@ std::string unzipped(const std::filesystem::path& file) {
   int error = Z_OK;
   (void)::gzerror(stream.get(), &error);
   if (error != Z_OK) {
-    throw ThermalFileError(file.string() + ": is cut short");
+    throw ThermalFileError(file.string() + ": is truncated");
   }
   return text;
 }
@@ -67,7 +67,7 @@ std::vector<float> read_temperature_export(const std::filesystem::path& file) {
     const auto [next, error] = std::from_chars(at, end, value);
     if (error != std::errc{} || (next != end && !separates(*next))) {
       throw ThermalFileError(file.string() + ": value " + std::to_string(degrees.size() + 1) +
-                             " is no number");
+                             " is not a number");
     }
     degrees.push_back(value);
     at = next;

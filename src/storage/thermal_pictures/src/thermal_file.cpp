@@ -47,7 +47,7 @@ Container container_of(std::span<const std::uint8_t> bytes) {
 std::vector<std::uint8_t> bytes_of(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) {
-    throw ThermalFileError(error ? error.message() : "is no file");
+    throw ThermalFileError(error ? error.message() : "is not a file");
   }
   const auto size = fs::file_size(file, error);
   if (error) {
@@ -119,15 +119,14 @@ ThermalPicture from_counts(Pixels<std::uint16_t> pixels, const ThermalSettings& 
                         .convert(picture.counts, picture.degrees);
   } else {
     throw ThermalFileError(
-        "holds 16-bit counts: the settings must say what they mean, by scale or planck");
+        "contains 16-bit counts: the settings must convert them, by scale or planck");
   }
   return picture;
 }
 
 ThermalPicture from_grey(const Pixels<std::uint8_t>& pixels, const ThermalSettings& settings) {
   if (!settings.grey) {
-    throw ThermalFileError(
-        "holds 8-bit grey levels: the settings must say what they mean, by grey");
+    throw ThermalFileError("contains 8-bit grey levels: the settings must convert them, by grey");
   }
   ThermalPicture picture;
   picture.kind = ThermalFileKind::kGrey8;

@@ -88,7 +88,7 @@ void Reader::object(const YAML::Node& node, ObjectChanges& changes) const {
 
 void Reader::regions(const YAML::Node& node, std::vector<RegionChanges>& regions) const {
   if (!node.IsSequence()) {
-    refuse(node, "regions is no list");
+    refuse(node, "regions is not a list");
   }
   for (const YAML::Node& item : node) {
     RegionChanges region;
@@ -165,7 +165,7 @@ void Reader::read(const YAML::Node& root, ThermalSettings& settings) const {
     settings.object = ObjectChanges::to(settings.object.apply(thermal::ibarguren2013_object()));
   }
   if (settings.scale && settings.planck) {
-    refuse(root, "scale and planck both say what 16-bit counts mean");
+    refuse(root, "scale and planck exclude each other");
   }
 }
 

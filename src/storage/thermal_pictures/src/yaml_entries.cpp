@@ -42,7 +42,7 @@ void YamlEntries::refuse(const YAML::Node& node, const std::string& what) const 
 void YamlEntries::entries(const YAML::Node& map, const std::string& what,
                           const std::vector<Entry>& known) const {
   if (!map.IsMap()) {
-    refuse(map, what + " is no map");
+    refuse(map, what + " is not a map");
   }
   std::set<std::string> seen;
   for (const auto& pair : map) {
@@ -66,7 +66,7 @@ void YamlEntries::entries(const YAML::Node& map, const std::string& what,
 double YamlEntries::number(const YAML::Node& node) const {
   const auto value = as<double>(node);
   if (!value) {
-    refuse(node, spelled(node) + " is no number");
+    refuse(node, spelled(node) + " is not a number");
   }
   return *value;
 }
@@ -74,14 +74,14 @@ double YamlEntries::number(const YAML::Node& node) const {
 int YamlEntries::whole(const YAML::Node& node) const {
   const auto value = as<int>(node);
   if (!value) {
-    refuse(node, spelled(node) + " is no whole number");
+    refuse(node, spelled(node) + " is not an integer");
   }
   return *value;
 }
 
 std::string YamlEntries::text(const YAML::Node& node) const {
   if (!node.IsScalar()) {
-    refuse(node, "a list or map is no text");
+    refuse(node, "a list or map is not a text");
   }
   return node.Scalar();
 }
@@ -103,7 +103,7 @@ std::size_t YamlEntries::chosen(const YAML::Node& node,
     }
     list += (i == 0 ? "" : ", ") + names[i];
   }
-  refuse(node, "'" + value + "' is none of " + list);
+  refuse(node, "'" + value + "' is not one of " + list);
 }
 
 YamlEntries::Entry YamlEntries::number_into(const char* key, double& target) const {

@@ -51,16 +51,16 @@ TEST_F(TemperatureExport, RefusesWhatIsNoneOrNotWhole) {
   };
   refused("cannot be opened");
   write("1.5,warm,2");
-  refused("value 2 is no number");
+  refused("value 2 is not a number");
   write("1.5,2x");
-  refused("value 2 is no number");
+  refused("value 2 is not a number");
   std::string much;
   for (int i = 0; i < 20000; ++i) {
     much += std::to_string(0.001 * i) + ",";
   }
   write_zipped(much);
   fs::resize_file(file_, fs::file_size(file_) / 2);
-  refused("cut short");
+  refused("truncated");
 }
 
 TEST_F(TemperatureExport, ErrorsAreOverAllPixels) {

@@ -69,7 +69,7 @@ TEST_F(ThermalFile, FlirFff) {
   EXPECT_EQ(picture.camera, "Test camera");
   ASSERT_TRUE(picture.radiometry.has_value());
   EXPECT_NEAR(picture.radiometry->object().emissivity, 0.95, 1e-6);
-  EXPECT_THAT(picture.doubts, ElementsAre(HasSubstr("nobody has set")));
+  EXPECT_THAT(picture.doubts, ElementsAre(HasSubstr("unchanged factory defaults")));
   EXPECT_EQ(picture.count.above_range, 0U);
 }
 
@@ -125,7 +125,7 @@ TEST_F(ThermalFile, BrokenFilesAreNamed) {
   const std::string whole = test::SyntheticFlir{}.bytes();
   refuses(write("zero.jpg", ""), {}, "is empty");
   refuses(folder_ / "missing.jpg", {}, "No such file");
-  refuses(folder_, {}, "is no file");
+  refuses(folder_, {}, "is not a file");
   refuses(write("text.png", "hello"), {}, "neither PNG");
   refuses(write("short.fff", whole.substr(0, 150)), {}, "no thermal block (exiftool: ");
   refuses(write("header.fff", whole.substr(0, 40)), {}, "no thermal block");
@@ -138,7 +138,7 @@ TEST_F(ThermalFile, AJpegWithoutThermalBlock) {
   refuses(colour, {}, "has no thermal block");
   ThermalSettings settings;
   settings.grey = GreyScale{.black = 0, .white = 255};
-  refuses(colour, settings, "is a colour picture");
+  refuses(colour, settings, "is a colour image");
   const fs::path grey = write("grey.jpg", cv::Mat(6, 8, CV_8UC1, cv::Scalar(100)));
   const ThermalPicture picture = ThermalFileReader(settings).read(grey);
   EXPECT_EQ(picture.kind, ThermalFileKind::kGrey8);
@@ -150,7 +150,7 @@ TEST_F(ThermalFile, Counts16NeedAMeaning) {
   image.at<std::uint16_t>(2, 3) = 31000;
   for (const char* name : {"a.png", "a.tiff"}) {
     const fs::path file = write(name, image);
-    refuses(file, {}, "must say what they mean, by scale or planck");
+    refuses(file, {}, "must convert them, by scale or planck");
     ThermalSettings settings;
     settings.scale = LinearScale{.gain = 0.01, .offset = -273.15};
     const ThermalPicture picture = ThermalFileReader(settings).read(file);
@@ -184,7 +184,7 @@ TEST_F(ThermalFile, GreyOfARange) {
   cv::Mat image(6, 8, CV_8UC1, cv::Scalar(51));
   image.at<std::uint8_t>(0, 0) = 255;
   const fs::path file = write("a.png", image);
-  refuses(file, {}, "must say what they mean, by grey");
+  refuses(file, {}, "must convert them, by grey");
   ThermalSettings settings;
   settings.grey = GreyScale{.black = 100, .white = 300};
   const ThermalPicture picture = ThermalFileReader(settings).read(file);
@@ -201,7 +201,7 @@ TEST_F(ThermalFile, PicturesCutShort) {
   for (const char* name : {"whole.png", "whole.tiff"}) {
     const std::string bytes = content(write(name, image));
     refuses(write(std::string("half_") + name, bytes.substr(0, bytes.size() / 2)), settings,
-            "cut short");
+            "truncated");
   }
 }
 

@@ -64,17 +64,18 @@ TEST(ThermalSettings, ErrorsNameFileAndLine) {
   };
   const auto parsing = [](const char* text) { return [text] { (void)parse(text); }; };
   EXPECT_THAT(parsing("a: ["), throws("thermal.yaml:"));
-  EXPECT_THAT(parsing("- 1"), throws("thermal.yaml:1: the file is no map"));
+  EXPECT_THAT(parsing("- 1"), throws("thermal.yaml:1: the file is not a map"));
   EXPECT_THAT(parsing("\nobjekt: 1"), throws("thermal.yaml:2: unknown name 'objekt'; there is"));
   EXPECT_THAT(parsing("float_unit: kelvin\nfloat_unit: kelvin"),
               throws("thermal.yaml:2: 'float_unit' is given twice"));
-  EXPECT_THAT(parsing("object: {emissivity: high}"), throws("thermal.yaml:1: 'high' is no number"));
+  EXPECT_THAT(parsing("object: {emissivity: high}"),
+              throws("thermal.yaml:1: 'high' is not a number"));
   EXPECT_THAT(parsing("object:\n  emissivity: 1.5"),
               throws("thermal.yaml:2: emissivity: 1.5 is outside (0, 1]"));
-  EXPECT_THAT(parsing("object: 3"), throws("thermal.yaml:1: object is no map"));
+  EXPECT_THAT(parsing("object: 3"), throws("thermal.yaml:1: object is not a map"));
   EXPECT_THAT(parsing("preset: torresol"),
-              throws("thermal.yaml:1: 'torresol' is none of ibarguren2013"));
-  EXPECT_THAT(parsing("regions: {}"), throws("thermal.yaml:1: regions is no list"));
+              throws("thermal.yaml:1: 'torresol' is not one of ibarguren2013"));
+  EXPECT_THAT(parsing("regions: {}"), throws("thermal.yaml:1: regions is not a list"));
   EXPECT_THAT(parsing("regions: [{x: 1, y: 1}]"), throws("thermal.yaml:1: a region needs"));
   EXPECT_THAT(parsing("scale: {gain: 0, offset: 1}"), throws("thermal.yaml:1: gain: 0"));
   EXPECT_THAT(parsing("grey: {black: 5, white: 5}"), throws("thermal.yaml:1: white: 5"));

@@ -48,12 +48,12 @@ class Table {
                             "a quotation mark is not closed");
     }
     if (rows_.rows.empty()) {
-      throw LedgerTextError(1, "", "there is no header");
+      throw LedgerTextError(1, "", "the header is missing");
     }
     const CsvRow& header = rows_.rows.front();
     for (std::size_t column = 0; column < header.cells.size(); ++column) {
       if (!columns_.emplace(header.cells[column], column).second) {
-        throw LedgerTextError(header.line, header.cells[column], "the column is there twice");
+        throw LedgerTextError(header.line, header.cells[column], "duplicate column");
       }
     }
     for (const CsvRow& row : rows_.rows) {
@@ -144,7 +144,7 @@ std::vector<LedgerRun> read_header(const Table& table) {
         fail(partner, "the column is missing");
       }
     } else {
-      fail(column, "is no column of a ledger");
+      fail(column, "is not a column of a ledger");
     }
   }
   if (!table.has("id")) {
@@ -181,7 +181,7 @@ void read_lengths(const Table& table, WeldLedger& ledger) {
     const double length = welds[k].chainage - welds[k - 1].chainage;
     if (!(length > 0.0)) {
       table.fail(k, has_chainage ? "chainage_m" : "joint_length_m",
-                 format_optional_csv_number(welds[k].chainage) + " does not rise from " +
+                 format_optional_csv_number(welds[k].chainage) + " is not above " +
                      format_optional_csv_number(welds[k - 1].chainage));
     }
     if (!has_joint) {
@@ -217,7 +217,7 @@ MapFrame read_frame(const Table& table) {
   const bool geodetic = table.has("latitude_deg");
   const bool local = table.has("x_m");
   if (geodetic && local) {
-    throw LedgerTextError(1, "x_m", "there is latitude_deg too: a ledger has one map");
+    throw LedgerTextError(1, "x_m", "latitude_deg is given too: a ledger has one map");
   }
   const MapFrame frame = geodetic ? MapFrame::kGeodetic
                          : local  ? MapFrame::kLocal
@@ -225,14 +225,15 @@ MapFrame read_frame(const Table& table) {
   for (const MapFrame possible : {MapFrame::kGeodetic, MapFrame::kLocal}) {
     for (const char* column : map_columns(possible)) {
       if (table.has(column) != (possible == frame)) {
-        throw LedgerTextError(1, column,
-                              possible == frame ? "the column is missing" : "has no partners");
+        throw LedgerTextError(
+            1, column, possible == frame ? "the column is missing" : "is an incomplete position");
       }
     }
   }
   if (table.has("position_sd_m") != (frame != MapFrame::kNone)) {
-    throw LedgerTextError(1, "position_sd_m",
-                          frame != MapFrame::kNone ? "the column is missing" : "has no partners");
+    throw LedgerTextError(
+        1, "position_sd_m",
+        frame != MapFrame::kNone ? "the column is missing" : "is an incomplete position");
   }
   return frame;
 }
@@ -289,7 +290,7 @@ void read_sightings(const Table& table, WeldLedger& ledger) {
         direction = direction == 0.0 ? step : direction;
         if (!(step * direction > 0.0)) {
           table.fail(k, chainage,
-                     table.cell(k, chainage) + " does not go on from " +
+                     table.cell(k, chainage) + " does not continue from " +
                          format_optional_csv_number(previous));
         }
       }
@@ -368,7 +369,7 @@ WeldLedger ledger_from_csv(std::string_view text, double default_standard_deviat
       table.fail(k, "id", "is missing");
     }
     if (!ids.insert(ledger.welds[k].id).second) {
-      table.fail(k, "id", "'" + ledger.welds[k].id + "' is there twice");
+      table.fail(k, "id", "'" + ledger.welds[k].id + "' is a duplicate");
     }
   }
   read_lengths(table, ledger);

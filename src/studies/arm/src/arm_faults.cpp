@@ -63,11 +63,11 @@ std::vector<FaultScore> run_faults(const DriveSettings& settings, std::uint64_t 
     ArmReason reason;
   };
   std::vector<FaultScore> scores;
-  for (const Case& expected : {Case{"the tracker sees no pipe any more", Fault::kPipeLost,
+  for (const Case& expected : {Case{"the tracker detects no pipe", Fault::kPipeLost,
                                     ArmState::kStowed, ArmReason::kSearchedInVain},
-                               Case{"odometry comes no more", Fault::kOdometryStale,
-                                    ArmState::kHolding, ArmReason::kStaleOdometry},
-                               Case{"the pipe sinks beyond reach", Fault::kPipeOutOfReach,
+                               Case{"odometry stops", Fault::kOdometryStale, ArmState::kHolding,
+                                    ArmReason::kStaleOdometry},
+                               Case{"the pipe moves out of reach", Fault::kPipeOutOfReach,
                                     ArmState::kStowed, ArmReason::kSearchedInVain}}) {
     FaultScore score = run_fault(drive, seed, expected.fault);
     score.fault = expected.name;

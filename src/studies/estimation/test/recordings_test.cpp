@@ -89,7 +89,7 @@ TEST(Recording, MalformedFilesAreNamed) {
   EXPECT_EQ(fault_of(files), "");
   CarFiles broken = files;
   broken.gyro = "t,x,y,z\n0,0,0,0\n1,0,north,0\n";
-  EXPECT_THAT(fault_of(broken), HasSubstr("gyro.csv:3: 'north' is no number"));
+  EXPECT_THAT(fault_of(broken), HasSubstr("gyro.csv:3: 'north' is not a number"));
   broken = files;
   broken.wheel_speed = "t,a,b,c,d\n0,1,1,1\n";
   EXPECT_THAT(fault_of(broken), HasSubstr("wheel_speed.csv:2: 4 numbers"));

@@ -85,7 +85,7 @@ InspectionList read_inspection_list(std::string_view text, const ListColumns& co
     const auto parsed = std::from_chars(distance.data(), end, feet);
     if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(feet)) {
       refuse(name, row.line,
-             "column '" + std::string(columns.chainage) + "': '" + distance + "' is no number");
+             "column '" + std::string(columns.chainage) + "': '" + distance + "' is not a number");
     }
     ListedFeature feature{.chainage = feet * kFoot,
                           .kind = lower_case(row.cells[kind_column]),

@@ -23,7 +23,7 @@ def draw(recording: Recording) -> Figure:
     names = [f"{bias}_{axis}" for bias, _, _ in _BIASES for axis, _ in _AXES] + [_SCALE]
     states = read_states(recording, [*names, *(f"{name}_standard_deviation" for name in names)], [])
     if not any(numpy.isfinite(states.numbers[name]).any() for name in names):
-        raise Missing(f"{states.path} has no state in which the estimator ran")
+        raise Missing(f"{states.path} has no state of a running estimator")
     time = time_of_run(recording, states.numbers["stamp"])
     with_scale = bool(numpy.isfinite(states.numbers[_SCALE]).any())
     figure = style.figure(2.7 + 0.9 * with_scale)

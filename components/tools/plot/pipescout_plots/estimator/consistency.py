@@ -39,13 +39,13 @@ def _draw(axes: Axes, time: TimeAxis, stamps: numpy.ndarray, nees: numpy.ndarray
           quantiles: tuple[int, float, float]) -> None:
     degrees, low, high = quantiles
     known = nees[numpy.isfinite(nees)]
-    axes.axhspan(low, high, color=style.PALE_BLUE, linewidth=0, zorder=0, label="95 % of a right covariance")
-    axes.axhline(degrees, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), label="mean of it")
+    axes.axhspan(low, high, color=style.PALE_BLUE, linewidth=0, zorder=0, label="95 % of a consistent estimator")
+    axes.axhline(degrees, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), label="expected value")
     time.line(axes, stamps, numpy.maximum(nees, _LEAST), color=style.BLUE, linewidth=0.6, label="NEES")
     axes.set_yscale("log")
     bottom, top = axes.get_ylim()
     axes.set_ylim(max(min(bottom, low / 3), _LEAST), max(top, 3 * high))
     if known.size:
         inside = 100 * numpy.mean((known >= low) & (known <= high))
-        axes.set_title(f"mean {known.mean():.2f} (right: {degrees}), {inside:.0f} % in the band", loc="right",
+        axes.set_title(f"mean {known.mean():.2f} (expected: {degrees}), {inside:.0f} % in the band", loc="right",
                        pad=2)

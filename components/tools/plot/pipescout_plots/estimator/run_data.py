@@ -13,7 +13,7 @@ from ..time_axis import TimeAxis
 
 AXES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
 _WHY = "the recorder of a state estimator writes it"
-_NO_TRUTH = "only a simulated run knows where it really was"
+_NO_TRUTH = "ground truth is available in simulated runs only"
 SAME_TIME = 1e-3
 """Seconds: a measurement and what became of it have stamps that rounding sets apart by less."""
 
@@ -88,7 +88,7 @@ class Factors:
 
 def read_factors(recording: Recording) -> Factors:
     """Raises Missing and BadData."""
-    table = recording.table("factors.csv", "no measurement was judged",
+    table = recording.table("factors.csv", "no measurement was processed",
                             ["stamp", "chi_square", "degrees", "weight"], ["kind", "outcome"])
     table.require_finite("stamp")
     degrees = table.numbers["degrees"]
@@ -103,7 +103,7 @@ def read_factors_if_any(recording: Recording) -> Factors | None:
     try:
         return read_factors(recording)
     except Missing as reason:
-        recording.notes.append(f"what became of single measurements is not known: {reason}")
+        recording.notes.append(f"outcomes of single measurements are not available: {reason}")
         return None
 
 
@@ -117,7 +117,7 @@ def read_states(recording: Recording, numbers: list[str], texts: list[str]) -> T
 
 def read_sources(recording: Recording, states: Table) -> Table:
     """Of sources.csv the stamps, sources and states. Raises Missing and BadData."""
-    table = recording.table("sources.csv", "the estimator named no source", ["stamp"], ["source", "state"])
+    table = recording.table("sources.csv", "the estimator has no source", ["stamp"], ["source", "state"])
     table.numbers["stamp"] = _since_first_time(table.numbers["stamp"], states.numbers["stamp"])
     table.require_rising("stamp")
     return table

@@ -95,7 +95,7 @@ def _draw_gated(axes: Axes, time: TimeAxis, row: int, name: str, factors: Factor
         _, first = numpy.unique(numpy.round(places / float(time(numpy.array(time.end))) / _LEAST_SEEN),
                                 return_index=True)
         axes.plot(places[first], numpy.full(first.size, row + 0.22), "|", color=style.BLACK, markersize=4,
-                  markeredgewidth=0.5, label="a measurement gated")
+                  markeredgewidth=0.5, label="gated measurement")
 
 
 def _draw_restarts(axes: Axes, time: TimeAxis, states: Table) -> None:

@@ -28,7 +28,7 @@ def write(recording: Recording, path: Path) -> None:
     """Raises Missing, BadData and OSError."""
     images = read_images(recording)
     if len(images) < 2:
-        raise Missing("one image does not move")
+        raise Missing("an animation needs two images")
     frames = _frames(recording, images, min(len(images), MOST_FRAMES))
     write_gif(frames, DRAWN_WITH, path)
 

@@ -62,7 +62,7 @@ def read_camera(recording: Recording) -> Camera:
         camera = Camera(int(content["image_width"]), int(content["image_height"]), matrix,
                         numpy.resize(numpy.append(distortion, numpy.zeros(5)), 5))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as problem:
-        raise BadData(f"{path}: no calibration as ROS writes it: {problem!r}") from problem
+        raise BadData(f"{path}: not a calibration in the format of ROS: {problem!r}") from problem
     if not numpy.isfinite(matrix).all() or matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
         raise BadData(f"{path}: camera_matrix is not that of a camera")
     return camera
@@ -78,11 +78,11 @@ def read_pgm(path: Path) -> numpy.ndarray:
     try:
         width, height, top = (int(word) for word in words[1:])
     except ValueError:
-        raise BadData(f"{path}: no binary PGM file") from None
+        raise BadData(f"{path}: not a binary PGM file") from None
     header = content.find(words[3], content.find(words[2], content.find(words[1], 2) + len(words[1]))
                           + len(words[2])) + len(words[3]) + 1
     if words[0] != b"P5" or top != 255 or not (0 < width <= _LARGEST and 0 < height <= _LARGEST):
-        raise BadData(f"{path}: no binary PGM file of 8 bits")
+        raise BadData(f"{path}: not a binary PGM file of 8 bits")
     pixels = numpy.frombuffer(content, numpy.uint8, offset=min(header, len(content)))
     if pixels.size < width * height:
         raise BadData(f"{path}: {pixels.size} pixels, and its header says {width} x {height}")

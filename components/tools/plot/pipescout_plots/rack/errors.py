@@ -21,7 +21,7 @@ def draw(recording: Recording) -> Figure:
     truth = read_truth(recording)
     error = pose_errors(poses, truth)
     if not numpy.isfinite(error).any():
-        raise Missing(f"{recording.folder / 'pose.csv'} has no pose of a time of truth.csv")
+        raise Missing(f"{recording.folder / 'pose.csv'} has no pose within the time of truth.csv")
     timeline = Timeline(recording, min(poses.times[0], truth.times[0]),
                         max(poses.times[-1], truth.times[-1]))
     figure = style.figure(3.5)

@@ -15,7 +15,7 @@ from . import rotations
 AXES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _WHY = "the recorder of a flight over a rack writes it"
-_NO_TRUTH = "only a simulated flight knows where it really was"
+_NO_TRUTH = "ground truth is available in simulated flights only"
 MISSING_FOR = 0.5
 """Seconds without a sample that are drawn as a gap."""
 
@@ -172,7 +172,7 @@ def read_servo(recording: Recording) -> Servo:
         if len(place) == 3:
             servo.camera_position = numpy.array(place, dtype=float)
     except _NOT_READ as problem:
-        recording.notes.append(f"mission.yaml: what the visual servo was told is not known ({problem})")
+        recording.notes.append(f"mission.yaml: parameters of the visual servo are not available ({problem})")
     return servo
 
 
@@ -187,7 +187,7 @@ def read_true_offsets(recording: Recording, pipes: list[str]) -> dict[str, float
         offsets = [float(value) for value in simulation.get("offsets") or [0.0] * len(pipes)]
         return dict(zip(pipes, offsets)) if len(offsets) == len(pipes) else {}
     except _NOT_READ as problem:
-        recording.notes.append(f"mission.yaml: where the pipes really lay is not known ({problem})")
+        recording.notes.append(f"mission.yaml: true offsets of the pipes are not available ({problem})")
         return {}
 
 

@@ -43,7 +43,7 @@ def draw(recording: Recording) -> Figure:
         style.label_panel(axes, letter)
         axes.margins(y=0.1)
     upper.set_ylabel("distance d̄ [cm]" if distances else "offset [cm]")
-    lower.set_ylabel("error [mm]" if truth else "less its last value [mm]")
+    lower.set_ylabel("error [mm]" if truth else "minus last value [mm]")
     lower.axhline(0, color=style.BLACK, linewidth=0.4)
     lower.set_xlabel(timeline.label)
     _limit(lower, table, pipes, numpy.concatenate(errors))

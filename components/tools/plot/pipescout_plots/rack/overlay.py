@@ -47,7 +47,7 @@ class Images:
         path = image_file(recording, self.files[number])
         pixels = read_pgm(path)
         if pixels.shape != (self.camera.height, self.camera.width):
-            raise Missing(f"{path} has another size than camera.yaml")
+            raise Missing(f"{path} differs in size from camera.yaml")
         return pixels
 
     def lines(self, number: int) -> list[Line]:
@@ -72,7 +72,7 @@ def read_images(recording: Recording) -> Images:
     try:
         offsets = recording.table("offsets.csv", "the localizer gave none", ["stamp", "offset"], ["pipe"])
     except Missing as reason:
-        recording.notes.append(f"images show the pipes where the rack file has them: {reason}")
+        recording.notes.append(f"images show the pipes without offsets: {reason}")
         offsets = None
     stamps = images.numbers["stamp"]
     images.require_finite("stamp")

@@ -75,7 +75,7 @@ class Rack:
 
 def read_rack(recording: Recording) -> Rack:
     """Raises Missing, and BadData naming file and line."""
-    return parse_rack(recording.path("rack.yaml", "its recorder was not told the rack file"))
+    return parse_rack(recording.path("rack.yaml", "its recorder had no rack file"))
 
 
 class _Mapping(dict):
@@ -104,7 +104,7 @@ def parse_rack(path: Path) -> Rack:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
         raise BadData(f"{path}: {problem}") from problem
     if not isinstance(content, _Mapping):
-        raise BadData(f"{path}: no rack: neither 'row' nor 'pipes' nor 'supports'")
+        raise BadData(f"{path}: not a rack: neither 'row' nor 'pipes' nor 'supports'")
     reader = _Reader(path)
     pipes = reader.row(reader.entries(content, "row"))
     pipes += [reader.pipe(entry) for entry in reader.entries(content, "pipes")]
@@ -135,7 +135,7 @@ class _Reader:
         direction = self._vector(entry, "direction")
         length = float(numpy.linalg.norm(direction))
         if length == 0:
-            self._refuse(entry, "direction", "has no length")
+            self._refuse(entry, "direction", "is zero")
         return Pipe(self._name(entry), self._vector(entry, "start"), direction / length,
                     self._radii(entry))
 
@@ -146,7 +146,7 @@ class _Reader:
     def entries(self, content: _Mapping, key: str) -> list[_Mapping]:
         entries = content.get(key) or []
         if not isinstance(entries, list) or not all(isinstance(entry, _Mapping) for entry in entries):
-            self._refuse(content, key, "is no list of mappings")
+            self._refuse(content, key, "is not a list of mappings")
         return entries
 
     def _radii(self, entry: _Mapping) -> list[tuple[float, float]]:
@@ -166,18 +166,18 @@ class _Reader:
 
     def _name(self, entry: _Mapping) -> str:
         if not isinstance(entry.get("name"), str):
-            self._refuse(entry, "name", "is no text")
+            self._refuse(entry, "name", "is not text")
         return entry["name"]
 
     def _vector(self, entry: _Mapping, key: str) -> numpy.ndarray:
         values = entry.get(key)
         if not isinstance(values, list) or len(values) != 3:
-            self._refuse(entry, key, "is no list of three numbers")
+            self._refuse(entry, key, "is not a list of three numbers")
         return numpy.array([self._number(entry, key, value) for value in values])
 
     def _number(self, entry: _Mapping, key: str, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            self._refuse(entry, key, "is no finite number")
+            self._refuse(entry, key, "is not a finite number")
         return float(value)
 
     def _refuse(self, entry: _Mapping, key: str, why: str) -> NoReturn:

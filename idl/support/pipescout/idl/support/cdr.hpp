@@ -16,7 +16,7 @@
 #include "pipescout/idl/bounded_vector.hpp"
 #include "pipescout/idl/message_type.hpp"
 
-/// What the generated code calls for the fields of a message; for that code only.
+/// Serialisation of the fields of a message, called by the generated code only.
 namespace pipescout::idl {
 
 template <class T>
@@ -25,13 +25,13 @@ concept Number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 template <class T>
 concept Structure = Message<T>;
 
-/// Bytes of a character of a wide string, which CDR in ROS 2 has as a `wchar_t` of Linux.
+/// Bytes of a character of a wide string: CDR in ROS 2 uses the `wchar_t` of Linux.
 inline constexpr std::size_t kWideCharacterSize = 4;
 
 static_assert(std::endian::native == std::endian::little,
               "what is copied at once is little-endian");
 
-/// The bytes are no message of the type, or the message cannot be written.
+/// The data is not a message of the type, or the message cannot be written.
 class CdrError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -48,7 +48,7 @@ constexpr std::size_t padding(std::size_t at) {
   return (Size - at) & (Size - 1);
 }
 
-/// Throws what leads to a refusal of the message when `bound`, unless 0, is exceeded.
+/// Throws CdrError when `bound`, unless 0, is exceeded.
 inline void check_bound(std::size_t length, std::size_t bound) {
   if (bound != 0 && length > bound) {
     refuse_bound(length, bound);
@@ -66,19 +66,18 @@ char* bytes_of(T& message) {
   return reinterpret_cast<char*>(&message);
 }
 
-/// Characters ahead of the first NUL, as CDR strings cannot hold one.
+/// Characters before the first NUL, as CDR strings cannot contain one.
 inline std::size_t text_length(const std::string& text) {
   const void* const end = std::memchr(text.data(), 0, text.size());
   return end == nullptr ? text.size()
                         : static_cast<std::size_t>(static_cast<const char*>(end) - text.data());
 }
 
-/// Writes fields one behind the other as little-endian CDR. Throws CdrError when the buffer is too
-/// small or a bound is exceeded.
+/// Writes consecutive fields as little-endian CDR. Throws CdrError when the buffer is too small or
+/// a bound is exceeded.
 ///
-/// The encapsulation ahead of the fields is fastcdr's; these are functions that the compiler sees
-/// through, for its calls took twice the time of Cyclone's generated code for messages of short
-/// strings.
+/// fastcdr writes the encapsulation header. The fields are written by inline functions, because
+/// fastcdr's calls took twice the time of Cyclone's generated code for messages of short strings.
 class CdrWriter {
  public:
   /// Alignment counts from `begin`.
@@ -86,7 +85,7 @@ class CdrWriter {
 
   [[nodiscard]] std::size_t written() const { return static_cast<std::size_t>(at_ - begin_); }
 
-  /// Numbers of the same size that lie one behind the other in memory.
+  /// Contiguous numbers of the same size in memory.
   template <std::size_t Size>
   void numbers(const void* first, std::size_t count) {
     if (count != 0) {
@@ -130,7 +129,7 @@ class CdrWriter {
     put(sequence.vector(), bounds...);
   }
 
-  /// A sequence of structures that are made of `count` numbers of the same size.
+  /// A sequence of structures that consist of `count` numbers of the same size.
   template <std::size_t Size, class T>
   void put_uniform(const std::vector<T>& sequence, std::size_t count) {
     put_length(sequence.size());
@@ -150,7 +149,7 @@ class CdrWriter {
     put(static_cast<std::uint32_t>(length));
   }
 
-  /// Takes `size` bytes behind zeros up to the alignment.
+  /// Reserves `size` bytes after zero padding to the alignment.
   template <std::size_t Alignment>
   char* make_room(std::size_t size) {
     const std::size_t zeros = padding<Alignment>(written());
@@ -185,15 +184,14 @@ class CdrWriter {
   char* end_;
 };
 
-/// Elements of a variable size for which room is made before the first of them is read.
+/// Elements of variable size for which memory is allocated before the first one is read.
 inline constexpr std::size_t kReservedElements = 64;
 
-/// Reads fields one behind the other, of either byte order. Throws CdrError on truncated or
-/// malformed bytes.
+/// Reads consecutive fields, in either byte order. Throws CdrError on truncated or malformed bytes.
 ///
-/// A sequence announces its length ahead of its elements, and a hostile or broken peer may announce
-/// any. Memory is taken only for what can follow in the bytes that are left, and of elements of a
-/// variable size only as they arrive.
+/// The length of a sequence precedes its elements, and a hostile or faulty peer may send any value.
+/// Memory is allocated only for elements that fit into the remaining bytes, and for elements of
+/// variable size only as they are read.
 class CdrReader {
  public:
   /// Alignment counts from `begin`. `swap`: the bytes are big-endian.
@@ -202,7 +200,7 @@ class CdrReader {
 
   [[nodiscard]] std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
 
-  /// Numbers of the same size that lie one behind the other in memory.
+  /// Contiguous numbers of the same size in memory.
   template <std::size_t Size>
   void numbers(void* first, std::size_t count) {
     if (count == 0) {
@@ -230,7 +228,7 @@ class CdrReader {
 
   void get(std::string& text, std::size_t bound = 0) {
     const std::size_t length = get_length(1);
-    if (length == 0) {  // instead of a NUL, as some writers have it
+    if (length == 0) {  // instead of a NUL, as some writers do
       text.clear();
       return;
     }
@@ -267,7 +265,7 @@ class CdrReader {
   template <class T, class... Bounds>
   requires std::is_class_v<T>
   void get(std::vector<T>& sequence, Bounds... bounds) {
-    // No element is shorter than a byte; each read below checks for itself.
+    // Each element takes at least one byte; the reads below check the rest.
     get_elements(sequence, get_length(1), bounds...);
   }
 
@@ -293,7 +291,7 @@ class CdrReader {
   }
 
  private:
-  /// Takes `size` bytes behind the padding to the alignment.
+  /// Takes `size` bytes after the padding to the alignment.
   template <std::size_t Alignment>
   const char* take(std::size_t size) {
     const std::size_t skipped = padding<Alignment>(static_cast<std::size_t>(at_ - begin_));
@@ -317,7 +315,7 @@ class CdrReader {
     return length;
   }
 
-  /// Looks at the length that follows without taking it.
+  /// Returns the next length without consuming it.
   void check_next_length(std::size_t bound) {
     CdrReader ahead(*this);
     std::uint32_t length = 0;
@@ -331,7 +329,7 @@ class CdrReader {
     if (length == 0) {
       sequence.clear();
     } else if constexpr (std::is_same_v<T, std::uint8_t>) {
-      // Copies in one pass, where resizing first would fill a new vector with zeros.
+      // Copies in one pass; resizing first would fill the new elements with zeros.
       const auto* const first = reinterpret_cast<const std::uint8_t*>(take<1>(length));
       sequence.assign(first, first + length);
     } else {
@@ -360,7 +358,7 @@ class CdrReader {
   bool swap_;
 };
 
-/// Adds up what fields take that CdrWriter writes one behind the other.
+/// Adds up the size of consecutive fields as CdrWriter writes them.
 class CdrSize {
  public:
   /// Bytes so far, without the encapsulation header.
@@ -406,7 +404,7 @@ class CdrSize {
     add(sequence.vector());
   }
 
-  /// A sequence of `length` structures that are made of `count` numbers of the same size.
+  /// A sequence of `length` structures that consist of `count` numbers of the same size.
   template <std::size_t Size>
   void add_uniform(std::size_t length, std::size_t count) {
     numbers<4>(1);

@@ -10,10 +10,10 @@
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/idl/support/cdr.hpp"
 
-/// What the generated code describes its types with; for that code only.
+/// Type descriptions of the generated code; for that code only.
 namespace pipescout::idl {
 
-/// Bytes ahead of every serialised message that tell its encoding.
+/// Encapsulation header before every serialised message, which gives its encoding.
 inline constexpr std::size_t kEncapsulationSize = 4;
 
 using WriteFields = void (*)(CdrWriter& cdr, const void* message);
@@ -92,7 +92,7 @@ constexpr SequenceAccess sequence_access() {
 template <class Sequence>
 inline constexpr SequenceAccess kSequenceAccess = sequence_access<Sequence>();
 
-/// The types of a package, sorted by name: what a generated library gives under the symbol
+/// The types of a package, sorted by name: exported by a generated library as the symbol
 /// `pipescout_message_types_of_PACKAGE`.
 struct PackageTypes {
   const MessageType* const* types;

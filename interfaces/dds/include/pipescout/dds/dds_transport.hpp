@@ -8,7 +8,7 @@
 
 #include "pipescout/runtime/transport.hpp"
 
-/// The transport over Fast DDS: what makes a context's nodes seen by other processes, and by ROS 2.
+/// The transport over Fast DDS, which connects a context's nodes to other processes and to ROS 2.
 namespace pipescout {
 
 /// How the participant joins the network. Defaults are those of ROS 2.
@@ -19,8 +19,8 @@ struct DdsOptions {
   /// Participant name in discovery.
   std::string name = "pipescout";
   /// Bytes of the shared memory segment that carries data to other processes on this machine.
-  /// Should hold several of the largest messages: what does not fit has to be sent again. Limited
-  /// to an eighth of what /dev/shm has free.
+  /// Should hold several of the largest messages: what does not fit has to be retransmitted.
+  /// Limited to an eighth of the free space in /dev/shm.
   std::size_t shared_memory_segment_bytes = std::size_t{32} * 1024 * 1024;
 
   /// Reads `ROS_DOMAIN_ID` and `ROS_LOCALHOST_ONLY`. Throws std::invalid_argument naming the

@@ -11,15 +11,15 @@
 
 namespace pipescout {
 
-/// Parameters of a component that are the fields of one struct: declared with the values of a
-/// struct that is given, a preset for one, and read into another.
+/// Parameters of a component that correspond to the fields of one struct: declared with the values
+/// of a given struct, for example a preset, as defaults, and read into another one.
 template <class Struct>
 class BoundParameters {
  public:
   template <class T>
   using Field = std::function<T&(Struct&)>;
 
-  /// `defaults`: whose fields the parameters have as default values.
+  /// `defaults`: struct with the default values of the parameters.
   BoundParameters(Parameters& parameters, Struct defaults)
       : parameters_(&parameters), defaults_(std::move(defaults)) {}
 
@@ -50,7 +50,7 @@ class BoundParameters {
          std::move(field)});
   }
 
-  /// The defaults with the values that the parameters have now.
+  /// The defaults overwritten with the current values of the parameters.
   [[nodiscard]] Struct read() const {
     Struct result = defaults_;
     const auto copy = [&result](const auto& bound) {

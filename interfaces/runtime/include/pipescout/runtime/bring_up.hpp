@@ -5,17 +5,19 @@
 
 #include "pipescout/runtime/component.hpp"
 
-/// The whole way up and down the lifecycle, for whoever owns a component. The executor must spin.
+/// Complete bring-up and shutdown through the lifecycle, for the owner of a component. The executor
+/// must spin.
 namespace pipescout {
 
-/// Configures and activates; stops where it fails. `done` is called with the outcome of the last
-/// transition, in the component's default group: it must not be the last owner of the component.
-/// Thread-safe.
+/// Configures and activates; stops at the first failure. `done` is called with the outcome of the
+/// last transition, in the component's default group: it must not be the last owner of the
+/// component. Thread-safe.
 void bring_up(Component& component, std::function<void(const TransitionResult&)> done);
 
-/// Deactivates, cleans up and shuts down, whatever of it fails, from the state that the component
-/// is in. `finished` is called in the component's default group when nothing is left to try; the
-/// component can be destroyed then, but not by that call. Thread-safe.
+/// Deactivates, cleans up and shuts down, from the current state of the component; a failed
+/// transition does not stop the sequence. `finished` is called in the component's default group
+/// after the last transition; the component can be destroyed then, but not by that call.
+/// Thread-safe.
 void take_down(Component& component, std::function<void()> finished);
 
 }  // namespace pipescout

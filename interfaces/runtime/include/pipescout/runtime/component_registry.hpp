@@ -13,7 +13,7 @@
 
 namespace pipescout {
 
-/// A component class that an installed package offers.
+/// A component class that an installed package provides.
 struct ComponentType {
   std::string class_name;  ///< fully qualified: "pipescout::OdometryFusion"
   std::string package;
@@ -22,30 +22,29 @@ struct ComponentType {
   bool operator==(const ComponentType&) const = default;
 };
 
-/// No package offers the class, or several do and it is not said which is meant. The message names
-/// the class, what is similar or in conflict, and how many prefixes were searched.
+/// No package provides the class, or several do and none was selected. The message names the class,
+/// similar or conflicting ones, and how many prefixes were searched.
 class UnknownComponent : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The class is known, but its library cannot be loaded or does not have it. The message gives the
-/// library and the loader's reason.
+/// The class is registered, but its library cannot be loaded or does not contain it. The message
+/// gives the library and the loader's reason.
 class ComponentLoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Finds component classes by name in what is installed, and makes objects of them. A package says
-/// what it offers in `<prefix>/share/ament_index/resource_index/pipescout_components/<package>`,
-/// see `pipescout_add_component` in CMake. A package that stands in several prefixes counts where
-/// it is found first, so that an overlay workspace hides what it replaces.
+/// Finds installed component classes by name and creates objects of them. A package lists its
+/// classes in `<prefix>/share/ament_index/resource_index/pipescout_components/<package>`, see
+/// `pipescout_add_component` in CMake. Of a package in several prefixes the first one is used, so
+/// that an overlay workspace hides what it replaces.
 ///
-/// Libraries are loaded when first needed and stay until the process ends: messages that a
-/// component published, and exceptions that it threw, may live longer than itself, and their code
-/// is in its library.
+/// Libraries are loaded when first needed and stay loaded until the process ends: messages and
+/// exceptions of a component may outlive it, and their code is in its library.
 ///
-/// Looks at the disk once, at construction. Thread-safe.
+/// Reads the index once, at construction. Thread-safe.
 class ComponentRegistry {
  public:
   /// Searches `default_prefixes()`.
@@ -53,19 +52,19 @@ class ComponentRegistry {
   explicit ComponentRegistry(const std::vector<std::filesystem::path>& prefixes);
 
   /// The prefixes of `AMENT_PREFIX_PATH`, of `CMAKE_PREFIX_PATH`, that of the running executable,
-  /// and in a workspace with a prefix per package (colcon's isolated layout) those beside it. Each
-  /// once, in this order.
+  /// and in a workspace with a prefix per package (colcon's isolated layout) those of the other
+  /// packages. Each once, in this order.
   [[nodiscard]] static std::vector<std::filesystem::path> default_prefixes();
 
   /// Sorted by class, then by package.
   [[nodiscard]] const std::vector<ComponentType>& types() const noexcept { return types_; }
-  /// What could not be read of the index: "file:line: reason". The rest is usable.
+  /// Errors of the index: "file:line: reason". The other entries are usable.
   [[nodiscard]] const std::vector<std::string>& problems() const noexcept { return problems_; }
 
-  /// `package` empty: of whichever package offers the class. Throws UnknownComponent.
+  /// `package` empty: any package that provides the class. Throws UnknownComponent.
   [[nodiscard]] const ComponentType& find(std::string_view class_name,
                                           std::string_view package = {}) const;
-  /// Makes a component. Throws UnknownComponent, ComponentLoadError, and what the component's
+  /// Creates a component. Throws UnknownComponent, ComponentLoadError, and what the component's
   /// constructor throws.
   [[nodiscard]] ComponentPtr<> create(std::string_view class_name, ComponentOptions options,
                                       std::string_view package = {}) const;
@@ -78,8 +77,8 @@ class ComponentRegistry {
   std::vector<std::string> problems_;
 };
 
-/// The node name that a component of a class gets when none is given: the class's own name in snake
-/// case, "pipescout::OdometryFusion" -> "odometry_fusion".
+/// The default node name of a component: the class name without namespace in snake case,
+/// "pipescout::OdometryFusion" -> "odometry_fusion".
 [[nodiscard]] std::string default_component_name(std::string_view class_name);
 
 }  // namespace pipescout

@@ -14,9 +14,13 @@
 
 namespace pipescout {
 
+class Activity;
 class Graph;
+class StepTraffic;
+struct StepParticipation;
+class TransformListener;
 
-/// An endpoint was asked for on a topic that carries another type in this process.
+/// An endpoint was requested on a topic that has another type in this process.
 class TopicTypeMismatch : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -26,7 +30,7 @@ struct PublisherOptions {
   WireTopic topic;
   QoS qos = {};
   PublisherEvents events = {};
-  /// Where events run. Null: only for endpoints without events.
+  /// Group of the events. Null: only for endpoints without events.
   std::shared_ptr<CallbackGroup> group = nullptr;
 };
 
@@ -35,26 +39,27 @@ struct SubscriptionOptions {
   QoS qos = {};
   UntypedSubscription::Callback callback = nullptr;
   SubscriptionEvents events = {};
-  /// Where the callback and the events run. Null: the callback runs at once, on whatever thread
-  /// brings the message (of a publisher or of the transport); it must return soon and must not
-  /// publish or make endpoints, and there must be no events.
+  /// Group of the callback and the events. Null: the callback runs at once, on the thread that
+  /// delivers the message (of a publisher or of the transport); it must return soon and must not
+  /// publish or create endpoints, and there must be no events.
   std::shared_ptr<CallbackGroup> group = nullptr;
-  /// What is kept while the subscription is disabled.
+  /// What happens to messages while the subscription is disabled.
   WhileInactive while_inactive = WhileInactive::kKeep;
   /// Start disabled, see UntypedSubscription::set_enabled.
   bool enabled = true;
-  /// Subscriptions of one topic with the same QoS share one reader towards other processes, and its
-  /// identity. With this, the subscription has its own: clients of a service are told apart by it.
+  /// Subscriptions of one topic with the same QoS share one reader for other processes, and its
+  /// identity. When true, the subscription has a separate reader: clients of a service are
+  /// distinguished by it.
   bool own_reader = false;
 };
 
-/// One process's place on the network: at most one participant, the in-process delivery, the graph
-/// and the clocks. Everything that communicates belongs to a context and keeps it alive.
+/// The communication state of one process: at most one participant, the in-process delivery, the
+/// graph and the clocks. Everything that communicates belongs to a context and keeps it alive.
 /// Thread-safe.
 class Context : public std::enable_shared_from_this<Context> {
  public:
-  /// With a transport, messages reach other processes. Without one nothing opens a socket, and all
-  /// else works the same: the backend of unit tests.
+  /// With a transport, messages reach other processes. Without one no socket is opened, and
+  /// everything else works the same: the backend of unit tests.
   [[nodiscard]] static std::shared_ptr<Context> create(std::unique_ptr<Transport> transport);
   [[nodiscard]] static std::shared_ptr<Context> create_in_process() { return create(nullptr); }
 
@@ -70,10 +75,28 @@ class Context : public std::enable_shared_from_this<Context> {
   [[nodiscard]] virtual Graph& graph() = 0;
 
   [[nodiscard]] virtual std::shared_ptr<SystemClock> system_clock() const = 0;
-  /// The clock of this process for a topic, in the fully qualified name; it exists as long as the
-  /// context. The nodes that follow the topic drive it.
+  /// The clock of this process for a topic with a fully qualified name; it exists as long as the
+  /// context. The nodes that subscribe to the topic drive it.
   [[nodiscard]] virtual std::shared_ptr<SimulatedClock> simulated_clock(
       const std::string& topic = "/clock") = 0;
+
+  /// Whether the nodes of this context have anything to do.
+  [[nodiscard]] virtual const std::shared_ptr<Activity>& activity() const = 0;
+
+  /// What has passed between this process and others, for simulations in lock step.
+  [[nodiscard]] virtual const std::shared_ptr<StepTraffic>& step_traffic() const = 0;
+  /// While it exists, this process tells the simulation that drives the clock of that topic (DDS
+  /// name) when it has nothing more to do; `node` (fully qualified) is why. Null without transport.
+  [[nodiscard]] virtual std::shared_ptr<StepParticipation> take_part_in_steps(
+      const std::string& clock_topic, const std::string& node) = 0;
+  /// A group on a thread of the context that no component can hold up. Its callbacks must neither
+  /// block nor throw, and must not own the context.
+  [[nodiscard]] virtual std::shared_ptr<CallbackGroup> create_watch_group() = 0;
+
+  /// What fills the transform buffer of this process for a pair of topics, in fully qualified
+  /// names; it exists while somebody holds it. For `Transforms`.
+  [[nodiscard]] virtual std::shared_ptr<TransformListener> transform_listener(
+      const std::string& tf_topic, const std::string& tf_static_topic) = 0;
 
   /// Null for the in-process backend.
   [[nodiscard]] virtual Transport* transport() = 0;

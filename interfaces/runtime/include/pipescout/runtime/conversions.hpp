@@ -15,35 +15,35 @@
 #include "pipescout/runtime/time.hpp"
 #include "pipescout/runtime/transport.hpp"
 
-/// The one place where wire types and the types of the code are turned into each other. All
-/// functions are pure and thread-safe.
+/// Conversions between wire types and the types of the runtime. All functions are pure and
+/// thread-safe.
 namespace pipescout {
 
-/// Seconds are rounded down, so that `nanosec` is in [0, 1e9). What the 32 bits of `sec` cannot
-/// hold (outside 1901 to 2038, or 68 years) becomes the nearest value that they can.
+/// Seconds are rounded down, so that `nanosec` is in [0, 1e9). Values outside the 32 bits of `sec`
+/// (1901 to 2038, or 68 years) saturate.
 [[nodiscard]] builtin_interfaces::msg::Time to_message(Time time);
 [[nodiscard]] builtin_interfaces::msg::Duration to_message(Duration duration);
-/// Any content: a `nanosec` of 1e9 and more counts for what it is.
+/// Accepts any content: a `nanosec` of 1e9 or more is added as it is.
 [[nodiscard]] Time from_message(const builtin_interfaces::msg::Time& message);
 [[nodiscard]] Duration from_message(const builtin_interfaces::msg::Duration& message);
 
-/// The wire has room for 24 bytes; those that a Gid does not have are zero, and are not read.
+/// The message has 24 bytes; those beyond a Gid are zero, and are not read.
 [[nodiscard]] rmw_dds_common::msg::Gid to_message(const Gid& gid);
 [[nodiscard]] Gid from_message(const rmw_dds_common::msg::Gid& message);
 
 [[nodiscard]] rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);
-/// Throws std::invalid_argument when `type` is no constant of ParameterType.
+/// Throws std::invalid_argument when `type` is not a constant of ParameterType.
 [[nodiscard]] ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 
 [[nodiscard]] rcl_interfaces::msg::Parameter to_message(const NamedParameter& parameter);
 [[nodiscard]] std::vector<rcl_interfaces::msg::Parameter> to_message(
     const std::vector<NamedParameter>& parameters);
-/// Throws std::invalid_argument, which then names the parameter.
+/// Throws std::invalid_argument naming the parameter.
 [[nodiscard]] NamedParameter from_message(const rcl_interfaces::msg::Parameter& message);
 
 [[nodiscard]] rcl_interfaces::msg::ParameterDescriptor to_message(
     const ParameterDescriptor& descriptor);
-/// Throws std::invalid_argument when `type` is no constant of ParameterType.
+/// Throws std::invalid_argument when `type` is not a constant of ParameterType.
 [[nodiscard]] ParameterDescriptor from_message(
     const rcl_interfaces::msg::ParameterDescriptor& message);
 

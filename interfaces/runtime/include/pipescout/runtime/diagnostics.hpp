@@ -13,12 +13,12 @@ namespace pipescout {
 /// The levels of diagnostic_msgs/msg/DiagnosticStatus.
 enum class DiagnosticLevel : std::uint8_t { kOk = 0, kWarn = 1, kError = 2, kStale = 3 };
 
-/// What a component says of its health: counters of what went wrong, values worth seeing, and one
-/// level with a message. Its component publishes it on `/diagnostics` once a second and after each
-/// change of level. Thread-safe.
+/// Health of a component: counters of faults, further values, and one level with a message. The
+/// component publishes it on `/diagnostics` once a second and after each change of level.
+/// Thread-safe.
 class Diagnostics {
  public:
-  /// What `set_status` said last.
+  /// The last status of `set_status`.
   struct Status {
     DiagnosticLevel level = DiagnosticLevel::kOk;
     std::string message;
@@ -31,26 +31,26 @@ class Diagnostics {
   };
 
   /// Counts a fault of the input or of the component: "readings.not_a_number". While a counter has
-  /// grown since the snapshot before, the level is at least a warning.
+  /// grown since the previous snapshot, the level is at least WARN.
   void count(std::string_view counter, std::uint64_t times = 1);
   void set_value(std::string_view key, std::string value);
-  /// Holds until the next call.
+  /// Valid until the next call.
   void set_status(DiagnosticLevel level, std::string message);
 
   [[nodiscard]] Status status() const;
   [[nodiscard]] std::uint64_t counter(std::string_view counter) const;
-  /// Takes the state to publish, and starts a new period for the counters. The values contain the
-  /// counters; a warning that comes from counters alone names them in the message.
+  /// Returns the state to publish, and starts a new period for the counters. The values contain the
+  /// counters; if counters alone cause the level WARN, the message names them.
   [[nodiscard]] Snapshot take();
 
-  /// Calls `callback` when the level is no longer that of the last snapshot (at first: ok), at most
-  /// once until the next snapshot, on the thread that changed it; it must return soon. Replaces the
-  /// callback; an empty one removes it.
+  /// Calls `callback` when the level differs from that of the last snapshot (initially: OK), at
+  /// most once until the next snapshot, on the thread that changed it; it must return soon.
+  /// Replaces the callback; an empty one removes it.
   void on_level_changed(std::function<void()> callback);
 
  private:
   [[nodiscard]] DiagnosticLevel current_level() const;  // under mutex_
-  /// The callback, if it is to be called now that something changed. Under mutex_.
+  /// The callback, if it has to be called after a change. Under mutex_.
   [[nodiscard]] std::function<void()> notification();
 
   mutable std::mutex mutex_;

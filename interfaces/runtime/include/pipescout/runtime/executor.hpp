@@ -5,11 +5,13 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
 
+class Activity;
 class Executor;
 
 enum class CallbackGroupType {
@@ -18,7 +20,7 @@ enum class CallbackGroupType {
 };
 
 /// A source of work: the queue of a subscription, a timer, an event. One object is scheduled at
-/// most once for each unit of work it holds.
+/// most once per unit of work that it holds.
 class Waitable {
  public:
   virtual ~Waitable() = default;
@@ -26,18 +28,20 @@ class Waitable {
   virtual void execute() = 0;
 };
 
-/// Callbacks that share a rule about running at the same time. Made by an executor and run by it.
-/// Thread-safe.
+/// Callbacks with a common rule on concurrency. Created by an executor and run by it. Thread-safe.
 class CallbackGroup {
  public:
-  /// Told of an exception that left a callback, on the thread that ran it. Without a handler the
-  /// exception leaves `spin`.
+  /// Called with an exception from a callback, on the thread that ran it. Without a handler the
+  /// exception propagates out of `spin`.
   using ExceptionHandler = std::function<void(std::exception_ptr)>;
 
   virtual ~CallbackGroup() = default;
 
   [[nodiscard]] virtual CallbackGroupType type() const noexcept = 0;
   virtual void set_exception_handler(ExceptionHandler handler) = 0;
+
+  /// Counts the callbacks of the group as those of `node` in the activity of a process.
+  virtual void join(const std::shared_ptr<Activity>& activity, std::string node) = 0;
 
   /// Queues one unit of work of `waitable`. Wakes the executor.
   virtual void schedule(std::shared_ptr<Waitable> waitable) = 0;
@@ -65,7 +69,7 @@ class CallbackGroup {
 /// Runs callbacks. Threads sleep until work is scheduled or a timer is due; nothing polls.
 ///
 /// With one thread (the default) all callbacks of the executor run one after the other in the order
-/// in which their work arrived. With more, groups run side by side.
+/// in which their work arrived. With more, groups run concurrently.
 class Executor {
  public:
   explicit Executor(std::size_t threads = 1);
@@ -80,15 +84,15 @@ class Executor {
   /// Runs callbacks on the calling thread, and on `threads - 1` threads more, until `stop`. Throws
   /// what a callback of a group without exception handler threw, after the other threads ended.
   void spin();
-  /// Runs what is ready now, and what becomes ready by that, on the calling thread; never waits.
-  /// Returns the number of callbacks that ran. Not to be mixed with a `spin` in progress.
+  /// Runs all ready work, and work that becomes ready meanwhile, on the calling thread; never
+  /// waits. Returns the number of callbacks that ran. Must not be called during a `spin`.
   std::size_t spin_ready();
-  /// Runs callbacks on the calling thread until `done` returns true (asked after each callback) or
-  /// the time is over. Returns the last answer of `done`. May be called while other threads are in
-  /// `spin` or `spin_until`: what is left when it ends is done by them.
+  /// Runs callbacks on the calling thread until `done` returns true (checked after each callback)
+  /// or the time-out has passed. Returns the last result of `done`. May be called while other
+  /// threads are in `spin` or `spin_until`, which run the remaining work.
   bool spin_until(const std::function<bool()>& done, Duration timeout);
   /// Ends every `spin` and `spin_until` in progress once the running callbacks return; when there
-  /// is none, the next one returns at once. After that the executor can spin again. Thread-safe.
+  /// is none, the next one returns at once. The executor can then spin again. Thread-safe.
   void stop();
 
   [[nodiscard]] std::size_t threads() const noexcept;

@@ -11,20 +11,20 @@
 
 namespace pipescout {
 
-/// An executor that spins on a thread of its own until this object goes. Components catch their own
-/// exceptions; one that leaves the executor all the same ends the spinning and is kept as
-/// `failure`. The member functions are thread-safe.
+/// Spins an executor on a separate thread until this object is destroyed. Components handle their
+/// exceptions; one that still leaves the executor ends the thread and is stored as `failure`. The
+/// member functions are thread-safe.
 class ExecutorThread {
  public:
   struct Callbacks {
-    /// Called on the thread before it spins; the further threads of the executor are made by it and
-    /// take its priority over. Must not throw.
+    /// Called on the thread before it spins; further threads of the executor are created by it and
+    /// inherit its priority. Must not throw.
     std::function<void()> before = nullptr;
-    /// Called on the thread when the spinning failed.
+    /// Called on the thread after a failure.
     std::function<void()> on_failure = nullptr;
   };
 
-  /// `executor` must outlive this object, and nobody else may let it spin.
+  /// `executor` must outlive this object, and must not spin elsewhere.
   ExecutorThread(Executor& executor, Callbacks callbacks);
   ExecutorThread(const ExecutorThread&) = delete;
   ExecutorThread& operator=(const ExecutorThread&) = delete;
@@ -32,7 +32,7 @@ class ExecutorThread {
   ~ExecutorThread();
 
   [[nodiscard]] bool failed() const noexcept { return failed_; }
-  /// Why; empty unless `failed()`.
+  /// The reason; empty unless `failed()`.
   [[nodiscard]] std::string failure() const;
 
  private:

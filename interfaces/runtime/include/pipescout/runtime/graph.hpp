@@ -24,15 +24,15 @@ struct GraphEndpoint {
   std::string wire_topic;        ///< "rt/odometer/fused"
   std::string wire_type;         ///< "pipescout_msgs::msg::dds_::FusedOdometer_"
   QoS qos;                       ///< depth 0: unknown
-  std::optional<NodeName> node;  ///< none: the owner has not said (a plain DDS program)
+  std::optional<NodeName> node;  ///< none: not announced (a plain DDS program)
   bool in_this_process = false;
 };
 
-/// Names and the types seen under them: more than one type is somebody's mistake.
+/// Names with their types: more than one type is an error of one of the nodes.
 using NamesAndTypes = std::map<std::string, std::set<std::string>>;
 
-/// The node graph of ROS 2: who is there, who publishes and subscribes what. Announces the nodes of
-/// this process on `ros_discovery_info` and reads everybody's. Thread-safe.
+/// The node graph of ROS 2: nodes, and their publishers and subscriptions. Announces the nodes of
+/// this process on `ros_discovery_info` and reads the announcements of others. Thread-safe.
 class Graph {
  public:
   virtual ~Graph() = default;
@@ -40,15 +40,18 @@ class Graph {
   /// Announces a node. Throws std::invalid_argument when this process has one of that name already.
   virtual void add_node(const NodeName& node) = 0;
   virtual void remove_node(const NodeName& node) = 0;
-  /// Says that an endpoint of this process belongs to a node. Endpoints that are destroyed leave
-  /// the graph by themselves; those of a node that is removed first stay without an owner. Throws
+  /// Assigns an endpoint of this process to a node. Destroyed endpoints leave the graph
+  /// automatically; those of a node that is removed first stay without an owner. Throws
   /// std::invalid_argument when the node is not in this process or the endpoint has an owner.
   virtual void add_endpoint(const NodeName& node,
                             const std::shared_ptr<UntypedPublisher>& publisher) = 0;
   virtual void add_endpoint(const NodeName& node,
                             const std::shared_ptr<UntypedSubscription>& subscription) = 0;
+  /// The same for a subscription that several nodes share: it appears once for each of them.
+  virtual void add_shared_endpoint(const NodeName& node,
+                                   const std::shared_ptr<UntypedSubscription>& subscription) = 0;
 
-  /// All nodes, sorted; a name that two nodes bear appears twice.
+  /// All nodes, sorted; a name used by two nodes appears twice.
   [[nodiscard]] virtual std::vector<NodeName> nodes() const = 0;
   [[nodiscard]] virtual std::vector<GraphEndpoint> endpoints() const = 0;
   /// ROS topic names with ROS type names ("sensor_msgs/msg/Image"), without services.
@@ -56,12 +59,12 @@ class Graph {
   /// ROS service names with service types ("std_srvs/srv/Trigger").
   [[nodiscard]] virtual NamesAndTypes services() const = 0;
 
-  /// Calls `changed` after each change of the graph, on the thread that brought it (maybe one of
-  /// the transport); it must return soon, must not throw, and may ask the graph. Once the returned
-  /// handle is gone, no call is in progress or follows (but for the call that drops it itself), so
-  /// the handle must not be dropped under a lock that `changed` takes.
+  /// Calls `changed` after each change of the graph, on the thread that caused it (possibly one of
+  /// the transport); it must return soon, must not throw, and may query the graph. Once the
+  /// returned handle is destroyed, no call is in progress or follows (except a call that destroys
+  /// it itself), so the handle must not be destroyed under a lock that `changed` takes.
   [[nodiscard]] virtual std::shared_ptr<void> on_changed(std::function<void()> changed) = 0;
-  /// Blocks until `done` holds, asking again after each change; false when the time is over.
+  /// Blocks until `done` returns true, checking after each change; false after the time-out.
   virtual bool wait_until(const std::function<bool()>& done, Duration timeout) = 0;
 };
 

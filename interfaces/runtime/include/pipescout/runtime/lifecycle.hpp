@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-/// The managed lifecycle of ROS 2 as data: states, transitions, and which leads where. Numbers and
-/// labels are those of lifecycle_msgs.
+/// The managed lifecycle of ROS 2 as data: states, transitions and edges. Numbers and labels are
+/// those of lifecycle_msgs.
 namespace pipescout {
 
 enum class LifecycleState : std::uint8_t {
@@ -24,7 +24,7 @@ enum class LifecycleState : std::uint8_t {
   kErrorProcessing = 15
 };
 
-/// What may be asked for from outside.
+/// Transitions that can be requested.
 enum class LifecycleTransition : std::uint8_t {
   kConfigure = 1,
   kCleanup = 2,
@@ -35,7 +35,7 @@ enum class LifecycleTransition : std::uint8_t {
   kActiveShutdown = 7
 };
 
-/// What a lifecycle callback answers.
+/// The result of a lifecycle callback.
 enum class CallbackReturn : std::uint8_t {
   kSuccess,  ///< go on to the goal state
   kFailure,  ///< back to the state before
@@ -57,8 +57,8 @@ struct LifecycleEdge {
 /// All states, as `get_available_states` lists them.
 [[nodiscard]] std::span<const LifecycleState> lifecycle_states() noexcept;
 
-/// The transition that a request means in a state: by id, or, when the label is not empty, by label
-/// ("shutdown" means the one of the state). Nothing when the state does not allow it.
+/// The transition for a request in a state: by id, or, when the label is not empty, by label
+/// ("shutdown" selects that of the state). Nothing when the state does not allow it.
 [[nodiscard]] std::optional<LifecycleTransition> requested_transition(
     LifecycleState state, std::uint8_t id, std::string_view label) noexcept;
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <source_location>
 #include <string>
 #include <string_view>
@@ -21,12 +22,15 @@ enum class LogSeverity : std::uint8_t {
 
 [[nodiscard]] const char* to_string(LogSeverity severity) noexcept;
 
+/// "debug", "info", "warn", "error" or "fatal", in any case; nothing for another text.
+[[nodiscard]] std::optional<LogSeverity> log_severity(std::string_view name);
+
 /// Writes a node's messages to the standard error stream ("[WARN] [1718.123456789] [robot.fusion]:
 /// text") and, once connected, to `/rosout`. Thread-safe; copies share the state.
 class Logger {
  public:
   using Location = std::source_location;
-  /// Receives what passes the threshold, and where in the code it was said.
+  /// Receives messages at or above the threshold, with their source location.
   using Sink = std::function<void(LogSeverity, const std::string& text, const Location& where)>;
 
   /// `name`: as in ROS 2, the fully qualified node name with dots: "robot_1.odometry_fusion".
@@ -50,8 +54,9 @@ class Logger {
     log(LogSeverity::kFatal, text, where);
   }
 
-  /// Messages below it go nowhere. Default: info.
+  /// Messages below it are dropped. Default: info.
   void set_threshold(LogSeverity severity);
+  [[nodiscard]] LogSeverity threshold() const;
   /// Replaces the second sink (`/rosout`); an empty one removes it.
   void set_sink(Sink sink);
   [[nodiscard]] const std::string& name() const;

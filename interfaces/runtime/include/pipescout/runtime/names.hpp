@@ -8,13 +8,12 @@
 #include <string_view>
 #include <vector>
 
-/// Names of nodes, topics, services and types: which are valid, how relative ones become fully
-/// qualified, how remapping changes them, and how they are written on the DDS network. The rules
-/// are those of ROS 2 Humble (rcl, rmw, rmw_fastrtps), so both worlds agree on every name.
+/// Names of nodes, topics, services and types: validation, expansion to fully qualified names,
+/// remapping, and mangling for DDS. The rules are those of ROS 2 Humble (rcl, rmw, rmw_fastrtps).
 /// All functions are pure and thread-safe.
 namespace pipescout {
 
-/// A name breaks the rules. The message gives the name, the reason and the position.
+/// An invalid name. The message gives the name, the reason and the position.
 class InvalidName : public std::invalid_argument {
  public:
   /// `what_it_names`: "node name", "namespace", "topic name"; `position`: index of the first
@@ -70,7 +69,7 @@ struct NodeName {
 /// name, node, or an unknown substitution.
 [[nodiscard]] std::string expand_topic_name(std::string_view name, const NodeName& node);
 
-/// `from:=to`. What a rule applies to follows from how it is written.
+/// `from:=to`. The form of the rule determines what it applies to.
 struct RemapRule {
   enum class Kind {
     kTopicOrService,  ///< `from:=to`
@@ -92,12 +91,11 @@ struct RemapRule {
   [[nodiscard]] static RemapRule parse(std::string_view text);
 };
 
-/// Rules in the order in which they were given: the first that matches applies, and its result is
-/// not remapped again.
+/// Rules in the given order: the first that matches applies, and its result is not remapped again.
 using RemapRules = std::vector<RemapRule>;
 
-/// The name under which a node starts: `__node` rules see the given name, `__ns` rules the one
-/// after that. Throws InvalidName when the result is invalid.
+/// The remapped name of a node: `__node` rules match the given name, `__ns` rules the name after
+/// them. Throws InvalidName when the result is invalid.
 [[nodiscard]] NodeName remap_node(const NodeName& node, const RemapRules& rules);
 
 /// Expands, remaps and validates. `node` is the name after `remap_node`. Throws InvalidName.
@@ -107,7 +105,7 @@ using RemapRules = std::vector<RemapRule>;
 [[nodiscard]] std::string resolve_service_name(std::string_view name, const NodeName& node,
                                                const RemapRules& rules);
 
-/// What a DDS topic carries in ROS 2.
+/// The kind of a DDS topic in ROS 2.
 enum class DdsTopicKind { kTopic, kServiceRequest, kServiceReply };
 
 /// "rt/chatter"; "rq/add/getRequest"; "rr/add/getReply". `name` is fully qualified; throws
@@ -120,22 +118,22 @@ struct DemangledTopic {
   bool operator==(const DemangledTopic&) const = default;
 };
 
-/// Reverse of `mangle_topic_name`; nothing when the DDS topic is not of ROS 2.
+/// Inverse of `mangle_topic_name`; nothing when the DDS topic is not a ROS 2 topic.
 [[nodiscard]] std::optional<DemangledTopic> demangle_topic_name(std::string_view dds_name);
 
-/// "sensor_msgs/msg/Image" -> "sensor_msgs::msg::dds_::Image_". Parts of a service are types of
-/// their own: "pkg/srv/Add_Request" -> "pkg::srv::dds_::Add_Request_". Throws InvalidName unless
-/// the name has the form package/kind/Type.
+/// "sensor_msgs/msg/Image" -> "sensor_msgs::msg::dds_::Image_". Parts of a service are separate
+/// types: "pkg/srv/Add_Request" -> "pkg::srv::dds_::Add_Request_". Throws InvalidName unless the
+/// name has the form package/kind/Type.
 [[nodiscard]] std::string mangle_type_name(std::string_view name);
 
-/// Reverse of `mangle_type_name`; nothing when the DDS type is not of ROS 2.
+/// Inverse of `mangle_type_name`; nothing when the DDS type is not a ROS 2 type.
 [[nodiscard]] std::optional<std::string> demangle_type_name(std::string_view dds_name);
 
 /// "pkg::srv::dds_::Add_Request_" (or `_Response_`) -> "pkg/srv/Add"; nothing for other types.
 [[nodiscard]] std::optional<std::string> demangle_service_type_name(std::string_view dds_name);
 
-/// The known name that a misspelt one most likely meant: the smallest edit distance, if it is at
-/// most a third of the longer name's length (at least one edit). Nothing otherwise.
+/// The known name nearest to a misspelt one: that with the smallest edit distance, if it is at most
+/// a third of the longer name's length (at least one edit). Nothing otherwise.
 [[nodiscard]] std::optional<std::string> nearest_name(std::string_view misspelt,
                                                       const std::vector<std::string>& known);
 

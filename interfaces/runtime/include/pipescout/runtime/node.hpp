@@ -10,16 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/runtime/action_client.hpp"
+#include "pipescout/runtime/action_server.hpp"
 #include "pipescout/runtime/context.hpp"
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/logger.hpp"
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/serialized_message.hpp"
 #include "pipescout/runtime/service.hpp"
 #include "pipescout/runtime/subscription.hpp"
 #include "pipescout/runtime/timer.hpp"
 #include "pipescout/runtime/topic.hpp"
+#include "pipescout/runtime/transforms.hpp"
 
 namespace pipescout {
 
@@ -29,16 +33,16 @@ struct NodeOptions {
   NodeName name;
   RemapRules remap_rules = {};
   std::vector<ParameterOverride> parameter_overrides = {};
-  /// Serve `~/get_parameters` and its five sisters, `/parameter_events` and `/rosout`. Off for the
-  /// short-lived nodes of command line tools.
+  /// Serve `~/get_parameters` and the other five parameter services, the log level, `/parameter_events` and
+  /// `/rosout`. Off for the short-lived nodes of command line tools.
   bool standard_interfaces = true;
 };
 
-// How a node makes its endpoints and timers; each has the members
+// Options of endpoints and timers; each struct has the members
 //
-//   group    where callbacks run: one that the node made; null: its default group
-//   managed  unmanaged ones work in every lifecycle state, managed ones only while active. A plain
-//            node is always active.
+//   group callback group, created by the node; null: its default group
+//   managed  unmanaged ones work in every lifecycle state, managed ones only while active; but a
+//            service answers in every state, see there. A plain node is always active.
 
 struct NodePublisherOptions {
   PublisherEvents events = {};
@@ -48,22 +52,33 @@ struct NodePublisherOptions {
 
 struct NodeSubscriptionOptions {
   SubscriptionEvents events = {};
-  /// None: as the topic says, for a topic by its name kKeep.
+  /// None: as the catalogue topic defines; kKeep for a topic by name.
   std::optional<WhileInactive> while_inactive = std::nullopt;
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
+  /// The callback runs on whatever thread brings the message, of a publisher or of the transport,
+  /// before `publish` returns; see SubscriptionOptions::group. No events then; what the QoS keeps
+  /// apart is only counted.
+  bool at_once = false;
 };
 
+using GenericPublisher = Publisher<SerializedMessage>;
+using GenericSubscription = Subscription<SerializedMessage>;
+
+/// As those of rclcpp's lifecycle nodes, a service answers in every state: its caller waits. A
+/// handler whose request makes no sense while the component is not active says so in the response.
+/// Requests to managed services wait while an exception that left a callback is being processed.
 struct NodeServiceOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
 };
 
-/// A client calls in every lifecycle state.
+/// A client may call in every lifecycle state.
 struct NodeClientOptions {
   QoS qos = QoS::services();
   std::shared_ptr<CallbackGroup> group = nullptr;
+  std::function<void()> matched = {};  ///< called after the servers that are matched changed
 };
 
 struct TimerOptions {
@@ -73,7 +88,7 @@ struct TimerOptions {
 
 /// A member of the ROS graph: a name, parameters, and the means to communicate. `Component` adds
 /// the managed lifecycle. Names of topics and services are expanded and remapped as in ROS 2.
-/// Making endpoints is thread-safe.
+/// Creating endpoints is thread-safe.
 class Node {
  public:
   /// Throws InvalidName, std::invalid_argument when this process has a node of that name already,
@@ -84,23 +99,31 @@ class Node {
   Node& operator=(const Node&) = delete;
 
   [[nodiscard]] const NodeName& node_name() const;
-  /// As asked for in the options.
+  /// As given in the options.
   [[nodiscard]] bool has_standard_interfaces() const;
   [[nodiscard]] Context& context() const;
   [[nodiscard]] Executor& executor() const;
   [[nodiscard]] const Logger& logger() const;
   [[nodiscard]] Parameters& parameters() const;
   /// ROS time: of the system, or of `/clock` while the parameter `use_sim_time` is true. The nodes
-  /// of a process that follow the same topic share one time, which is zero until the first message.
+  /// of a process with the same clock topic share one time, which is zero until the first message.
   [[nodiscard]] Time now() const;
-  /// Mutually exclusive; where callbacks run unless another group is given.
+  /// Mutually exclusive; the group of callbacks unless another one is given.
   [[nodiscard]] const std::shared_ptr<CallbackGroup>& default_group() const;
+  /// The name of a topic as the node uses it: expanded, remapped. Throws InvalidName.
+  [[nodiscard]] std::string resolve_topic(std::string_view name) const;
+  /// The transforms of this node's robot. From the first call on the process listens to `tf` and
+  /// `tf_static`, in every lifecycle state; a node that may look up something calls it before, in
+  /// `on_configure`. Throws what making a subscription throws.
+  [[nodiscard]] Transforms& transforms();
+  /// Null before the first call of `transforms`.
+  [[nodiscard]] const Transforms* transforms_in_use() const;
   [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(CallbackGroupType type);
 
-  // All that follow throw InvalidName for a name that cannot be expanded or remapped,
+  // The following functions throw InvalidName for a name that cannot be expanded or remapped,
   // TopicTypeMismatch when this process uses the name with another type, TransportError, and
-  // std::invalid_argument for an invalid QoS or a group that is not the node's. Nothing is left
-  // behind then.
+  // std::invalid_argument for an invalid QoS or a group of another node. They have the strong
+  // exception guarantee.
 
   template <class T>
   [[nodiscard]] Publisher<T> create_publisher(std::string_view topic, const QoS& qos,
@@ -130,6 +153,27 @@ class Node {
     options.while_inactive = options.while_inactive.value_or(topic.while_inactive);
     return create_subscription<T>(topic.name, topic.requested, std::move(callback),
                                   std::move(options));
+  }
+
+  /// A publisher of messages that are bytes already, of the type with that ROS name, which need not
+  /// be known here. Subscriptions of this process that know it get one object, decoded once; bytes
+  /// that are no such message are counted there as malformed. Throws InvalidName for the type, too.
+  [[nodiscard]] GenericPublisher create_generic_publisher(std::string_view topic,
+                                                          std::string_view type, const QoS& qos,
+                                                          NodePublisherOptions options = {}) {
+    return GenericPublisher(
+        create_untyped_publisher(topic, serialized_type(type), qos, std::move(options)));
+  }
+  /// The messages of a topic of any type, as bytes: as they came from other processes, and of this
+  /// one's publishers, which serialise once for all generic subscriptions. `callback` as above with
+  /// T = SerializedMessage. What publishers offer is not looked at: see `request_for`.
+  template <class Callback>
+  [[nodiscard]] GenericSubscription create_generic_subscription(
+      std::string_view topic, std::string_view type, const QoS& qos, Callback callback,
+      NodeSubscriptionOptions options = {}) {
+    return GenericSubscription(create_untyped_subscription(
+        topic, serialized_type(type), qos, untyped_callback<SerializedMessage>(std::move(callback)),
+        std::move(options)));
   }
 
   /// `handler` is `void(const S::Request&, S::Response&)`, or `void(const std::shared_ptr<const
@@ -169,8 +213,24 @@ class Node {
                                               message_type<typename S::Response>(), options));
   }
 
-  /// Follows simulated time while `use_sim_time` is true, else the steady clock; a new period
-  /// begins when that changes. Throws std::invalid_argument unless the period is positive.
+  /// Serves an action: see ActionHandlers. The server follows the node's clock. Throws
+  /// std::invalid_argument too when the handler `accepted` is empty or an option out of its range.
+  template <ActionTag A>
+  [[nodiscard]] ActionServer<A> create_action_server(std::string_view name,
+                                                     ActionHandlers<A> handlers,
+                                                     const NodeActionServerOptions& options = {}) {
+    return ActionServer<A>(create_untyped_action_server(name, action_types<A>(),
+                                                        std::move(handlers).untyped(), options));
+  }
+
+  template <ActionTag A>
+  [[nodiscard]] ActionClient<A> create_action_client(std::string_view name,
+                                                     const NodeActionClientOptions& options = {}) {
+    return ActionClient<A>(create_untyped_action_client(name, action_types<A>(), options));
+  }
+
+  /// Uses simulated time while `use_sim_time` is true, else the steady clock; a new period begins
+  /// when that changes. Throws std::invalid_argument unless the period is positive.
   [[nodiscard]] std::shared_ptr<Timer> create_timer(Duration period, std::function<void()> callback,
                                                     const TimerOptions& options = {});
 
@@ -181,39 +241,49 @@ class Node {
       std::string_view topic, const MessageType& type, const QoS& qos,
       UntypedSubscription::Callback callback, NodeSubscriptionOptions options = {});
 
+  [[nodiscard]] std::shared_ptr<UntypedActionServer> create_untyped_action_server(
+      std::string_view name, const ActionTypes& types, UntypedActionHandlers handlers,
+      const NodeActionServerOptions& options = {});
+  [[nodiscard]] std::shared_ptr<UntypedActionClient> create_untyped_action_client(
+      std::string_view name, const ActionTypes& types, const NodeActionClientOptions& options = {});
+
   /// Every endpoint, service and client that this node made and that still exists. The endpoints of
-  /// services and clients are found through these.
+  /// services and clients are found through these; those of actions are among them.
   [[nodiscard]] std::vector<std::shared_ptr<UntypedPublisher>> publishers() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedService>> services() const;
   [[nodiscard]] std::vector<std::shared_ptr<UntypedClient>> clients() const;
+  [[nodiscard]] std::vector<std::shared_ptr<UntypedActionServer>> action_servers() const;
 
  protected:
   enum class CallbackStart {
     kAtOnce,
-    kWhenAllowed  ///< not before `allow_callbacks`: for classes that others derive from
+    kWhenAllowed  ///< not before `allow_callbacks`: for base classes
   };
   Node(NodeOptions options, CallbackStart start);
-  /// Lets the callbacks of all groups begin, present and future ones. Thread-safe.
+  /// Allows the callbacks of all groups, present and future ones. Thread-safe.
   void allow_callbacks();
-  /// Keeps callbacks of all groups but the default one from beginning, in groups made later too,
-  /// until `release_other_groups`. True when none of them is running. Otherwise `idle` is called in
-  /// the default group once none is; nothing waits for that, so a callback that never returns holds
-  /// up this node only. Calls do not nest. To be called in the default group.
+  /// Suspends callbacks of all groups except the default one, including groups created later, until
+  /// `release_other_groups`. True when none of them is running. Otherwise `idle` is called in the
+  /// default group once none is; no thread blocks, so a callback that never returns stops this node
+  /// only. Calls do not nest. Call it in the default group.
   bool hold_other_groups(std::function<void()> idle);
   void release_other_groups();
-  /// For good: no callback of any group begins any more. `stopped` is called once none is running,
-  /// at once or on the thread that ran the last one; it must neither block nor throw. What follows
-  /// need not wait: `close`, the destructor. Thread-safe.
+  /// Stops all groups permanently: no further callback begins. `stopped` is called once none is
+  /// running, at once or on the thread that ran the last one; it must neither block nor throw.
+  /// After it `close` and the destructor do not wait. Thread-safe.
   void stop_callbacks(const std::function<void()>& stopped);
-  /// Enables or disables all managed endpoints and timers, present and future ones.
+  /// Enables or disables all managed publishers, subscriptions, timers and action servers, present
+  /// and future ones.
   void set_managed_active(bool active);
-  /// Called when an exception leaves a callback of one of the node's groups, on the thread that ran
-  /// it. The default lets it leave the executor's spin.
+  /// The same for managed services. Requests to disabled ones wait.
+  void set_services_enabled(bool enabled);
+  /// Called when a callback of one of the node's groups throws, on the thread that ran it. The
+  /// default rethrows it out of the executor's spin.
   virtual void on_callback_exception(std::exception_ptr error);
-  /// Ends all callbacks: closes the groups, and waits for callbacks that are running, but not for
-  /// one that calls it. For classes that others derive from, whose objects the owner closes before
-  /// it destroys them: a callback must not meet a half-destroyed object.
+  /// Ends all callbacks: closes the groups, and waits for running callbacks, but not for one that
+  /// calls it. For base classes, whose objects the owner closes before it destroys them: a callback
+  /// must not access a partly destroyed object.
   void close();
 
  private:
@@ -236,6 +306,10 @@ class Node {
     };
   }
 
+  friend class Transforms;
+  /// Null: the time of this machine.
+  [[nodiscard]] std::shared_ptr<SimulatedClock> simulated_clock() const;
+
   std::shared_ptr<UntypedService> create_untyped_service_on(std::string_view name,
                                                             const MessageType& request,
                                                             const MessageType& response,
@@ -247,6 +321,8 @@ class Node {
                                                           const MessageType& request,
                                                           const MessageType& response,
                                                           const NodeClientOptions& options);
+  std::string action_name(std::string_view name) const;
+  void add_action_server(const std::shared_ptr<UntypedActionServer>& server, bool managed);
 
   class Impl;
   std::unique_ptr<Impl> impl_;

@@ -60,7 +60,7 @@ concept ParameterAlternative =
 }  // namespace detail
 
 /// The value of a parameter: one of the types of ROS 2, or not set. A regular value type; two
-/// values are equal when type and content are (so NaN differs from itself).
+/// values are equal when type and content are equal (so NaN differs from itself).
 class ParameterValue {
  public:
   ParameterValue() = default;
@@ -119,7 +119,7 @@ class ParameterValue {
 
 static_assert(std::variant_size_v<detail::ParameterStorage> == 10);
 
-/// As `ros2 param get --hide-type` prints it, which is Python's way: True, 7, 1.0, 1e-07, text
+/// As `ros2 param get --hide-type` prints it, in Python's notation: True, 7, 1.0, 1e-07, text
 /// without quotes, [True, False], ['a', 'b'], array('q', [1, 2]), array('d', [0.5]), [b'\x01'];
 /// None when not set.
 [[nodiscard]] std::string to_string(const ParameterValue& value);
@@ -134,11 +134,10 @@ static_assert(std::variant_size_v<detail::ParameterStorage> == 10);
 [[nodiscard]] std::string to_yaml(const ParameterValue& value);
 
 /// What a user typed on a command line, as `ros2 param set` takes it: 1 is an integer, 1.0 and 1e3
-/// doubles, true a boolean, [1, 2] an integer array, '1' and "1" strings, and so is all that is
-/// nothing else (also "" and "null"). Scalars are typed as in parameter files, see
-/// `type_yaml_scalar`. [] is an empty array, which fits a parameter of any array type.
-/// Throws std::invalid_argument for an array of mixed or nested content and for numbers out of
-/// range.
+/// doubles, true a boolean, [1, 2] an integer array, '1' and "1" strings, and so is everything else
+/// (also "" and "null"). Scalars are typed as in parameter files, see `type_yaml_scalar`. [] is an
+/// empty array, which fits a parameter of any array type. Throws std::invalid_argument for an array
+/// of mixed or nested content and for numbers out of range.
 [[nodiscard]] ParameterValue parse_parameter_value(const std::string& text);
 
 /// The type of an unquoted YAML scalar by the rules of rcl_yaml_param_parser, in this order:
@@ -154,12 +153,12 @@ struct NamedParameter {
   bool operator==(const NamedParameter&) const = default;
 };
 
-/// A value for a parameter that comes from outside the code: a file, the command line.
+/// A parameter value from outside the code: a file, the command line.
 struct ParameterOverride {
   std::string name{};
   ParameterValue value{};
   std::string source{};  ///< for messages: "file:line", "command line"
-  /// It was addressed to many nodes at once (`/**`): a node without that parameter is no mistake.
+  /// It applies to many nodes at once (`/**`): a node without that parameter is not an error.
   bool from_wildcard = false;
   bool operator==(const ParameterOverride&) const = default;
 };

@@ -21,24 +21,24 @@
 ///         ros__parameters:
 ///           threshold: 2.5
 ///
-/// Differences to rcl, all towards an error instead of a surprise: duplicate keys, values of null,
-/// names without `ros__parameters` and whole numbers outside int64 are errors; a '*' stands for
-/// whole parts of a name only.
+/// Differences from rcl, which are all stricter: duplicate keys, values of null, names without
+/// `ros__parameters` and whole numbers outside int64 are errors; a '*' stands for whole parts of a
+/// name only.
 namespace pipescout {
 
-/// Whether a node is addressed by a pattern of a parameter file: "/a/b" (also without the leading
-/// '/'), '*' for exactly one part, '**' for any number of parts, also none.
+/// Whether a pattern of a parameter file matches a node: "/a/b" (also without the leading '/'), '*'
+/// for exactly one part, '**' for any number of parts, also none.
 [[nodiscard]] bool matches_node_pattern(std::string_view pattern,
                                         std::string_view fully_qualified_node_name);
 
-/// What one `ros__parameters` of a file says.
+/// The content of one `ros__parameters` of a file.
 struct NodeParameters {
   std::string pattern;                        ///< with leading '/'
   std::string source;                         ///< "file:line" of the node's key
   std::vector<ParameterOverride> parameters;  ///< in the order of the file
 };
 
-/// A parameter file that was read and found well-formed. A value type.
+/// A valid parameter file. A value type.
 class ParameterFile {
  public:
   ParameterFile() = default;
@@ -47,8 +47,8 @@ class ParameterFile {
   /// In the order of the file.
   [[nodiscard]] const std::vector<NodeParameters>& nodes() const noexcept { return nodes_; }
 
-  /// What the file says for one node, each name once. Where several patterns match, the later one
-  /// in the file wins, be it a wildcard or not; that is the rule of rclcpp.
+  /// The parameters of one node, each name once. If several patterns match, the later one in the
+  /// file wins, whether or not it is a wildcard, as in rclcpp.
   [[nodiscard]] std::vector<ParameterOverride> overrides_for(
       std::string_view fully_qualified_node_name) const;
 
@@ -59,19 +59,19 @@ class ParameterFile {
 /// Throws YamlError.
 [[nodiscard]] ParameterFile load_parameter_yaml(const std::string& path);
 
-/// The same from text; `path` names it in errors and sources.
+/// The same from text; `path` is the name in errors and sources.
 [[nodiscard]] ParameterFile parse_parameter_yaml(const std::string& text, const std::string& path);
 
-/// What stands under a `ros__parameters` key (or any map of parameters in another file), nested
+/// The content of a `ros__parameters` key (or of any map of parameters in another file), nested
 /// maps flattened with '.'. Throws YamlError.
 [[nodiscard]] std::vector<ParameterOverride> read_parameter_map(const YAML::Node& map,
                                                                 const std::string& path);
 
 /// As `ros2 param dump` writes it: one node, names sorted and nested at each '.', arrays one
-/// element a line. A name that is also the prefix of another ("a" beside "a.b") keeps the other
-/// flat; both forms read the same. Parameters that are not set are left out. Reading the text back
-/// gives the same values, except that empty arrays have lost their element type and strings must be
-/// UTF-8.
+/// element a line. If a name is also the prefix of another ("a" and "a.b"), the other one is
+/// written flat; both forms are equivalent. Parameters that are not set are omitted. Reading the
+/// text back gives the same values, except that empty arrays lose their element type and strings
+/// must be UTF-8.
 [[nodiscard]] std::string dump_parameter_yaml(std::string_view fully_qualified_node_name,
                                               const std::vector<NamedParameter>& parameters);
 

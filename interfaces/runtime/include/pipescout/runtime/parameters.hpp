@@ -17,13 +17,13 @@
 
 #include "pipescout/runtime/parameter_value.hpp"
 
-/// The parameters of one node, with the meaning that they have in ROS 2 (rclcpp): declared with
-/// type, range and description before use, statically typed, changed by anyone who may refuse or
-/// adjust nothing but through the callbacks below.
+/// The parameters of one node, with the semantics of ROS 2 (rclcpp): declared with type, range and
+/// description before use, and statically typed. Any client may set them; the callbacks below can
+/// adjust or refuse a set.
 namespace pipescout {
 
 /// A parameter cannot be declared or read. The message names the parameter and, for a value from
-/// outside the code, where it came from ("robot.yaml:12: parameter 'gain': ...").
+/// outside the code, its source ("robot.yaml:12: parameter 'gain': ...").
 class ParameterError : public std::runtime_error {
  public:
   ParameterError(std::string name, const std::string& message)
@@ -69,8 +69,8 @@ struct ParameterDescriptor {
   /// empty or has a negative or unusable step, or does not go with the type.
   void validate() const;
 
-  /// Why the parameter cannot have this value (type, range), or nothing when it can. The text names
-  /// the value and what is expected, not the parameter.
+  /// The reason why the value is invalid (type, range), or nothing when it is valid. The text gives
+  /// the value and the expectation, not the parameter.
   [[nodiscard]] std::optional<std::string> objection(const ParameterValue& value) const;
 };
 
@@ -81,7 +81,8 @@ struct ParameterDescriptor {
 /// `rcl_interfaces/msg/SetParametersResult`.
 struct SetResult {
   bool successful = true;
-  /// Why not. Of a successful set: what went wrong in an `on_changed` callback, else empty.
+  /// The reason of a failure. For a successful set: an error in an `on_changed` callback, else
+  /// empty.
   std::string reason{};
 
   [[nodiscard]] static SetResult accept() { return {}; }
@@ -89,7 +90,7 @@ struct SetResult {
   bool operator==(const SetResult&) const = default;
 };
 
-/// What `/parameter_events` tells.
+/// The content of `/parameter_events`.
 struct ParameterChange {
   std::vector<NamedParameter> new_parameters{};
   std::vector<NamedParameter> changed_parameters{};
@@ -104,10 +105,10 @@ struct ParameterList {
   bool operator==(const ParameterList&) const = default;
 };
 
-/// An override that no declaration asked for.
+/// An override of a parameter that was not declared.
 struct UnusedOverride {
   ParameterOverride parameter;
-  std::optional<std::string> nearest;  ///< the declared name that was probably meant
+  std::optional<std::string> nearest;  ///< the most similar declared name
 };
 
 /// "robot.yaml:12: no parameter 'gian'; did you mean 'gain'?"
@@ -125,7 +126,7 @@ class ParameterCell {
   /// Never null.
   void store(std::shared_ptr<const ParameterValue> value) noexcept;
 
-  /// Without a lock; of a value that is no boolean, integer or double the result means nothing.
+  /// Lock-free; the result is unspecified unless the value is a boolean, integer or double.
   template <class T>
   [[nodiscard]] T load_scalar() const noexcept {
     const std::uint64_t bits = scalar_.load(std::memory_order_acquire);
@@ -143,7 +144,7 @@ class ParameterCell {
   std::shared_ptr<const ParameterValue> value_;
 };
 
-/// What is stored for a C++ type: itself, or int64 for the other integers.
+/// The stored type for a C++ type: itself, or int64 for the other integers.
 template <class T>
 struct ParameterStored;
 template <ParameterAlternative T>
@@ -174,8 +175,8 @@ inline constexpr ParameterType kTypeOf =
 }  // namespace detail
 
 /// A typed view of a declared parameter that always has its current value. Cheap to copy; usable
-/// from any thread, also after the node is gone (it then keeps the last value). An empty handle
-/// (default constructed) has no value.
+/// from any thread, also after the node is destroyed (it then keeps the last value). An empty
+/// handle (default constructed) has no value.
 template <detail::ParameterCompatible T>
 class Parameter {
  public:
@@ -243,18 +244,18 @@ class [[nodiscard]] ParameterCallbackHandle {
 /// were not declared cannot be set.
 class Parameters {
  public:
-  /// Before a set is looked at: may change, add and remove proposed parameters.
+  /// Before a set is validated: may change, add and remove proposed parameters.
   using AdjustCallback = std::function<void(std::vector<NamedParameter>&)>;
-  /// Before a set, when types and ranges are found right, and before a declaration with its initial
-  /// value: may refuse. Must change nothing, since a later callback may refuse.
+  /// Before a set, after the checks of types and ranges, and before a declaration with its initial
+  /// value: may refuse. Must have no side effects, since a later callback may refuse.
   using ValidateCallback = std::function<SetResult(const std::vector<NamedParameter>&)>;
-  /// After a set (not after a declaration), when all readers see the new values.
+  /// After a set (not after a declaration), when the new values are visible to all readers.
   using ChangedCallback = std::function<void(const std::vector<NamedParameter>&)>;
   /// After each declaration and each change, in order. An exception from it reaches the caller of
   /// the declaration or set, whose effect stays.
   using EventSink = std::function<void(const ParameterChange&)>;
 
-  /// Of two overrides with the same name the later counts.
+  /// Of two overrides with the same name the later one is used.
   explicit Parameters(std::vector<ParameterOverride> overrides = {});
   ~Parameters();
   Parameters(const Parameters&) = delete;
@@ -263,29 +264,31 @@ class Parameters {
   /// Declares a parameter; the initial value is that of its override, else `default_value`.
   /// The type is that of the descriptor or, if not set there, that of the default. Without any
   /// value the parameter is declared but not set. Types are strict, as in ROS 2: 1 is no double.
-  /// Only an empty array fits every array type, since YAML does not tell of what it is empty.
-  /// Throws ParameterError for an invalid descriptor or default, a name already declared, an
-  /// override of the wrong type or out of range, or an initial value that a callback refuses.
+  /// But an empty array fits every array type, since YAML does not tell of what it is empty, and a
+  /// text that is wholly a number fits a double, since `ros2 param load` sends small ones as texts.
+  /// Throws ParameterError for an invalid descriptor or default, a name already declared, one that
+  /// is a part of another ("line" and "line.width", a value and a map in YAML), an override of the
+  /// wrong type or out of range, or an initial value that a callback refuses.
   ParameterValue declare(ParameterDescriptor descriptor, ParameterValue default_value = {});
 
   /// The same with a C++ type: bool, double, std::string, any integer, std::vector of
   /// std::uint8_t, bool, std::int64_t, double or std::string. Integers narrower than int64 get the
   /// limits of their type as range. Name and type of the descriptor are filled in.
-  // The name is deduced, so that a braced descriptor never counts as one.
+  // The type of the name is deduced, so that a braced descriptor is never taken for a name.
   template <detail::ParameterCompatible T, std::convertible_to<std::string> Name>
   Parameter<T> declare(Name&& name, const T& default_value, ParameterDescriptor descriptor = {}) {
     return declare_typed<T>(std::forward<Name>(name), default_value, std::move(descriptor));
   }
 
-  /// A parameter that must be given from outside: throws ParameterError when no override has it.
+  /// A required parameter: throws ParameterError when no override sets it.
   template <detail::ParameterCompatible T>
   Parameter<T> declare_required(std::string name, ParameterDescriptor descriptor = {}) {
     require_override(name, detail::kTypeOf<T>);
     return declare_typed<T>(std::move(name), {}, std::move(descriptor));
   }
 
-  /// A typed view of a parameter that was declared before. Throws ParameterError when it was not,
-  /// has no value, or is of another or of no fixed type.
+  /// A typed view of a declared parameter. Throws ParameterError when it is not declared, has no
+  /// value, or has another type or dynamic typing.
   template <detail::ParameterCompatible T>
   [[nodiscard]] Parameter<T> handle(const std::string& name) const {
     return Parameter<T>(cell(name, detail::kTypeOf<T>, limits_of<T>()));
@@ -315,23 +318,24 @@ class Parameters {
       const std::vector<std::string>& names) const;
   [[nodiscard]] std::vector<ParameterType> types(const std::vector<std::string>& names) const;
 
-  /// One result each; each is set or refused alone. Sets never throw for what they are given.
+  /// One result each; each parameter is set or refused independently. Sets never throw for invalid
+  /// values.
   std::vector<SetResult> set(const std::vector<NamedParameter>& parameters);
   SetResult set(const std::string& name, ParameterValue value);
-  /// All or none. A value that is not set undeclares a dynamically typed parameter.
+  /// Atomic: all or none. A value that is not set undeclares a dynamically typed parameter.
   SetResult set_atomically(const std::vector<NamedParameter>& parameters);
 
-  /// Callbacks of one kind are called last registered first, as in rclcpp. What `on_adjust` and
-  /// `on_validate` callbacks throw refuses the set with that message. What an `on_changed` callback
-  /// throws cannot undo the set any more: it becomes the reason of a successful result, and the
-  /// other callbacks are still called.
+  /// Callbacks of one kind are called last registered first, as in rclcpp. An exception from an
+  /// `on_adjust` or `on_validate` callback refuses the set with its message. An exception from an
+  /// `on_changed` callback cannot undo the set: it becomes the reason of a successful result, and
+  /// the other callbacks are still called.
   ParameterCallbackHandle on_adjust(AdjustCallback callback);
   ParameterCallbackHandle on_validate(ValidateCallback callback);
   ParameterCallbackHandle on_changed(ChangedCallback callback);
   /// Replaces the sink; an empty one removes it.
   void set_event_sink(EventSink sink);
 
-  /// Overrides that no declaration has asked for so far.
+  /// Overrides of parameters that have not been declared so far.
   [[nodiscard]] std::vector<UnusedOverride> unused_overrides() const;
 
  private:

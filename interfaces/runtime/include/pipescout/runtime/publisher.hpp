@@ -14,7 +14,7 @@ namespace pipescout {
 /// Running totals of an event, as DDS statuses count them.
 struct EventCount {
   std::uint64_t total = 0;
-  std::uint64_t change = 0;  ///< since the callback before
+  std::uint64_t change = 0;  ///< since the previous callback
 };
 
 struct IncompatibleQos {
@@ -22,7 +22,7 @@ struct IncompatibleQos {
   QosPolicy policy{};  ///< of the most recent mismatch
 };
 
-/// What a publisher can be told. Callbacks run in the publisher's callback group.
+/// Events of a publisher. Callbacks run in the publisher's callback group.
 struct PublisherEvents {
   std::function<void(EventCount)> deadline_missed = {};
   std::function<void(EventCount)> liveliness_lost = {};
@@ -34,7 +34,7 @@ struct PublisherEvents {
 struct PublisherStatistics {
   std::uint64_t published = 0;
   std::uint64_t sent_to_other_processes = 0;  ///< each was serialised once
-  /// Could not be sent, or was overtaken by `depth` later ones while a slow send was going on.
+  /// Could not be sent, or was replaced by `depth` later ones during a slow send.
   std::uint64_t send_failures = 0;
   std::uint64_t suppressed = 0;  ///< published while the component was not active, and dropped
   std::uint64_t deadlines_missed = 0;
@@ -42,32 +42,31 @@ struct PublisherStatistics {
   std::uint64_t incompatible_qos = 0;
 };
 
-/// Sequence numbers that one published message got. Services need both, to relate a reply.
+/// Sequence numbers of one published message. Services need both to relate a reply.
 struct PublishedSample {
   std::int64_t local_sequence_number = 0;  ///< 0: suppressed
-  /// 0: did not leave the process, or another thread that is sending just now sends it too.
+  /// 0: not sent to other processes, or sent by another thread that is sending at the moment.
   std::int64_t remote_sequence_number = 0;
 };
 
-/// A publisher of a type known at run time. `Publisher<T>` is the typed front.
-/// Thread-safe. Messages of one publisher arrive everywhere in the order of publishing.
+/// A publisher of a type known at run time. `Publisher<T>` is the typed front. Thread-safe.
+/// Messages of one publisher arrive at each subscription in the order of publishing.
 class UntypedPublisher {
  public:
   virtual ~UntypedPublisher() = default;
 
-  /// Hands the message, which nobody may change from now on, to every matched subscription of this
-  /// process as it is, and serialises it once for other processes if a reader is matched there, or
-  /// if the durability promises it to readers that come later. Sending may take long (a slow
-  /// reader, a full socket) and keeps this thread only: who publishes meanwhile leaves the message
-  /// to it.
+  /// Passes the pointer to every matched subscription of this process; the message must not be
+  /// changed afterwards. Serialises it once for other processes if a reader is matched there, or if
+  /// it is retained for late joiners. Sending may block (a slow reader, a full socket), but only
+  /// this thread: it also sends the messages that other threads publish in the meantime.
   virtual PublishedSample publish(std::shared_ptr<const void> message,
                                   const SampleIdentity& related) = 0;
 
-  /// A publisher of an inactive component is disabled: it drops and counts what is published.
+  /// The publisher of an inactive component is disabled: it drops and counts messages.
   virtual void set_enabled(bool enabled) = 0;
-  /// Says "I am alive" for `Liveliness::kManualByTopic`; publishing says so too. When neither
-  /// happens within the lease, subscriptions learn it at once, whatever the publisher's callbacks
-  /// do.
+  /// Asserts liveliness for `Liveliness::kManualByTopic`; publishing asserts it too. When neither
+  /// happens within the lease, subscriptions are notified at once, even while a callback of the
+  /// publisher hangs.
   virtual void assert_liveliness() = 0;
 
   [[nodiscard]] virtual std::size_t subscription_count() const = 0;
@@ -81,14 +80,15 @@ class UntypedPublisher {
   [[nodiscard]] virtual const QoS& qos() const = 0;
 };
 
-/// Publishes messages of type T. A handle: copies share the publisher, which ends with the last.
+/// Publishes messages of type T. A handle: copies share the publisher, which is destroyed with the
+/// last one.
 template <class T>
 class Publisher {
  public:
   Publisher() = default;
   explicit Publisher(std::shared_ptr<UntypedPublisher> untyped) : untyped_(std::move(untyped)) {}
 
-  /// Publishes without a copy. Nobody may change the message afterwards.
+  /// Publishes without a copy. The message must not be changed afterwards.
   void publish(std::shared_ptr<const T> message) { untyped_->publish(std::move(message), {}); }
   void publish(std::unique_ptr<T> message) {
     publish(std::shared_ptr<const T>(std::move(message)));

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "pipescout/runtime/time.hpp"
@@ -13,9 +14,9 @@ enum class Reliability { kBestEffort, kReliable };
 enum class Durability { kVolatile, kTransientLocal };
 enum class Liveliness { kAutomatic, kManualByTopic };
 
-/// Quality of service of one publisher (what it offers) or subscription (what it requests).
-/// The meaning is that of ROS 2 and DDS, and it is the same in one process and across processes.
-/// History is always "keep last": every queue is bounded.
+/// Quality of service of one publisher (what it offers) or subscription (what it requests). The
+/// semantics are those of ROS 2 and DDS, both in one process and across processes. History is
+/// always "keep last": every queue is bounded.
 struct QoS {
   std::size_t depth = 10;  ///< messages kept, at least 1
   Reliability reliability = Reliability::kReliable;
@@ -48,7 +49,7 @@ struct QoS {
   bool operator==(const QoS&) const = default;
 };
 
-/// The DDS policies that can keep a publisher and a subscription apart.
+/// The DDS policies that can be incompatible.
 enum class QosPolicy { kReliability, kDurability, kDeadline, kLiveliness };
 
 [[nodiscard]] const char* to_string(QosPolicy policy) noexcept;
@@ -57,5 +58,10 @@ enum class QosPolicy { kReliability, kDurability, kDeadline, kLiveliness };
 /// The first policy by which `offered` does not satisfy `requested` (DDS 1.4, section 2.2.3), or
 /// nothing when the two match.
 [[nodiscard]] std::optional<QosPolicy> incompatibility(const QoS& offered, const QoS& requested);
+
+/// What a subscription asks for to hear all these publishers, as rosbag2 and `ros2 topic echo`
+/// choose it: reliable if all offer it, transient local if all offer it, else the weaker. With no
+/// publisher: reliable and volatile.
+[[nodiscard]] QoS request_for(std::span<const QoS> offered, std::size_t depth);
 
 }  // namespace pipescout

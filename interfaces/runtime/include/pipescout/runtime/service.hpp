@@ -13,35 +13,39 @@
 
 namespace pipescout {
 
-/// Why a call got no response.
+/// The reason why a call got no response.
 enum class ServiceError {
-  kNoServer,    ///< no server was matched in both directions before the time was over
-  kTimeout,     ///< a server was there but did not answer in time
+  kNoServer,    ///< no server was matched in both directions before the time-out
+  kTimeout,     ///< a server was matched but did not answer in time
   kCancelled,   ///< the client was destroyed
-  kOverloaded,  ///< too many calls of this client wait for an answer already; it was not sent
+  kOverloaded,  ///< too many outstanding calls of this client; the request was not sent
 };
 
 [[nodiscard]] const char* to_string(ServiceError error) noexcept;
 
-/// A response or the reason why there is none.
+/// A response or an error.
 template <class Response>
 class ServiceResult {
   using Shared = std::shared_ptr<const Response>;
 
  public:
-  explicit ServiceResult(Shared response) : value_(std::move(response)) {}
+  explicit ServiceResult(Shared response, const Gid& server = {})
+      : value_(std::move(response)), server_(server) {}
   explicit ServiceResult(ServiceError error) : value_(error) {}
   [[nodiscard]] explicit operator bool() const noexcept { return value_.index() == 0; }
   [[nodiscard]] const Response* operator->() const { return std::get<0>(value_).get(); }
   [[nodiscard]] const Shared& shared() const { return std::get<0>(value_); }
   [[nodiscard]] ServiceError error() const { return std::get<1>(value_); }
+  /// The reply writer of the server that answered; zero when none did.
+  [[nodiscard]] const Gid& server() const noexcept { return server_; }
 
  private:
   std::variant<Shared, ServiceError> value_;
+  Gid server_;
 };
 
 struct ServiceStatistics {
-  std::uint64_t requests = 0;           ///< handed to the handler
+  std::uint64_t requests = 0;           ///< passed to the handler
   std::uint64_t responses = 0;          ///< published
   std::uint64_t responses_dropped = 0;  ///< the caller's reply reader did not appear in time
 };
@@ -52,7 +56,7 @@ struct ClientStatistics {
   std::uint64_t without_server = 0;  ///< ended with ServiceError::kNoServer
   std::uint64_t timed_out = 0;
   std::uint64_t refused = 0;       ///< ended with ServiceError::kOverloaded
-  std::uint64_t late_replies = 0;  ///< to a call that had its answer, or had timed out
+  std::uint64_t late_replies = 0;  ///< to a call that was already answered or had timed out
 };
 
 /// A service of types known at run time. Requests arrive in its callback group, and each is
@@ -73,22 +77,28 @@ class UntypedService {
 };
 
 /// A client of types known at run time. At most `kMaxOutstandingCalls` calls wait for their answer,
-/// and as many for the news that they were refused.
+/// and as many for the callback of their refusal.
 class UntypedClient {
  public:
   static constexpr std::size_t kMaxOutstandingCalls = 1000;
 
   using Answer = std::function<void(ServiceResult<void>)>;
-  /// Calls `answer` with kCancelled for every call that has none yet, on the destroying thread.
-  /// What such an answer throws is ignored.
+  /// Calls `answer` with kCancelled for every outstanding call, on the destroying thread.
+  /// Exceptions from these calls are ignored.
   virtual ~UntypedClient() = default;
   /// Sends the request once a server is matched in both directions, so that its reply cannot be
   /// lost, and calls `answer` exactly once, in the client's callback group (but see the
   /// destructor). With several servers the first reply counts. Throws std::invalid_argument when
-  /// `request` or `answer` is null, std::runtime_error when the executor has not yet told of
-  /// `kMaxOutstandingCalls` refusals. Thread-safe.
-  virtual void call(std::shared_ptr<const void> request, Answer answer, Duration timeout) = 0;
+  /// `request` or `answer` is null, std::runtime_error when the callbacks of `kMaxOutstandingCalls`
+  /// refusals have not run yet. Returns the number of the call, 0 when it is refused. Thread-safe.
+  virtual std::uint64_t call(std::shared_ptr<const void> request, Answer answer,
+                             Duration timeout) = 0;
+  /// Gives a call up: its answer is neither called nor waited for. False when the call has its
+  /// answer already, or none is known by that number.
+  virtual bool forget(std::uint64_t call) = 0;
   [[nodiscard]] virtual bool is_ready() const = 0;
+  /// The server that `ServiceResult::server` named is there still.
+  [[nodiscard]] virtual bool is_matched(const Gid& server) const = 0;
   [[nodiscard]] virtual ClientStatistics statistics() const = 0;
   [[nodiscard]] virtual std::shared_ptr<UntypedPublisher> request_publisher() const = 0;
   [[nodiscard]] virtual std::shared_ptr<UntypedSubscription> reply_subscription() const = 0;
@@ -99,10 +109,12 @@ struct ServiceOptions {
   const MessageType* request = nullptr;
   const MessageType* response = nullptr;
   QoS qos = QoS::services();
-  std::shared_ptr<CallbackGroup> group;  ///< where handler and answers run; not null
-  /// Services only: start disabled, see UntypedService::set_enabled. A handler that answers through
-  /// the returned service needs this, as a request may arrive before the service is returned.
+  std::shared_ptr<CallbackGroup> group;  ///< of the handler and the answers; not null
+  /// Services only: start disabled, see UntypedService::set_enabled. Needed if the handler answers
+  /// through the returned service, because a request may arrive before the function returns.
   bool enabled = true;
+  /// Clients only: called in `group` after the servers that are matched changed. May be empty.
+  std::function<void()> matched = {};
 };
 
 /// Throw what Context::create_publisher and create_subscription throw, InvalidName, and
@@ -112,8 +124,8 @@ struct ServiceOptions {
 [[nodiscard]] std::shared_ptr<UntypedClient> create_untyped_client(Context& context,
                                                                    const ServiceOptions& options);
 
-/// Answers one request, once; may be kept and used later. A responder that goes without an answer
-/// leaves the caller to its timeout.
+/// Answers one request, once; may be stored and used later. If it is destroyed without an answer,
+/// the caller times out.
 template <class S>
 class Responder {
  public:
@@ -130,7 +142,7 @@ class Responder {
   SampleIdentity caller_;
 };
 
-/// A handle: the service ends with the last copy.
+/// A handle: the service is destroyed with the last copy.
 template <class S>
 class Service {
  public:
@@ -142,7 +154,7 @@ class Service {
   std::shared_ptr<UntypedService> untyped_;
 };
 
-/// A handle: the client ends with the last copy.
+/// A handle: the client is destroyed with the last copy.
 template <class S>
 class Client {
  public:
@@ -160,7 +172,8 @@ class Client {
         std::make_shared<const Request>(std::move(request)),
         [answer = std::move(answer)](ServiceResult<void> result) {
           if (result) {
-            answer(Result(std::static_pointer_cast<const Response>(result.shared())));
+            answer(
+                Result(std::static_pointer_cast<const Response>(result.shared()), result.server()));
           } else {
             answer(Result(result.error()));
           }

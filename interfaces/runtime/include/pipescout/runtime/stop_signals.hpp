@@ -8,23 +8,23 @@
 
 namespace pipescout {
 
-/// SIGINT, SIGTERM and SIGHUP as calls on a thread of its own, where any code is safe. The first
-/// one asks the program to end; the second ends it at once, and so does time: a program that was
-/// asked to end and has not done so in time is ended with a message.
+/// Handles SIGINT, SIGTERM and SIGHUP on a dedicated thread, where any code is safe. The first
+/// signal requests the end of the program; the second ends it at once. A program that does not end
+/// within the grace period is terminated with a message.
 class StopSignals {
  public:
-  /// Keeps the signals from every thread. Call first of all, before a thread exists.
+  /// Blocks the signals in every thread. Call it first, before another thread exists.
   static void block();
 
   /// `on_stop` is called once, with the first signal. `before_forced_end` is called before the
-  /// program is ended by force. Throws std::system_error.
+  /// program is terminated. Throws std::system_error.
   StopSignals(Duration grace, std::function<void(int signal)> on_stop,
               std::function<void()> before_forced_end);
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
   ~StopSignals();
 
-  /// The program ends by itself: from now on it has the time of grace. Thread-safe.
+  /// The program ends without a signal: starts the grace period. Thread-safe.
   void expect_end();
 
  private:

@@ -11,15 +11,15 @@
 
 namespace pipescout {
 
-/// What a subscription can be told. Callbacks run in the subscription's callback group.
+/// Events of a subscription. Callbacks run in the subscription's callback group.
 struct SubscriptionEvents {
   std::function<void(EventCount)> deadline_missed = {};
-  /// Publishers that are alive and not alive now, here and in other processes.
+  /// Numbers of publishers that are alive and not alive, here and in other processes.
   std::function<void(LivelinessChange)> liveliness_changed = {};
   std::function<void(const IncompatibleQos&)> incompatible_qos = {};
   /// Messages lost: dropped by the full queue, or by the network.
   std::function<void(EventCount)> message_lost = {};
-  /// Bytes that are no message of the type: a publisher that means another type by its name.
+  /// Data that does not match the type: the publisher has another definition of it.
   std::function<void(EventCount)> message_malformed = {};
   /// Number of matched publishers, here and in other processes.
   std::function<void(std::size_t)> matched = {};
@@ -28,11 +28,11 @@ struct SubscriptionEvents {
 struct SubscriptionStatistics {
   std::uint64_t received = 0;
   std::uint64_t delivered = 0;           ///< callbacks begun
-  std::uint64_t dropped_queue_full = 0;  ///< the oldest message made room for a new one
+  std::uint64_t dropped_queue_full = 0;  ///< the oldest message was replaced by a new one
   std::uint64_t dropped_inactive = 0;    ///< while the component was not active
   std::uint64_t expired = 0;             ///< older than the publisher's lifespan
   std::uint64_t lost_by_network = 0;
-  std::uint64_t malformed = 0;  ///< bytes that are no message of the type
+  std::uint64_t malformed = 0;  ///< data that does not match the type
   std::uint64_t deadlines_missed = 0;
   std::uint64_t incompatible_qos = 0;
 };
@@ -52,6 +52,8 @@ class UntypedSubscription {
   [[nodiscard]] virtual std::size_t publisher_count() const = 0;
   [[nodiscard]] virtual int local_publisher_count() const = 0;
   [[nodiscard]] virtual int remote_publisher_count() const = 0;
+  /// True when the publisher of that identity, here or in another process, is matched.
+  [[nodiscard]] virtual bool is_matched(const Gid& publisher) const = 0;
   [[nodiscard]] virtual LivelinessChange liveliness() const = 0;
   [[nodiscard]] virtual SubscriptionStatistics statistics() const = 0;
   /// Identity of the reader, which subscriptions of the same topic and QoS may share.
@@ -60,8 +62,8 @@ class UntypedSubscription {
   [[nodiscard]] virtual const QoS& qos() const = 0;
 };
 
-/// A handle: copies share the subscription, which ends with the last. The callback gets the very
-/// object that was published when the publisher lives in the same process.
+/// A handle: copies share the subscription, which is destroyed with the last one. If the publisher
+/// is in the same process, the callback gets the published object itself.
 template <class T>
 class Subscription {
  public:

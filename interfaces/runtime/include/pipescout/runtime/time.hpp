@@ -19,7 +19,7 @@ using SteadyTime = std::chrono::time_point<std::chrono::steady_clock, std::chron
   return std::chrono::time_point_cast<Duration>(std::chrono::steady_clock::now());
 }
 
-/// `time + span`, or the latest time there is when the sum does not fit. `span` is not negative.
+/// `time + span`, saturating at the latest time. `span` must not be negative.
 template <class Clock>
 [[nodiscard]] constexpr std::chrono::time_point<Clock, Duration> add_saturated(
     std::chrono::time_point<Clock, Duration> time, Duration span) noexcept {
@@ -28,7 +28,7 @@ template <class Clock>
   return fits ? time + span : Point::max();
 }
 
-/// Seconds as a floating point number, for formulas and for people.
+/// Seconds as a floating point number, for formulas and output.
 [[nodiscard]] constexpr double to_seconds(Duration duration) noexcept {
   return std::chrono::duration<double>(duration).count();
 }

@@ -10,16 +10,16 @@
 namespace pipescout {
 
 /// Calls a function every `period`. Periods that passed while the callback could not run are
-/// skipped, not made up for; the phase is kept. Destroying the handle stops the timer: no call
-/// begins afterwards, and one may only be running still when the destroying thread is not the one
-/// that runs the group's callbacks. Thread-safe, except for moving and destroying.
+/// skipped; the phase is kept. Destroying the handle stops the timer: no call begins afterwards;
+/// one may still be running if another thread runs the group's callbacks. Thread-safe, except for
+/// moving and destroying.
 class Timer {
  public:
   /// `simulated` null: the period is measured by the steady clock. Throws std::invalid_argument
   /// unless the period is positive.
   Timer(std::shared_ptr<CallbackGroup> group, Duration period, std::function<void()> callback,
         std::shared_ptr<SimulatedClock> simulated = nullptr);
-  /// The timer that was moved from may only be destroyed or assigned to.
+  /// A moved-from timer may only be destroyed or assigned to.
   Timer(Timer&&) noexcept;
   Timer& operator=(Timer&&) noexcept;
   ~Timer();
@@ -27,9 +27,9 @@ class Timer {
   [[nodiscard]] Duration period() const noexcept;
   /// While disabled nothing is called; enabling starts a new period.
   void set_enabled(bool enabled);
-  /// Starts the period again.
+  /// Restarts the period.
   void reset();
-  /// Measures the period by another clock from now on, null: the steady clock. Starts it again.
+  /// Measures the period by another clock from now on, null: the steady clock. Restarts the period.
   void follow(std::shared_ptr<SimulatedClock> simulated);
 
  private:

@@ -7,7 +7,7 @@
 
 namespace pipescout {
 
-/// What becomes of the messages that come while the component of a subscription is not active.
+/// Handling of messages that arrive while the component of a subscription is not active.
 enum class WhileInactive {
   kKeep,  ///< the last `depth` wait, and are delivered when it is activated: states, measurements
   kDrop,  ///< they are dropped and counted, and so is what still waits when it is deactivated:

@@ -13,9 +13,9 @@
 #include "pipescout/runtime/qos.hpp"
 #include "pipescout/runtime/time.hpp"
 
-/// What carries messages out of this process. The in-process path never comes here: the runtime
-/// delivers a `shared_ptr<const T>` itself, and hands a message to a `Transport` only for readers
-/// in other processes. A context without a transport is the socket-less backend of unit tests.
+/// Delivery to other processes. The in-process path does not use it: the runtime delivers a
+/// `shared_ptr<const T>` itself, and passes a message to a `Transport` only for readers in other
+/// processes. A context without a transport is the backend of unit tests without sockets.
 namespace pipescout {
 
 /// Identity of a participant or endpoint: the 16 bytes of a DDS GUID (12 prefix, 4 entity).
@@ -27,26 +27,30 @@ struct Gid {
 /// "01.0f.45....|00.00.12.03", as DDS tools print a GUID.
 [[nodiscard]] std::string to_string(const Gid& gid);
 
-/// True when both name something of the same participant.
+/// True when both belong to the same participant.
 [[nodiscard]] bool same_participant(const Gid& a, const Gid& b) noexcept;
 
-/// Names one sample of one writer; services relate a reply to its request with it.
+/// The participant that an endpoint belongs to: the same bytes without the entity.
+[[nodiscard]] Gid participant_of(const Gid& endpoint) noexcept;
+
+/// Identifies one sample of one writer; services relate a reply to its request with it.
 struct SampleIdentity {
   Gid writer;
   std::int64_t sequence_number = 0;
   auto operator<=>(const SampleIdentity&) const = default;
 };
 
-/// What is known of a received message beside its content.
+/// Metadata of a received message.
 struct MessageInfo {
   Time source_time{};       ///< system time at which the publisher published
+  Time reception_time{};    ///< system time at which the message reached this process
   SampleIdentity identity;  ///< of this sample
-  SampleIdentity related;   ///< services: the request this belongs to, or whom to answer
+  SampleIdentity related;   ///< services: the request of a reply, or the reply reader of a request
   bool from_this_process = false;
 };
 
-/// Who may speak or listen: the name on the wire and the type. `name` is the DDS name
-/// ("rt/odometer/fused", "rq/talker/get_parametersRequest", "ros_discovery_info").
+/// A topic by its name on the wire and its type. `name` is the DDS name ("rt/odometer/fused",
+/// "rq/talker/get_parametersRequest", "ros_discovery_info").
 struct WireTopic {
   std::string name;
   const MessageType* type = nullptr;
@@ -78,7 +82,7 @@ class TransportReaderListener {
   virtual ~TransportReaderListener() = default;
   /// A message from another process, deserialised into an object of the topic's type.
   virtual void on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) = 0;
-  /// A sample whose bytes are no message of the topic's type; it was dropped.
+  /// A sample whose data does not match the topic's type; it was dropped.
   virtual void on_malformed_sample() = 0;
   /// Samples that the network lost for good (best effort).
   virtual void on_samples_lost(int count) = 0;
@@ -98,10 +102,12 @@ class TransportWriter {
   /// Returns the identity of the sample; sequence number 0 when the sample could not be sent.
   /// Thread-safe.
   virtual SampleIdentity write(const void* message, const SampleIdentity& related) = 0;
-  /// The state of now, like `is_matched`; the listener is told of it later.
+  /// The current state, like `is_matched`; the listener is notified later.
   [[nodiscard]] virtual int matched_remote_readers() const = 0;
   /// True when the remote reader of that identity is matched (service replies wait for it).
   [[nodiscard]] virtual bool is_matched(const Gid& reader) const = 0;
+  /// Participants of the matched remote readers, without their entity, each once.
+  [[nodiscard]] virtual std::vector<Gid> matched_participants() const = 0;
   /// For `Liveliness::kManualByTopic`.
   virtual void assert_liveliness() = 0;
   [[nodiscard]] virtual Gid gid() const = 0;
@@ -132,18 +138,18 @@ struct DiscoveredParticipant {
   std::string enclave;  ///< from the user data "enclave=...;", as ROS 2 sends it; empty for non-ROS
 };
 
-/// Told from a thread of the transport that the remote graph has changed. It may ask the transport
-/// for `remote_participants` and `remote_endpoints`, which show the change already. A message of
+/// Called on a thread of the transport when the remote graph has changed. It may call
+/// `remote_participants` and `remote_endpoints`, which already contain the change. A message of
 /// another process may arrive shortly before `remote_participants` shows that process.
 using GraphChanged = std::function<void()>;
 
-/// A call that can be put off, see `Transport::create_delayed_call`. Once destroyed, no call is in
-/// progress or follows. Thread-safe; must not be destroyed by its own call.
+/// A delayed call, see `Transport::create_delayed_call`. Once destroyed, no call is in progress or
+/// follows. Thread-safe; must not be destroyed by its own call.
 class DelayedCall {
  public:
   virtual ~DelayedCall() = default;
-  /// Calls once, when the time is over; does nothing while such a call is pending. The call itself
-  /// may start the next one.
+  /// Calls once after the delay; does nothing while a call is pending. The call itself may start
+  /// the next one.
   virtual void start(Duration delay) = 0;
 };
 
@@ -161,7 +167,7 @@ class Transport {
   /// Identity of this process's participant.
   [[nodiscard]] virtual Gid participant() const = 0;
 
-  /// Snapshot of what discovery knows of OTHER processes.
+  /// Snapshot of the discovered OTHER processes.
   [[nodiscard]] virtual std::vector<DiscoveredParticipant> remote_participants() const = 0;
   [[nodiscard]] virtual std::vector<DiscoveredEndpoint> remote_endpoints() const = 0;
   /// Replaces the callback; an empty one removes it and returns once no call is in progress.
@@ -172,12 +178,12 @@ class Transport {
   [[nodiscard]] virtual std::unique_ptr<DelayedCall> create_delayed_call(
       std::function<void()> call) = 0;
 
-  /// What does not work as it was meant to, in a sentence each, in the order in which it was
-  /// noticed: "no room in /dev/shm ...". Goes to /diagnostics; the log has it already.
+  /// Limitations of the transport, one sentence each, in the order of detection: "no room in
+  /// /dev/shm ...". Reported on /diagnostics; they are already in the log.
   [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
 };
 
-/// The network part failed: participant, topic or endpoint could not be created.
+/// A participant, topic or endpoint could not be created.
 class TransportError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -15,12 +15,11 @@
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/node.hpp"
 
-/// Helpers for unit tests of components. Nothing here opens a socket, and nothing waits for a fixed
-/// time.
+/// Helpers for unit tests of components. They open no socket and do not wait for fixed times.
 namespace pipescout::testing {
 
-/// The messages that arrived on a topic, in order. A handle: copies show the same messages, and the
-/// last one ends the subscription.
+/// The messages received on a topic, in order. A handle: copies share the messages, and the last
+/// one ends the subscription.
 template <class T>
 class Collector {
  public:
@@ -30,7 +29,7 @@ class Collector {
   [[nodiscard]] const T& at(std::size_t index) const { return *state_->messages.at(index); }
   /// The latest. Throws std::out_of_range when there is none.
   [[nodiscard]] const T& back() const { return *state_->messages.at(size() - 1); }
-  /// The very objects that were published, when the publisher is in this process.
+  /// The published objects themselves, when the publisher is in this process.
   [[nodiscard]] const std::vector<std::shared_ptr<const T>>& messages() const noexcept {
     return state_->messages;
   }
@@ -54,7 +53,7 @@ struct LogEntry {
   std::string text;
 };
 
-/// How the harness makes a component.
+/// Options for creating a component.
 struct ComponentSpec {
   std::string name = "component_under_test";
   std::vector<NamedParameter> parameters{};  ///< overrides, as a parameter file gives them
@@ -62,15 +61,15 @@ struct ComponentSpec {
 };
 
 struct HarnessOptions {
-  /// Of the components, and of the topic names below.
+  /// Namespace of the components, and of the relative topic names.
   std::string ns = "/";
-  /// Components read their time from the harness, see `set_time`; it begins at zero.
+  /// Components use the time of the harness, see `set_time`; it begins at zero.
   bool simulated_time = false;
 };
 
-/// A small world for components: a context without transport, an executor that runs callbacks only
-/// inside calls of the harness and on the calling thread, and a peer node that publishes, listens
-/// and calls for the test. To be used by one thread.
+/// Test environment of components: a context without transport, an executor that runs callbacks
+/// only inside calls of the harness and on the calling thread, and a peer node that publishes,
+/// subscribes and calls services for the test. For use by one thread.
 ///
 ///     ComponentHarness harness;
 ///     auto& fusion = harness.make<OdometryFusion>({.name = "fusion", .parameters = {{"m", 3}}});
@@ -86,7 +85,7 @@ class ComponentHarness {
   ComponentHarness(const ComponentHarness&) = delete;
   ComponentHarness& operator=(const ComponentHarness&) = delete;
 
-  /// Makes a component, which the harness owns. Throws what its constructor throws.
+  /// Creates a component, owned by the harness. Throws what its constructor throws.
   template <class C>
   C& make(const ComponentSpec& spec = {}) {
     auto component = make_component<C>(component_options(spec));
@@ -94,25 +93,25 @@ class ComponentHarness {
     own(std::move(component));
     return reference;
   }
-  /// What `make` passes on, for a component that the test makes itself.
+  /// The options that `make` uses, for a component that the test creates itself.
   [[nodiscard]] ComponentOptions component_options(const ComponentSpec& spec);
-  /// Destroys a component that `make` made.
+  /// Destroys a component created by `make`.
   void destroy(Component& component);
 
-  /// Asks for a transition and runs callbacks until it ended.
+  /// Requests a transition and runs callbacks until it has ended.
   TransitionResult request(Component& component, LifecycleTransition transition);
   TransitionResult configure(Component& component);
   TransitionResult activate(Component& component);
   TransitionResult deactivate(Component& component);
   TransitionResult cleanup(Component& component);
-  /// The shutdown of whatever state the component is in.
+  /// Requests the shutdown transition of the component's current state.
   TransitionResult shutdown(Component& component);
-  /// Configures and activates; the result is that of the last transition that was tried.
+  /// Configures and activates; returns the result of the last attempted transition.
   TransitionResult bring_up(Component& component);
 
-  /// Runs what is ready, and what becomes ready by that. Returns the number of callbacks.
+  /// Runs all ready work, and work that becomes ready meanwhile. Returns the number of callbacks.
   std::size_t spin();
-  /// Runs callbacks, waiting for more, until `done` holds. False when the time is over.
+  /// Runs callbacks, waiting for more, until `done` returns true. False after the time-out.
   bool spin_until(const std::function<bool()>& done, Duration timeout = std::chrono::seconds(10));
 
   /// Publishes; the message arrives at the next spin. Names are relative to the namespace.
@@ -126,7 +125,7 @@ class ComponentHarness {
         .publish(std::make_shared<const T>(std::move(message)), {});
   }
 
-  /// Collects from now on; what transient local publishers kept comes first.
+  /// Collects from now on; retained messages of transient local publishers come first.
   template <class T>
   [[nodiscard]] Collector<T> collect(const Topic<T>& topic) {
     return collect<T>(topic.name, topic.requested);
@@ -145,13 +144,13 @@ class ComponentHarness {
     return collector;
   }
 
-  /// Calls a service and runs callbacks until it answered, or until the executor is stopped.
+  /// Calls a service and runs callbacks until the answer, or until the executor is stopped.
   template <class S>
   typename Client<S>::Result call(std::string_view service, typename S::Request request,
                                   Duration timeout = std::chrono::seconds(10)) {
     using Result = typename Client<S>::Result;
     Client<S> client = peer().create_client<S>(service);
-    // Shared with the client, which answers what is left when it goes.
+    // Shared with the client, which answers outstanding calls when it is destroyed.
     const auto result = std::make_shared<std::optional<Result>>();
     client.call(
         std::move(request), [result](Result answer) { *result = std::move(answer); }, timeout);
@@ -159,37 +158,37 @@ class ComponentHarness {
     return result->value_or(Result(ServiceError::kTimeout));
   }
 
-  /// Sets a parameter as another node would, and runs what follows from it.
+  /// Sets a parameter like another node, and runs the resulting callbacks.
   SetResult set_parameter(Component& component, const std::string& name, ParameterValue value);
 
-  /// Moves the simulated time, and runs what became due. Timers fire at most once for each call.
-  /// Throws std::logic_error unless the options say `simulated_time`.
+  /// Moves the simulated time, and runs callbacks that became due. Timers fire at most once per
+  /// call. Throws std::logic_error unless the option `simulated_time` is set.
   void set_time(Time now);
   void advance(Duration duration);
 
   /// The statuses that a component has published on `/diagnostics`, in order.
   [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> diagnostics(
       const Component& component);
-  /// Waits for the next status of a component: with simulated time by moving it on by a second,
+  /// Waits for the next status of a component: with simulated time by advancing it by a second,
   /// else for up to two seconds. Throws std::runtime_error when none comes.
   diagnostic_msgs::msg::DiagnosticStatus next_diagnostics(const Component& component);
   /// The value under a key of a status; nothing when there is none.
   [[nodiscard]] static std::optional<std::string> value(
       const diagnostic_msgs::msg::DiagnosticStatus& status, std::string_view key);
 
-  /// What the components have logged, in order.
+  /// The log messages of the components, in order.
   [[nodiscard]] std::vector<LogEntry> logs();
 
   [[nodiscard]] Context& context();
   [[nodiscard]] Executor& executor();
-  /// The node that publishes and listens for the test, always active.
+  /// The node that publishes and subscribes for the test, always active.
   [[nodiscard]] Node& peer();
 
  private:
   static constexpr std::size_t kCollectorDepth = 10000;
 
   void own(ComponentPtr<> component);
-  /// What has arrived of a component's diagnostics; runs nothing.
+  /// The received diagnostics of a component; runs no callbacks.
   [[nodiscard]] std::vector<diagnostic_msgs::msg::DiagnosticStatus> arrived_diagnostics(
       const Component& component) const;
   UntypedPublisher& publisher(std::string_view topic, const MessageType& type, const QoS& qos);

@@ -12,17 +12,17 @@
 
 namespace pipescout::testing {
 
-/// A network inside one test: contexts whose transports come from the same `FakeNetwork` see each
-/// other as if they were processes. Messages are really serialised and deserialised through their
+/// A network inside one test: contexts with transports of the same `FakeNetwork` discover each
+/// other like separate processes. Messages are serialised and deserialised through their
 /// `MessageType`; matching follows the QoS rules of DDS; late joiners of transient local topics get
 /// the last messages. No socket is opened and no thread is started.
 ///
-/// Nothing travels by itself: what is written, matched or unmatched waits on the wire, in order,
-/// until the test lets it through with `deliver` or `deliver_one`, on the thread that calls these.
-/// So a test decides what overtakes what. Endpoints are matched in one event and told of it in
-/// later ones, as on a real network.
+/// Nothing is delivered automatically: written samples and matches are queued as events, in order,
+/// until the test calls `deliver` or `deliver_one`, which run on the calling thread. So a test
+/// controls the order of events. Endpoints are matched in one event and notified in later ones, as
+/// on a real network.
 ///
-/// A `DelayedCall` waits on the wire too, whatever its delay.
+/// A `DelayedCall` is queued too, regardless of its delay.
 ///
 /// Not simulated: deadlines, lifespan and leases on the wire; loss only through `set_tamper`.
 /// Thread-safe. Transports may outlive the `FakeNetwork` object; they share its state.
@@ -36,33 +36,32 @@ class FakeNetwork {
   /// A new process on this network.
   [[nodiscard]] std::unique_ptr<Transport> create_transport(const std::string& name = "fake");
 
-  /// Lets everything through that is on the wire, and what that brings about. Returns the number
-  /// of events. Not to be called from a listener.
+  /// Delivers all queued events, and those that result from them. Returns the number of events.
+  /// Must not be called from a listener.
   std::size_t deliver();
-  /// Lets the oldest event through; false when the wire is empty.
+  /// Delivers the oldest event; false when the queue is empty.
   bool deliver_one();
-  /// Called after something was put on the wire, on the thread that did so and with no lock held
-  /// by the network (but maybe by the writer); lets a test wake a thread that delivers. Empty:
-  /// nobody.
+  /// Called after an event was queued, on the thread that queued it and with no lock held by the
+  /// network (but possibly by the writer); lets a test wake a thread that delivers. Empty: no call.
   void on_pending(std::function<void()> pending);
 
-  /// Endpoints of a topic (its DDS name) do not find each other until `allow_matching`.
+  /// Endpoints of a topic (its DDS name) are not matched until `allow_matching`.
   void hold_matching(const std::string& topic);
   void allow_matching(const std::string& topic);
 
-  /// Bytes of each sample pass through `tamper` on their way; false drops the sample, and its
-  /// reader is told that it is lost. Empty: nothing is changed.
+  /// `tamper` may change the bytes of each sample; false drops the sample, and the reader is
+  /// notified of the loss. Empty: nothing is changed.
   using Tamper = std::function<bool(const std::string& topic, std::vector<std::byte>& bytes)>;
   void set_tamper(Tamper tamper);
 
-  /// The process of this identity falls silent for the others, as after SIGKILL and the end of its
-  /// lease: the others lose its endpoints and then the participant.
+  /// Disconnects the process of this identity, as after SIGKILL and the end of its lease: the
+  /// others lose its endpoints and then the participant.
   void crash(const Gid& participant);
 
-  /// From now on one of the `Transport::warnings` of every process.
+  /// Adds a warning to `Transport::warnings` of every process.
   void warn(const std::string& sentence);
 
-  /// Messages that were serialised, in all transports: one per write, whatever the number of
+  /// Number of serialised messages in all transports: one per write, regardless of the number of
   /// readers.
   [[nodiscard]] std::uint64_t serialisations() const;
 

@@ -15,10 +15,11 @@
 
 namespace pipescout::testing {
 
-/// How long a test waits for what must come. Far beyond what it takes, also on a busy machine.
+/// Time-out of a test for an event that must occur. Far longer than needed, also on a loaded
+/// machine.
 inline constexpr std::chrono::seconds kPatience{60};
 
-/// What a finished program left.
+/// The result of a finished program.
 struct Finished {
   int status = 0;  ///< of waitpid
   std::string out;
@@ -27,8 +28,8 @@ struct Finished {
   [[nodiscard]] int signal() const;  ///< 0 when it exited
 };
 
-/// An executable in a process of its own, in a folder of its own, on the loopback and a DDS domain
-/// that the tests of this process share. Killed when the object goes.
+/// An executable in a separate process and folder, on the loopback and a DDS domain that the tests
+/// of this process share. Killed when the object is destroyed.
 class Program {
  public:
   /// `executable`: its path. `folder`: where it runs. Throws std::runtime_error.
@@ -40,8 +41,8 @@ class Program {
 
   [[nodiscard]] pid_t pid() const noexcept { return pid_; }
   void signal(int number) const;
-  /// Waits until what it wrote to stdout (or stderr) so far contains the text; false when the
-  /// program ends or patience is over before.
+  /// Waits until its stdout (or stderr) contains the text; false when the program ends or the
+  /// time-out passes before.
   bool wait_for_out(const std::string& text);
   bool wait_for_err(const std::string& text);
   [[nodiscard]] std::string out();
@@ -74,7 +75,7 @@ Finished run_program(const std::string& executable, const std::vector<std::strin
 /// Processes whose parent is `pid`.
 std::vector<pid_t> children_of(pid_t pid);
 
-/// The process exists and is no zombie.
+/// The process exists and is not a zombie.
 bool is_running(pid_t pid);
 
 /// The sockets that a process has open: "socket:[123]".
@@ -83,8 +84,8 @@ std::set<std::string> sockets_of(pid_t pid);
 /// The files in /dev/shm that a process has mapped.
 std::set<std::string> shared_memory_of(pid_t pid);
 
-/// Waits until the condition holds; false when patience is over. For what no event tells of: the
-/// state of another process.
+/// Waits until the condition holds; false after the time-out. For conditions without an event, such
+/// as the state of another process.
 bool eventually(const std::function<bool()>& condition);
 
 }  // namespace pipescout::testing

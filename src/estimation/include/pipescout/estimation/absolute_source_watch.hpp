@@ -9,40 +9,41 @@
 
 #include "pipescout/estimation/start_alignment.hpp"
 
-/// Whether a source of absolute measurements is to be believed: it is taken up again after an
-/// outage, or after it was found wrong, only when it has borne itself out.
+/// Monitoring of a source of absolute measurements: after an outage, or after it was doubted, it is
+/// used again only when its measurements have proved consistent.
 namespace pipescout::estimation {
 
 enum class SourceState : std::uint8_t {
-  kAbsent,     ///< nothing has come from it for `outage`
-  kCandidate,  ///< it has come back; what it says is compared, and not used
+  kAbsent,     ///< no measurement for `outage`
+  kCandidate,  ///< it has returned; its measurements are compared and not used
   kTrusted,    ///< used
-  kDoubted,    ///< it was trusted and has contradicted several times running; compared, and not
-               ///< used where it contradicts
+  kDoubted,    ///< it was trusted, and several measurements in a row were gated; compared, and not
+               ///< used if inconsistent
 };
-/// "absent", "candidate", "trusted", "doubted"; "unknown" for a value that is no enumerator.
+/// "absent", "candidate", "trusted", "doubted"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(SourceState state) noexcept;
 
 struct SourceWatchParameters {
-  /// Errors of measurements that are nearer in time than this are much the same; s, in [0, 1000].
-  /// 0: each has its own. See `covariance_factor`.
+  /// Correlation time of the measurement errors; s, in [0, 1000]. 0: white. See
+  /// `covariance_factor`.
   double correlation_time = 0;
-  double outage = 5;                ///< s without an accepted measurement; in [0.1, 1000]
-  std::size_t doubt_after = 8;      ///< measurements gated in a row; in [1, 10000]
-  std::size_t agreeing = 5;         ///< measurements that must agree to be trusted; in [2, 10000]
-  double agreeing_time = 1;         ///< s that they must span; in [0, 1000]
-  double gate_probability = 0.999;  ///< share of good ones that count as agreeing; in (0.5, 1)
-  /// Dead reckoning since the last trusted measurement is taken to be off by no less than this
-  /// share of its way, one standard deviation; in [0, 1].
+  double outage = 5;            ///< s without an accepted measurement; in [0.1, 1000]
+  std::size_t doubt_after = 8;  ///< measurements gated in a row; in [1, 10000]
+  std::size_t agreeing = 5;     ///< measurements that must agree to be trusted; in [2, 10000]
+  double agreeing_time = 1;     ///< s that they must span; in [0, 1000]
+  /// share of correct measurements that count as agreeing; in (0.5, 1)
+  double gate_probability = 0.999;
+  /// Lower bound of the error of dead reckoning since the last trusted measurement, as a share of
+  /// the distance travelled, one standard deviation; in [0, 1].
   double drift_share = 0.01;
-  double drift_floor = 0.5;  ///< m (rad for headings), the least of it; in [0, 1000]
-  /// Without an odometer, or when it or the IMU has had faults, by no less than this speed for 20 s
-  /// at most; with both 5 times as much; m/s (rad/s), in [0, 100].
+  double drift_floor = 0.5;  ///< m (rad for headings), smallest value of that bound; in [0, 1000]
+  /// The same without an odometer, or after faults of it or of the IMU, as a speed, for at most 20
+  /// s; five times as much with both; m/s (rad/s), in [0, 100].
   double drift_speed = 1;
-  /// A source that agrees with the motion, but not with the state, moves the state when it has
-  /// agreed for so long; s, in [1, 1e6].
+  /// A source that is consistent with the motion, but not with the state, resets the state after
+  /// this time; s, in [1, 1e6].
   double takeover = 60;
-  /// The same where absolute measurements had borne the state out for `confirmation` seconds.
+  /// The same if absolute measurements had confirmed the state for `confirmation` seconds.
   double confirmed_takeover = 600;  ///< s, in [1, 1e6]
   double confirmation = 30;         ///< s, in [0, 1e6]
 
@@ -50,37 +51,37 @@ struct SourceWatchParameters {
   void validate() const;
 };
 
-/// A measurement of a position, against what dead reckoning says. For headings: x alone, rad.
+/// A measurement of a position, compared with dead reckoning. For headings: x alone, rad.
 struct WatchedFix {
   double time = 0;
-  Eigen::Vector3d measured = Eigen::Vector3d::Zero();   ///< m, in the map
-  double deviation = 1;                                 ///< m, of `measured`, the worst axis
-  Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();   ///< m, the same point in `odom`
-  double velocity_deviation = 0;                        ///< m/s, of the motion of `reckoned`
-  Eigen::Vector3d predicted = Eigen::Vector3d::Zero();  ///< m, the same point by the state
-  double predicted_deviation = 1;                       ///< m, of `predicted`, the worst axis
-  double way = 0;                                       ///< m, travelled so far by dead reckoning
-  bool witnessed = true;                                ///< the odometer is there
-  bool shaken = false;     ///< IMU or odometer had faults since the last accepted position
-  double borne_out = 0;    ///< s for which absolute positions have agreed with the state
-  bool contested = false;  ///< another source of positions is trusted, and agrees with the state
+  Eigen::Vector3d measured = Eigen::Vector3d::Zero();  ///< m, in the map
+  double deviation = 1;                                ///< m, of `measured`, the worst axis
+  Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();  ///< m, the same point in `odom`
+  double velocity_deviation = 0;                       ///< m/s, of the motion of `reckoned`
+  Eigen::Vector3d predicted =
+      Eigen::Vector3d::Zero();     ///< m, the same point according to the state
+  double predicted_deviation = 1;  ///< m, of `predicted`, the worst axis
+  double way = 0;                  ///< m, travelled so far by dead reckoning
+  bool witnessed = true;           ///< an odometer is available
+  bool shaken = false;             ///< IMU or odometer had faults since the last accepted position
+  double borne_out = 0;            ///< s for which absolute positions have confirmed the state
+  bool contested = false;  ///< another source of positions is trusted and consistent with the state
 };
 
-/// By how much the covariance of each of a row of measurements, `spacing` seconds apart, has to be
-/// larger so that together they tell no more than they do, when their errors are those of a
-/// first-order Gauss-Markov process of that correlation time: (1 + a) / (1 - a) with
-/// a = exp(-spacing / correlation_time), the variance of the mean of many against that of white
-/// ones. Not beyond what makes all of `memory` seconds, the longest that is looked back upon, one
-/// measurement. 1 without correlation. `spacing` > 0; not checked.
+/// Factor by which the covariance of each measurement in a series, `spacing` seconds apart, has to
+/// be inflated when the errors are a first-order Gauss-Markov process of that correlation time: (1
+/// + a) / (1 - a) with a = exp(-spacing / correlation_time), the ratio of the variance of the mean
+/// of many measurements to that of white ones. Limited so that all measurements within `memory`
+/// seconds together count as at least one. 1 without correlation. `spacing` > 0; not checked.
 [[nodiscard]] double covariance_factor(double correlation_time, double spacing,
                                        double memory) noexcept;
 
-/// What is to be done with a measurement.
+/// Use of a measurement.
 enum class Verdict : std::uint8_t {
-  kUse,       ///< as a measurement of a trusted source
-  kHold,      ///< not at all
-  kAcquire,   ///< the source has become trusted with this one: the state may have to be widened
-  kTakeOver,  ///< the state is wrong: to be moved to where the source says
+  kUse,      ///< as a measurement of a trusted source
+  kHold,     ///< not at all
+  kAcquire,  ///< the source has become trusted: the covariance of the state may have to be inflated
+  kTakeOver,  ///< the state is wrong: reset it to the source's position
 };
 
 /// The state machine of one source of positions:
@@ -89,14 +90,15 @@ enum class Verdict : std::uint8_t {
 ///                               |          |
 ///                               +-> absent <+
 ///
-/// A candidate's fixes must agree with each other and with the motion that dead reckoning has seen
-/// meanwhile, and lie within what dead reckoning can be off since the last trusted measurement.
-/// Those that are farther away are never taken as such, however consistent: they take over after
-/// `takeover` or `confirmed_takeover` only, and not while another source contests it. So nothing is
-/// captured by a cluster of wrong fixes that lasts for minutes, and nothing is locked out for ever.
+/// A candidate's fixes must agree with each other and with the motion by dead reckoning in the
+/// meantime, and lie within the possible error of dead reckoning since the last trusted
+/// measurement. Fixes farther away are not accepted, however consistent they are: they reset the
+/// state only after `takeover` or `confirmed_takeover`, and not while another source contradicts
+/// them. So a cluster of wrong fixes that lasts for minutes does not capture the state, and no
+/// source is locked out permanently.
 ///
-/// Of a doubted source a fix is used, all the same, that lies where state and odometer have it: the
-/// ones before it were wrong, not the state.
+/// A fix of a doubted source that is consistent with state and odometer is used: then the previous
+/// fixes were wrong, not the state.
 ///
 /// Pure; no allocation.
 class AbsoluteSourceWatch {
@@ -104,34 +106,34 @@ class AbsoluteSourceWatch {
   /// Throws as SourceWatchParameters::validate.
   explicit AbsoluteSourceWatch(const SourceWatchParameters& parameters);
 
-  /// A measurement has come. Of a candidate those older than the newest are held.
+  /// Processes a measurement. For a candidate, measurements older than the newest one are held.
   Verdict judge(const WatchedFix& fix) noexcept;
-  /// While there is no state: compares the fix with those before and the motion.
+  /// Before initialisation: compares the fix with previous ones and the motion.
   void compare(const WatchedFix& fix) noexcept;
-  /// What the smoother's gate made of a measurement that was to be used.
+  /// Reports the result of the smoother's gate for a measurement to be used.
   void note_accepted(double time, double way) noexcept;
   void note_gated() noexcept;
-  /// The state stands on this source from now on: it was started from it.
+  /// The state was initialised from this source.
   void trust(double time, double way) noexcept;
-  /// The state has been placed anew by something else; what the source says is to be compared.
+  /// The state was reset by another source; measurements of this one have to be compared again.
   void distrust(double time, double way) noexcept;
-  /// Time goes on: a source that is silent becomes absent.
+  /// Advances the time: a silent source becomes absent.
   void expire(double time) noexcept;
 
   [[nodiscard]] SourceState state() const noexcept { return state_; }
   [[nodiscard]] const TrackAlignment& track() const noexcept { return track_; }
-  /// s for which its fixes have agreed with the motion, and how many; 0 of a trusted source.
+  /// s for which its fixes have agreed with the motion, and their number; 0 for a trusted source.
   [[nodiscard]] double agreed_for() const noexcept;
   [[nodiscard]] std::size_t agreeing() const noexcept { return track_.pairs(); }
   /// m, of the first of them.
   [[nodiscard]] double first_deviation() const noexcept { return first_.deviation; }
   [[nodiscard]] double last_accepted() const noexcept { return last_accepted_; }
-  /// What dead reckoning is taken to be off at least at a fix, one standard deviation.
+  /// Lower bound of the error of dead reckoning at a fix, one standard deviation.
   [[nodiscard]] double drift(const WatchedFix& fix) const noexcept;
 
  private:
   void begin_candidate(const WatchedFix& fix) noexcept;
-  /// m/s, that dead reckoning may be off at least.
+  /// m/s, lower bound of the velocity error of dead reckoning.
   [[nodiscard]] double drift_speed(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
@@ -142,7 +144,7 @@ class AbsoluteSourceWatch {
   SourceState state_ = SourceState::kAbsent;
   double last_accepted_ = std::numeric_limits<double>::quiet_NaN();
   double last_seen_ = std::numeric_limits<double>::quiet_NaN();
-  double trusted_since_ = std::numeric_limits<double>::quiet_NaN();  // or the state was placed
+  double trusted_since_ = std::numeric_limits<double>::quiet_NaN();  // or since the state was reset
   double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
   // Of the candidate.

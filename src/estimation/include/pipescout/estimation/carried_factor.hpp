@@ -6,8 +6,8 @@
 
 namespace pipescout::estimation {
 
-/// Motions of an IMU from keyframes to the times of a measurement; of no duration where these are
-/// the same.
+/// Motions of an IMU from keyframes to the times of a measurement; of zero duration where these are
+/// equal.
 struct CarryingMotions {
   ImuMotion from{};  ///< to the measurement, or its `from_time`
   ImuMotion to{};    ///< to its `to_time`; from the next keyframe, or from the same one

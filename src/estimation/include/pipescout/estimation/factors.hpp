@@ -9,12 +9,13 @@
 
 #include "pipescout/estimation/state.hpp"
 
-/// Measurements, and the factors that they become. SI units, radians; times in seconds of any one
-/// clock. Frames as in state.hpp.
+/// Measurements and their factors. SI units, radians; times in seconds of any one clock. Frames as
+/// in state.hpp.
 ///
-/// A factor is a value of fixed size. Its `evaluate` gives the residual, whitened: of covariance 1
-/// when the measurement is as good as it says; and its derivatives, whitened too. Derivatives that
-/// are given as an argument must be zero and are set where they are not. All are pure.
+/// A factor is a value of fixed size. Its `evaluate` returns the whitened residual, which has unit
+/// covariance if the covariance of the measurement is right, and its whitened derivatives.
+/// Derivatives that are given as an argument must be zero and are set where they are not. All are
+/// pure.
 namespace pipescout::estimation {
 
 enum class FactorKind : std::uint8_t {
@@ -34,11 +35,10 @@ enum class FactorKind : std::uint8_t {
 inline constexpr std::size_t kFactorKinds = 12;
 
 /// "imu", "prior", "gps", "heading", "visual_pose", "weld", "non_holonomic", "zero_velocity",
-/// "odometer", "relative_pose", "zero_angular_rate", "centre_line"; "unknown" for a value that is
-/// no enumerator.
+/// "odometer", "relative_pose", "zero_angular_rate", "centre_line"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(FactorKind kind) noexcept;
 
-/// What is wrong with the numbers of a measurement.
+/// Faults of a measurement's values.
 enum class InputFault : std::uint8_t {
   kNone,
   kNotFinite,      ///< a NaN or infinity
@@ -53,8 +53,8 @@ struct GpsMeasurement {
   double time = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, in the map
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// rad/s, in the body, at that time; 0 where it is not known. It moves the antenna during the
-  /// time offset, so that the bias of a gyro does not matter.
+  /// rad/s, in the body, at that time; 0 if unknown. It moves the antenna only during the time
+  /// offset, so that the gyro bias is negligible.
   Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();
 };
 
@@ -73,7 +73,7 @@ struct VisualPoseMeasurement {
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
 };
 
-/// A weld of known place passed by. Made by `PipeCentreLine::weld`, or by hand.
+/// Passage of a weld at a known position. Created by `PipeCentreLine::weld`, or by hand.
 struct WeldMeasurement {
   double time = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, of the weld in the map
@@ -83,8 +83,8 @@ struct WeldMeasurement {
   Eigen::Vector3d sensor = Eigen::Vector3d::Zero();      ///< m, of the weld sensor in the body
 };
 
-/// The body is in a pipe whose centre line passes through `position`; how far along it, this does
-/// not say.
+/// The body is in a pipe whose centre line passes through `position`; the position along it is not
+/// constrained.
 struct CentreLineMeasurement {
   double time = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, in the map
@@ -99,31 +99,32 @@ struct NonHolonomicMeasurement {
   double lateral_deviation = 0;                            ///< m/s
   double vertical_deviation = 0;                           ///< m/s
   Eigen::Vector3d sensor = Eigen::Vector3d::Zero();        ///< m, of the point in the body
-  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as the gyro has it; counts
-                                                           ///< where the point is not the origin
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as measured by the gyro; used
+                                                           ///< if the point is not the origin
 };
 
-/// The body stands still.
+/// Standstill of the body.
 struct ZeroVelocityMeasurement {
   double time = 0;
   double standard_deviation = 0;  ///< m/s, per axis
 };
 
-/// The body does not turn.
+/// The body does not rotate.
 struct ZeroAngularRateMeasurement {
   double time = 0;
-  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as the gyro has it
+  Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();  ///< rad/s, as measured by the gyro
   double standard_deviation = 0;                           ///< rad/s, per axis
 };
 
 /// Distance that a point of the body, the wheel, has travelled along the direction of travel,
-/// forwards positive. It goes along an arc.
+/// forwards positive, on an arc.
 struct OdometerMeasurement {
   double from_time = 0;
   double to_time = 0;
   double distance = 0;            ///< m, before the scale
   double standard_deviation = 0;  ///< m
-  double across_deviation = 0;    ///< m, how far the point may slip sideways, and up or down
+  /// m, standard deviation of the lateral and vertical slip of the point
+  double across_deviation = 0;
   Eigen::Vector3d sensor = Eigen::Vector3d::Zero();  ///< m, of the point in the body
 };
 
@@ -147,15 +148,15 @@ struct RelativePoseMeasurement {
 [[nodiscard]] InputFault check(const OdometerMeasurement& m) noexcept;
 [[nodiscard]] InputFault check(const RelativePoseMeasurement& m) noexcept;
 
-/// A factor of `Rows` rows made of a measurement that `check` finds nothing wrong with; this is not
-/// checked. The derived classes differ in `evaluate` alone.
+/// A factor of `Rows` rows from a measurement without faults according to `check`, which is a
+/// precondition. The derived classes differ in `evaluate` only.
 template <class Measurement, FactorKind Kind, int Rows>
 class MeasuredFactor {
  public:
   using MeasurementType = Measurement;
   static constexpr FactorKind kKind = Kind;
   static constexpr int kRows = Rows;
-  /// Whether it ties the states at two times, `from_time` and `to_time`.
+  /// Whether it connects the states at two times, `from_time` and `to_time`.
   static constexpr bool kRelative =
       Kind == FactorKind::kOdometer || Kind == FactorKind::kRelativePose;
   using Residual = Eigen::Matrix<double, Rows, 1>;
@@ -196,7 +197,7 @@ class VisualPoseFactor : public MeasuredFactor<VisualPoseMeasurement, FactorKind
                     Derivatives* derivatives = nullptr) const;
 };
 
-/// W (p + R l - z), with more certainty across the pipe or along it.
+/// W (p + R l - z), with different standard deviations across the pipe and along it.
 class WeldFactor : public MeasuredFactor<WeldMeasurement, FactorKind::kWeld, 3> {
  public:
   explicit WeldFactor(const WeldMeasurement& measurement);
@@ -243,11 +244,11 @@ class ZeroAngularRateFactor
                     Derivatives* derivatives = nullptr) const;
 };
 
-/// W (K M^T (R_i + R_j)^T (q_j - q_i) / 2 - [d sin(a) / a; 0; 0]), with q = p + R s the place of
-/// the point in the map, K = diag(1/k, 1, 1), k the scale, d the distance and a the angle of
-/// R_i^T R_j: exact for an arc of a circle whose axis is across the travel. The scale is on the
-/// side of the states: were the noise of d multiplied by it, the least cost would be at too small a
-/// one. Not finite for a scale of 0.
+/// W (K M^T (R_i + R_j)^T (q_j - q_i) / 2 - [d sin(a) / a; 0; 0]), with q = p + R s the position of
+/// the point in the map, K = diag(1/k, 1, 1), k the scale, d the distance and a the angle of R_i^T
+/// R_j: exact for an arc of a circle whose axis is across the travel. The scale multiplies the
+/// states and not d: if it multiplied the noise of d, the minimum of the cost would be biased
+/// towards small scales. Not finite for a scale of 0.
 class OdometerFactor : public MeasuredFactor<OdometerMeasurement, FactorKind::kOdometer, 3> {
  public:
   explicit OdometerFactor(const OdometerMeasurement& measurement);
@@ -264,7 +265,7 @@ class RelativePoseFactor
                     Derivatives* derivatives = nullptr) const;
 };
 
-/// What is known of a state beforehand: W local(mean, x).
+/// Prior of a state: W local(mean, x).
 class PriorFactor {
  public:
   static constexpr FactorKind kKind = FactorKind::kPrior;
@@ -281,7 +282,7 @@ class PriorFactor {
   StateMatrix whitening_;
 };
 
-/// Any factor that is made of a measurement.
+/// Any factor from a measurement.
 using AnyFactor = std::variant<GpsFactor, HeadingFactor, VisualPoseFactor, WeldFactor,
                                NonHolonomicFactor, ZeroVelocityFactor, OdometerFactor,
                                RelativePoseFactor, ZeroAngularRateFactor, CentreLineFactor>;

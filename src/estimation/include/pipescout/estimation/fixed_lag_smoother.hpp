@@ -16,10 +16,10 @@
 
 namespace pipescout::estimation {
 
-/// Standard deviations of what is known beforehand of the global states; 0 keeps a part at its
-/// initial value and out of the equations. Each in {0} or [1e-9, 1e6]. The mount angles hide behind
-/// the heading: while they are sought, states must not be linearised farther off than 1e-3 rad
-/// (RelinearisationThresholds::rotation), or they come out wrong by several deviations.
+/// Prior standard deviations of the global states; 0: the part is constant and not estimated. Each
+/// in {0} or [1e-9, 1e6]. The mount angles are almost indistinguishable from the heading: while
+/// they are estimated, the distance from the linearisation point must stay below 1e-3 rad
+/// (RelinearisationThresholds::rotation), or they become wrong by several standard deviations.
 struct GlobalDeviations {
   double odometer_scale = 0;
   double mount_yaw = 0;          ///< rad
@@ -39,8 +39,8 @@ struct GlobalDeviations {
   void validate() const;
 };
 
-/// How far a state may move from where it was linearised. Only rotations bend the equations:
-/// positions, velocities and biases matter as far as they are turned.
+/// Largest distance of a state from its linearisation point. Only rotations are nonlinear:
+/// positions, velocities and biases matter only as far as they are multiplied by rotations.
 struct RelinearisationThresholds {
   double position = 0.1;            ///< m, in [1e-9, 1]
   double rotation = 0.01;           ///< rad, in [1e-9, 1]
@@ -55,25 +55,25 @@ struct RelinearisationThresholds {
 
 struct FixedLagSmootherParameters {
   double lag = 2;                             ///< s, in [0.01, 1000]
-  std::size_t max_keyframes = 32;             ///< beyond it the lag is shorter; in [3, 10000]
+  std::size_t max_keyframes = 32;             ///< with more, the lag is shortened; in [3, 10000]
   std::size_t max_factors_per_keyframe = 16;  ///< in [1, 1000]
   std::size_t max_waiting = 64;               ///< measurements between updates; in [1, 100000]
   std::size_t max_imu_samples = 2048;         ///< within the lag; in [16, 10000000]
-  double max_step = 1;         ///< s, between keyframes; more is a jump of time; in [1e-3, 100]
-  double max_held_imu = 0.03;  ///< s, that the last IMU sample stands for those missing;
-                               ///< in [0, 1]
-  double gravity = 9.81;       ///< m/s^2, in [0, 100]
+  double max_step = 1;  ///< s, between keyframes; more is a jump in time; in [1e-3, 100]
+  double max_held_imu =
+      0.03;               ///< s, for which the last IMU sample replaces missing ones; in [0, 1]
+  double gravity = 9.81;  ///< m/s^2, in [0, 100]
   ImuNoise imu_noise{};
-  /// Where the IMU says nothing the velocity and the rotation walk at random.
+  /// Process noise of velocity and rotation (random walks) while IMU samples are missing.
   double coasting_acceleration = 1;    ///< m/s^2/sqrt(Hz), in [1e-6, 1000]
   double coasting_angular_rate = 0.3;  ///< rad/s/sqrt(Hz), in [1e-6, 1000]
-  GlobalStates globals{};              ///< what is known of them beforehand
+  GlobalStates globals{};              ///< their initial values
   GlobalDeviations global_deviations{};
-  /// By FactorKind. Kernels are for all that are made of measurements, gates for those of one time.
+  /// By FactorKind. Kernels apply to all factors of measurements, gates to those of one time.
   std::array<Robustness, kFactorKinds> robustness = default_robustness();
   RelinearisationThresholds relinearisation{};
-  int max_iterations = 3;  ///< linearisations in one update; what is left waits for the next. In
-                           ///< [1, 100]
+  /// linearisations in one update; remaining ones follow in the next. In [1, 100]
+  int max_iterations = 3;
 
   /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds and centre lines.
   [[nodiscard]] static std::array<Robustness, kFactorKinds> default_robustness();
@@ -82,39 +82,40 @@ struct FixedLagSmootherParameters {
   void validate() const;
 };
 
-/// What became of a measurement.
+/// Outcome of a measurement.
 enum class Outcome : std::uint8_t {
-  kAccepted,       ///< in the equations
-  kWaiting,        ///< for an update at or after its time
-  kGated,          ///< refused by the consistency gate, before what came with it or after
-  kLate,           ///< older than the lag
+  kAccepted,  ///< in the equations
+  kWaiting,   ///< for an update at or after its time
+  kGated,  ///< rejected by the chi-square gate, alone or together with the measurements of the same
+           ///< update
+  kLate,   ///< older than the lag
   kFuture,         ///< more than `max_step` ahead of the newest keyframe
-  kDuplicate,      ///< the same numbers of the same time are there already
+  kDuplicate,      ///< a measurement with the same values and time exists
   kNotFinite,      ///< a NaN or infinity
   kBadCovariance,  ///< see InputFault
   kBadInterval,    ///< `to_time` not after `from_time`, or not in the same or the next keyframe
                    ///< interval
   kBadDirection,   ///< see InputFault
-  kFull,           ///< no room: see the parameters; or more than 18 rows of relative measurements
-                   ///< between two keyframes
-  kUninitialised,  ///< there is no state yet
-  kQuarantined,    ///< it would have made the equations singular or have led the estimate more than
-                   ///< 1e6 (SI) away, or its derivatives are not finite
+  kFull,  ///< no space, see the parameters; or more than 18 rows of relative measurements between
+          ///< two keyframes
+  kUninitialised,  ///< not initialised yet
+  kQuarantined,    ///< it would have made the equations singular or moved the estimate by more than
+                   ///< 1e6 (SI), or its derivatives are not finite
 };
 inline constexpr std::size_t kOutcomes = 13;
-/// What becomes of a measurement with such a fault; `sound`: of one without.
+/// The outcome for a measurement with this fault; `sound`: for one without.
 [[nodiscard]] Outcome outcome_of(InputFault fault, Outcome sound) noexcept;
-/// "accepted", "waiting", "gated", ...; "unknown" for a value that is no enumerator.
+/// "accepted", "waiting", "gated", ...; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(Outcome outcome) noexcept;
 
-/// Why all was forgotten.
+/// Reason of a reset.
 enum class ResetReason : std::uint8_t {
   kNone,
   kTimeJumpForwards,   ///< an update more than `max_step` after the last
   kTimeJumpBackwards,  ///< an update before the lag
-  kNumericalFailure,   ///< the equations cannot be solved, though no single factor is to blame
+  kNumericalFailure,   ///< the equations cannot be solved, and no single factor is the cause
 };
-/// "none", "time_jump_forwards", ...; "unknown" for a value that is no enumerator.
+/// "none", "time_jump_forwards", ...; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(ResetReason reason) noexcept;
 
 /// One factor after an update.
@@ -124,39 +125,41 @@ struct FactorReport {
   double time = 0;        ///< s, of the measurement; of relative ones `to_time`
   double chi_square = 0;  ///< at the estimate; of gated ones, against their prediction
   int degrees = 0;        ///< rows
-  double weight = 1;      ///< of the robust kernel; 0 for what is not in the equations
+  double weight = 1;      ///< of the robust kernel; 0 if not in the equations
 };
 
 struct UpdateReport {
-  bool initialised = false;  ///< there is an estimate
+  bool initialised = false;  ///< an estimate is available
   bool new_keyframe = false;
-  bool time_refused = false;               ///< it was not finite: nothing was done
-  ResetReason reset = ResetReason::kNone;  ///< why this update has forgotten all
+  bool time_refused = false;               ///< the time was not finite: no update
+  ResetReason reset = ResetReason::kNone;  ///< reason of a reset in this update
   int iterations = 0;                      ///< linearisations
-  int relinearised = 0;                 ///< states that were linearised anew, over all iterations
-  int marginalised = 0;                 ///< keyframes that have left the lag
-  bool converged = false;               ///< nothing is left to linearise anew
-  double coasted = 0;                   ///< s of this step without the IMU
-  std::vector<FactorReport> factors{};  ///< those that came in with this update
+  int relinearised = 0;                    ///< relinearised states, over all iterations
+  int marginalised = 0;                    ///< keyframes that left the window
+  bool converged = false;                  ///< no state needs relinearisation
+  double coasted = 0;                      ///< s of this step without the IMU
+  std::vector<FactorReport> factors{};     ///< factors added by this update
 };
 
-/// Of one kind of factor, since construction.
+/// Counts of one kind of factor since construction.
 using OutcomeCounts = std::array<std::size_t, kOutcomes>;
 
-/// Keyframes of the last `lag` seconds, linked by the IMU, and global states, estimated together;
-/// what is older is kept as a Gaussian about the oldest keyframe and the global states.
+/// Joint estimation of the keyframes of the last `lag` seconds, connected by the IMU, and of global
+/// states. Older keyframes are marginalised to a Gaussian of the oldest keyframe and the global
+/// states.
 ///
 /// Normal equations are eliminated from the oldest keyframe to the newest, the global states last:
-/// 15 x 15 blocks along a chain with a border. What the elimination of a keyframe leaves to the
-/// next is kept, so that an update begins at the oldest keyframe that it changes, and so that
-/// leaving out the oldest costs nothing: what it leaves is the Schur complement. States bound by it
-/// keep the place where they were linearised first (first-estimates Jacobians; residuals are those
-/// of the estimate). Steps that raise the cost are damped (Levenberg and Marquardt).
+/// 15 x 15 blocks along a chain with a border. The Schur complement of each keyframe on the next
+/// one is stored, so that an update begins at the oldest keyframe that it changes, and
+/// marginalising the oldest keyframe is free. States in the marginal prior keep their first
+/// linearisation point (first-estimates Jacobians; residuals are those of the current estimate).
+/// Steps that raise the cost are damped (Levenberg and Marquardt).
 ///
-/// Use: `initialise`, then `add` as measurements come, in any order, and `update` at each keyframe.
-/// A measurement between two keyframes belongs to the earlier, carried to its time by the IMU.
+/// Use: `initialise`, then `add` for each measurement, in any order, and `update` at each keyframe.
+/// A measurement between two keyframes belongs to the earlier one, propagated to its time by the
+/// IMU.
 ///
-/// Nothing but the constructor and `initialise` throws. After construction nothing allocates.
+/// Only the constructor and `initialise` throw. After construction nothing allocates.
 /// Deterministic. Not thread-safe: one thread at a time.
 class FixedLagSmoother {
  public:
@@ -166,20 +169,20 @@ class FixedLagSmoother {
   FixedLagSmoother(FixedLagSmoother&&) noexcept;
   FixedLagSmoother& operator=(FixedLagSmoother&&) noexcept;
 
-  /// Forgets all but the counts and starts with one keyframe. Global states start as in the
-  /// parameters. Throws std::invalid_argument when the time is not finite, and as PriorFactor.
+  /// Resets everything except the counts and starts with one keyframe. Global states start as in
+  /// the parameters. Throws std::invalid_argument when the time is not finite, and as PriorFactor.
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
-  /// The same, but global states go on from their estimates, with their standard deviations; at the
-  /// time of the newest keyframe IMU samples and waiting measurements are kept.
+  /// The same, but global states keep their estimates with their standard deviations; if the time
+  /// is that of the newest keyframe, IMU samples and waiting measurements are kept.
   void restart(double time, const NavState& mean, const StateMatrix& covariance);
 
-  /// In order of time; may overlap or leave gaps. Refused: not finite, or of a size that no sensor
-  /// measures (kNotFinite: above 1e4 rad/s, 1e6 m/s^2); no duration or one above `max_step`
-  /// (kBadInterval); at or before the end of the last one (kLate, kDuplicate); more than twice
-  /// `max_step` after the newest keyframe (kFuture). Those of the time before a keyframe have to
-  /// come before its update: later they change no more.
+  /// In order of time; may overlap or leave gaps. Refused: not finite or beyond 1e4 rad/s, 1e6
+  /// m/s^2 (kNotFinite); zero duration or one above `max_step` (kBadInterval); at or before the end
+  /// of the last one (kLate, kDuplicate); more than twice `max_step` after the newest keyframe
+  /// (kFuture). Samples before a keyframe must be added before its update; later they have no
+  /// effect.
   Outcome add(const ImuSample& sample) noexcept;
-  /// kWaiting, or why it is refused.
+  /// kWaiting, or the reason of a refusal.
   Outcome add(const GpsMeasurement& m) noexcept;
   Outcome add(const HeadingMeasurement& m) noexcept;
   Outcome add(const VisualPoseMeasurement& m) noexcept;
@@ -191,9 +194,10 @@ class FixedLagSmoother {
   Outcome add(const RelativePoseMeasurement& m) noexcept;
   Outcome add(const ZeroAngularRateMeasurement& m) noexcept;
 
-  /// Adds a keyframe at `time` and all waiting measurements up to it, drops what leaves the lag,
-  /// and solves. Less than 1e-4 s after the newest keyframe, or before it but within the lag: no
-  /// new keyframe; late measurements go in. The report is valid until the next update.
+  /// Adds a keyframe at `time` and all waiting measurements up to it, marginalises keyframes older
+  /// than the lag, and solves. Less than 1e-4 s after the newest keyframe, or before it but within
+  /// the lag, it adds no keyframe, only late measurements. The report is valid until the next
+  /// update.
   const UpdateReport& update(double time) noexcept;
 
   [[nodiscard]] bool initialised() const noexcept;
@@ -201,26 +205,26 @@ class FixedLagSmoother {
   [[nodiscard]] std::size_t keyframes() const noexcept;
   [[nodiscard]] double time(std::size_t keyframe) const noexcept;
   [[nodiscard]] const NavState& state(std::size_t keyframe) const noexcept;
-  /// Over the tangent space at the place of linearisation, which is within the thresholds of the
-  /// estimate. The cost grows with the distance to the newest.
+  /// Over the tangent space at the linearisation point, which is within the thresholds of the
+  /// estimate. The computing time grows with the distance to the newest keyframe.
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
 
   [[nodiscard]] const GlobalStates& globals() const noexcept;
-  /// 31 x 31; zero rows and columns for what is not estimated.
+  /// 31 x 31; zero rows and columns for states that are not estimated.
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
 
-  /// The newest keyframe carried on by all IMU samples since; its time. Without a state: not
-  /// initialised, nothing.
+  /// The newest keyframe propagated by all later IMU samples; its time. Nothing when not
+  /// initialised.
   struct Propagated {
     double time = 0;
     NavState state{};
   };
   [[nodiscard]] std::optional<Propagated> propagated() const noexcept;
-  /// That of `propagated()`. Not checked: initialised.
+  /// Covariance of `propagated()`. Must be initialised; not checked.
   [[nodiscard]] StateMatrix propagated_covariance() const noexcept;
 
-  /// Factors in the equations now, oldest first, chi-squares at the estimate; IMU factors included.
-  /// Clears `reports`; allocates where that has no room.
+  /// Factors in the equations, oldest first, with chi-squares at the estimate; includes IMU
+  /// factors. Clears `reports`; allocates if its capacity is too small.
   void report_factors(std::vector<FactorReport>& reports) const;
   [[nodiscard]] const OutcomeCounts& counts(FactorKind kind) const noexcept;
 

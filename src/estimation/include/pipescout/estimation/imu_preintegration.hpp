@@ -7,9 +7,9 @@
 
 /// Preintegration of an inertial measurement unit on the manifold: Forster, Carlone, Dellaert and
 /// Scaramuzza, "On-Manifold Preintegration for Real-Time Visual-Inertial Odometry", IEEE T-RO
-/// 33(1), 2017. Equation numbers are those of that paper. Two things differ: the biases walk within
-/// the interval and their covariance with the motion is kept, and a specific force is turned by
-/// the rotation half way through its sample, not at its beginning.
+/// 33(1), 2017. Equation numbers are those of that paper. Two differences: the biases are random
+/// walks within the interval and their covariance with the motion is kept, and a specific force is
+/// rotated by the attitude at the middle of its sample instead of at its beginning.
 namespace pipescout::estimation {
 
 /// Mean angular rate and specific force over [time, time + duration).
@@ -27,23 +27,23 @@ struct ImuNoise {
   double accelerometer = 2e-3;       ///< m/s^2/sqrt(Hz), in [1e-9, 1000]
   double gyro_bias = 2e-5;           ///< rad/s^2/sqrt(Hz), in [1e-9, 1]
   double accelerometer_bias = 3e-3;  ///< m/s^3/sqrt(Hz), in [1e-9, 100]
-  double integration = 1e-5;         ///< m/sqrt(s): what sums in place of integrals leave; it
-                                     ///< keeps the covariance of one sample regular. In [1e-9, 1]
+  double integration = 1e-5;  ///< m/sqrt(s): discretisation error; keeps the covariance of one
+                              ///< sample regular. In [1e-9, 1]
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// The motion between two times as the IMU saw it, in the body frame of the first: Delta p, R, v of
-/// equation (33), with derivatives by the biases and without a covariance. Where the scale of the
-/// IMU counts, it is given as the biases are, and there are derivatives by it too; without, it is
-/// one, at no cost.
+/// The preintegrated motion between two times, in the body frame of the first: Delta p, R, v of
+/// equation (33), with derivatives with respect to the biases and without a covariance. If the
+/// scale of the IMU is estimated, it is given like the biases and has derivatives too; otherwise it
+/// is one, at no cost.
 class ImuMotion {
  public:
   using BiasJacobian = Eigen::Matrix<double, 9, 6>;
   using ScaleJacobian = Eigen::Matrix<double, 9, kImuScaleSize>;
 
-  ImuMotion() = default;  ///< of no duration
+  ImuMotion() = default;  ///< of zero duration
   ImuMotion(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias)
       : gyro_bias_(gyro_bias), accelerometer_bias_(accelerometer_bias) {}
   ImuMotion(const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accelerometer_bias,
@@ -63,13 +63,13 @@ class ImuMotion {
   /// when `scaled()`. `gravity` m/s^2, along -z of the map.
   NavState propagate(const NavState& start, const ImuScale& scale, double gravity,
                      StateMatrix* derivative = nullptr, ScaleJacobian* by_scale = nullptr) const;
-  /// With the scale integrated with.
+  /// With the scale used in the integration.
   NavState propagate(const NavState& start, double gravity,
                      StateMatrix* derivative = nullptr) const {
     return propagate(start, scale_, gravity, derivative);
   }
-  /// By how much [position; rotation (right); velocity] change with biases and scale other than
-  /// those integrated with.
+  /// Change of [position; rotation (right); velocity] for biases and scale that differ from those
+  /// of the integration.
   [[nodiscard]] Eigen::Matrix<double, 9, 1> correction(const NavState& start,
                                                        const ImuScale& scale) const;
 
@@ -81,12 +81,13 @@ class ImuMotion {
   [[nodiscard]] const Eigen::Vector3d& accelerometer_bias() const noexcept {
     return accelerometer_bias_;
   }
-  /// Of [position; rotation (right); velocity] by [gyro bias; accelerometer bias].
+  /// Derivative of [position; rotation (right); velocity] with respect to [gyro bias; accelerometer
+  /// bias].
   [[nodiscard]] const BiasJacobian& bias_jacobian() const noexcept { return bias_jacobian_; }
-  /// The scale counts; otherwise the derivatives by it are zero.
+  /// Whether the scale is estimated; otherwise its derivatives are zero.
   [[nodiscard]] bool scaled() const noexcept { return scaled_; }
   [[nodiscard]] const ImuScale& scale() const noexcept { return scale_; }
-  /// Of the same by the scale.
+  /// Derivative of the same with respect to the scale.
   [[nodiscard]] const ScaleJacobian& scale_jacobian() const noexcept { return scale_jacobian_; }
 
  private:
@@ -103,7 +104,7 @@ class ImuMotion {
 };
 
 /// An ImuMotion with the covariance of [position; rotation; velocity; gyro bias; accelerometer
-/// bias] at its end, in the order of a state, given the state at its beginning.
+/// bias] at its end, in the order of a state, conditional on the state at its beginning.
 class ImuPreintegration {
  public:
   /// `noise` is not checked.
@@ -134,8 +135,8 @@ class ImuFactor {
   /// Throws std::invalid_argument when the covariance is not positive definite (no duration, NaN).
   ImuFactor(const ImuPreintegration& preintegration, double gravity);
 
-  /// `from` and `to` of the derivatives, when given, are set; of `globals` the scale of the IMU,
-  /// when it counts.
+  /// Sets `from` and `to` of the derivatives, when given, and in `globals` those of the scale of
+  /// the IMU, if it is estimated.
   Residual evaluate(const NavState& from, const NavState& to, const GlobalStates& globals,
                     Jacobians<kRows>* jacobians = nullptr) const;
 

@@ -9,37 +9,37 @@
 
 namespace pipescout::estimation {
 
-/// How samples of an IMU become motion. Not checked.
+/// Parameters of the integration of IMU samples. Not checked.
 struct ImuIntegration {
   ImuNoise noise{};
-  /// Where the IMU says nothing the velocity and the rotation walk at random.
+  /// Process noise of velocity and rotation (random walks) while samples are missing.
   ImuNoise coasting{};
-  double max_held = 0;    ///< s, that a sample stands for those missing after it
+  double max_held = 0;    ///< s, for which a sample replaces missing ones after it
   double gravity = 9.81;  ///< m/s^2
 };
 
-/// The newest samples of an IMU, in order and without overlap, in bounded memory: the oldest give
-/// way. Nothing allocates after construction. Frames and units as in ImuSample.
+/// Ring buffer of the newest samples of an IMU, in order and without overlap. Nothing allocates
+/// after construction. Frames and units as in ImuSample.
 class ImuTimeline {
  public:
-  /// Room for `capacity` samples, at least 1; not checked.
+  /// Capacity for `capacity` samples, at least 1; not checked.
   explicit ImuTimeline(std::size_t capacity) : samples_(capacity) {}
 
   void clear() noexcept { count_ = 0; }
   /// Not checked: begins at or after the end of the newest.
   void push(const ImuSample& sample) noexcept;
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
-  /// s, of the newest sample; not checked: there is one.
+  /// s, of the newest sample, which must exist; not checked.
   [[nodiscard]] double end() const noexcept { return end_of(at(count_ - 1)); }
   [[nodiscard]] const ImuSample& newest() const noexcept { return at(count_ - 1); }
 
-  /// Calls visit(sample or null, duration) for each stretch from `begin` to `end`, in order. A
-  /// sample stands for what is missing after it for `hold` seconds; null: nothing is known.
+  /// Calls visit(sample or null, duration) for each interval from `begin` to `end`, in order. A
+  /// sample is held for `hold` seconds if the next ones are missing; null: no sample.
   template <class Visit>
   void walk(double begin, double end, double hold, Visit&& visit) const;
 
-  /// Integrates from `begin` to `end` on to `sum`, which began at a body turned by `R_map_body`.
-  /// Returns the time, s, of which the IMU says nothing.
+  /// Integrates from `begin` to `end` onto `sum`, which began at the attitude `R_map_body`. Returns
+  /// the time without IMU samples, s.
   double integrate(const ImuIntegration& how, const geometry::SO3& R_map_body, double begin,
                    double end, ImuPreintegration& sum) const;
 

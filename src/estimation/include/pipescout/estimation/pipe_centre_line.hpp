@@ -21,12 +21,12 @@ class PipeCentreLine {
     Eigen::Vector3d position;
     Eigen::Vector3d direction;  ///< unit, towards greater chainage
   };
-  /// Nothing beyond the ends and for NaN. In a corner the direction is that of the later segment.
+  /// Nothing beyond the ends and for NaN. At a vertex the direction is that of the later segment.
   [[nodiscard]] std::optional<Place> at(double chainage) const noexcept;
 
-  /// Chainage of the point of the line nearest to a place, m in the map, sought from a chainage
-  /// nearby: within a metre or two where the line bends. Within the ends;
-  /// NaN for a place that is not finite.
+  /// Chainage of the point of the line nearest to a position, m in the map, searched from an
+  /// approximate chainage (within a metre or two in bends). Within the ends; NaN for a position
+  /// that is not finite.
   [[nodiscard]] double chainage_of(const Eigen::Vector3d& position, double nearby) const noexcept;
 
   /// The sensor at `sensor` (m, in the body) passed the weld at `chainage` at `time`. The standard

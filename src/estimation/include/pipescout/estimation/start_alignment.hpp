@@ -7,21 +7,21 @@
 
 #include "pipescout/geometry/so3.hpp"
 
-/// How a vehicle finds out at its start how it stands: level from gravity, heading from motion.
+/// Initial attitude of a vehicle: roll and pitch from gravity, heading from motion.
 namespace pipescout::estimation {
 
-/// The rotation whose body z axis points up as `specific_force` (m/s^2, in the body, of a body that
-/// does not accelerate) says, with a yaw of 0. Nothing when the force is not finite or below 1e-3.
+/// The rotation with zero yaw that is consistent with `specific_force` (m/s^2, in the body, without
+/// acceleration). Nothing when the force is not finite or below 1e-3.
 [[nodiscard]] std::optional<geometry::SO3> level(const Eigen::Vector3d& specific_force) noexcept;
 
-/// Yaw and translation between a track that was reckoned in a level frame and the same track as an
-/// absolute source has measured it: least squares for
+/// Yaw and translation between a track by dead reckoning in a level frame and the same track
+/// measured by an absolute source: least squares for
 ///
 ///     measured = [c -s; s c] reckoned + offset + drift * (time - first time)
 ///
-/// with c, s, offset and drift free but for a prior on the drift: the speed with which the
-/// reckoned track may be off. Linear, closed form, by sums: constant memory. c^2 + s^2 is 1 for
-/// tracks of one motion, which is how others are found out. Heights have an offset and a drift too.
+/// with c, s, offset and drift free except for a prior on the drift, the velocity error of the
+/// dead-reckoned track. Linear, closed form, by sums: constant memory. c^2 + s^2 is 1 for tracks of
+/// the same motion, which is a consistency check. Heights have an offset and a drift too.
 class TrackAlignment {
  public:
   /// `drift_deviation` m/s, 0: the reckoned track does not drift. `reckoning_share`: its error, as
@@ -35,7 +35,7 @@ class TrackAlignment {
 
   struct Result {
     double yaw = 0;            ///< rad: measured frame from reckoned frame, about z
-    double yaw_deviation = 0;  ///< rad; pi when the track is too short to say
+    double yaw_deviation = 0;  ///< rad; pi when the track is too short
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m: measured = Rz(yaw) reckoned + offset,
                                                        ///< at the newest pair
     double offset_deviation = 0;  ///< m, per axis, at the newest pair with the yaw known
@@ -48,13 +48,13 @@ class TrackAlignment {
   };
   /// Nothing with fewer than 3 pairs.
   [[nodiscard]] std::optional<Result> solve() const noexcept;
-  /// The same with a yaw that is known: offset and chi-square alone; with one pair already.
+  /// The same with a known yaw: offset and chi-square only; one pair is sufficient.
   [[nodiscard]] std::optional<Result> solve(double yaw) const noexcept;
 
   [[nodiscard]] std::size_t pairs() const noexcept { return pairs_; }
   [[nodiscard]] double first_time() const noexcept { return first_time_; }
   [[nodiscard]] double newest_time() const noexcept { return newest_time_; }
-  /// m, between the outermost reckoned points along x and y.
+  /// m, extent of the dead-reckoned track along x and y.
   [[nodiscard]] double extent() const noexcept;
 
  private:
@@ -70,7 +70,7 @@ class TrackAlignment {
   std::size_t pairs_ = 0;
   double first_time_ = 0;
   double newest_time_ = 0;
-  // Sums are about the first pair, for their accuracy.
+  // Sums are relative to the first pair, for numerical accuracy.
   Eigen::Vector3d first_measured_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d first_reckoned_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d newest_reckoned_ = Eigen::Vector3d::Zero();
@@ -78,7 +78,7 @@ class TrackAlignment {
   Eigen::Vector2d high_ = Eigen::Vector2d::Zero();
   Matrix6 information_ = Matrix6::Zero();  // of [c; s; offset; drift]
   Vector6 vector_ = Vector6::Zero();
-  double sum_ = 0;  // of the squares of what is measured, whitened
+  double sum_ = 0;  // of the squares of the whitened measurements
   // Heights: [offset; drift].
   Eigen::Matrix2d height_information_ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d height_vector_ = Eigen::Vector2d::Zero();

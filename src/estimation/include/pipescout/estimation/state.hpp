@@ -6,12 +6,13 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/geometry/so3.hpp"
 
-/// What is estimated: the motion of one body and what hardly changes about its sensors and its
-/// surroundings. Frames: `map` (z up, gravity along -z), `body` (the IMU's), `rack`. SI units, rad.
+/// The estimated states: the motion of one body, and slowly varying parameters of its sensors and
+/// its surroundings. Frames: `map` (z up, gravity along -z), `body` (the IMU's), `rack`. SI units,
+/// rad.
 namespace pipescout::estimation {
 
 inline constexpr int kStateSize = 15;
-/// Places of the parts of a state in its tangent space.
+/// Indices of the parts of a state in its tangent space.
 inline constexpr int kPosition = 0;
 inline constexpr int kRotation = 3;
 inline constexpr int kVelocity = 6;
@@ -19,7 +20,7 @@ inline constexpr int kGyroBias = 9;
 inline constexpr int kAccelerometerBias = 12;
 
 inline constexpr int kGlobalSize = 31;
-/// Places of the parts of the global states in their tangent space.
+/// Indices of the parts of the global states in their tangent space.
 inline constexpr int kOdometerScale = 0;
 inline constexpr int kMountYaw = 1;
 inline constexpr int kMountPitch = 2;
@@ -53,9 +54,9 @@ struct NavState {
   [[nodiscard]] geometry::SE3 T_map_body() const { return {R_map_body, position}; }
 };
 
-/// What an IMU's readings, less their biases, are multiplied with, in the body: the scale factors
-/// of its axes on the diagonal, what they show of each other, when they are not at right angles or
-/// turn in their housing, beside it. Tangent space: [gyro; accelerometer], each row by row.
+/// Matrices that multiply the bias-free readings of an IMU, in the body: scale factors of the axes
+/// on the diagonal, misalignment and non-orthogonality off the diagonal. Tangent space: [gyro;
+/// accelerometer], each row by row.
 struct ImuScale {
   Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();           ///< true rate / measured
   Eigen::Matrix3d accelerometer = Eigen::Matrix3d::Identity();  ///< true force / measured
@@ -77,7 +78,7 @@ struct GlobalStates {
   Eigen::Vector3d rack_position = Eigen::Vector3d::Zero();  ///< m, of the rack frame in the map
   geometry::SO3 R_map_rack{};
   Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
-  double gps_time_offset = 0;  ///< s, by which a position is taken later than it is stamped
+  double gps_time_offset = 0;  ///< s, delay of a position relative to its stamp
   ImuScale imu_scale{};
 
   /// As those of NavState.
@@ -86,7 +87,7 @@ struct GlobalStates {
   [[nodiscard]] bool is_finite() const noexcept;
 };
 
-/// Derivatives of the residual of a factor of N rows. A factor of one time uses `from` alone.
+/// Derivatives of the residual of a factor of N rows. A factor of one time uses `from` only.
 template <int N>
 struct Jacobians {
   Eigen::Matrix<double, N, kStateSize> from = Eigen::Matrix<double, N, kStateSize>::Zero();

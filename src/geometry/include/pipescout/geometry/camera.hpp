@@ -39,23 +39,22 @@ class Camera {
   [[nodiscard]] const Eigen::Matrix3d& matrix() const noexcept { return matrix_; }
   [[nodiscard]] const Eigen::Matrix3d& inverse_matrix() const noexcept { return inverse_matrix_; }
 
-  /// Pixel at which the point (camera frame, m) is seen, distorted. It may lie outside the image:
-  /// see `contains`. Nothing when the point is not in front of the camera (z below 1e-6 m), or so
-  /// far outside the image that the distortion model no longer holds there, and for NaN.
+  /// Distorted pixel of the point (camera frame, m). It may lie outside the image: see `contains`.
+  /// Nothing when the point is not in front of the camera (z below 1e-6 m), or so far outside the
+  /// image that the distortion model is not valid there, and for NaN.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const noexcept;
   /// The same, with the derivative of the pixel with respect to the point, pixels per metre.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point,
                                                        Matrix23d& derivative) const noexcept;
-  /// Derivative of the pixel at which a fixed point is seen with respect to (focal_length,
-  /// centre_u, centre_v), pixels per pixel; the aspect ratio stays. For ideal pixels as well as for
-  /// distorted ones.
+  /// Derivative of the pixel of a fixed point with respect to (focal_length, centre_u, centre_v),
+  /// pixels per pixel, at constant aspect ratio. Valid for ideal and for distorted pixels.
   [[nodiscard]] Matrix23d derivative_to_intrinsics(const Eigen::Vector2d& pixel) const noexcept;
-  /// The ray (x, y, 1) in the camera frame on which a distorted pixel lies. Nothing outside the
-  /// range in which the distortion can be inverted, and for NaN.
+  /// The ray (x, y, 1) of a distorted pixel in the camera frame. Nothing outside the range in which
+  /// the distortion can be inverted, and for NaN.
   [[nodiscard]] std::optional<Eigen::Vector3d> ray(const Eigen::Vector2d& pixel) const noexcept;
 
-  /// From a pixel of the image to the one that an ideal camera of the same K would show, and back.
-  /// Nothing as `ray` and `project`.
+  /// Conversion of a distorted pixel to that of an ideal camera with the same K, and back. Nothing
+  /// in the cases of `ray` and `project`.
   [[nodiscard]] std::optional<Eigen::Vector2d> undistort(
       const Eigen::Vector2d& pixel) const noexcept;
   [[nodiscard]] std::optional<Eigen::Vector2d> distort(
@@ -66,10 +65,10 @@ class Camera {
   [[nodiscard]] bool contains(const Eigen::Vector2d& pixel, double margin = 0) const noexcept;
 
  private:
-  friend struct CameraParameters;  // its validation tries the camera
+  friend struct CameraParameters;  // its validation uses the camera
   struct Unchecked {};
   Camera(const CameraParameters& parameters, Unchecked unchecked);
-  /// On the plane z = 1, before distortion; nothing where `project` says nothing.
+  /// On the plane z = 1, before distortion; nothing in the cases of `project`.
   [[nodiscard]] std::optional<Eigen::Vector2d> plane_point(
       const Eigen::Vector3d& point) const noexcept;
   [[nodiscard]] Eigen::Vector2d to_pixel(const Eigen::Vector2d& plane) const noexcept;
@@ -78,7 +77,7 @@ class Camera {
   Eigen::Matrix3d matrix_;
   Eigen::Matrix3d inverse_matrix_;
   bool has_distortion_ = false;
-  /// Squared radius on the plane z = 1 up to which the radial distortion is monotonic and trusted.
+  /// Squared radius on the plane z = 1 up to which the radial distortion is monotonic and valid.
   double largest_squared_radius_ = 0;
 };
 

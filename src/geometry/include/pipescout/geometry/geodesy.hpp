@@ -3,7 +3,8 @@
 
 #include <Eigen/Core>
 
-/// Between places on the Earth and a local frame: the WGS 84 ellipsoid, by GeographicLib.
+/// Conversions between geodetic positions on the WGS 84 ellipsoid and a local frame, by
+/// GeographicLib.
 namespace pipescout::geometry {
 
 /// As sensor_msgs/NavSatFix gives it.
@@ -20,9 +21,9 @@ struct GeodeticPosition {
 /// ellipsoid by 1 mm. NaN for what is not finite and for latitudes beyond the poles; not checked.
 [[nodiscard]] double straight_distance(const GeodeticPosition& a, const GeodeticPosition& b);
 
-/// A Cartesian frame that touches the ellipsoid's normal at its datum: x east, y north, z up there
-/// (REP 103). Far from the datum z is no longer up: 1 km away by 0.16 mrad, and the Earth lies
-/// 8 cm below the plane.
+/// A local Cartesian frame with the ellipsoid's normal at its datum as z axis: x east, y north, z
+/// up (REP 103). At a distance of 1 km z deviates from the local vertical by 0.16 mrad, and the
+/// ellipsoid is 8 cm below the plane.
 class LocalFrame {
  public:
   /// The datum becomes (0, 0, 0). Throws as GeodeticPosition::validate.
@@ -33,7 +34,7 @@ class LocalFrame {
   [[nodiscard]] Eigen::Vector3d position(const GeodeticPosition& geodetic) const;
   /// The inverse. Throws std::invalid_argument when `position` (m) is not finite.
   [[nodiscard]] GeodeticPosition geodetic(const Eigen::Vector3d& position) const;
-  /// The rotation from east, north, up at a place, in which GPS receivers give their covariance, to
+  /// The rotation from east, north, up at a position (the axes of a GPS receiver's covariance) to
   /// this frame. Throws as GeodeticPosition::validate.
   [[nodiscard]] Eigen::Matrix3d axes_at(const GeodeticPosition& geodetic) const;
 

@@ -14,10 +14,10 @@ namespace pipescout::geometry {
 
 /// A rotation. `R_a_b` maps coordinates in frame b to frame a.
 ///
-/// Tangent vectors are rotation vectors, rad. Perturbations named "left" act in frame a,
-/// R' = exp(phi) R; those named "right" act in frame b, R' = R exp(phi).
-/// A value is always a rotation: products are normalised again, so that a chain of millions of
-/// them stays one (tested). All functions are pure and allocate nothing unless they throw.
+/// Tangent vectors are rotation vectors, rad. Perturbations named "left" act in frame a, R' =
+/// exp(phi) R; those named "right" act in frame b, R' = R exp(phi). A value is always a rotation:
+/// products are normalised, so that a chain of millions of them remains a rotation (tested). All
+/// functions are pure and allocate nothing unless they throw.
 class SO3 {
  public:
   static constexpr int kDegreesOfFreedom = 3;
@@ -25,8 +25,8 @@ class SO3 {
   using TangentMatrix = Eigen::Matrix3d;
 
   SO3() = default;  ///< identity
-  /// Throws std::invalid_argument when `m` holds NaN or differs from a rotation by more than 1e-6
-  /// in any entry of M^T M - I, or is a reflection. Otherwise the rotation nearest to it.
+  /// Throws std::invalid_argument when `m` contains NaN or differs from a rotation by more than
+  /// 1e-6 in any entry of M^T M - I, or is a reflection. Otherwise the rotation nearest to it.
   [[nodiscard]] static SO3 from_matrix(const Eigen::Matrix3d& m);
   /// Throws std::invalid_argument when the norm of `q` differs from 1 by more than 1e-6 or is NaN.
   [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& q);
@@ -40,7 +40,7 @@ class SO3 {
   /// Exponential map. Throws std::invalid_argument when the norm of `phi` is NaN or infinite (from
   /// 1e154 on it overflows).
   [[nodiscard]] static SO3 exp(const Tangent& phi);
-  /// Rotation vector of norm 0 to pi; at pi one of the two that are right.
+  /// Rotation vector of norm 0 to pi; at pi one of the two solutions.
   [[nodiscard]] Tangent log() const noexcept;
 
   [[nodiscard]] SO3 inverse() const noexcept;

@@ -3,10 +3,10 @@
 
 #include <Eigen/Core>
 
-/// Decompositions and products of small matrices whose size is known, compiled once: Eigen's
-/// templates take a second or more of compile time for each size in each file that uses them. What
-/// they compute is what Eigen computes, with its signs, orders and tolerances. No allocation.
-/// A size that is not listed does not link.
+/// Decompositions and products of small fixed-size matrices, compiled once: Eigen's templates take
+/// a second or more of compile time for each size in each file that uses them. Results are those of
+/// Eigen, with the same signs, orders and tolerances. No allocation. A size that is not listed does
+/// not link.
 namespace pipescout::linear_algebra {
 
 template <int N>
@@ -17,7 +17,7 @@ using Vector = Eigen::Matrix<double, N, 1>;
 /// A = L L^T of a symmetric positive definite matrix, of which the lower triangle is read
 /// (Eigen::LLT). N is 1, 2, 3, 4, 6 or 15.
 ///
-/// Where `succeeded()` is false nothing else means anything. NaN in A need not be noticed.
+/// When `succeeded()` is false, all other results are unspecified. NaN in A is not always detected.
 template <int N>
 class Cholesky {
  public:
@@ -45,7 +45,7 @@ class Cholesky {
   [[nodiscard]] Square<N> inverse_lower() const;
 
  private:
-  Square<N> factors_;  // L in the lower triangle; above it, what A was
+  Square<N> factors_;  // L in the lower triangle; above it, entries of A
   bool succeeded_;
 };
 

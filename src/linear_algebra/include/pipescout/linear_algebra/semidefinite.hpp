@@ -7,8 +7,8 @@
 /// (Eigen::LDLT). The lower triangle is read.
 namespace pipescout::linear_algebra {
 
-/// A^-1 B; where A is singular, 0 along what it does not reach. (N, Columns) is (2, 1), (3, 1),
-/// (3, 3), (3, 6), (6, 1), (6, 6), (9, 1) or (12, 6).
+/// A^-1 B; where A is singular, 0 in its null space. (N, Columns) is (2, 1), (3, 1), (3, 3), (3,
+/// 6), (6, 1), (6, 6), (9, 1) or (12, 6).
 template <int N, int Columns>
 [[nodiscard]] Eigen::Matrix<double, N, Columns> solve_semidefinite(
     const Square<N>& a, const Eigen::Matrix<double, N, Columns>& b);

@@ -8,9 +8,9 @@ namespace pipescout::linear_algebra {
 /// A = V diag(values) V^T of a symmetric matrix.
 template <int N>
 struct SymmetricEigen {
-  Vector<N> values;   ///< rising
+  Vector<N> values;   ///< ascending
   Square<N> vectors;  ///< V: column i belongs to value i; orthonormal, of either sign
-  bool succeeded;     ///< false: no convergence, nothing else means anything
+  bool succeeded;     ///< false: no convergence, other results are unspecified
 };
 
 /// By QR iterations (Eigen::SelfAdjointEigenSolver), of the lower triangle. N is 2, 3 or 6.

@@ -11,8 +11,8 @@
 #include "pipescout/geometry/se3.hpp"
 
 /// Kinematics of a serial arm that carries a camera. SI units and radians. Frames: `base` is the
-/// link that the arm is described from, x forward, y left, z up (REP 103); `camera` is the optical
-/// frame of the camera (x right, y down, z forward).
+/// first link of the chain, x forward, y left, z up (REP 103); `camera` is the optical frame of the
+/// camera (x right, y down, z forward).
 namespace pipescout::manipulation {
 
 inline constexpr int kMostJoints = 8;
@@ -21,7 +21,7 @@ using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
 /// 6 x joints. Rows as geometry::SE3's tangents: [linear, m/s; angular, rad/s] per rad/s.
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints>;
 
-/// A joint that turns.
+/// A revolute joint.
 struct ArmJoint {
   std::string name;
   double lower = 0;     ///< rad
@@ -29,13 +29,14 @@ struct ArmJoint {
   double velocity = 0;  ///< rad/s, > 0: largest
 };
 
-/// Between bodies of the arm, m; negative where they overlap. Infinite where nothing is to be hit.
+/// Distances of the bodies of the arm, m; negative where they overlap. Infinite without an
+/// obstacle.
 struct Clearance {
-  double self = 0;   ///< the least between two links that do not follow each other
+  double self = 0;   ///< the smallest between two links that are not adjacent
   double plane = 0;  ///< of the moving links from the plane of the ground
 };
 
-/// An arm as its URDF describes it: the chain of joints between two links of it.
+/// An arm described by a URDF: the chain of joints between two of its links.
 ///
 /// Bodies are the links' collision geometry: spheres, and cylinders, which are rounded to capsules
 /// (half a sphere at each end, beyond the cylinder's length). Links fixed to each other are one
@@ -44,10 +45,10 @@ struct Clearance {
 class ArmModel {
  public:
   /// `urdf`: the text of a robot description. Throws std::invalid_argument naming the link or
-  /// joint: the text is no robot description, a link is not in it, the camera is not above the
-  /// base, a joint on the way is neither fixed nor revolute, has no position or velocity limits or
-  /// mimics another, there are no joints or more than `kMostJoints`, or a body is neither a sphere
-  /// nor a cylinder.
+  /// joint: the text is not a robot description, a link is missing, the camera is not a descendant
+  /// of the base, a joint of the chain is neither fixed nor revolute, has no position or velocity
+  /// limits or mimics another, there are no joints or more than `kMostJoints`, or a body is neither
+  /// a sphere nor a cylinder.
   ArmModel(std::string_view urdf, const std::string& base_link, const std::string& camera_link);
   ArmModel(ArmModel&&) noexcept;
   ArmModel& operator=(ArmModel&&) noexcept;
@@ -58,12 +59,12 @@ class ArmModel {
   /// m: no point of a body is ever farther than this from the axis of a joint that moves it.
   [[nodiscard]] double reach() const noexcept;
 
-  // `q`: rad, one per joint, within the limits or not. Each throws std::invalid_argument when its
-  // size is another or an angle is not finite.
+  // `q`: rad, one per joint, not checked against the limits. Each throws std::invalid_argument when
+  // its size is wrong or an angle is not finite.
 
   [[nodiscard]] geometry::SE3 T_base_camera(const JointVector& q) const;
-  /// Of the camera's velocity against the base: of its origin and its rotation, in axes of the
-  /// camera.
+  /// Jacobian of the camera's velocity relative to the base: of its origin and its rotation, in
+  /// axes of the camera.
   [[nodiscard]] Jacobian camera_jacobian(const JointVector& q) const;
   /// `ground`: m, height of the plane in the base frame.
   [[nodiscard]] Clearance clearance(const JointVector& q, double ground) const;

@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-/// Where on the map a chainage lies: the centre line of a pipe through surveyed points.
+/// Conversion of chainages to map positions by the centre line of a pipe through surveyed points.
 /// Distances and standard deviations in metres, angles in degrees as map formats have them.
 namespace pipescout::odometry {
 
 enum class MapFrame : std::uint8_t {
-  kNone,      ///< no map is known
+  kNone,      ///< no map
   kGeodetic,  ///< WGS 84: latitude and longitude in degrees, ellipsoidal height in m
   kLocal,     ///< x, y, z in m, any Cartesian frame
 };
@@ -33,37 +33,38 @@ struct MapPosition {
 [[nodiscard]] double map_distance(MapFrame frame, const std::array<double, 3>& a,
                                   const std::array<double, 3>& b) noexcept;
 
-/// The point at the fraction t of the way from a to b; the short way around the globe.
+/// The point at the fraction t from a to b, along the shorter arc.
 [[nodiscard]] std::array<double, 3> map_between(MapFrame frame, const std::array<double, 3>& a,
                                                 const std::array<double, 3>& b, double t) noexcept;
 
 struct SurveyedPoint {
   MapPosition position;
-  /// m, where a feature of the pipe with a known chainage was surveyed: a valve, a marker.
+  /// m, chainage of a surveyed feature, such as a valve or a marker, if known.
   std::optional<double> chainage{};
 };
 
 struct CentreLineParameters {
-  double wander = 0.02;          ///< m / sqrt(m), of the pipe between surveyed points; in [0, 10]
+  /// m / sqrt(m), random walk of the pipe between surveyed points; in [0, 10]
+  double wander = 0.02;
   double chainage_noise = 0.02;  ///< m / sqrt(m), of chainages between known ones; in [0, 10]
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// A polyline through surveyed points with its cumulative length. Chainages are laid along it
-/// between the points whose chainage is known, in proportion; beyond these, metre by metre. When
-/// none is known the first point has chainage 0.
+/// A polyline through surveyed points with its cumulative length. Chainages are interpolated
+/// linearly between the points with known chainage, and continue with scale 1 beyond them. If none
+/// is known, the first point has chainage 0.
 class CentreLine {
  public:
-  /// Throws std::invalid_argument when there are fewer than 2 points, two neighbours fall together,
-  /// a value is not finite or out of range, or known chainages do not rise.
+  /// Throws std::invalid_argument when there are fewer than 2 points, two neighbours coincide, a
+  /// value is not finite or out of range, or known chainages do not increase.
   CentreLine(MapFrame frame, std::vector<SurveyedPoint> points,
              CentreLineParameters parameters = {});
 
-  /// Nothing beyond the ends of the line and for a chainage that is not finite. The uncertainty has
-  /// parts of the two surveyed points, of the pipe's way between them, and of the chainage: its own
-  /// standard deviation, or less between points of known chainage.
+  /// Nothing beyond the ends of the line and for a chainage that is not finite. The uncertainty
+  /// combines those of the two surveyed points, of the path of the pipe between them, and of the
+  /// chainage, whose standard deviation is reduced between points of known chainage.
   [[nodiscard]] std::optional<MapPosition> at(double chainage,
                                               double standard_deviation) const noexcept;
 

@@ -6,21 +6,21 @@
 #include <span>
 #include <vector>
 
-/// Carries distances of one odometer over to another by the welds that both have seen.
+/// Maps distances of one odometer to another by the welds that both runs have detected.
 ///
 /// Chainage: the distance along the pipe by one odometer, m. Pure values: any number of threads may
 /// read one map at once.
 namespace pipescout::odometry {
 
-/// One weld, seen by both.
+/// One weld, detected by both.
 struct ChainageKnot {
   double from = std::numeric_limits<double>::quiet_NaN();  ///< m, finite
   double to = std::numeric_limits<double>::quiet_NaN();    ///< m, finite
-  /// m, of `to` given `from`: how exactly the two sightings mean one place; finite, not negative.
+  /// m, standard deviation of `to` given `from`; finite, not negative.
   double standard_deviation = 0.0;
 };
 
-/// What the odometers may do between two welds.
+/// Error model of the odometers between two welds.
 struct ChainageMapParameters {
   double length_noise = 0.01;  ///< m / sqrt(m), random walk of the difference; finite, not negative
   double scale_sigma = 0.02;   ///< of the ratio of the odometers beyond the ends; finite, >= 0
@@ -29,37 +29,37 @@ struct ChainageMapParameters {
   void validate() const;
 };
 
-/// A chainage and its uncertainty, m. NaN when there is none.
+/// A chainage and its uncertainty, m. NaN when not available.
 struct MappedChainage {
   double chainage = std::numeric_limits<double>::quiet_NaN();
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();
   bool between_welds = false;  ///< false: beyond the ends, by the local ratio of the odometers
 };
 
-/// Monotone and piecewise linear: exact at the knots, linear between neighbours. Where the map
-/// falls, one of the runs went the other way.
+/// Monotone and piecewise linear: exact at the knots, linear between neighbours. A decreasing map
+/// means that the runs went in opposite directions.
 ///
 /// Uncertainty between the neighbouring knots 0 and 1, distance L apart, at the fraction t:
 ///   (1-t)^2 sigma_0^2 + t^2 sigma_1^2 + (length_noise^2 L + D^2) t (1-t)
-/// where D is how far the joint's length departs from the ratio of the joints around it: what has
-/// slipped has slipped at one unknown place, which leaves the variance D^2 t (1-t). At a distance d
-/// beyond the ends: sigma^2 + length_noise^2 d + scale_sigma^2 d^2.
+/// where D is the deviation of the joint's length from the ratio of its neighbours: a slip happened
+/// at one unknown position, which gives the variance D^2 t (1-t). At a distance d beyond the ends:
+/// sigma^2 + length_noise^2 d + scale_sigma^2 d^2.
 class ChainageMap {
  public:
-  ChainageMap() = default;  ///< of no knots: maps all to NaN
+  ChainageMap() = default;  ///< without knots: maps everything to NaN
 
-  /// Throws std::invalid_argument when `from` does not rise strictly, `to` neither rises nor falls
-  /// strictly, or a value is outside its range. One knot: ratio 1.
+  /// Throws std::invalid_argument when `from` is not strictly increasing, `to` is not strictly
+  /// monotone, or a value is outside its range. One knot: ratio 1.
   explicit ChainageMap(std::vector<ChainageKnot> knots, ChainageMapParameters parameters = {});
 
   /// NaN for a chainage that is not finite.
   [[nodiscard]] MappedChainage map(double from) const noexcept;
 
-  /// The other way round; standard deviations are carried over with the local ratio.
+  /// The inverse map; standard deviations are scaled by the local ratio.
   [[nodiscard]] ChainageMap inverse() const;
 
-  /// D of the stretch between the knots `segment` and `segment` + 1, m: positive when it is longer
-  /// in `to` than the ratio around it lets expect. Not checked: segment + 1 < knots().size().
+  /// D of the segment between the knots `segment` and `segment` + 1, m: positive when it is longer
+  /// in `to` than expected from its neighbours. Not checked: segment + 1 < knots().size().
   [[nodiscard]] double slip(std::size_t segment) const noexcept;
 
   [[nodiscard]] std::span<const ChainageKnot> knots() const noexcept { return knots_; }

@@ -14,29 +14,29 @@
 /// Technology of Pipeline Robot Based on Multi-Sensor Data Fusion", Robot 30(3), 2008. Equation
 /// numbers below are those of that paper.
 ///
-/// The odometers of one robot measure the same travelled distance at the same time. Those that
-/// the majority does not support (a slipping wheel, a blocked one) are left out; the others are
-/// fused. All distances and standard deviations are in metres; all indices count from 0.
+/// The odometers of one robot measure the same travelled distance at the same time. Those that the
+/// majority does not support (a slipping or blocked wheel) are rejected; the others are fused. All
+/// distances and standard deviations are in metres; all indices count from 0.
 ///
-/// Every function here is pure: the same input gives the same bits, nothing is kept between calls,
-/// and any number of threads may call at once. None allocates memory unless it throws.
+/// Every function here is pure: the same input gives the same bits, no state is kept between calls,
+/// and any number of threads may call concurrently. None allocates memory unless it throws.
 namespace pipescout::odometry {
 
 inline constexpr std::size_t kMinOdometers = 2;
 inline constexpr std::size_t kMaxOdometers = 16;
 
-/// What one odometer says. Its values are not trusted: see `RejectionReason`.
+/// The reading of one odometer. Its values are validated: see `RejectionReason`.
 struct OdometerReading {
   double distance = std::numeric_limits<double>::quiet_NaN();            ///< m, raw: before offsets
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< m, the paper's sigma_i
-  bool valid = true;  ///< false: its driver knows that the reading cannot be used
+  bool valid = true;  ///< false: marked as invalid by the driver
 };
 
 /// Some of the odometers: bit i is odometer i.
 using OdometerSet = std::bitset<kMaxOdometers>;
 
-/// m x m, row-major, D of equation (5). Unaligned and of bounded size, so that it lives on the
-/// stack and looks the same to callers compiled with other vector instructions.
+/// m x m, row-major, D of equation (5). Unaligned and of bounded size, so that it is on the stack
+/// and has the same layout in code compiled for other vector instructions.
 using ConfidenceDistanceMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor | Eigen::DontAlign,
                   static_cast<int>(kMaxOdometers), static_cast<int>(kMaxOdometers)>;
@@ -49,17 +49,17 @@ using RelationMatrix =
 
 /// Weight w_i of a member of the fusion set in  sum(w_i x_i) / sum(w_i).
 enum class Weighting : std::uint8_t {
-  kMaximumLikelihood,  ///< 1 / sigma_i^2: what equations (8) to (12) lead to
+  kMaximumLikelihood,  ///< 1 / sigma_i^2: result of equations (8) to (12)
   kPaperEquation13,    ///< 1 / sigma_i: equation (13) as printed
 };
 
 /// What "supported by a group of sensors" (section 2 of the paper) means. An odometer is in the
 /// fusion set when more than half of the usable odometers, itself counted, and at least one other
-/// support it. No rule depends on the order of the odometers, and none has ties to break.
-/// Reasons and figures: docs/decisions/majority-support-rule.md.
+/// support it. No rule depends on the order of the odometers, and no ties occur. Reasons and
+/// figures: docs/decisions/majority-support-rule.md.
 enum class SupportRule : std::uint8_t {
   kMajority,        ///< i counts for j when i supports j, weakly (r_ij = 1, r_ji = 0) or strongly
-  kMutualMajority,  ///< i counts for j only when they support each other. Refuses more: a precise
+  kMutualMajority,  ///< i counts for j only when they support each other. Stricter: a precise
                     ///< odometer among coarse ones needs precise agreement. The same as kMajority
                     ///< when all standard deviations are equal
 };
@@ -70,19 +70,19 @@ struct ConsensusFusionParameters {
   double epsilon = 0.75;
   Weighting weighting = Weighting::kMaximumLikelihood;
   SupportRule support_rule = SupportRule::kMajority;
-  /// m, finite, one per odometer or none (all zero). Added to the readings that are fused, to make
-  /// up for what is known beforehand (section 4: 0.18, 0.155, 0.165). As in the paper, support is
-  /// judged on the readings WITHOUT them: offsets that differ by a sigma or more belong into the
-  /// readings instead, or they look like disagreement.
+  /// m, finite, one per odometer or none (all zero). Added to the fused readings to compensate
+  /// known errors (section 4: 0.18, 0.155, 0.165). As in the paper, support is computed from the
+  /// readings WITHOUT offsets: offsets that differ by a sigma or more must be applied to the
+  /// readings instead, or they appear as disagreement.
   std::vector<double> offsets{};
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// Why an odometer is not in the fusion set. The first that applies, in the order kMarkedInvalid,
-/// kNotANumber, kBadSigma, kUnsupported. A reading with one of the first three is not usable: it
-/// has no part in the fusion and no influence on the other odometers.
+/// The reason why an odometer is not in the fusion set. The first that applies, in the order
+/// kMarkedInvalid, kNotANumber, kBadSigma, kUnsupported. A reading with one of the first three is
+/// not usable: it is not fused and does not influence the other odometers.
 enum class RejectionReason : std::uint8_t {
   kNone = 0,           ///< it is in the fusion set
   kUnsupported = 1,    ///< no group supports it
@@ -96,7 +96,7 @@ enum class FusionStatus : std::uint8_t {
   kNoConsensus = 1,  ///< no odometer is supported by a group; there is no fused distance
 };
 
-/// A distance and its uncertainty, m. NaN when there is none.
+/// A distance and its uncertainty, m. NaN when not available.
 struct FusedDistance {
   double distance = std::numeric_limits<double>::quiet_NaN();
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();
@@ -104,7 +104,7 @@ struct FusedDistance {
 
 struct ConsensusFusionResult {
   FusionStatus status = FusionStatus::kNoConsensus;
-  FusedDistance fused;     ///< both NaN when status is kNoConsensus: a guess is never returned
+  FusedDistance fused;     ///< both NaN when status is kNoConsensus
   OdometerSet fusion_set;  ///< empty when status is kNoConsensus
   /// Entry i is that of odometer i; entries from m on are kNone.
   std::array<RejectionReason, kMaxOdometers> rejections{};
@@ -119,9 +119,9 @@ struct ConsensusFusionResult {
 [[nodiscard]] double confidence_distance(double x_i, double x_j, double sigma_i) noexcept;
 
 /// D of equation (5), m x m, entries in [0, 1], zero diagonal. An unusable reading (see
-/// `RejectionReason`, offsets apart) is as far as can be from every reading, itself included: its
-/// row, column and diagonal entry are 1.
-/// Throws std::invalid_argument when there are not 2 to 16 readings.
+/// `RejectionReason`, without offsets) has the distance 1 from every reading, itself included: row,
+/// column and diagonal entry are 1. Throws std::invalid_argument when there are not 2 to 16
+/// readings.
 [[nodiscard]] ConfidenceDistanceMatrix confidence_distance_matrix(
     std::span<const OdometerReading> readings);
 
@@ -131,30 +131,28 @@ struct ConsensusFusionResult {
                                              double epsilon);
 
 /// The odometers that a group supports; empty when there is no such group. An odometer that does
-/// not support itself (r_ii = 0) is not usable: it is neither counted nor chosen.
-/// Throws std::invalid_argument when R is not square with 2 to 16 rows, or `rule` is none of its
-/// enumerators.
+/// not support itself (r_ii = 0) is not usable: it is neither counted nor selected. Throws
+/// std::invalid_argument when R is not square with 2 to 16 rows, or `rule` is not an enumerator.
 [[nodiscard]] OdometerSet fusion_set(const RelationMatrix& relation, SupportRule rule);
 
 /// Weighted mean of the members, offsets added, equation (13) or its 1 / sigma^2 form, and the
-/// standard deviation sqrt(sum(w_i^2 sigma_i^2)) / sum(w_i) that it has when the errors of the
-/// members are independent and their sigmas true. (The choice of the members is not allowed for.)
-/// The distance lies between the smallest and the largest member.
-/// Throws std::invalid_argument when there are not 2 to 16 readings, `offsets` is neither empty nor
-/// of their number, `members` is empty, reaches beyond the readings or holds an unusable one, or
-/// `weighting` is none of its enumerators.
+/// standard deviation sqrt(sum(w_i^2 sigma_i^2)) / sum(w_i) for independent errors of the members
+/// and correct sigmas. (The selection of the members is not taken into account.) The distance lies
+/// between the smallest and the largest member. Throws std::invalid_argument when there are not 2
+/// to 16 readings, `offsets` is neither empty nor of their number, `members` is empty, exceeds the
+/// readings or contains an unusable one, or `weighting` is not an enumerator.
 [[nodiscard]] FusedDistance fuse_members(std::span<const OdometerReading> readings,
                                          std::span<const double> offsets,
                                          const OdometerSet& members, Weighting weighting);
 
-/// The whole method: D, R, fusion set, fused distance.
+/// The complete method: D, R, fusion set, fused distance.
 class ConsensusFusion {
  public:
   /// Throws what `ConsensusFusionParameters::validate` throws.
   explicit ConsensusFusion(ConsensusFusionParameters parameters);
 
   /// `readings`: one per odometer, always in the same order (that of the offsets), all taken at the
-  /// same time. Bad values are never an error: they are left out, with the reason in the result.
+  /// same time. Invalid values are not an error: they are excluded, with the reason in the result.
   /// Throws std::invalid_argument when there are not 2 to 16 readings, or not as many as offsets.
   [[nodiscard]] ConsensusFusionResult fuse(std::span<const OdometerReading> readings) const;
 
@@ -164,7 +162,7 @@ class ConsensusFusion {
   ConsensusFusionParameters parameters_;
 };
 
-/// For people: "unsupported", "not a number", ... "unknown" for a value that is no enumerator.
+/// For messages: "unsupported", "not a number", ... "unknown" for any other value.
 [[nodiscard]] const char* to_string(RejectionReason reason) noexcept;
 [[nodiscard]] const char* to_string(FusionStatus status) noexcept;
 

@@ -11,13 +11,13 @@
 
 #include "pipescout/odometry/consensus_fusion.hpp"
 
-/// Streaming fusion of redundant odometers: samples of 2 to 16 odometers, each with its own rate,
-/// phase and faults, become one travelled distance with its variance. Consensus is that of
+/// Streaming fusion of redundant odometers: fuses samples of 2 to 16 odometers, each with its own
+/// rate and phase, to one travelled distance with its variance. Consensus is that of
 /// `ConsensusFusion` (Wang and others, 2008), on the increments since the last agreed distance.
 ///
-/// How: every odometer's path is interpolated at the ticks of one time grid. Between anchors at
+/// Method: every odometer's path is interpolated at the ticks of one time grid. Between anchors at
 /// least `window_distance` apart, the increments of all odometers since the anchor are fused at
-/// each tick, so a slip that grows until it shows is taken back to the anchor.
+/// each tick, so a slip that becomes detectable is corrected back to the anchor.
 ///
 /// Metres and seconds, along the pipe, forward positive; reversing makes increments negative.
 /// Deterministic: the same samples in the same order give the same bits. Memory is bounded; after
@@ -25,8 +25,8 @@
 namespace pipescout::odometry {
 
 /// True increment = scale * measured increment. From weld to weld: true length = scale * measured
-/// length + offset, where the offset is what the paper calls compensation (section 4); it is added
-/// by `OdometerStream::end_segment` only.
+/// length + offset, where the offset is the paper's compensation (section 4); only
+/// `OdometerStream::end_segment` adds it.
 struct OdometerCorrection {
   double scale = 1.0;   ///< in [0.5, 2]
   double offset = 0.0;  ///< m per segment, finite
@@ -38,8 +38,9 @@ struct OdometerCorrection {
 };
 
 enum class OdometerKind : std::uint8_t {
-  kAbsolute,   ///< a value is the distance counted so far; where it starts does not matter
-  kIncrement,  ///< a value is the distance since the sample before; one that is lost stays lost
+  kAbsolute,   ///< a value is the distance counted so far, from an arbitrary zero
+  kIncrement,  ///< a value is the distance since the previous sample; a lost one cannot be
+               ///< recovered
 };
 
 struct OdometerParameters {
@@ -48,8 +49,8 @@ struct OdometerParameters {
   /// m per square root of metre, > 0: standard deviation of the independent error, which grows with
   /// the square root of the path. The paper's 0.056 m on 5.5 m are 0.024.
   double sigma_per_sqrt_metre = 0.024;
-  double wrap = 0.0;    ///< m, range after which an absolute counter starts again; 0: never
-  double period = 0.0;  ///< s between samples; lets lost increments be noticed; 0: not known
+  double wrap = 0.0;    ///< m, range after which an absolute counter wraps around; 0: never
+  double period = 0.0;  ///< s between samples, to detect lost increments; 0: unknown
   OdometerCorrection correction{};
 };
 
@@ -59,16 +60,17 @@ enum class SigmaSource : std::uint8_t {
                ///< fused variance added; the given one until half of these windows have passed
 };
 
-/// When an odometer changes its state. A window is the path between two anchors.
+/// Thresholds of the health states of an odometer. A window is the path between two anchors.
 struct OdometerHealthParameters {
-  double slip_ratio = 0.03;  ///< (0, 1): slips when off by more than this share of the distance
-  double slip_sigmas = 3.0;  ///< [1, 10]: and by more than so many standard deviations
-  double stuck_ratio = 0.1;  ///< (0, 1): stuck when it shows less than this share of the distance
-  double worn_tolerance = 0.01;  ///< (0, 0.5): worn when its scale is off the median's by more
-  double worn_release = 0.7;     ///< (0, 1): and no longer below this share of the tolerance
+  double slip_ratio = 0.03;  ///< (0, 1): slips when its error exceeds this share of the distance
+  double slip_sigmas = 3.0;  ///< [1, 10]: and this many standard deviations
+  /// (0, 1): stuck when it measures less than this share of the distance
+  double stuck_ratio = 0.1;
+  double worn_tolerance = 0.01;  ///< (0, 0.5): worn when its scale deviates more from the median
+  double worn_release = 0.7;     ///< (0, 1): not worn any more below this share of the tolerance
   double scale_memory = 200.0;   ///< m, >= window_distance: path over which the scale is estimated
   int enter_windows = 2;         ///< [1, 1000]: windows in a row before slipping or stuck
-  int leave_windows = 3;         ///< [1, 1000]: windows in a row before it is ok again
+  int leave_windows = 3;         ///< [1, 1000]: windows in a row until it is ok again
   double bad_share_enter = 0.3;  ///< (0, 1): share of bad values among about 20 samples
   double bad_share_leave = 0.1;  ///< (0, bad_share_enter)
 };
@@ -76,27 +78,29 @@ struct OdometerHealthParameters {
 struct OdometerStreamParameters {
   std::vector<OdometerParameters> odometers{};  ///< 2 to 16
   ConsensusFusionParameters consensus{};        ///< offsets must be empty: see `end_segment`
-  /// [1, 10]. Support is judged with sigmas of this multiple: exact ones refuse sound readings too
-  /// often (docs/decisions/majority-support-rule.md). The variance given out is without it.
+  /// [1, 10]. Support is computed with sigmas multiplied by this factor: without it too many sound
+  /// readings are rejected (docs/decisions/majority-support-rule.md). The resulting variance is
+  /// without it.
   double sigma_margin = 3.0;
   SigmaSource sigma_source = SigmaSource::kGiven;
   std::size_t residual_windows = 32;  ///< [8, 64]
   double tick_period = 0.1;           ///< s, (0, 60]: of the grid on which odometers are aligned
   double window_distance = 1.0;       ///< m, (0, 100]: path after which the distance is anchored
-  /// [0, 16]. A slip too small to show in one window shows over so many, and is then taken out of
-  /// them. The distance is final up to the oldest of these windows. Takes three odometers.
+  /// [0, 16]. Windows over which a slip that is too small for one window is detected, and then
+  /// removed. The distance is final up to the oldest of these windows. Needs three odometers.
   std::size_t lookback_windows = 8;
-  double lookback_sigmas = 5.0;  ///< [1, 10]: so many standard deviations, and `health.slip_ratio`
-  double window_time = 30.0;     ///< s, >= tick_period: or time, at rest
-  double maximum_delay =
-      0.5;                    ///< s, [0, 60 * tick_period]: a tick waits so long for late odometers
+  /// [1, 10]: threshold in standard deviations, and `health.slip_ratio`
+  double lookback_sigmas = 5.0;
+  double window_time = 30.0;  ///< s, >= tick_period: or time, at standstill
+  /// s, [0, 60 * tick_period]: longest wait of a tick for late odometers
+  double maximum_delay = 0.5;
   double maximum_gap = 2.0;   ///< s, [tick_period, 1000 * tick_period]: longer ones are not bridged
   double silent_after = 1.0;  ///< s, > 0: without samples; silent odometers are not waited for
-  double maximum_speed = 5.0;  ///< m/s, > 0: faster is a fault of the counter
-  /// Errors that all odometers share (bends, deposits, temperature) and no consensus can see:
+  double maximum_speed = 5.0;  ///< m/s, > 0: a faster sample is a counter fault
+  /// Errors common to all odometers (bends, deposits, temperature), unobservable by consensus:
   double common_sigma_per_sqrt_metre = 0.0;  ///< m per square root of metre, >= 0
   double common_scale_sigma = 0.0;           ///< [0, 1], of a scale common to all
-  /// (0, 1]. One odometer alone may be off by so much of the distance (standard deviation).
+  /// (0, 1]. Standard deviation of a single odometer as a share of the distance.
   double unverified_ratio = 0.3;
   OdometerHealthParameters health{};
 
@@ -108,17 +112,17 @@ struct OdometerSample {
   std::size_t odometer = 0;
   double time = std::numeric_limits<double>::quiet_NaN();   ///< s, of measurement
   double value = std::numeric_limits<double>::quiet_NaN();  ///< m, see `OdometerKind`
-  bool valid = true;  ///< false: its driver knows that it cannot be used
+  bool valid = true;  ///< false: marked as invalid by the driver
 };
 
-/// What became of a sample. Only accepted ones have a part in the distance; each kind is counted.
+/// Outcome of a sample. Only accepted ones are fused; each kind is counted.
 enum class SampleOutcome : std::uint8_t {
   kAccepted,
   kMarkedInvalid,
   kNotANumber,       ///< value NaN or infinite
   kBadStamp,         ///< stamp NaN or infinite
-  kDuplicateStamp,   ///< stamp equal to that of the sample before
-  kOutOfOrder,       ///< stamp before that of the sample before
+  kDuplicateStamp,   ///< stamp equal to that of the previous sample
+  kOutOfOrder,       ///< stamp before that of the previous sample
   kStampLeap,        ///< further from the newest stamp than `maximum_gap`, and not yet confirmed by
                      ///< another odometer, or by four more of this one with the others silent
   kImplausible,      ///< faster than `maximum_speed`: a reset of the counter, a wrong value
@@ -128,22 +132,22 @@ inline constexpr std::size_t kSampleOutcomes = 9;
 
 enum class OdometerHealth : std::uint8_t {
   kOk,
-  kWorn,       ///< its scale has left the tolerance around that of the others
+  kWorn,       ///< its scale deviates from that of the others beyond the tolerance
   kSlipping,   ///< disagrees with the consensus
-  kStuck,      ///< stands still while the others move; left out of the consensus meanwhile
+  kStuck,      ///< stands still while the others move; excluded from the consensus
   kBadValues,  ///< too many of its samples are unusable
   kSilent,     ///< no samples
 };
 
-/// The part of an odometer in the latest fusion.
+/// Use of an odometer in the latest fusion.
 enum class OdometerUse : std::uint8_t {
   kAbsent,       ///< no value for this tick: silent, late, or not started
   kIncomplete,   ///< joined, lost samples or was reset since the anchor
-  kStuck,        ///< left out for its health
-  kDrifted,      ///< left out: off over the last windows together, see `lookback_windows`
+  kStuck,        ///< excluded for its health
+  kDrifted,      ///< excluded: slip over the last windows, see `lookback_windows`
   kUnsupported,  ///< no group supports it
   kFused,
-  kFallback,  ///< no consensus: the fallback was made of it
+  kFallback,  ///< no consensus: used for the fallback
 };
 
 struct OdometerState {
@@ -151,14 +155,14 @@ struct OdometerState {
   OdometerUse use = OdometerUse::kAbsent;
   double increment = std::numeric_limits<double>::quiet_NaN();           ///< m since the anchor
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< m, without the margin
-  /// m, without correction, at the last tick that it has a position for. From weld to weld this is
+  /// m, without correction, at the last tick with a position of it. From weld to weld this is
   /// `WeldSpacing::measured` of a calibration, when `gaps` is the same at both.
   double measured = 0.0;
   double sigma_per_sqrt_metre = 0.0;  ///< in use: given or estimated
   double relative_scale = 1.0;        ///< to the median odometer, over `scale_memory`
   OdometerCorrection correction{};
   std::array<std::uint64_t, kSampleOutcomes> samples{};  ///< by `SampleOutcome`
-  std::uint64_t gaps = 0;         ///< stretches it missed: silence, lost increments
+  std::uint64_t gaps = 0;         ///< gaps in its path: silence, lost increments
   std::uint64_t unsupported = 0;  ///< windows in which no group supported it
 };
 
@@ -169,8 +173,8 @@ enum class StreamStatus : std::uint8_t {
                  ///< (of all when none is); its standard deviation is the largest deviation among
                  ///< them, or `unverified_ratio` of the distance for a single one, added up over
                  ///< windows in a row without consensus as errors of one sign
-  kNoData,       ///< no odometer: the last speed is kept, with the standard deviation of a speed
-                 ///< anywhere up to `maximum_speed`; made good when an absolute counter spans it
+  kNoData,  ///< no odometer: the last speed is extrapolated, with the standard deviation of a speed
+            ///< up to `maximum_speed`; corrected when an absolute counter spans the gap
 };
 
 struct FusedStream {
@@ -179,23 +183,23 @@ struct FusedStream {
   double time = std::numeric_limits<double>::quiet_NaN();  ///< s, of the tick
   double distance = 0.0;                                   ///< m since the first tick
   double variance = 0.0;                                   ///< m^2, random and systematic
-  double random_variance = 0.0;  ///< m^2, the part that is independent from one stretch to the next
-  double speed = 0.0;            ///< m/s, over the window
+  double random_variance = 0.0;   ///< m^2, the part that is independent between increments
+  double speed = 0.0;             ///< m/s, over the window
   double window_increment = 0.0;  ///< m since the anchor, part of `distance`
-  /// D, R, fusion set and standard deviation as the consensus has them, margin included. Entries of
-  /// odometers without a part in it are marked invalid.
+  /// D, R, fusion set and standard deviation of the consensus, margin included. Entries of
+  /// odometers that were not used are marked invalid.
   ConsensusFusionResult consensus{};
   std::array<OdometerState, kMaxOdometers> odometers{};
   std::uint64_t windows = 0;               ///< anchors so far
   std::uint64_t windows_no_consensus = 0;  ///< of these
   std::uint64_t windows_no_data = 0;       ///< of these
-  std::uint64_t leaps = 0;                 ///< leaps of all clocks that were followed
-  std::uint64_t unknown_odometer = 0;      ///< samples of odometers that there are not
+  std::uint64_t leaps = 0;                 ///< jumps of all clocks that were accepted
+  std::uint64_t unknown_odometer = 0;      ///< samples of unknown odometers
 };
 
 struct PushResult {
   SampleOutcome outcome = SampleOutcome::kAccepted;
-  std::size_t ticks = 0;  ///< that the sample completed; `state` is that of the last
+  std::size_t ticks = 0;  ///< completed by the sample; `state` is that of the last
 };
 
 class OdometerStream {
@@ -207,21 +211,21 @@ class OdometerStream {
   ~OdometerStream();
 
   /// Samples of one odometer in the order of their stamps, of different ones in any order within
-  /// `maximum_delay`. Never throws: what cannot be used is counted and said in the result.
+  /// `maximum_delay`. Never throws: unusable samples are counted and reported in the result.
   PushResult push(const OdometerSample& sample) noexcept;
 
-  /// Fuses the ticks that still wait for late odometers: at the end of a run. Returns their number.
+  /// Fuses the ticks that still wait for late odometers, at the end of a run. Returns their number.
   std::size_t flush() noexcept;
 
-  /// For what is measured from now on; the distance so far and its variance are final. The errors
-  /// of one correction after the other of an odometer are taken for one that persists. The estimate
-  /// of the relative scale starts again, and a worn odometer is ok.
-  /// Throws std::invalid_argument as `OdometerCorrection::validate`, or naming the odometer.
+  /// Applies to later measurements; the distance so far and its variance are final. The errors of
+  /// successive corrections of an odometer are treated as one persistent error. The estimate of the
+  /// relative scale is restarted, and a worn odometer becomes ok. Throws std::invalid_argument as
+  /// `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
 
-  /// To be called where a weld is passed: adds the offsets of the odometers, each in proportion to
-  /// its part in the fused distance since the last call, with their variance. The distance so far
-  /// is final.
+  /// Call it at the passage of a weld: adds the offsets of the odometers, each weighted by its
+  /// share of the fused distance since the last call, with their variance. The distance so far is
+  /// final.
   void end_segment() noexcept;
 
   [[nodiscard]] const FusedStream& state() const noexcept;
@@ -232,7 +236,7 @@ class OdometerStream {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// For people; "unknown" for a value that is no enumerator.
+/// For messages; "unknown" for any other value.
 [[nodiscard]] const char* to_string(SampleOutcome outcome) noexcept;
 [[nodiscard]] const char* to_string(OdometerHealth health) noexcept;
 [[nodiscard]] const char* to_string(OdometerUse use) noexcept;

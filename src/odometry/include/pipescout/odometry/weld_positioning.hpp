@@ -9,41 +9,41 @@
 #include <span>
 #include <vector>
 
-/// Where the crawler is: coarse, which joint of the pipe; fine, the fused odometer since the last
-/// girth weld (Wang, Cao, Luan and Zhang, Robot 30(3), 2008, section 1, which leaves the method
-/// open).
+/// Position of a crawler: coarse by the joint of the pipe, fine by the fused odometer since the
+/// last girth weld (Wang, Cao, Luan and Zhang, Robot 30(3), 2008, section 1, which does not specify
+/// the method).
 ///
 /// A pipe is a chain of joints; its tally lists their lengths. Joint j lies between weld j and weld
-/// j + 1. Lengths differ by more than they are measured wrong, so that a sequence of them is a
-/// fingerprint: several hypotheses (weld reached last, orientation) are kept, each with a Kalman
-/// filter over (distance from that weld, odometer scale), until one explains the welds best. A
-/// detection is a weld as expected, a weld after a gross odometer fault or an error of the tally,
-/// or spurious; welds that should have been seen on new ground count as missed.
+/// j + 1. Lengths differ by more than the measurement error, so that a sequence of them identifies
+/// the position. Several hypotheses (last weld, orientation) are tracked, each with a Kalman filter
+/// over (distance from that weld, odometer scale), until one explains the welds best. A detection
+/// is an expected weld, a weld after a gross odometer fault or an error of the tally, or spurious;
+/// undetected welds on new ground are missed.
 ///
 /// Metres throughout; indices count from 0. Deterministic: the same events give the same bits.
 /// Objects share nothing; one object must not be called from two threads at once.
 namespace pipescout::odometry {
 
-/// One joint as the tally has it.
+/// One joint of the tally.
 struct TallyJoint {
   double length = std::numeric_limits<double>::quiet_NaN();  ///< m, > 0
   double standard_deviation = 0.01;                          ///< m, >= 0, of that length
 };
 
-/// How the crawler faces: whether chainage grows or falls when the odometer distance grows.
+/// Orientation of the crawler: whether chainage increases or decreases with the odometer distance.
 enum class Orientation : std::uint8_t {
   kForward = 0,
   kBackward = 1,
-  kUnknown = 2,  ///< only as a start: both are tried
+  kUnknown = 2,  ///< only as initial value: both are tried
 };
 
-/// Where the crawler starts. Ground that it covers again, reversing, is no evidence for or against
-/// a weld that was not seen there: a detector may keep quiet about a weld it has reported already.
+/// Initial position of the crawler. Reversing over the same ground adds no evidence about
+/// undetected welds: a detector need not report a weld again.
 struct WeldPositioningStart {
-  bool joint_known = false;                   ///< false: anywhere in the pipe, all welds alike
-  std::size_t joint = 0;                      ///< read when known; [0, joints)
-  double distance = 0.0;                      ///< m, into that joint; finite
-  double distance_standard_deviation = 0.05;  ///< m, > 0
+  bool joint_known = false;  ///< false: anywhere in the pipe, with equal probability
+  std::size_t joint = 0;     ///< used when known; [0, joints)
+  double distance = 0.0;     ///< m, into that joint; finite
+  double distance_standard_deviation = 0.05;        ///< m, > 0
   Orientation orientation = Orientation::kForward;  ///< kUnknown needs an unknown joint
 };
 
@@ -56,87 +56,90 @@ struct WeldPositioningParameters {
   double initial_scale_standard_deviation = 0.02;  ///< (0, 0.2]
   /// Random walk of the scale, wear: variance per metre; [0, 1e-4]. 4e-9 is 0.6 % in 10 km.
   double scale_drift = 4e-9;
-  /// Gross faults per joint that survive the fusion (two of three wheels slip together); (0, 0.5].
+  /// Gross faults per joint that the fusion does not detect (two of three wheels slip together);
+  /// (0, 0.5].
   double double_slip_probability = 1e-3;
-  double largest_double_slip = 0.35;  ///< as a part of the distance since the last weld; (0, 1]
+  double largest_double_slip = 0.35;  ///< as a share of the distance since the last weld; (0, 1]
   /// m, > 0. Longer increments are refused, and so are standard deviations above.
   double largest_increment = 50.0;
-  double bad_increment_standard_deviation = 0.05;  ///< m, what a refused one may hide; >= 0
-  /// Gain of the factor on the stated odometer variance that is learnt from the welds; [0, 0.2];
-  /// 0: the stated variance is taken as it is.
+  double bad_increment_standard_deviation = 0.05;  ///< m, added for a refused one; >= 0
+  /// Gain of the estimated factor on the stated odometer variance; [0, 0.2]; 0: the stated variance
+  /// is used unchanged.
   double noise_adaptation = 0.02;
   // The pipe.
   double tally_error_probability = 2e-5;  ///< a wrong length, a joint missing or extra; (0, 0.5]
   double first_weld_chainage = 0.0;       ///< m, of weld 0; finite
-  /// Used without a tally: what a joint is expected to be, its spread, and how many there may be.
+  /// Used without a tally: prior length of a joint, its standard deviation, and the largest number
+  /// of joints.
   TallyJoint standard_joint{.length = 12.0, .standard_deviation = 0.12};
   std::size_t largest_joint_count = 4096;  ///< [1, 1000000]
   // The hypotheses.
-  /// [8, 1000000]; never fewer than two per weld of the tally, so that a search misses no place.
+  /// [8, 1000000]; never fewer than two per weld of the tally, so that the search is complete.
   std::size_t largest_hypothesis_count = 4096;
-  double prune_ratio = 1e-8;  ///< to the heaviest; lighter ones go; (0, 0.01]
-  double gate = 5.0;          ///< standard deviations within which a weld is as expected; [3, 10]
+  double prune_ratio =
+      1e-8;           ///< relative to the largest weight; hypotheses below are removed; (0, 0.01]
+  double gate = 5.0;  ///< standard deviations: gate of an expected weld; [3, 10]
   // The lock.
   double lock_probability = 0.9999;      ///< (0.5, 1)
   double unlock_probability = 0.99;      ///< (0, lock_probability]
-  std::size_t lock_welds = 1;            ///< sightings in a row that must find it so; >= 1
-  double lock_standard_deviation = 1.0;  ///< m, of the distance into the joint at most; > 0
+  std::size_t lock_welds = 1;            ///< detections in a row that must exceed it; >= 1
+  double lock_standard_deviation = 1.0;  ///< m, largest one of the distance into the joint; > 0
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// What the fused odometer went since the last event. Negative: it reversed.
+/// Increment of the fused odometer since the last event. Negative: reversing.
 struct OdometerIncrement {
   double distance = std::numeric_limits<double>::quiet_NaN();  ///< m
   double variance = std::numeric_limits<double>::quiet_NaN();  ///< m^2, >= 0, independent of others
 };
 
-/// A girth weld, as the detector reports it.
+/// A girth weld reported by the detector.
 struct WeldSighting {
-  /// m, the sum of the increments at which the weld passed: now, or a little earlier.
+  /// m, the sum of the increments at the passage of the weld: now, or a little earlier.
   double odometer_distance = std::numeric_limits<double>::quiet_NaN();
   double standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< m, > 0
-  /// That it is a weld, [0, 1]; NaN: not known. A low one makes a spurious detection more likely
-  /// than `spurious_probability` says, a high one never less.
+  /// Probability that it is a weld, [0, 1]; NaN: unknown. A low value makes a spurious detection
+  /// more likely than `spurious_probability`, a high one never less likely.
   double confidence = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What became of an event. Only kAccepted changes where the crawler is thought to be.
+/// Outcome of an event. Only kAccepted changes the position.
 enum class PositioningStatus : std::uint8_t {
   kAccepted = 0,
   kBadValue = 1,    ///< not finite, a variance below zero, too long an increment, ...
-  kOutOfOrder = 2,  ///< a weld where the crawler has not been since the last one
+  kOutOfOrder = 2,  ///< a weld at a distance that was not reached since the last one
 };
 
 struct WeldPositionEstimate {
   PositioningStatus status = PositioningStatus::kAccepted;
-  bool known = false;   ///< false: no weld seen yet from an unknown start; the next six are void
-  bool locked = false;  ///< the probability was high for long enough and the variance is small
+  bool known = false;   ///< false: no weld yet after an unknown start; the next six are invalid
+  bool locked = false;  ///< the probability was high for enough welds and the variance is small
   std::size_t joint = 0;
   Orientation orientation = Orientation::kUnknown;
-  /// That the crawler is less than half a joint from the place stated; in [0, 1].
+  /// Probability that the crawler is within half a joint of this position; in [0, 1].
   double probability = 0.0;
-  /// m, from the weld at the low end of the joint, whichever way the crawler faces. Its variance
-  /// allows for the length of the joint in the tally where the last weld was not that one.
+  /// m, from the weld at the low end of the joint, in either orientation. Its variance includes
+  /// that of the joint's length in the tally if the last weld was at the other end.
   double distance_into_joint = std::numeric_limits<double>::quiet_NaN();
-  /// m, as the tally adds up (its sum of errors is not in the covariance); without a tally, as the
-  /// learnt lengths do.
+  /// m, sum of the tally's lengths (its accumulated error is not in the covariance); without a
+  /// tally, of the estimated lengths.
   double chainage = std::numeric_limits<double>::quiet_NaN();
   double scale = std::numeric_limits<double>::quiet_NaN();  ///< true metres per odometer metre
-  /// Of (distance into the joint, scale). Holds the spread of the hypotheses within half a joint,
-  /// so it is wide while two of them compete.
+  /// Of (distance into the joint, scale). Includes the spread of the hypotheses within half a
+  /// joint, so it is large while two of them compete.
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> covariance =
       Eigen::Matrix<double, 2, 2, Eigen::DontAlign>::Constant(
           std::numeric_limits<double>::quiet_NaN());
-  double noise_factor = 1.0;  ///< learnt factor on the stated odometer variance
+  double noise_factor = 1.0;  ///< estimated factor on the stated odometer variance
   std::size_t hypotheses = 0;
-  /// The welds so far show that the fused odometer was wrong by `spacing_error` somewhere in the
-  /// last joints. Set once per fault, by the weld that makes it certain. One pass cannot tell
-  /// this from a wrong length in the tally; a second pass over the joint can (`learnt_joints`).
+  /// The welds reveal a gross error `spacing_error` of the fused odometer in the last joints. Set
+  /// once per fault, by the weld that makes it certain. One pass cannot distinguish it from a wrong
+  /// length in the tally; a second pass over the joint can (`learnt_joints`).
   bool double_slip_detected = false;
-  bool tally_error_detected =
-      false;                   ///< likewise, too far off for a slip: a joint missing or extra
+  /// the same with an error too large for a slip: a joint missing or extra
+  bool tally_error_detected = false;
   double spacing_error = 0.0;  ///< m, odometer less tally; 0 unless one of the two is set
 };
 
@@ -147,7 +150,7 @@ struct WeldPositioningCounts {
   std::uint64_t welds = 0;
   std::uint64_t bad_welds = 0;
   std::uint64_t out_of_order_welds = 0;
-  std::uint64_t unexplained_welds = 0;  ///< no hypothesis had room for them; taken as spurious
+  std::uint64_t unexplained_welds = 0;  ///< consistent with no hypothesis; treated as spurious
   std::uint64_t double_slips = 0;
   std::uint64_t tally_errors = 0;
   std::uint64_t locks_lost = 0;
@@ -155,32 +158,31 @@ struct WeldPositioningCounts {
 
 /// A joint as the crawler measured it while locked.
 struct LearntJoint {
-  double length;              ///< m; what the tally or the standard says as long as never measured
+  double length;              ///< m; that of the tally or the prior if never measured
   double standard_deviation;  ///< m
   std::uint32_t observations = 0;
 };
 
 class WeldPositioning {
  public:
-  /// An empty tally: joints are as `standard_joint` and are learnt; the start must then be known.
-  /// Allocates all it will ever use.
-  /// Throws std::invalid_argument naming field, value and range: what the parameters' `validate`
-  /// throws, a joint (`tally[17].length`) or the start.
+  /// An empty tally: joints have the prior `standard_joint` and are estimated; the start must then
+  /// be known. All allocation happens here. Throws std::invalid_argument naming field, value and
+  /// range: what the parameters' `validate` throws, a joint (`tally[17].length`) or the start.
   WeldPositioning(WeldPositioningParameters parameters, std::span<const TallyJoint> tally,
                   const WeldPositioningStart& start);
   ~WeldPositioning();
   WeldPositioning(WeldPositioning&&) noexcept;
   WeldPositioning& operator=(WeldPositioning&&) noexcept;
 
-  /// In the order of time. Never throw, never allocate; bad values are counted and reported.
-  /// An increment takes constant time, a weld time proportional to the hypotheses.
+  /// In the order of time. Never throw, never allocate; invalid values are counted and reported. An
+  /// increment takes constant time, a weld time proportional to the hypotheses.
   const WeldPositionEstimate& add_increment(const OdometerIncrement& increment) noexcept;
   const WeldPositionEstimate& add_weld(const WeldSighting& weld) noexcept;
 
-  /// As the last event left it.
+  /// The position after the last event.
   [[nodiscard]] const WeldPositionEstimate& estimate() const noexcept;
   [[nodiscard]] const WeldPositioningCounts& counts() const noexcept;
-  /// m, the sum of all good increments: what `WeldSighting::odometer_distance` refers to.
+  /// m, the sum of all valid increments: the reference of `WeldSighting::odometer_distance`.
   [[nodiscard]] double odometer_distance() const noexcept;
   /// One per joint of the tally, or `largest_joint_count`.
   [[nodiscard]] std::span<const LearntJoint> learnt_joints() const noexcept;
@@ -190,7 +192,7 @@ class WeldPositioning {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// For people: "accepted", "bad value", "out of order"; "unknown" for a value that is none.
+/// For messages: "accepted", "bad value", "out of order"; "unknown" for any other value.
 [[nodiscard]] const char* to_string(PositioningStatus status) noexcept;
 /// "forward", "backward", "unknown".
 [[nodiscard]] const char* to_string(Orientation orientation) noexcept;

@@ -7,19 +7,19 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 
-/// How the image of an edge moves with the camera: Lippiello and Cacace, equations (8), (9), (15),
-/// for whole lines in place of sample points.
+/// Image Jacobian of an edge with respect to the camera motion: Lippiello and Cacace, equations
+/// (8), (9), (15), for whole lines instead of sample points.
 ///
-/// Motions of the camera are written [dc; dphi], m and rad, as geometry_msgs/PoseWithCovariance
-/// means it: its centre moves by dc along the axes of the rack, and it turns about its centre and
-/// these fixed axes, R_rack_camera' = exp(dphi) R_rack_camera. That is -mu of equation (5) for a
-/// rack frame whose origin is put at the camera: in contrast to mu about an origin 1 km away, its
-/// six parts are of one size at any place of the rack. See `rack_motion`.
+/// Motions of the camera are written [dc; dphi], m and rad, as in geometry_msgs/PoseWithCovariance:
+/// its centre moves by dc along the axes of the rack, and it rotates about its centre and these
+/// fixed axes, R_rack_camera' = exp(dphi) R_rack_camera. That is -mu of equation (5) for a rack
+/// frame with its origin at the camera: unlike mu about an origin 1 km away, its six parts have the
+/// same magnitude at any position of the rack. See `rack_motion`.
 namespace pipescout::rack_vision {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-/// What a pose means to lines and points, computed once for all of them.
+/// Quantities that depend on the pose only, computed once for all lines and points.
 struct CameraView {
   CameraView(const geometry::Camera& camera, const geometry::SE3& T_camera_rack) noexcept;
   /// The same for other intrinsics: `camera_matrix` is K of equation (1), upper triangular.
@@ -31,25 +31,25 @@ struct CameraView {
   Eigen::Vector3d centre;         ///< of the camera, rack frame
 };
 
-/// The line on which an edge is seen.
+/// The image line of an edge.
 struct ImageLine {
   /// l over ideal pixels (u, v, 1), with |(l_0, l_1)| = 1: l . (u, v, 1) is the distance from the
   /// line in pixels, positive outside the body.
   Eigen::Vector3d line;
-  /// dl / d[dc; dphi]. An offset of the edge's pipe along rack x (equation 26) moves the line as
-  /// the opposite motion of the camera does: its derivative is minus the first column.
+  /// dl / d[dc; dphi]. An offset of the edge's pipe along rack x (equation 26) moves the line like
+  /// the opposite motion of the camera: its derivative is minus the first column.
   Matrix36d derivative;
 };
 
-/// Closed form; `edge` is as `contour_lines` or `support_line` give it, for the same camera centre.
-/// Returns false, and leaves `line` as it was, when the edge is seen as no line: its plane through
+/// Closed form; `edge` is a result of `contour_lines` or `support_line` for the same camera centre.
+/// Returns false, and does not change `line`, when the edge has no image line: its plane through
 /// the camera is (almost) the focal plane, or the camera is on the edge.
 [[nodiscard]] bool image_line(const CameraView& view, const ContourLine& edge,
                               ImageLine& line) noexcept;
 
 /// An edge of a support as seen from `eye`. Its normal is that of the plane through eye and edge;
-/// which of its sides is the outer one depends on the faces that are seen, and is not said.
-/// Returns false, and leaves `edge` as it was, when the eye is on the edge's line.
+/// which of its sides is the outer one depends on the visible faces, and is not determined. Returns
+/// false, and does not change `edge`, when the eye is on the edge's line.
 [[nodiscard]] bool support_line(const SupportEdge& support_edge, const Eigen::Vector3d& eye,
                                 ContourLine& edge) noexcept;
 
@@ -59,7 +59,7 @@ struct ImageLine {
 [[nodiscard]] geometry::Vector6d rack_motion(const Eigen::Vector3d& centre,
                                              const geometry::Vector6d& motion) noexcept;
 
-/// H exp(mu) for that mu, without the loss of digits far from the rack's origin.
+/// H exp(mu) for that mu, without loss of precision far from the rack's origin.
 [[nodiscard]] geometry::SE3 moved(const geometry::SE3& T_camera_rack,
                                   const geometry::Vector6d& motion);
 

@@ -12,18 +12,18 @@
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 
-/// Finding the rendered edges in an image (Lippiello and Cacace, section III and Figure 3, left):
-/// from each sample of an edge, along the normal. Beyond the paper: to a fraction of a pixel,
-/// several candidates a sample, and knowledge of what each edge looked like before.
+/// Search of the rendered edges in an image (Lippiello and Cacace, section III and Figure 3, left):
+/// from each sample of an edge, along the normal. Beyond the paper: subpixel positions, several
+/// candidates per sample, and an appearance model of each edge.
 namespace pipescout::rack_vision {
 
 struct EdgeSearchParameters {
-  int samples_per_edge = 20;  ///< 2..100, at j / (N + 1), as the paper's; supports: a third
+  int samples_per_edge = 20;  ///< 2..100, at j / (N + 1), as in the paper; supports: a third
   /// px, 0.6..4: of the Gaussian whose derivative finds the edge; about the blur of the image.
   double filter_sigma = 1.2;
-  /// Grey levels across an edge, > 0: less is noise.
+  /// Grey levels across an edge, > 0: smaller steps are noise.
   double least_contrast = 7.0;
-  /// Candidates weaker than this share of the strongest along the same normal are left out, 0..1.
+  /// Candidates weaker than this share of the strongest along the same normal are ignored, 0..1.
   double least_share = 0.25;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
@@ -42,22 +42,22 @@ struct EdgeCandidate {
 };
 
 struct SearchedSample {
-  std::uint32_t edge = 0;  ///< index into the edges that were searched
+  std::uint32_t edge = 0;  ///< index into the searched edges
   Eigen::Vector2d place;   ///< on the rendered edge, ideal pixel
   Eigen::Vector2d normal;  ///< unit vector, away from the pipe; supports: see `edge_normal`
   bool searched = false;   ///< false: too near to the border of the image
-  int count = 0;           ///< of candidates, by plausibility, the best first
+  int count = 0;           ///< number of candidates, ordered by plausibility, best first
   std::array<EdgeCandidate, kMaxEdgeCandidates> candidates;
 };
 
 /// Unit normal of an edge in the ideal image: for a pipe it points away from the pipe, for a
-/// support to the left of the way from its start to its end.
+/// support to the left of the direction from its start to its end.
 [[nodiscard]] Eigen::Vector2d edge_normal(const VisibleEdge& edge, const Pipe* pipe,
                                           const geometry::SE3& T_camera_rack,
                                           const geometry::Camera& camera) noexcept;
 
-/// What each edge of a rack looked like while it was tracked: sign and size of its step. Learnt
-/// from samples with which the solver agreed, forgotten slowly, as the light changes.
+/// Appearance of each edge of a rack: sign and size of its step. Estimated from inlier samples with
+/// exponential forgetting, because the light changes.
 class EdgeMemory {
  public:
   explicit EdgeMemory(const RackModel& model);
@@ -65,18 +65,18 @@ class EdgeMemory {
   struct Look {
     double contrast = 0;   ///< mean of outside minus inside, grey levels
     double spread = 0;     ///< standard deviation of it
-    double samples = 0;    ///< that it rests on, with forgetting
+    double samples = 0;    ///< effective number, with forgetting
     double agreement = 0;  ///< share of the samples that have the sign of `contrast`, 0.5..1
-    /// Whether the sign of a candidate says that it is another edge.
+    /// Whether the sign of a candidate shows that it is another edge.
     [[nodiscard]] bool decides_sign() const noexcept { return is_known() && agreement > 0.85; }
     [[nodiscard]] bool is_known() const noexcept { return samples >= 10; }
-    /// Known from several images.
+    /// Estimated from several images.
     [[nodiscard]] bool is_established() const noexcept { return samples >= 100; }
   };
 
   [[nodiscard]] const Look& look(const EdgeId& id) const noexcept;
   void learn(const EdgeId& id, double contrast) noexcept;
-  /// Forgets all.
+  /// Resets the model.
   void clear() noexcept;
 
  private:
@@ -90,7 +90,7 @@ class EdgeMemory {
 class LimbPair;
 class LimbProfile;
 
-/// Searches edges in images of one camera. Allocates nothing once it has seen the longest list.
+/// Searches edges in images of one camera. Allocates only until the longest list has occurred.
 class EdgeSearch {
  public:
   /// Throws std::invalid_argument as EdgeSearchParameters::validate.
@@ -99,11 +99,11 @@ class EdgeSearch {
   EdgeSearch(EdgeSearch&&) noexcept;
   EdgeSearch& operator=(EdgeSearch&&) noexcept;
 
-  /// Another camera of the same size, from now on.
+  /// Sets another camera of the same image size.
   void set_camera(const geometry::Camera& camera) { camera_ = camera; }
 
-  /// Appends the samples of one visible edge. `range`: px to either side of it, cut to
-  /// kLongestSearch. Samples whose normal leaves the image are searched as far as they go.
+  /// Appends the samples of one visible edge. `range`: px to either side of it, limited to
+  /// kLongestSearch. Samples whose normal leaves the image are searched up to its border.
   void search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
               const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
               std::vector<SearchedSample>& samples);

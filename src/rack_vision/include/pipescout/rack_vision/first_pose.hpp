@@ -12,20 +12,18 @@
 #include "pipescout/rack_vision/image_view.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 
-/// The pose of a camera over a rack from one image and no guess: what the
-/// tracking of Lippiello and Cacace starts from, which their paper takes as
-/// given.
+/// Initialisation: the pose of a camera over a rack from one image without a prior, which the paper
+/// of Lippiello and Cacace assumes as given.
 ///
-/// The contours of parallel pipes are a pencil of lines: their planes through
-/// the camera's centre all hold the flow direction. It gives two angles of the
-/// rotation. Seen along the flow, the image is a profile of straight edges over
-/// their bearings, and pipes are circles: place and roll of the camera are
-/// searched for on a grid. What is proposed is refined on the edges of the
-/// whole model, as in tracking, and judged by what is then found in the image,
-/// and by what should not be there.
+/// The contours of parallel pipes are a pencil of lines: their planes through the camera's centre
+/// all contain the flow direction, which determines two angles of the rotation. Projected along the
+/// flow, the image is a profile of edges over their bearings, and pipes are circles: position and
+/// roll of the camera are searched on a grid. Each candidate is refined on the edges of the whole
+/// model, as in tracking, and scored by the edges found in the image and by edges that should not
+/// be there.
 namespace pipescout::rack_vision {
 
-/// What is known beforehand, from GPS or an operator. Each part may be missing.
+/// Prior from GPS or an operator. Each part is optional.
 struct FirstPoseHint {
   struct Value {
     double value = 0;
@@ -42,22 +40,21 @@ struct FirstPoseHint {
 };
 
 struct FirstPoseParameters {
-  double smallest_height = 0.5;      ///< of the camera above the highest pipe's axis, m, > 0
-  double largest_height = 12;        ///< m, > smallest_height
-  double largest_beside = 2;         ///< of the camera, beyond the outermost pipes' axes, m, >= 0
-  double largest_tilt = 0.45;        ///< of the optical axis against straight down, rad, (0, 1.2]
-  double typical_tilt = 0.2;         ///< of the optical axis, standard deviation, rad, > 0
-  double edge_sigma = 0.3;           ///< of a contour from where the model has it, pixels, > 0
-  double shortest_segment = 20;      ///< of those that propose directions, pixels, > 0
-  std::size_t smallest_matches = 6;  ///< edges that must have been found, >= 3
-  double smallest_score = 0.55;      ///< of a pose that is believed, (0, 1)
-  double smallest_evidence = 3;      ///< of a pose that is believed, nats, > 0
-  /// A different pose that explains the image this little worse, nats, makes
-  /// the result ambiguous, > 0.
+  double smallest_height = 0.5;  ///< of the camera above the highest pipe's axis, m, > 0
+  double largest_height = 12;    ///< m, > smallest_height
+  double largest_beside = 2;     ///< of the camera, beyond the outermost pipes' axes, m, >= 0
+  double largest_tilt = 0.45;    ///< of the optical axis from straight down, rad, (0, 1.2]
+  double typical_tilt = 0.2;     ///< of the optical axis, standard deviation, rad, > 0
+  double edge_sigma = 0.3;       ///< of a contour relative to the model, pixels, > 0
+  double shortest_segment = 20;  ///< of segments that are used to estimate directions, pixels, > 0
+  std::size_t smallest_matches = 6;  ///< smallest number of found edges, >= 3
+  double smallest_score = 0.55;      ///< of an accepted pose, (0, 1)
+  double smallest_evidence = 3;      ///< of an accepted pose, nats, > 0
+  /// The result is ambiguous if the evidence of a different pose is less than this below the best,
+  /// nats, > 0.
   double rival_margin = 3;
-  double largest_deviation = 0.05;  ///< in x and z of a pose that is believed, m, > 0
-  /// Standard deviation along the flow when nothing says where the camera is,
-  /// m, > 0.
+  double largest_deviation = 0.05;  ///< in x and z of an accepted pose, m, > 0
+  /// Standard deviation along the flow when that position is unobservable, m, > 0.
   double unknown_along = 100;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
@@ -65,9 +62,9 @@ struct FirstPoseParameters {
 };
 
 enum class FirstPoseStatus : std::uint8_t {
-  kFound,  ///< one pose explains the image, and no other does about as well
-  /// Several poses do, or one that is too uncertain: see FirstPose::candidates.
-  /// None is to be trusted.
+  kFound,  ///< one pose explains the image, and no other one about as well
+  /// Several poses explain it, or one that is too uncertain: see FirstPose::candidates. Do not use
+  /// any of them.
   kAmbiguous,
   kNotEnoughEdges,  ///< no pose explains the image
 };
@@ -79,9 +76,9 @@ struct FirstPoseCandidate {
   /// rad (equation 5). Along the flow it is that of the hint, or
   /// FirstPoseParameters::unknown_along squared, unless `along_from_image`.
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
-  double score = 0;               ///< 0 to 1: evidence as a share of what could be there
-  std::size_t matches = 0;        ///< edges that were found, three contours of pipes at least
-  bool along_from_image = false;  ///< place along the flow from supports, ends or crossing pipes
+  double score = 0;               ///< 0 to 1: evidence as a share of the possible evidence
+  std::size_t matches = 0;        ///< found edges, at least three contours of pipes
+  bool along_from_image = false;  ///< position along the flow from supports, ends or crossing pipes
 };
 
 struct FirstPose {
@@ -99,14 +96,13 @@ class FirstPoseFinder {
   /// Throws as FirstPoseParameters::validate.
   explicit FirstPoseFinder(const FirstPoseParameters& parameters);
 
-  /// Throws std::invalid_argument when fewer than two pipes of the model run
-  /// along y: such a rack gives no first pose.
+  /// Throws std::invalid_argument when fewer than two pipes of the model run along y:
+  /// initialisation is then impossible.
   static void check(const RackModel& model);
 
-  /// `model` must be valid, `offsets` as PipeOffsets. Takes some tens of ms.
-  /// Throws std::invalid_argument as FirstPoseHint::validate, when the view is
-  /// not valid or of another size than the camera, when there are offsets of
-  /// another number than pipes, and as `check`.
+  /// `model` must be valid, `offsets` as PipeOffsets. Takes some tens of ms. Throws
+  /// std::invalid_argument as FirstPoseHint::validate, when the view is not valid or of another
+  /// size than the camera, when the number of offsets differs from that of pipes, and as `check`.
   [[nodiscard]] FirstPose find(const ImageView& image, const RackModel& model, PipeOffsets offsets,
                                const geometry::Camera& camera, const FirstPoseHint& hint) const;
 
@@ -116,8 +112,7 @@ class FirstPoseFinder {
   FirstPoseParameters parameters_;
 };
 
-/// For people: "found", "ambiguous", "not enough edges"; "unknown" for a value
-/// that is none.
+/// For messages: "found", "ambiguous", "not enough edges"; "unknown" for any other value.
 [[nodiscard]] const char* to_string(FirstPoseStatus status) noexcept;
 
 }  // namespace pipescout::rack_vision

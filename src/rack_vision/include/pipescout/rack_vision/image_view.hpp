@@ -6,8 +6,8 @@
 
 namespace pipescout::rack_vision {
 
-/// Somebody else's grey image, 8 bits a pixel, row by row from the top. Copied freely; valid as
-/// long as the pixels are.
+/// Non-owning view of a grey image, 8 bits per pixel, row by row from the top. Cheap to copy; valid
+/// as long as the pixels are.
 struct ImageView {
   const std::uint8_t* pixels = nullptr;
   int width = 0;
@@ -17,7 +17,7 @@ struct ImageView {
   [[nodiscard]] const std::uint8_t* row(int v) const noexcept {
     return pixels + static_cast<std::ptrdiff_t>(v) * stride;
   }
-  /// Whether there are pixels at all, and rows do not overlap.
+  /// Whether the view has pixels, and rows do not overlap.
   [[nodiscard]] bool valid() const noexcept {
     return pixels != nullptr && width > 0 && height > 0 && stride >= width;
   }

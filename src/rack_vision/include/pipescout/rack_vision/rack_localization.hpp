@@ -12,46 +12,47 @@
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
 
-/// The whole life of a localisation over a rack: first pose, tracking, loss, recovery.
+/// Localisation over a rack: initialisation, tracking, loss, recovery.
 namespace pipescout::rack_vision {
 
 struct RackLocalizationParameters {
   RackTrackerParameters tracker;
   FirstPoseParameters first_pose;
-  /// Whether poses are looked for in the image alone when none is known.
+  /// Whether to initialise from the image alone when no pose is known.
   bool find_first_pose = true;
   double retry_period = 0.2;  ///< s between two attempts to find a pose, >= 0
-  /// Motion that is not measured while the track is lost, beside going on at the same speed, one
-  /// sigma for each second, > 0; turns do not grow any more after half a second.
+  /// Unmeasured motion during a loss, in addition to the constant velocity, one sigma per second, >
+  /// 0; that of the rotation stops growing after half a second.
   double drift_speed = 0.15;         ///< m/s
   double drift_angular_speed = 0.1;  ///< rad/s
-  /// As drift_speed, before any pose was tracked: of a vehicle that hovers where it was told to be.
+  /// As drift_speed, before any pose was tracked: for a vehicle that hovers at its initial
+  /// position.
   double hover_drift_speed = 0.15;  ///< m/s
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// How poses were come by since the start.
+/// Sources of poses since the start.
 struct RackLocalizationCounts {
   std::uint64_t given = 0;            ///< attempts from a pose that was given
-  std::uint64_t suggested = 0;        ///< suggestions that said something new
-  std::uint64_t from_last_pose = 0;   ///< attempts from the last pose, moved on
+  std::uint64_t suggested = 0;        ///< suggestions with new information
+  std::uint64_t from_last_pose = 0;   ///< attempts from the propagated last pose
   std::uint64_t from_image = 0;       ///< attempts from the image alone
   std::uint64_t image_ambiguous = 0;  ///< the image alone fits several poses
-  std::uint64_t image_unclear = 0;    ///< the image alone shows too few contours
+  std::uint64_t image_unclear = 0;    ///< the image has too few contours
   std::uint64_t recoveries = 0;       ///< tracking again after a loss
 };
 
-/// Tracks, and when there is no pose finds one by itself, in this order: from a pose that was
-/// given; after a loss from the last pose, moved on by what is known of the motion; from the image
-/// alone, with what is known of place and heading. A pose that is found is only a start: nothing is
-/// reported as tracked before the tracker has confirmed it in the image.
+/// Tracks the pose and, when there is none, initialises in this order: from a given pose; after a
+/// loss from the last pose, propagated by the known motion; from the image alone, with the priors
+/// of position and heading. An initial pose is reported as tracked only after the tracker has
+/// confirmed it in the image.
 class RackLocalization {
  public:
-  /// Throws std::invalid_argument as RackTracker and the parameters' `validate`, and, when poses
-  /// shall be looked for in the image alone, as FirstPoseFinder::find does for a rack with too few
-  /// pipes along y.
+  /// Throws std::invalid_argument as RackTracker and the parameters' `validate`, and, with
+  /// initialisation from the image alone, as FirstPoseFinder::find for a rack with too few pipes
+  /// along y.
   RackLocalization(const RackModel& model, const geometry::Camera& camera,
                    const RackLocalizationParameters& parameters = {});
   ~RackLocalization();
@@ -61,20 +62,20 @@ class RackLocalization {
   /// The next image starts from this pose, whatever was tracked before; as RackTracker::set_pose.
   bool set_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
-  /// What another source says of the pose, which may be part of one: what it does not know has a
-  /// large variance. A pose that is known well enough to start from is taken as by set_pose. Of any
-  /// other, while none is tracked, place, tilt and heading are taken where they are more certain
-  /// than what is known: the level that an IMU gives, for a camera of which someone has said where
-  /// it hovers. Covariance as of set_pose; false when it is none, or the pose is not finite.
+  /// A pose from another source, complete or in part: unknown parts have a large variance. A pose
+  /// that is certain enough for initialisation is used as in set_pose. From any other, while no
+  /// pose is tracked, position, tilt and heading are each used if they are more certain than the
+  /// current prior: for example the tilt from an IMU for a camera that hovers at a known position.
+  /// Covariance as in set_pose; false when it is invalid, or the pose is not finite.
   bool suggest_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
-  /// What is known of the place when the image alone has to say where the camera is. Throws
-  /// std::invalid_argument as FirstPoseHint::validate.
+  /// Prior for initialisation from the image alone. Throws std::invalid_argument as
+  /// FirstPoseHint::validate.
   void set_hint(const FirstPoseHint& hint);
 
-  /// One image, as RackTracker::track, but `motion` is since the last image that was given to this
-  /// function, whatever became of that one. An image that is searched for a pose to start from
-  /// takes 0.2 to 0.5 s of one core.
+  /// One image, as RackTracker::track, but `motion` is since the last image passed to this
+  /// function, regardless of its result. Initialisation from an image takes 0.2 to 0.5 s of one
+  /// core.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 

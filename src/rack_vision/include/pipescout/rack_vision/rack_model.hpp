@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-/// Where a camera is over a rack of pipes: Lippiello and Cacace, "Robust visual localization of a
+/// Model of a pipe rack for localisation: Lippiello and Cacace, "Robust visual localization of a
 /// UAV over a pipe-rack based on the Lie group SE(3)". Equation numbers below are those of that
 /// paper.
 ///
@@ -22,14 +22,14 @@ inline constexpr std::size_t kMaxPipes = 16;
 inline constexpr std::size_t kMaxSections = 64;  ///< of all pipes together
 inline constexpr std::size_t kMaxSupports = 64;
 
-/// Radius of a pipe at a place along it.
+/// Radius of a pipe at a position along it.
 struct RadiusAt {
   double along = 0;   ///< m from the start of the pipe
   double radius = 0;  ///< m, > 0
 };
 
 /// A straight pipe. Its radius is linear between two entries of `radii` (a cylinder where they are
-/// equal, a reducer where they differ); two entries at one place are a step.
+/// equal, a reducer where they differ); two entries at one position are a step.
 struct Pipe {
   std::string name;
   Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< on its axis, rack frame
@@ -43,7 +43,7 @@ struct Pipe {
   [[nodiscard]] double largest_radius() const;
 };
 
-/// A straight piece of a pipe between two entries of `radii`: a cylinder or a truncated cone.
+/// A straight section of a pipe between two entries of `radii`: a cylinder or a truncated cone.
 struct PipeSection {
   Eigen::Vector3d start;      ///< on the axis
   Eigen::Vector3d direction;  ///< unit vector
@@ -52,14 +52,14 @@ struct PipeSection {
   double radius_end = 0;
 };
 
-/// A beam on which pipes rest: a box with its edges along the axes of the rack frame.
+/// A beam on which pipes rest: an axis-aligned box in the rack frame.
 struct Support {
   std::string name;
   Eigen::Vector3d lowest_corner = Eigen::Vector3d::Zero();
   Eigen::Vector3d highest_corner = Eigen::Vector3d::Zero();
 };
 
-/// What is wrong with a rack, and with which part of it.
+/// An invalid rack, with the part that is invalid.
 class InvalidRack : public std::invalid_argument {
  public:
   enum class Part : std::uint8_t { kRack, kPipe, kSupport };
@@ -67,7 +67,7 @@ class InvalidRack : public std::invalid_argument {
       : std::invalid_argument(message), part_(part), index_(index) {}
 
   [[nodiscard]] Part part() const noexcept { return part_; }
-  /// Of the pipe or support, the later one when it is about two; 0 for the rack as a whole.
+  /// Index of the pipe or support, the later one if two are involved; 0 for the rack as a whole.
   [[nodiscard]] std::size_t index() const noexcept { return index_; }
 
  private:
@@ -79,34 +79,33 @@ struct RackModel {
   std::vector<Pipe> pipes;  ///< from left to right, looking in the direction of the flow
   std::vector<Support> supports;
 
-  /// Throws InvalidRack naming the pipe or support, the field, the value and the range:
-  /// fewer than two pipes, empty or repeated names, values that are not finite, directions that are
-  /// not unit vectors (to 1e-6), radii that are not positive or go back along the pipe, pipes that
-  /// run into each other, supports without extent, more than kMaxPipes pipes, kMaxSections sections
-  /// in all or kMaxSupports supports, a first pipe that is movable, or a movable one that runs
-  /// along x. Pipes may touch each other, and supports may touch or contain pieces of pipes: a
-  /// saddle does.
+  /// Throws InvalidRack naming the pipe or support, the field, the value and the range: fewer than
+  /// two pipes, empty or repeated names, values that are not finite, directions that are not unit
+  /// vectors (to 1e-6), radii that are not positive or not in order along the pipe, pipes that
+  /// intersect, supports without extent, more than kMaxPipes pipes, kMaxSections sections in all or
+  /// kMaxSupports supports, a first pipe that is movable, or a movable one that runs along x. Pipes
+  /// may touch each other, and supports may touch or contain sections of pipes, as a saddle does.
   void validate() const;
 };
 
-/// One pipe of a row as the paper describes it: radius and gap to the one before.
+/// One pipe of a row as in the paper: radius and gap to the previous one.
 struct RowPipe {
   std::string name;
   std::vector<RadiusAt> radii;  ///< as in Pipe
-  double gap = 0.1;             ///< d_i: between its surface and that of the pipe before it, m
+  double gap = 0.1;             ///< d_i: between its surface and that of the previous pipe, m
 };
 
-/// The paper's rack: parallel pipes along y whose lowest lines touch z = 0 where they are widest;
-/// the left-most line of the first one is x = 0, and gaps are measured between largest radii.
-/// Throws InvalidRack as RackModel::validate does for one pipe, and for gaps that are negative or
-/// not finite; the gap of the first pipe is not used.
+/// The paper's rack: parallel pipes along y that rest on z = 0 at their widest section; the
+/// left-most line of the first one is x = 0, and gaps are measured between largest radii. Throws
+/// InvalidRack as RackModel::validate does for one pipe, and for gaps that are negative or not
+/// finite; the gap of the first pipe is not used.
 [[nodiscard]] std::vector<Pipe> row_of_pipes(std::span<const RowPipe> row);
 
-/// Offsets of all pipes along rack x from where the model has them (equation 24: d_bar, minus that
-/// of the model). Entry i belongs to pipe i; that of the first pipe is 0. Empty: all 0.
+/// Offsets of all pipes along rack x relative to the model (equation 24: d_bar, minus that of the
+/// model). Entry i belongs to pipe i; that of the first pipe is 0. Empty: all 0.
 using PipeOffsets = std::span<const double>;
 
-/// The sections of one pipe, moved by its offset. Steps have no section of their own.
+/// The sections of one pipe, moved by its offset. Steps are not sections.
 void append_sections(const Pipe& pipe, double offset, std::vector<PipeSection>& sections);
 
 }  // namespace pipescout::rack_vision

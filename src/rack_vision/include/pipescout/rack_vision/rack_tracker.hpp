@@ -19,30 +19,30 @@
 namespace pipescout::rack_vision {
 
 struct RackTrackerParameters {
-  int samples_per_edge = 20;  ///< 2..100, the paper's set-up
+  int samples_per_edge = 20;  ///< 2..100, as in the paper
   int points_per_frame = 60;  ///< texture points matched in one image, 0..200
   int map_capacity = 2000;    ///< texture points kept, 0..20000
 
-  /// How far the camera may leave constant velocity: white accelerations, one sigma.
+  /// Process noise of the constant-velocity model: white accelerations, one sigma.
   double acceleration_sigma = 1.0;          ///< m/s^2, > 0: a quadrotor tilted by 6 degrees
   double angular_acceleration_sigma = 1.0;  ///< rad/s^2, > 0
 
   double edge_sigma = 0.25;  ///< px, > 0: noise of one edge sample
-  /// px, >= 0: error that all samples of one edge share, beside what their profiles say.
+  /// px, >= 0: error common to all samples of one edge, in addition to that of their profiles.
   double edge_bias_sigma = 0.30;
   double point_sigma = 0.15;  ///< px, > 0: noise of one matched texture point
 
   bool estimate_offsets = true;  ///< equations (23) to (26)
-  double offset_sigma = 0.010;   ///< m, > 0: how well the model's pipe offsets are known at start
+  double offset_sigma = 0.010;   ///< m, > 0: initial standard deviation of the pipe offsets
 
   /// Estimate the focal length and the centre of the camera on line, as the paper's section III
-  /// allows. Worth it for cameras that are known badly: what the images say of them, tilted views
-  /// and edges at different depths, takes a minute to add up.
+  /// allows. Useful for inaccurate calibrations: the images contain little information about them
+  /// (tilted views, edges at different depths), and convergence takes a minute.
   bool estimate_intrinsics = false;
-  double focal_sigma = 5;   ///< px, > 0: how well the calibration knows the focal length
-  double centre_sigma = 5;  ///< px, > 0: and each coordinate of the centre
+  double focal_sigma = 5;   ///< px, > 0: standard deviation of the calibrated focal length
+  double centre_sigma = 5;  ///< px, > 0: and of each coordinate of the centre
 
-  double longest_gap = 0.5;      ///< s, > 0: a leap of the stamps beyond it ends the track
+  double longest_gap = 0.5;      ///< s, > 0: a longer gap of the stamps ends the track
   double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1
   double start_range_m = 0.10;   ///< m, > 0: largest error of a pose given to `set_pose` ...
   double start_range_rad = 0.1;  ///< rad, > 0: ... that the start searches around it
@@ -54,15 +54,15 @@ struct RackTrackerParameters {
 enum class TrackStatus : std::uint8_t {
   kNotStarted,  ///< no pose was given yet
   kTracking,    ///< the pose is that of this image
-  kCoasting,    ///< this image was of no use (see `reason`): the pose is predicted, once or twice
-  kLost,        ///< no pose: `set_pose` starts again
+  kCoasting,    ///< this image was not usable (see `reason`): the pose is predicted, once or twice
+  kLost,        ///< no pose: `set_pose` restarts the track
   kBadImage,    ///< image refused, nothing changed: size, no pixels, black, white, frozen
   kBadStamp,    ///< stamp refused, nothing changed: not finite, not after the last one
 };
 
 [[nodiscard]] std::string_view to_string(TrackStatus status) noexcept;
 
-/// How the camera moved since the last image that was tracked, from odometry or an estimator.
+/// Motion of the camera since the last tracked image, from odometry or an estimator.
 struct MotionPrediction {
   geometry::SE3 T_previous_current;  ///< camera frame now -> camera frame of the last image
   /// Of `T_previous_current`, right perturbation: [translation; rotation] in the camera frame now.
@@ -71,26 +71,26 @@ struct MotionPrediction {
 
 struct RackTrackerResult {
   TrackStatus status = TrackStatus::kNotStarted;
-  std::string_view reason;  ///< in words, of static storage; empty when all is well
+  std::string_view reason;  ///< text in static storage; empty without a problem
   /// 0 (lost) to 1: see track_quality.hpp.
   double quality = 0;
 
   geometry::SE3 T_rack_camera;  ///< meaningful for kTracking and kCoasting
   /// As geometry_msgs/PoseWithCovariance: position of the camera along the rack's axes, then
-  /// rotation about the rack's fixed axes, R' = exp(theta) R; m and rad. With what the intrinsics
-  /// leave open, when they are estimated.
+  /// rotation about the rack's fixed axes, R' = exp(theta) R; m and rad. Includes the uncertainty
+  /// of the intrinsics, when they are estimated.
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
 
   /// One entry per pipe, valid until the next call of the tracker; see PipeOffsets.
   std::span<const double> offsets;
   std::span<const double> offset_variances;       ///< m^2
-  std::span<const std::uint8_t> offset_observed;  ///< 1: seen well enough in this image
+  std::span<const std::uint8_t> offset_observed;  ///< 1: observed in this image
 
-  /// When they are estimated: what is believed of them now, whatever the status.
+  /// If they are estimated: their current estimate, in every status.
   std::optional<IntrinsicsBelief> intrinsics{};
 
   double inlier_share = 0;  ///< of edge samples and points used
-  int edges = 0;            ///< contour pieces in view
+  int edges = 0;            ///< visible sections of contours
   int edge_samples = 0;     ///< searched
   int edge_samples_found = 0;
   int points = 0;  ///< texture points searched
@@ -99,16 +99,16 @@ struct RackTrackerResult {
   int iterations = 0;  ///< of the solver
 };
 
-/// What was refused, and lost, since the tracker was made.
+/// Counts of refused inputs and losses since construction.
 struct RackTrackerCounts {
   std::uint64_t images = 0;
   std::uint64_t wrong_size = 0;
   std::uint64_t frozen = 0;
   std::uint64_t without_contrast = 0;
   std::uint64_t bad_stamps = 0;
-  /// NaN, a covariance that is none, or not where the image has the camera: not used.
+  /// NaN, an invalid covariance, or inconsistent with the image: not used.
   std::uint64_t bad_predictions = 0;
-  std::uint64_t refused_starts = 0;  ///< poses to start from that no image bore out
+  std::uint64_t refused_starts = 0;  ///< initial poses that were not confirmed by an image
   std::uint64_t losses = 0;          ///< of tracks
 };
 
@@ -122,16 +122,16 @@ class RackTracker {
   RackTracker(RackTracker&&) noexcept;
   RackTracker& operator=(RackTracker&&) noexcept;
 
-  /// Starts, or starts again, near this pose; the next image must confirm it. The map of texture
-  /// is kept. `covariance` as RackTrackerResult::covariance. Returns false, and changes nothing,
-  /// when the pose or the covariance is not finite or the covariance not positive definite.
+  /// Starts or restarts near this pose; the next image must confirm it. The texture map is kept.
+  /// `covariance` as RackTrackerResult::covariance. Returns false, and changes nothing, when the
+  /// pose or the covariance is not finite or the covariance not positive definite.
   bool set_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
-  /// One image, taken at `stamp` (s, any epoch). Never throws for what the image or the stamp are.
+  /// One image, taken at `stamp` (s, any epoch). Never throws for any image or stamp.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 
-  /// Forgets pose, offsets, intrinsics and map.
+  /// Resets pose, offsets, intrinsics and map.
   void reset();
 
   [[nodiscard]] const RackTrackerCounts& counts() const noexcept;

@@ -11,11 +11,11 @@
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 
-/// Points on the surface of a rack: where a camera ray meets it (how the texture points of
-/// Lippiello and Cacace get their place in the rack) and whether a known point is visible.
+/// Points on the surface of a rack: intersections with camera rays (positions of the texture points
+/// of Lippiello and Cacace) and visibility of known points.
 namespace pipescout::rack_vision {
 
-/// Where a ray meets the rack.
+/// Intersection of a ray with the rack.
 struct SurfaceHit {
   EdgeKind kind = EdgeKind::kPipe;
   std::uint16_t body = 0;  ///< index of the pipe or of the support
@@ -31,32 +31,32 @@ struct SurfaceHit {
 /// The solid pipes and supports of a rack, for rays. Pipes end in flat discs.
 class RackSurface {
  public:
-  RackSurface() = default;  ///< nothing there
+  RackSurface() = default;  ///< no bodies
   /// As `update`.
   RackSurface(const RackModel& model, PipeOffsets offsets) { update(model, offsets); }
 
-  /// Takes over the rack with its pipes at these offsets. `model` must be valid.
-  /// Throws std::invalid_argument when there are offsets, but not one per pipe, or one that is not
-  /// finite. Allocates when the rack has more sections or supports than before.
+  /// Sets the rack with its pipes at these offsets. `model` must be valid. Throws
+  /// std::invalid_argument when there are offsets, but not one per pipe, or one that is not finite.
+  /// Allocates when the rack has more sections or supports than before.
   void update(const RackModel& model, PipeOffsets offsets);
 
   /// The nearest point in front of `origin` at which the ray enters a body. Nothing when it meets
-  /// none, when `direction` is zero, or when a value is not finite. The distance is in metres
-  /// whatever the length of `direction`. From within a body, the ray meets it at distance 0, with
-  /// the normal against the ray. Allocates nothing.
+  /// none, when `direction` is zero, or when a value is not finite. The distance is in metres for
+  /// any length of `direction`. Within a body the distance is 0 and the normal is opposite to the
+  /// ray. Allocates nothing.
   [[nodiscard]] std::optional<SurfaceHit> first_hit(
       const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const noexcept;
 
-  /// What is seen at a pixel of the (distorted) image. Nothing also where the camera has no ray.
+  /// The surface point at a pixel of the (distorted) image. Nothing also where the camera has no
+  /// ray.
   [[nodiscard]] std::optional<SurfaceHit> seen_at(const geometry::Camera& camera,
                                                   const geometry::SE3& T_camera_rack,
                                                   const Eigen::Vector2d& pixel) const noexcept;
 
-  /// Pixel of the (distorted) image at which a point of the surface is seen. Nothing when it is
-  /// outside the image or nearer than `margin` pixels to its border; when the surface there does
-  /// not face the camera, the cosine between `normal` (outward, unit vector) and the direction to
-  /// the camera not being above `least_cosine`; or when a body is in front of it by more than 0.1
-  /// mm.
+  /// Pixel of a surface point in the (distorted) image. Nothing when it is outside the image or
+  /// nearer than `margin` pixels to its border; when the surface there does not face the camera,
+  /// the cosine between `normal` (outward, unit vector) and the direction to the camera not being
+  /// above `least_cosine`; or when a body is in front of it by more than 0.1 mm.
   [[nodiscard]] std::optional<Eigen::Vector2d> visible_at(const Eigen::Vector3d& point,
                                                           const Eigen::Vector3d& normal,
                                                           const geometry::Camera& camera,

@@ -10,14 +10,15 @@
 
 #include "pipescout/rack_vision/rack_model.hpp"
 
-/// The edges of a rack that a camera sees: the contour lines of its pipes in closed form (Lippiello
-/// and Cacace, equations 10 to 14, with the vector that equation 10 lacks) and the edges of its
-/// supports, without what is hidden or outside the image.
+/// The visible edges of a rack: the contour lines of its pipes in closed form (Lippiello and
+/// Cacace, equations 10 to 14, with the vector missing in equation 10) and the edges of its
+/// supports, without occluded parts and parts outside the image.
 namespace pipescout::rack_vision {
 
 enum class EdgeKind : std::uint8_t { kPipe, kSupport };
 
-/// Names an edge over time: the same value is the same edge of the same body from every pose.
+/// Persistent identifier of an edge: the same edge of the same body has the same value in every
+/// view.
 struct EdgeId {
   EdgeKind kind = EdgeKind::kPipe;
   std::uint16_t body = 0;  ///< index of the pipe or of the support in the model
@@ -31,29 +32,28 @@ struct EdgeId {
   bool operator==(const EdgeId&) const = default;
 };
 
-/// A straight piece of an edge that is visible from end to end.
+/// A straight section of an edge that is completely visible.
 struct VisibleEdge {
   EdgeId id;
   /// Rack frame, m, on the contour line. Pipes: `end` is farther along the flow. Supports: towards
   /// larger coordinates.
   Eigen::Vector3d start, end;
-  /// Where they are seen, ideal pixels: those of a camera of the same K without distortion.
+  /// Their ideal pixels: those of a camera with the same K without distortion.
   Eigen::Vector2d image_start, image_end;
 };
 
 /// Contour line of one section of a pipe, not clipped.
 struct ContourLine {
   Eigen::Vector3d start, end;  ///< on the surface, at the section's start and end
-  /// Outward, unit vector, the same all along the line; at right angles to all rays to the line.
+  /// Outward unit vector, constant along the line; perpendicular to all rays to the line.
   Eigen::Vector3d normal;
 };
 
 /// Both contour lines of a section, seen from `eye`, a point of the rack frame; index is
 /// EdgeId::side. A tangent plane of a cone through the eye touches it where the radial direction e
-/// has e . (eye - start) = radius of the cone, continued, beside the eye; for a cylinder these are
-/// equations (10) to (14).
-/// Returns false, and leaves `lines` as it was, when there are none: the eye is within the cone,
-/// continued to both sides, or the line through the axis.
+/// has e . (eye - start) = radius of the (extended) cone at the eye; for a cylinder these are
+/// equations (10) to (14). Returns false, and does not change `lines`, when there are none: the eye
+/// is within the (extended) cone, or on its axis.
 [[nodiscard]] bool contour_lines(const PipeSection& section, const Eigen::Vector3d& eye,
                                  ContourLine (&lines)[2]) noexcept;
 
@@ -66,8 +66,8 @@ struct SupportEdge {
 };
 [[nodiscard]] SupportEdge support_edge(const Support& support, std::uint16_t part);
 
-/// Finds the visible edges. It keeps nothing but working memory from call to call: the result is a
-/// function of the arguments. One thread at a time per object.
+/// Finds the visible edges. Only working memory is kept between calls: the result is a function of
+/// the arguments. One thread at a time per object.
 class EdgeRenderer {
  public:
   EdgeRenderer();
@@ -75,21 +75,21 @@ class EdgeRenderer {
   EdgeRenderer(EdgeRenderer&&) noexcept;
   EdgeRenderer& operator=(EdgeRenderer&&) noexcept;
 
-  /// Replaces the content of `edges` by the visible pieces, ordered by pipe, section, side and
-  /// place along the edge, then by support and part. One edge gives several pieces where something
-  /// hides its middle. Pieces shorter than 0.05 pixels are left out, hidden parts shorter than that
-  /// are not cut out.
+  /// Replaces the content of `edges` by the visible sections, ordered by pipe, section, side and
+  /// position along the edge, then by support and part. An edge with an occluded middle gives
+  /// several sections. Sections shorter than 0.05 pixels are omitted; occlusions shorter than that
+  /// are ignored.
   ///
   /// Contour lines of pipes end with their section: at pipe ends, at steps and where a reducer
-  /// begins. Of a support there are the edges with at least one face that looks at the camera.
-  /// Pipes are solid, and so are supports: from a camera within one nothing is seen. The ends of
-  /// `VisibleEdge` project into the image of the camera with its distortion.
+  /// begins. Edges of a support are those with at least one face towards the camera. Pipes and
+  /// supports are solid: from within one, nothing is visible. The ends of `VisibleEdge` project
+  /// into the image of the camera with its distortion.
   ///
   /// `model` must be valid (RackModel::validate is not called); T_camera_rack is H of the paper,
-  /// camera frames are optical. Allocates only until the largest number of pieces has been seen.
+  /// camera frames are optical. Allocates only until the largest number of sections has occurred.
   /// Throws std::invalid_argument when there are offsets, but not one per pipe, when an offset is
-  /// not finite, when the pose is not (as far as SE3 lets such a one come into being), or when the
-  /// model has more than kMaxSections sections or kMaxSupports supports.
+  /// not finite, when the pose is not finite, or when the model has more than kMaxSections sections
+  /// or kMaxSupports supports.
   void render(const RackModel& model, PipeOffsets offsets, const geometry::Camera& camera,
               const geometry::SE3& T_camera_rack, std::vector<VisibleEdge>& edges);
 

@@ -26,10 +26,10 @@ namespace pipescout::rack_vision {
     const Eigen::Vector3d& position_in_base = Eigen::Vector3d::Zero());
 
 enum class RotationControl : std::uint8_t {
-  kYawOnly,  ///< of an under-actuated vehicle: the error is taken in the level frame, and so is the
-             ///< command, whose angular part is (0, 0, yaw rate)
-  kFull,     ///< of a vehicle that can turn about every axis while it stays in place: the error and
-             ///< the command are in base_link; the way-points ask for a level attitude
+  kYawOnly,  ///< of an under-actuated vehicle: error and command are in the level frame; the
+             ///< angular part of the command is (0, 0, yaw rate)
+  kFull,     ///< of a vehicle that can rotate in place about every axis: error and command are in
+             ///< base_link; the way-points require a level attitude
 };
 
 struct VisualServoParameters {
@@ -37,31 +37,31 @@ struct VisualServoParameters {
   RotationControl rotation = RotationControl::kYawOnly;
   double position_gain = 1.5;  ///< 1/s, (0, 20]
   double rotation_gain = 1.5;  ///< 1/s, (0, 20]
-  /// s, [0, 5]: in which the vehicle takes up a commanded velocity (to 63 %); the target's velocity
-  /// is commanded so much ahead, by its acceleration.
+  /// s, [0, 5]: time constant of the vehicle's velocity response (63 %); the target's velocity is
+  /// commanded this much ahead, by its acceleration.
   double response_time = 0.2;
-  double largest_speed = 0.5;          ///< m/s, (0, 20]: the paper's cruise velocity; of the norm
-  double largest_rotation_rate = 0.2;  ///< rad/s, (0, 6]: the paper's; of the norm
+  double largest_speed = 0.5;          ///< m/s, (0, 20]: of the norm; the paper's cruise velocity
+  double largest_rotation_rate = 0.2;  ///< rad/s, (0, 6]: of the norm; as in the paper
   double largest_acceleration = 1.0;   ///< m/s^2, (0, 50]: of the commanded velocity
   double largest_rotation_acceleration = 1.0;  ///< rad/s^2, (0, 50]
-  double stale_after = 0.5;                    ///< s, (0, 10]: a pose of this age is used no more
-  double future_tolerance = 0.05;  ///< s, [0, 1]: a stamp may be ahead of the clock by so much
-  double smallest_quality = 0.2;   ///< [0, 1]: a pose of less is not used
-  /// s, [0, 3600]: stands without a pose before it climbs; for ever before the first one
+  double stale_after = 0.5;                    ///< s, (0, 10]: a pose of this age is not used
+  double future_tolerance = 0.05;  ///< s, [0, 1]: how far a stamp may be ahead of the clock
+  double smallest_quality = 0.2;   ///< [0, 1]: a pose of lower quality is not used
+  /// s, [0, 3600]: time without a pose before climbing; unlimited before the first pose
   double hold_time = 3;
-  double climb_speed = 0.3;  ///< m/s, [0, largest_speed]; 0: holds for ever
-  double climb_height = 2;   ///< m, [0, 1000]: climbs by so much (by what it commanded), then holds
+  double climb_speed = 0.3;  ///< m/s, [0, largest_speed]; 0: holds without limit
+  double climb_height = 2;   ///< m, [0, 1000]: commanded height of the climb, then holds
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// A pose of the camera as it comes from outside: nothing about it is trusted.
+/// An external pose of the camera; all values are validated.
 struct CameraPose {
   double time = 0;                                     ///< s: when the image was taken
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the camera, rack frame, m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< camera to rack
-  double quality = 1;  ///< [0, 1]: of the tracker; 0 when it says "lost"
+  double quality = 1;  ///< [0, 1]: of the tracker; 0 when lost
 };
 
 /// The first that applies, in this order.
@@ -71,7 +71,7 @@ enum class PoseVerdict : std::uint8_t {
   kNoRotation = 2,  ///< the norm of the quaternion is off 1 by more than 1e-3
   kFromTheFuture = 3,
   kStale = 4,       ///< older than `stale_after`
-  kOutOfOrder = 5,  ///< not younger than the last one that was taken
+  kOutOfOrder = 5,  ///< not later than the last accepted one
   kLowQuality = 6,
 };
 inline constexpr std::size_t kPoseVerdicts = 7;
@@ -83,24 +83,24 @@ enum class ServoState : std::uint8_t {
   kClimbing = 3,  ///< the same for longer than `hold_time`: straight up
 };
 
-/// What geometry_msgs/TwistStamped carries: the velocity of base_link's origin and its rotation
-/// rate, in the level frame (kYawOnly) or base_link (kFull).
+/// Content of geometry_msgs/TwistStamped: velocity of base_link's origin and rotation rate, in the
+/// level frame (kYawOnly) or base_link (kFull).
 struct ServoCommand {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< m/s
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< rad/s
   ServoState state = ServoState::kIdle;
   /// From the vehicle to the target when its last pose was measured; 0 unless `kServoing`.
   double position_error = 0;  ///< m
-  double rotation_error = 0;  ///< rad: of the yaw alone with kYawOnly
+  double rotation_error = 0;  ///< rad: of the yaw only with kYawOnly
 };
 
-/// log(H_e), equation (31), H_e = T_rack_base^-1 T_rack_target: [translation; rotation] that, held
-/// for a second, brings the one frame to the other.
+/// log(H_e), equation (31), H_e = T_rack_base^-1 T_rack_target: [translation; rotation], the twist
+/// that moves one frame to the other in one second.
 [[nodiscard]] geometry::Vector6d pose_error(const geometry::SE3& T_rack_base,
                                             const geometry::SE3& T_rack_target) noexcept;
 
-/// The pose without its roll and pitch: z straight up, the x axis above or below where it was.
-/// Nothing when the x axis is vertical.
+/// The pose without roll and pitch: z straight up, x with unchanged horizontal direction. Nothing
+/// when the x axis is vertical.
 [[nodiscard]] std::optional<geometry::SE3> level(const geometry::SE3& T_rack_base);
 
 /// Allocates nothing after construction. Not for use by several threads at once.
@@ -109,24 +109,25 @@ class VisualServo {
   /// Throws as VisualServoParameters::validate.
   explicit VisualServo(const VisualServoParameters& parameters);
 
-  /// Takes a pose, or says why not; counts either. `now`: s; with NaN every pose is kNotANumber.
+  /// Accepts or rejects a pose, with the reason, and counts it. `now`: s; with NaN every pose is
+  /// kNotANumber.
   PoseVerdict observe(const CameraPose& pose, double now);
 
-  /// The command for now. `target`: what the path asked for at `pose_time`, or nothing: stand.
+  /// The command for now. `target`: that of the path at `pose_time`, or nothing: zero velocity.
   /// Feedback of the gains times log(H_e), plus the velocity that the target will have a
   /// `response_time` from now; saturated in norm, its direction kept; its change since the last
   /// step limited by the largest accelerations. Steps longer than 0.2 s count as that. When `now`
-  /// goes back by more than a second (a simulation that begins again) everything but the counts is
-  /// forgotten; a smaller step back or NaN gives the last command again.
+  /// goes back by more than a second (a simulation restarts), everything except the counts is
+  /// reset; a smaller step back or NaN returns the last command again.
   ServoCommand step(double now, const std::optional<PathPoint>& target);
 
-  /// Forgets pose and command, as after construction; the counts stay.
+  /// Resets pose and command, as after construction, but not the counts.
   void reset() noexcept;
 
-  /// The last pose that was taken and is not stale at `now`.
+  /// The last accepted pose, if not stale at `now`.
   [[nodiscard]] std::optional<geometry::SE3> T_rack_base(double now) const noexcept;
   [[nodiscard]] std::optional<double> pose_time() const noexcept;
-  /// How many poses had each verdict since construction.
+  /// Number of poses with each verdict since construction.
   [[nodiscard]] const std::array<std::size_t, kPoseVerdicts>& counts() const noexcept {
     return counts_;
   }
@@ -150,7 +151,7 @@ class VisualServo {
   ServoCommand command_;
 };
 
-/// For people: "taken", "not a number", ... and "idle", "servoing", ...
+/// For messages: "taken", "not a number", ... and "idle", "servoing", ...
 [[nodiscard]] const char* to_string(PoseVerdict verdict) noexcept;
 [[nodiscard]] const char* to_string(ServoState state) noexcept;
 

@@ -9,20 +9,21 @@
 /// A path through way-points for the visual servo (Lippiello and Cacace, sections IV and V): "a
 /// motion trajectory with continuous acceleration [...] considering a maximum cruise velocity".
 ///
-/// Straight from one way-point to the next, from rest to rest; the yaw turns the short way over the
-/// same time. Speed rises and falls along a cubic (3 t^2 - 2 t^3), with a cruise between where the
-/// leg is long enough: velocity and acceleration are continuous everywhere, the jerk is bounded.
+/// Straight from one way-point to the next, from rest to rest; the yaw takes the shorter direction
+/// over the same time. Speed rises and falls along a cubic (3 t^2 - 2 t^3), with a cruise between
+/// where the leg is long enough: velocity and acceleration are continuous everywhere, the jerk is
+/// bounded.
 namespace pipescout::rack_vision {
 
 /// Angle in (-pi, pi] that differs from `angle`, rad, finite, by a multiple of 2 pi.
 [[nodiscard]] double wrap_angle(double angle) noexcept;
 
-/// Where the vehicle (frame `base_link`: x forward, y left, z up) shall be. Its roll and pitch are
-/// not prescribed: a rotary wing needs them to stay in place.
+/// Reference pose of the vehicle (frame `base_link`: x forward, y left, z up). Roll and pitch are
+/// not prescribed: a rotorcraft needs them to hold its position.
 struct WayPoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the vehicle, rack frame, m
   double yaw = 0;   ///< rad: direction of the vehicle's x axis, from rack x towards rack y
-  double hold = 2;  ///< s, [0, 3600]: stays at least so long
+  double hold = 2;  ///< s, [0, 3600]: shortest stay
 };
 
 struct WayPointPathParameters {
@@ -37,7 +38,7 @@ struct WayPointPathParameters {
   void validate() const;
 };
 
-/// What the path asks for at one time; rack frame, SI units.
+/// Reference of the path at one time; rack frame, SI units.
 struct PathPoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -45,11 +46,11 @@ struct PathPoint {
   double yaw = 0;  ///< rad, (-pi, pi]
   double yaw_rate = 0;
   double yaw_acceleration = 0;
-  std::size_t way_point = 0;  ///< index of the one that it stays at, or flies to
-  bool holding = true;        ///< stays at it
+  std::size_t way_point = 0;  ///< index of the current one, where it stays or to which it flies
+  bool holding = true;        ///< stays at the way-point
 };
 
-/// Immutable; any number of threads may ask at once. Nothing is allocated after construction.
+/// Immutable; any number of threads may call concurrently. Nothing is allocated after construction.
 class WayPointPath {
  public:
   static constexpr std::size_t kMostWayPoints = 1000;
@@ -59,12 +60,12 @@ class WayPointPath {
   /// hold outside its range.
   WayPointPath(std::span<const WayPoint> way_points, const WayPointPathParameters& parameters);
 
-  /// At a time, s from the start, where it stays at the first way-point for its hold. Before the
-  /// start as at 0, after the end as at the end; NaN as 0.
+  /// At a time, s from the start, which begins with the hold at the first way-point. Clamped to
+  /// start and end; NaN is treated as 0.
   [[nodiscard]] PathPoint at(double time) const noexcept;
   /// s: until the hold at the last way-point is over.
   [[nodiscard]] double duration() const noexcept { return stays_.back().departure; }
-  /// s: when it gets to, and leaves, way-point `i`; `i` is not checked.
+  /// s: arrival at and departure from way-point `i`; `i` is not checked.
   [[nodiscard]] double arrival(std::size_t i) const noexcept { return stays_[i].arrival; }
   [[nodiscard]] double departure(std::size_t i) const noexcept { return stays_[i].departure; }
   [[nodiscard]] const std::vector<WayPoint>& way_points() const noexcept { return way_points_; }
@@ -74,12 +75,12 @@ class WayPointPath {
     double arrival = 0;
     double departure = 0;
   };
-  /// From a way-point to the next one; progress along it goes from 0 to 1.
+  /// Leg from a way-point to the next one; its progress goes from 0 to 1.
   struct Leg {
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
     double turn = 0;
     double rate = 0;    ///< of the progress while it cruises, 1/s
-    double ramp = 0;    ///< s, of speeding up and of slowing down
+    double ramp = 0;    ///< s, of acceleration and of deceleration
     double cruise = 0;  ///< s, between the ramps
   };
 
@@ -98,7 +99,8 @@ struct ReachedTolerance {
   void validate() const;
 };
 
-/// Whether a vehicle at `position` (rack frame, m) with `yaw` (rad) is there. False for NaN.
+/// Whether a vehicle at `position` (rack frame, m) with `yaw` (rad) has reached the way-point.
+/// False for NaN.
 [[nodiscard]] bool is_reached(const WayPoint& way_point, const Eigen::Vector3d& position,
                               double yaw, const ReachedTolerance& tolerance) noexcept;
 

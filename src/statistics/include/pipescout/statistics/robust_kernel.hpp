@@ -19,7 +19,7 @@ enum class RobustKernel : std::uint8_t {
   kTukey,     ///< (1 - (e / width)^2)^2, 0 beyond the width
 };
 
-/// Weight and what goes with it for one residual.
+/// Weight, derivative and cost for one residual.
 struct KernelValue {
   double weight = 1;  ///< psi(e) / e, in [0, 1]
   double slope = 1;   ///< psi'(e)
@@ -59,7 +59,7 @@ struct KernelValue {
 }
 
 /// Widths with the usual efficiency: saliency 1 (the paper: "approximately one standard deviation
-/// of the inliers"), Huber 1.345, Cauchy 2.385, Tukey 4.685; 1 for kNone, which has none.
+/// of the inliers"), Huber 1.345, Cauchy 2.385, Tukey 4.685; 1 for kNone, which has no width.
 [[nodiscard]] double default_width(RobustKernel kernel) noexcept;
 
 /// For normal residuals of standard deviation 1: E[psi^2] E[w] / E[psi']^2, by which the inverse of
@@ -67,7 +67,7 @@ struct KernelValue {
 /// "Robust Statistics", section 6.3). `dimensions` 1, or 2 for residuals that are norms of pairs.
 [[nodiscard]] double covariance_factor(RobustKernel kernel, double width, int dimensions) noexcept;
 
-/// "saliency", "tukey", ...; "unknown" for a value that is no enumerator.
+/// "saliency", "tukey", ...; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(RobustKernel kernel) noexcept;
 
 }  // namespace pipescout::statistics

@@ -6,8 +6,8 @@
 
 namespace pipescout::thermal {
 
-/// A picture that someone else owns, row by row from the upper left pixel. Pixel (0, 0) is the
-/// middle of that one; x to the right, y down.
+/// Non-owning view of an image, row by row from the upper left pixel. (0, 0) is the middle of that
+/// pixel; x to the right, y down.
 template <class Pixel>
 struct ImageView {
   const Pixel* data = nullptr;
@@ -17,13 +17,13 @@ struct ImageView {
 
   [[nodiscard]] const Pixel* row(int y) const noexcept { return data + y * stride; }
   [[nodiscard]] Pixel operator()(int x, int y) const noexcept { return row(y)[x]; }
-  /// Whether there are pixels and rows do not overlap.
+  /// Whether the view has pixels and rows do not overlap.
   [[nodiscard]] bool valid() const noexcept {
     return data != nullptr && width > 0 && height > 0 && stride >= width;
   }
 };
 
-using TemperatureView = ImageView<float>;    ///< degC; NaN where it is not known
+using TemperatureView = ImageView<float>;    ///< degC; NaN where unknown
 using CountView = ImageView<std::uint16_t>;  ///< of a camera, or scaled temperatures
 using GreyView = ImageView<std::uint8_t>;    ///< grey levels of a known range
 

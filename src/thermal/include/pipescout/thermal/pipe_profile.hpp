@@ -7,50 +7,48 @@
 #include <string_view>
 #include <vector>
 
-/// From temperatures along a pipe to the parts that leak: section 5 of Ibarguren, Molina,
+/// Detection of leaking parts in the temperatures along a pipe: section 5 of Ibarguren, Molina,
 /// Susperregi, Maurtua, "Thermal tracking in mobile robots for leak inspection activities", Sensors
-/// 13 (2013), from equation (4) to the label. Temperatures in degC, their differences in K; places
-/// along the pipe in samples from the first one, sample i reaching from i to i + 1.
+/// 13 (2013), from equation (4) to the label. Temperatures in degC, their differences in K;
+/// positions along the pipe in samples from the first one; sample i extends from i to i + 1.
 namespace pipescout::thermal {
 
 enum class PartKind : std::uint8_t {
   kPipe,
   kLeak,
-  kShort,        ///< narrower than a leak can be: a joint, an edge, a defect of the picture
-  kHidden,       ///< nothing is seen of the pipe there
-  kNotThisPipe,  ///< what is hot there does not have the pipe's shape: another pipe, a body before
-                 ///< it
+  kShort,        ///< shorter than a leak: a joint, an edge, an image defect
+  kHidden,       ///< the pipe is not visible there
+  kNotThisPipe,  ///< the shape differs from the pipe's: another pipe, an object in front of it
 };
-/// "pipe", "leak", "short", "hidden", "not_this_pipe"; "unknown" for a value that is no enumerator.
+/// "pipe", "leak", "short", "hidden", "not_this_pipe"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(PartKind kind) noexcept;
 
 struct ProfileParameters {
-  /// K, > 0: Delta-T, the least change that divides the pipe. The paper has 70, without blur.
+  /// K, > 0: Delta-T, smallest change that splits the pipe. The paper has 70, without blur.
   double split_delta = 35.0;
-  /// Samples, 1 to 64: between which the change is taken, so that an edge that is blurred counts in
-  /// full. 1 is equation (4).
+  /// Samples, 1 to 64: distance over which the change is computed, so that the full step of a
+  /// blurred edge is used. 1 is equation (4).
   int split_distance = 5;
-  /// Whether a part whose temperature creeps by more than `split_delta` is divided too, half-way
-  /// up.
+  /// Whether a part whose temperature changes gradually by more than `split_delta` is split too,
+  /// half-way.
   bool split_creeping = true;
-  /// Samples, >= 1: what is warm over less is a joint and no leak, and other parts below count as
-  /// defects.
+  /// Samples, >= 1: shorter warm parts are joints and not leaks; other shorter parts are defects.
   double min_part_width = 8.0;
-  /// m, >= 0: the same where the scale is known; it then takes the place of `min_part_width`, but
-  /// never below `kLeastSamples`. Half-way, by their ratio, between the widest joints, 0.18 m, and
-  /// the shortest leaks, 0.3 m.
+  /// m, >= 0: the same if the scale is known; it then replaces `min_part_width`, but not below
+  /// `kLeastSamples`. Half-way, by their ratio, between the widest joints, 0.18 m, and the shortest
+  /// leaks, 0.3 m.
   double min_part_width_m = 0.24;
-  /// K, > 0: a part leaks that is warmer than the pipe by as much; nothing: such a part is none.
+  /// K, > 0: a part that is this much warmer than the pipe is a leak; nothing: rule not used.
   std::optional<double> leak_delta = 50.0;
-  /// degC, a part leaks that is warmer; nothing: such a part is none.
+  /// degC, a warmer part is a leak; nothing: rule not used.
   std::optional<double> maximum_temperature{};
-  /// In (0, 1): the temperature of the pipe is the one that this part of its length stays below.
+  /// In (0, 1): the temperature of the pipe is this quantile over its length.
   double reference_quantile = 0.25;
 
   static constexpr double kLeastSamples = 3.0;
 
   /// With the settings of the paper: equation (4) with 70 K, and labels by one temperature, which
-  /// the paper does not tell: 165 degC lies in the gap of its Figure 7 between pipes that are sound
+  /// the paper does not give: 165 degC is in the gap of its Figure 7 between pipes that are sound
   /// (to 160.39 degC) and the stretches that leak (from 170.58 degC).
   [[nodiscard]] static ProfileParameters torresol();
   /// Throws std::invalid_argument naming the field, the value and the range.
@@ -66,22 +64,22 @@ struct PipePart {
   PartKind kind = PartKind::kPipe;
 };
 
-/// Parts that leak and follow each other, what is short among them included.
+/// Consecutive leaking parts, including short parts between them.
 struct LeakStretch {
-  double from = 0;  ///< where the temperature is half-way between pipe and leak
+  double from = 0;  ///< position where the temperature is half-way between pipe and leak
   double to = 0;
-  /// Where the rise begins, by half of what makes a leak: unlike `from` and `to` it stays where it
-  /// is however warm what is seen of the leak. NaN where that is not seen.
+  /// Position where the rise begins, at half of the leak threshold: unlike `from` and `to` it does
+  /// not depend on the temperature of the visible part of the leak. NaN where it is not visible.
   double onset_from = 0;
   double onset_to = 0;
   double mean = 0;             ///< degC, of the leaking parts
   double deviation = 0;        ///< K, of their samples about the mean
   double peak = 0;             ///< degC
-  bool open_at_start = false;  ///< the stretch goes on where the profile has ended, or is hidden
+  bool open_at_start = false;  ///< the leak continues beyond the profile, or under a hidden part
   bool open_at_end = false;
 };
 
-/// Splits, filters and labels. Keeps its memory: no allocation once it has seen a profile as long.
+/// Splits, filters and labels. Allocates only until the longest profile has occurred.
 class ProfileAnalysis {
  public:
   /// Throws as `ProfileParameters::validate`.
@@ -89,21 +87,21 @@ class ProfileAnalysis {
   [[nodiscard]] const ProfileParameters& parameters() const noexcept { return parameters_; }
 
   struct Conditions {
-    double metres_per_sample = 0;  ///< 0: not known
-    /// degC, of the sound pipe where it is known. It counts when the pipe is warmer by half of
-    /// `leak_delta` (without it, of `split_delta`) for most of the profile: all of that may leak.
+    double metres_per_sample = 0;  ///< 0: unknown
+    /// degC, of the sound pipe if known. It is used when most of the profile is warmer by half of
+    /// `leak_delta` (without it, of `split_delta`): the whole profile may be a leak.
     std::optional<double> reference_temperature{};
   };
 
-  /// `temperatures`: degC; NaN where the pipe is hidden. `pipe_shaped`: of each sample, whether
-  /// what is there has the shape of the pipe; empty: all have.
+  /// `temperatures`: degC; NaN where the pipe is hidden. `pipe_shaped`: for each sample, whether it
+  /// has the shape of the pipe; empty: all have.
   void analyse(std::span<const float> temperatures, std::span<const std::uint8_t> pipe_shaped,
                const Conditions& conditions);
 
   /// In order, without gaps or overlaps, from 0 to the number of samples.
   [[nodiscard]] std::span<const PipePart> parts() const noexcept { return parts_; }
   [[nodiscard]] std::span<const LeakStretch> leaks() const noexcept { return leaks_; }
-  /// degC, of the sound pipe: found along it, or given; NaN when nothing of the pipe is seen.
+  /// degC, of the sound pipe: estimated along it, or given; NaN when the pipe is not visible.
   [[nodiscard]] double reference_temperature() const noexcept { return reference_; }
 
  private:
@@ -129,8 +127,8 @@ class ProfileAnalysis {
   std::vector<LeakStretch> leaks_;
 };
 
-/// Equation (4): |T_{i+d} - T_i|, K, one value less than temperatures for each sample of d. For
-/// plots; NaN where a temperature is.
+/// Equation (4): |T_{i+d} - T_i|, K, d values less than temperatures. For plots; NaN where a
+/// temperature is NaN.
 void absolute_change(std::span<const float> temperatures, int distance, std::vector<float>& change);
 
 }  // namespace pipescout::thermal

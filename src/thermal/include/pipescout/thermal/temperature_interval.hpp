@@ -5,11 +5,11 @@
 
 namespace pipescout::thermal {
 
-/// Standard deviations of what a temperature is computed from. All finite and not negative.
+/// Standard deviations of the inputs of a temperature. All finite and not negative.
 struct ParameterDeviations {
-  double counts = 0;  ///< noise of a pixel, or of the mean that is given in its place
-  /// K, of the camera's calibration; the same for all pixels. The default takes the +-2 K of the
-  /// usual data sheet for 95 %.
+  double counts = 0;  ///< noise of a pixel, or of a mean given instead
+  /// K, of the camera's calibration; the same for all pixels. The default interprets the usual +-2
+  /// K of data sheets as 95 %.
   double calibration = 1;
   double emissivity = 0.02;
   double reflected_temperature = 3;  ///< K
@@ -21,27 +21,27 @@ struct ParameterDeviations {
   void validate() const;
 };
 
-/// A temperature, or a difference of two, with what is known of it.
+/// A temperature, or a difference of two, with its uncertainty.
 struct TemperatureInterval {
   double mean = 0;       ///< degC or K; NaN where the counts have no temperature
   double deviation = 0;  ///< K, standard
-  /// The mean, and 1.96 deviations to either side: 95 % where all is normal and small.
+  /// The mean, and 1.96 standard deviations to either side: 95 % for small normal errors.
   double low = 0;
   double high = 0;
 };
 
-/// To first order, all parameters independent of each other. Far from small deviations it is only a
-/// guide: of an emissivity of 0.04 +- 0.02, half is missing.
+/// To first order, all parameters independent of each other. For large deviations, such as an
+/// emissivity of 0.04 +- 0.02, it is only approximate.
 [[nodiscard]] TemperatureInterval temperature_interval(const Radiometry& radiometry, double counts,
                                                        const ParameterDeviations& deviations);
 
-/// Of the temperature at `counts` less that at `base_counts`, one object and one image: errors of
-/// the parameters and of the calibration are shared, noise is not.
+/// Of the difference of the temperatures at `counts` and at `base_counts`, for one object and one
+/// image: errors of the parameters and of the calibration are common, noise is not.
 [[nodiscard]] TemperatureInterval difference_interval(const Radiometry& radiometry, double counts,
                                                       double base_counts,
                                                       const ParameterDeviations& deviations);
 
-/// What the temperatures of a picture were computed by, and how far that may be off.
+/// Conditions of the conversion of an image, and their uncertainty.
 struct TemperatureErrors {
   Radiometry radiometry;
   ParameterDeviations deviations{};

@@ -11,46 +11,46 @@
 
 namespace pipescout::thermal {
 
-/// What happened to the pixels of a picture.
+/// Counts of special pixels of an image.
 struct PixelCount {
   std::size_t pixels = 0;
   std::size_t without_temperature = 0;  ///< NaN
-  std::size_t below_range = 0;          ///< at or below the least that the sensor counts
-  std::size_t above_range = 0;          ///< at or above the most
+  std::size_t below_range = 0;          ///< at or below the smallest count
+  std::size_t above_range = 0;          ///< at or above the largest count
   PixelCount& operator+=(const PixelCount& other) noexcept;
   friend bool operator==(const PixelCount&, const PixelCount&) = default;
 };
 
-/// Counts between which a sensor tells temperatures apart: at either end it is saturated.
+/// Range of the sensor: saturated at either end.
 struct CountRange {
   std::uint16_t least = 0;
   std::uint16_t most = 65535;
 };
 
-/// The temperature of every count, so that a picture costs a look-up a pixel. 256 KiB.
+/// The temperature of every count, so that conversion is one look-up per pixel. 256 KiB.
 class TemperatureTable {
  public:
-  /// Of a camera and an object. Counts at or below the radiometry's floor get NaN.
+  /// For a camera and an object. Counts at or below the radiometry's floor get NaN.
   explicit TemperatureTable(const Radiometry& radiometry, CountRange range = {});
-  /// gain * count + offset degC. Throws std::invalid_argument where `gain` is not positive or
-  /// either is not finite.
+  /// gain * count + offset degC. Throws std::invalid_argument when `gain` is not positive or either
+  /// is not finite.
   TemperatureTable(double gain, double offset, CountRange range = {});
-  /// Of 8-bit grey: 0 is `black` degC and 255 is `white`. Greater counts get NaN. 0 and 255 are
+  /// For 8-bit grey: 0 is `black` degC and 255 is `white`. Larger counts get NaN. 0 and 255 are
   /// saturated. Throws std::invalid_argument where white is not above black, or is not finite.
   static TemperatureTable of_grey(double black, double white);
 
   [[nodiscard]] float operator[](std::uint16_t counts) const noexcept { return degrees_[counts]; }
-  /// 65536 of them, rising but for the NaN.
+  /// 65536 values, increasing except for NaN.
   [[nodiscard]] std::span<const float> degrees() const noexcept { return degrees_; }
 
-  /// The least count of at least this temperature; 65536 where there is none.
+  /// The smallest count of at least this temperature; 65536 if none.
   [[nodiscard]] std::uint32_t first_at_least(double temperature) const noexcept;
 
-  /// `degrees`, as many as `counts`, gets the temperatures. Throws std::invalid_argument where it
-  /// has another size. Takes nothing from the heap.
+  /// Writes the temperatures to `degrees`, which must have the size of `counts`, else throws
+  /// std::invalid_argument. Allocates nothing.
   PixelCount convert(std::span<const std::uint16_t> counts, std::span<float> degrees) const;
-  /// The same for a picture; `degrees` gets its rows one after the other. Throws
-  /// std::invalid_argument where the view is not valid too.
+  /// The same for an image; `degrees` gets its rows consecutively. Also throws
+  /// std::invalid_argument when the view is not valid.
   PixelCount convert(const CountView& counts, std::span<float> degrees) const;
 
  private:
@@ -59,7 +59,7 @@ class TemperatureTable {
   CountRange range_{};
 };
 
-/// A rectangle of a picture, in pixels, whose object has parameters of its own.
+/// A rectangle of an image, in pixels, with other object parameters.
 struct Region {
   int x = 0;
   int y = 0;
@@ -68,16 +68,16 @@ struct Region {
   ObjectParameters object;
 };
 
-/// Pictures of one camera in which regions see objects of their own: a valve of bare metal, a pipe
-/// painted black. Where regions overlap, the last counts.
+/// Conversion of images with regions of other objects: a valve of bare metal, a pipe painted black.
+/// Where regions overlap, the last one is used.
 class RegionTables {
  public:
-  /// Throws std::invalid_argument as Radiometry, naming the region's number, and where a region has
-  /// no pixel or begins outside the picture.
+  /// Throws std::invalid_argument as Radiometry, naming the region's number, and when a region has
+  /// no pixel or begins outside the image.
   RegionTables(const CameraConstants& camera, const ObjectParameters& background,
                std::span<const Region> regions, CountRange range = {});
 
-  /// As TemperatureTable::convert of a picture. Regions are cut at its border.
+  /// As TemperatureTable::convert of an image. Regions are clipped at its border.
   PixelCount convert(const CountView& counts, std::span<float> degrees) const;
 
  private:

@@ -9,17 +9,18 @@
 
 namespace pipescout::tracking {
 
-/// How the picture moves: a field of velocities that is linear about a point of it.
+/// Motion of the image: a velocity field that is linear about a point.
 struct ImageMotion {
   Eigen::Vector2d at = Eigen::Vector2d::Zero();        ///< px
-  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< px/s, of what is seen there
-  Eigen::Matrix2d gradient = Eigen::Matrix2d::Zero();  ///< 1/s: derivative of the velocity by place
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< px/s, of the scene at that point
+  /// 1/s: derivative of the velocity by position
+  Eigen::Matrix2d gradient = Eigen::Matrix2d::Zero();
 
-  /// Of what is seen at a point, px/s.
+  /// Velocity of the scene at a point, px/s.
   [[nodiscard]] Eigen::Vector2d of(const Eigen::Vector2d& point) const {
     return velocity + gradient * (point - at);
   }
-  /// Not NaN, and no faster than pictures that show anything.
+  /// Finite and within the bounds below.
   [[nodiscard]] bool usable() const {
     constexpr double kFarthest = 1e6;         // px
     constexpr double kFastest = 1e6;          // px/s
@@ -35,11 +36,11 @@ struct ImageMotion {
 [[nodiscard]] geometry::Vector6d camera_velocity(const geometry::SE3& T_body_camera,
                                                  const geometry::Vector6d& body_velocity);
 
-/// What stands still, `depth` m before the camera (along its z; the plane through it is parallel
-/// to the picture), moves in the picture of a camera that moves with `camera_velocity`: the
-/// interaction matrix of a point (Chaumette and Hutchinson, IEEE Robotics and Automation Magazine
-/// 13, 2006, equation 11), and its derivative by place. Lens distortion is not considered: rectify
-/// first. Nothing for a depth that is not positive, or numbers that are not finite.
+/// Motion in the image of a static scene at `depth` m (along the camera's z, on a plane parallel to
+/// the image) for a camera with `camera_velocity`: the interaction matrix of a point (Chaumette and
+/// Hutchinson, IEEE Robotics and Automation Magazine 13, 2006, equation 11), and its derivative by
+/// position. Lens distortion is not considered: rectify first. Nothing for a depth that is not
+/// positive, or numbers that are not finite.
 [[nodiscard]] std::optional<ImageMotion> image_motion(const geometry::Camera& camera,
                                                       const Eigen::Vector2d& at, double depth,
                                                       const geometry::Vector6d& camera_velocity);

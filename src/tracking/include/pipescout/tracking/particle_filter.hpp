@@ -15,8 +15,8 @@
 namespace pipescout::tracking {
 
 enum class Resampling : std::uint8_t {
-  kSystematic,   ///< one draw for all: the number of copies is within one of what the weight says
-  kMultinomial,  ///< a draw for each, with replacement: the paper's
+  kSystematic,   ///< one draw for all: the number of copies is within one of its expected value
+  kMultinomial,  ///< one draw for each, with replacement: as in the paper
 };
 
 template <ShapeModel Model>
@@ -27,7 +27,7 @@ struct ParticleFilterParameters {
   double resample_share = 0.5;
   Resampling resampling = Resampling::kSystematic;
   std::size_t best_particles = 10;  ///< [1, particles]: of the robust mean
-  /// Standard deviation of each number at the start, >= 0.
+  /// Initial standard deviation of each parameter, >= 0.
   ShapeState<Model> start_deviation = ShapeState<Model>::Ones();
   /// Of V in equation (10), per square root of a second, >= 0.
   ShapeState<Model> process_deviation = ShapeState<Model>::Ones();
@@ -38,8 +38,8 @@ struct ParticleFilterParameters {
 
 /// The particle filter of Ibarguren, Molina, Susperregi, Maurtua, Sensors 13 (2013), section 6.2,
 /// over any shape. The same parameters, seed and calls give the same bits. Particles are kept in
-/// single precision, each number of all particles together. Allocates nothing after construction.
-/// Not thread-safe.
+/// single precision, as a structure of arrays. Allocates nothing after construction. Not
+/// thread-safe.
 ///
 /// Compiled for PipeShape, ValveShape and VesselShape; for a shape of your own include
 /// particle_filter_definition.hpp in one source file.
@@ -58,14 +58,14 @@ class ParticleFilter {
   void start(const State& state);
   [[nodiscard]] bool started() const noexcept { return started_; }
 
-  /// Steps 2 and 3 of the paper's procedure: resamples when too few particles carry the weight,
-  /// then equation (10): X + dt rate + V. `rate` is that of all particles, 1/s. False, and nothing
-  /// happens, before the start, for a dt that is negative or a number that is not finite.
+  /// Steps 2 and 3 of the paper's procedure: resamples when the effective sample size is too small,
+  /// then equation (10): X + dt rate + V. `rate` is that of all particles, 1/s. Returns false
+  /// without an effect before the start, for a negative dt and for values that are not finite.
   bool predict(double dt, const State& rate);
 
   struct Update {
     std::size_t regions = 0;  ///< that were used
-    std::size_t refused = 0;  ///< that were not, for they are not finite
+    std::size_t refused = 0;  ///< not used, because they are not finite
   };
   /// Equations (14) to (16): weights by the nearest region. Without a usable region, or before the
   /// start, nothing changes.
@@ -88,7 +88,7 @@ class ParticleFilter {
   [[nodiscard]] const ParticleFilterParameters<Model>& parameters() const noexcept {
     return parameters_;
   }
-  /// Number `i` of all particles, and their weights, whose sum is 1.
+  /// Parameter `i` of all particles, and their weights, whose sum is 1.
   [[nodiscard]] std::span<const float> numbers(std::size_t i) const { return numbers_.at(i); }
   [[nodiscard]] std::span<const float> weights() const noexcept { return weights_; }
 
@@ -99,7 +99,7 @@ class ParticleFilter {
   void weigh();
   void resample();
   [[nodiscard]] State particle(std::size_t index) const;
-  /// `state` with each number nearest to that of `reference`, where it is periodic.
+  /// `state` with each periodic parameter shifted to the value nearest to that of `reference`.
   [[nodiscard]] static double brought_near(double value, double reference, double period);
   [[nodiscard]] static State in_range(State state);
   [[nodiscard]] State mean_of(std::span<const std::uint32_t> particles) const;

@@ -14,7 +14,7 @@
 #include "pipescout/tracking/particle_filter.hpp"
 #include "pipescout/validation/check.hpp"
 
-/// What `ParticleFilter` does, for shapes that the library is not compiled for.
+/// Implementation of `ParticleFilter`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 namespace internal {
@@ -98,7 +98,7 @@ ParticleFilter<Model>::ParticleFilter(const Model& model,
 template <ShapeModel Model>
 void ParticleFilter<Model>::start(const State& state) {
   if (!state.allFinite()) {
-    throw std::invalid_argument("the shape to start from is not finite");
+    throw std::invalid_argument("the initial shape is not finite");
   }
   for (std::size_t i = 0; i < Model::kSize; ++i) {
     const auto index = static_cast<Eigen::Index>(i);

@@ -9,8 +9,8 @@
 
 namespace pipescout::tracking {
 
-/// A Kalman filter over a shape and its rates. The rate of a shape is that of the picture, where
-/// it is told, and what the filter adds: a random walk that fades. Not thread-safe.
+/// A Kalman filter over a shape and its rates. The rate of a shape is the sum of the given motion
+/// of the image and a decaying random walk estimated by the filter. Not thread-safe.
 template <TrackableShape Model>
 class ShapeKalman {
  public:
@@ -18,27 +18,27 @@ class ShapeKalman {
   using Covariance = ShapeCovariance<Model>;
 
   void start(const State& state, const State& deviation, const State& rate_deviation);
-  /// `rate_walk`: as of ShapeTrackerParameters; `memory`: s, in which the added rate fades.
+  /// `rate_walk`: as of ShapeTrackerParameters; `memory`: s, time constant of the decay.
   void predict(double dt, const std::optional<ImageMotion>& motion, const State& rate_walk,
                double memory);
 
   struct Fit {
-    double ratio = 0;    ///< likelihood of the readings over that of clutter
-    bool gated = false;  ///< all of them but doubtful ones are within the gate
+    double ratio = 0;    ///< likelihood ratio of the readings to clutter
+    bool gated = false;  ///< all readings except doubtful ones are within the gate
   };
-  /// Takes readings in, one after the other. Doubtful ones are left out that are less probable than
-  /// `doubt` has it; the residuals are beside the state at which they were taken.
+  /// Sequential update with readings. Doubtful readings less probable than `doubt` are rejected;
+  /// the residuals refer to the state at which they were computed.
   Fit correct(const ObservationRows<Model::kSize>& rows, double gate, double doubt);
 
   void scale(double factor);
-  /// Adds to what is uncertain of the shape and its rate.
+  /// Inflates the covariance of the shape and its rate.
   void widen(const State& deviation, const State& rate_deviation);
 
   [[nodiscard]] State state() const { return mean_.template head<kSize>(); }
   [[nodiscard]] Covariance covariance() const {
     return covariance_.template topLeftCorner<kSize, kSize>();
   }
-  /// Of picture and filter together.
+  /// Sum of the image motion and of the filter.
   [[nodiscard]] State rate() const { return moved_ + mean_.template tail<kSize>(); }
 
  private:

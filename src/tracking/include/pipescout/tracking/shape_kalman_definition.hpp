@@ -7,7 +7,7 @@
 
 #include "pipescout/tracking/shape_kalman.hpp"
 
-/// What `ShapeKalman` does, for shapes that the library is not compiled for.
+/// Implementation of `ShapeKalman`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 template <TrackableShape Model>
@@ -22,7 +22,7 @@ void ShapeKalman<Model>::start(const State& state, const State& deviation,
 template <TrackableShape Model>
 void ShapeKalman<Model>::predict(double dt, const std::optional<ImageMotion>& motion,
                                  const State& rate_walk, double memory) {
-  // The rate as a whole goes on when the camera's motion comes to be told, or ceases to be.
+  // The total rate is continuous when the camera's motion becomes available or unavailable.
   const State moved = motion ? Model::moved_by(state(), *motion) : State::Zero();
   if (motion.has_value() != told_) {
     mean_.template tail<kSize>() += moved_ - moved;

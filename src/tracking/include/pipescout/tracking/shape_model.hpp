@@ -6,7 +6,7 @@
 #include <concepts>
 #include <cstddef>
 
-/// What can be tracked in pictures. Lengths in pixels, angles in radians, times in seconds.
+/// Shapes that can be tracked in images. Lengths in pixels, angles in radians, times in seconds.
 namespace pipescout::tracking {
 
 /// A shape is a point of kSize numbers, the same for what is tracked and for the regions that are

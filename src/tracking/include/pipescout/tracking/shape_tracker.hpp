@@ -13,34 +13,33 @@
 #include "pipescout/tracking/shape_kalman.hpp"
 #include "pipescout/tracking/trackable_shape.hpp"
 
-/// The life of a track: taken up, locked, coasting where nothing is seen, lost, taken up again.
-/// Pixels, radians, seconds; pixel (0, 0) is the middle of the upper left one, x to the right, y
-/// down.
+/// Track management: acquisition, lock, coasting without detection, loss, re-acquisition. Pixels,
+/// radians, seconds; pixel (0, 0) is the middle of the upper left one, x to the right, y down.
 namespace pipescout::tracking {
 
 enum class TrackState : std::uint8_t {
-  kDetecting,  ///< nothing has been locked on yet, or given up; a candidate may be followed already
-  kLocked,     ///< seen in this picture
-  kCoasting,   ///< not seen in it: predicted
+  kDetecting,  ///< no track; a candidate may exist
+  kLocked,     ///< detected in this image
+  kCoasting,   ///< not detected: predicted
   kLost,       ///< predicted for longer than `max_coast`
 };
-/// "detecting", "locked", "coasting", "lost"; "unknown" for a value that is no enumerator.
+/// "detecting", "locked", "coasting", "lost"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(TrackState state) noexcept;
 
-/// Why a picture, or something of it, was not used.
+/// The reason why an image, or a part of its data, was not used.
 enum class TrackFault : std::uint8_t {
   kNone,
-  kBadStamp,      ///< not finite: the picture is not used
-  kTimeWentBack,  ///< not after the last one: the picture is not used. By more than `max_back`: the
-                  ///< track begins anew
-  kBadImageSize,  ///< not within [1, 32767]: the picture is not used
-  kTooManyRegions,  ///< more than `max_regions`: the picture counts as one without any
-  kBadRegion,       ///< one with numbers that are not finite, or of no size: it is left out
-  kBadMotion,       ///< of the camera, not `usable`: left out
-  kBadHint,         ///< not finite, or without deviation: left out
+  kBadStamp,        ///< not finite: the image is not used
+  kTimeWentBack,    ///< not after the last one: the image is not used. By more than `max_back`: the
+                    ///< track is restarted
+  kBadImageSize,    ///< not within [1, 32767]: the image is not used
+  kTooManyRegions,  ///< more than `max_regions`: treated as none
+  kBadRegion,       ///< a region that is not finite, or of size 0: ignored
+  kBadMotion,       ///< motion of the camera not `usable`: ignored
+  kBadHint,         ///< not finite, or without deviation: ignored
 };
 inline constexpr std::size_t kTrackFaults = 8;
-/// "none", "bad_stamp", ...; "unknown" for a value that is no enumerator.
+/// "none", "bad_stamp", ...; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(TrackFault fault) noexcept;
 
 template <TrackableShape Model>
@@ -48,33 +47,32 @@ struct ShapeTrackerParameters {
   ShapeTrackerParameters();  ///< the shape's own deviations, for pictures of some 320 to 640 px
 
   ParticleFilterParameters<Model> filter{};
-  /// Of the rate, per square root of a second, > 0: random walk, where the camera's motion is not
-  /// told.
+  /// Random walk of the rate, per square root of a second, > 0, if the camera's motion is unknown.
   ShapeState<Model> rate_walk;
-  double motion_share = 0.06;  ///< (0, 1]: of `rate_walk`, where it is told
-  double rate_memory = 1.0;    ///< s, (0, 100]: rates that nothing bears out fade within it
-  double gate = 4.0;           ///< deviations, [1, 20]: readings within it may be of the shape
-  double detection = 0.95;     ///< (0, 1): probability that the shape is found when it is there
-  double clutter = 0.5;        ///< (0, 100]: false regions a picture, expected
-  double doubt = 0.02;         ///< (0, 1): probability that a doubtful reading is of something else
-  std::size_t confirm = 3;     ///< [1, 100]: pictures in which a candidate has to be seen
-  double confidence_time = 1;  ///< s, (0, 1000]: unseen, the confidence fades within it
-  double max_coast = 1.5;      ///< s, (0, 1000]: unseen for longer, it is lost
-  /// s, [0, 1000]: lost for so long, only what fits the prediction or a hint is taken; then
-  /// anything, as a new track.
+  double motion_share = 0.06;  ///< (0, 1]: share of `rate_walk` if it is known
+  double rate_memory = 1.0;    ///< s, (0, 100]: decay time of unconfirmed rates
+  double gate = 4.0;           ///< standard deviations, [1, 20]: gate of readings
+  double detection = 0.95;     ///< (0, 1): probability of detecting a visible shape
+  double clutter = 0.5;        ///< (0, 100]: expected false regions per image
+  double doubt = 0.02;         ///< (0, 1): probability that a doubtful reading is of another object
+  std::size_t confirm = 3;     ///< [1, 100]: images in which a candidate must be detected
+  double confidence_time = 1;  ///< s, (0, 1000]: decay time of the confidence without detection
+  double max_coast = 1.5;      ///< s, (0, 1000]: without detection, until it is lost
+  /// s, [0, 1000]: time after the loss in which only regions near the prediction or a hint are
+  /// accepted; then any region starts a new track.
   double max_lost = 3.0;
   double max_back = 1.0;           ///< s, [0, 1000]
   std::size_t max_regions = 1000;  ///< [1, 100000]
-  /// Distance as of equation (14), > 0: a region so near the particles' robust mean is taken when
-  /// nothing has been within the gate for two pictures; particles farther from what is locked on
-  /// begin anew there.
+  /// Distance of equation (14), > 0: a region within it of the particles' robust mean is accepted
+  /// when no region has been within the gate for two images; particles farther from the track are
+  /// reset to it.
   double guard_distance = 20.0;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// Where the shape should be: from the fused pose of the camera and a map.
+/// Expected position of the shape: from the fused pose of the camera and a map.
 template <TrackableShape Model>
 struct TrackHint {
   ShapeState<Model> shape = ShapeState<Model>::Zero();
@@ -86,9 +84,9 @@ struct TrackingFrame {
   double time = 0;  ///< s, of the measurement
   ImageSize image{};
   std::span<const typename Model::Region> regions{};
-  /// How the picture moves since the last one, where the motion of the camera is known.
+  /// Motion of the image since the last one, if the motion of the camera is known.
   std::optional<ImageMotion> motion{};
-  /// Used while nothing is locked on: then only regions that fit it are taken up.
+  /// Used while there is no track: then only regions near it become candidates.
   std::optional<TrackHint<Model>> hint{};
 };
 
@@ -97,21 +95,21 @@ struct Track {
   using State = ShapeState<Model>;
 
   TrackState state = TrackState::kDetecting;
-  std::uint64_t number = 0;  ///< which one, from 1 on: another number, another shape; 0: none yet
-  double time = 0;           ///< s, of the last picture that was used
+  std::uint64_t number = 0;  ///< number of the track, from 1 on; 0: none yet
+  double time = 0;           ///< s, of the last image that was used
   ImageSize image{};
-  TrackFault fault = TrackFault::kNone;  ///< the last of this picture
+  TrackFault fault = TrackFault::kNone;  ///< the last of this image
 
-  /// The Kalman filter's, the one to use: of the part in the picture, to first order. All estimates
-  /// are zero where there is neither track nor candidate.
+  /// Estimate of the Kalman filter, for use: of the visible part, to first order. All estimates are
+  /// zero without a track or candidate.
   State estimate = State::Zero();
   ShapeCovariance<Model> covariance = ShapeCovariance<Model>::Zero();
   State rate = State::Zero();   ///< of it, 1/s
-  bool in_view = false;         ///< otherwise it is predicted outside the picture
+  bool in_view = false;         ///< otherwise it is predicted outside the image
   bool start_censored = false;  ///< as of ShapeInView: the shape is longer than the estimate
   bool end_censored = false;
-  /// With what is beyond the border, as long as it was when it left the picture; never shrunk by
-  /// it. An end that has never been seen is anywhere within some diagonals of the picture.
+  /// Including the part beyond the border, with its length when it left the image. The uncertainty
+  /// of an end that has never been visible is some diagonals of the image.
   State whole = State::Zero();
 
   State best_particle = State::Zero();  ///< Ibarguren and others (2013), section 7.2
@@ -121,19 +119,21 @@ struct Track {
 
   double confidence = 0;  ///< [0, 1]: probability that the track is of a shape, and the same one
   double since_seen = 0;  ///< s; NaN: never
-  std::optional<std::size_t> region{};  ///< which of the picture's counts most; none: not seen
-  std::size_t regions = 0;              ///< that were usable
+  std::optional<std::size_t>
+      region{};             ///< index of the region with the largest weight; none: not detected
+  std::size_t regions = 0;  ///< usable ones
 };
 
-/// Follows one shape. A Kalman filter of rates that fade tells where it is; each reading of a
-/// region counts with its own accuracy, so that what the border of the picture cuts says nothing of
-/// the length. The likeliest region within the gate is taken, and with it those that fit then too:
-/// parts of the same. The probability that there is a shape is that of Musicki, Evans, Stankovic,
-/// "Integrated probabilistic data association" (IEEE Transactions on Automatic Control 39, 1994),
-/// but that pictures in which it is missing count by their time: gaps come in one piece. The
-/// paper's particle filter runs beside it and takes it along where the picture jumps. Other regions
-/// are followed too, so that none is taken for the shape when that is hidden. The same frames and
-/// seed give the same bits. Allocates nothing after construction. Not thread-safe.
+/// Tracks one shape. A Kalman filter with decaying rates estimates it; each reading of a region has
+/// its own variance, so that an end cut by the border of the image does not affect the length. The
+/// most likely region within the gate is associated, and with it regions that then fit too, as
+/// parts of the same shape. The probability that there is a shape is that of Musicki, Evans,
+/// Stankovic, "Integrated probabilistic data association" (IEEE Transactions on Automatic Control
+/// 39, 1994), except that images without detection count by their time, because gaps are
+/// contiguous. The paper's particle filter runs in parallel and re-acquires the shape after a jump
+/// of the image. Other regions are tracked too, so that none is associated with the shape while it
+/// is hidden. The same frames and seed give the same bits. Allocates nothing after construction.
+/// Not thread-safe.
 template <TrackableShape Model>
 class ShapeTracker {
  public:
@@ -144,13 +144,14 @@ class ShapeTracker {
   ShapeTracker(const Model& model, const ShapeTrackerParameters<Model>& parameters,
                std::uint64_t seed);
 
-  /// The next picture. Never throws for what is in it; the result stays until the next call.
+  /// Processes the next image. Never throws for any content; the result is valid until the next
+  /// call.
   const Track<Model>& update(const TrackingFrame<Model>& frame);
-  /// Forgets the track, and begins anew with the next picture.
+  /// Resets the track; the next image starts a new one.
   void restart();
 
   [[nodiscard]] const Track<Model>& track() const noexcept { return track_; }
-  /// How often each happened, by TrackFault.
+  /// Counts, by TrackFault.
   [[nodiscard]] const std::array<std::size_t, kTrackFaults>& faults() const noexcept {
     return faults_;
   }
@@ -160,18 +161,19 @@ class ShapeTracker {
   }
 
  private:
-  /// Another shape that is seen.
+  /// Another visible shape.
   struct Rival {
     ShapeKalman<Model> kalman;
     std::size_t seen = 0;  // pictures
     double last_seen = 0;
   };
-  /// A usable region of the picture.
+  /// A usable region of the image.
   struct Usable {
     std::size_t region = 0;  // in the frame's
     double size = 0;
-    double ratio = 0;  // likelihood of the shape over that of clutter; 0: not within the gate
-    std::optional<std::size_t> rival{};  // whose it is; none: nobody's, or the shape's
+    double ratio = 0;  // likelihood ratio of the shape to clutter; 0: not within the gate
+    std::optional<std::size_t>
+        rival{};  // the other shape of the region; none: no shape's, or the track's
     double rival_ratio = 0;
   };
   using Regions = std::span<const Region>;

@@ -11,7 +11,7 @@
 #include "pipescout/tracking/shape_kalman_definition.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
 
-/// What `ShapeTracker` does, for shapes that the library is not compiled for.
+/// Implementation of `ShapeTracker`, for shapes that are not compiled in the library.
 namespace pipescout::tracking {
 
 template <TrackableShape Model>

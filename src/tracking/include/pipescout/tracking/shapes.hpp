@@ -13,21 +13,21 @@
 /// left pixel; angles from x towards y.
 namespace pipescout::tracking {
 
-/// A straight section of a pipe as it is found in a picture: its axis between two ends.
+/// A detected straight section of a pipe: its axis between two ends.
 struct PipeRegion {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double half_width = 0;   ///< px, >= 0: from the axis to the edge
-  bool cut_along = false;  ///< the border cuts it lengthwise: the axis is that of what is left
+  bool cut_along = false;  ///< the border cuts it lengthwise: the axis is that of the visible part
 };
 
 /// A straight section of a pipe: x, y of its middle, length, direction of its axis. Equation (14):
 /// lambda |position| + beta dl^2 + gamma dalpha^2.
 ///
-/// A region gives four readings: how far its middle lies off the predicted axis, its direction, and
-/// where along the axis each end is. An end at the border of the picture says that the pipe goes at
-/// least so far: it is a reading only where the prediction ends before it. One within the picture
-/// may be that of a post before the pipe.
+/// A region gives four readings: the distance of its middle from the predicted axis, its direction,
+/// and the position of each end along the axis. An end at the border of the image is a lower bound:
+/// it is a reading only if the prediction ends before it. An end within the image may be caused by
+/// a post in front of the pipe.
 struct PipeShape {
   using Region = PipeRegion;
   using State = Eigen::Matrix<double, 4, 1>;
@@ -46,10 +46,10 @@ struct PipeShape {
 
   double edge_deviation = 0.5;  ///< px, > 0: of the outline, common to half of the pipe's length
   double end_deviation = 1.5;   ///< px, > 0: of an end along the axis
-  double border = 2.0;          ///< px, >= 0: an end so near to the border is cut by it
-  /// Share of the picture's longer side, [0, 0.5]: a piece of a pipe that is shorter is not found.
-  /// An end so near to the border is that of the pipe only where it was known to be about there:
-  /// the pipe may go on beyond a post.
+  double border = 2.0;          ///< px, >= 0: an end this close to the border is cut by it
+  /// Share of the image's longer side, [0, 0.5]: smallest detectable piece of a pipe. An end this
+  /// close to the border is that of the pipe only if it was predicted there: the pipe may continue
+  /// behind a post.
   double least_piece = 0.06;
 
   /// In (-pi/2, pi/2], as all angles of sections.
@@ -57,7 +57,7 @@ struct PipeShape {
   [[nodiscard]] static double size_of(const PipeRegion& region);
   void observe(const PipeRegion& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
-  /// An end of which nothing is known stays beyond the border, however the picture moves.
+  /// An unobserved end stays beyond the border for any motion of the image.
   void keep_open(const State& predicted, const Covariance& covariance, const ImageSize& image,
                  ObservationRows<kSize>& rows) const;
   [[nodiscard]] static ShapeInView<kSize> in_view(const State& state, const ImageSize& image);

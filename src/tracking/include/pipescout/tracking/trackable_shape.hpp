@@ -22,23 +22,23 @@ template <ShapeModel Model>
 using ShapeCovariance =
     Eigen::Matrix<double, static_cast<int>(Model::kSize), static_cast<int>(Model::kSize)>;
 
-// The following are templates over the size of a shape, for shapes name them themselves.
+// The following are templates over the size of a shape, because shapes use them in their own
+// definition.
 
-/// One number that is read off a region, as a function of the shape to first order.
+/// One reading of a region, as a function of the shape to first order.
 template <std::size_t kSize>
 struct ObservationRow {
   using Gradient = Eigen::Matrix<double, static_cast<int>(kSize), 1>;
-  Gradient gradient = Gradient::Zero();  ///< of the number by the shape
-  double residual = 0;                   ///< what was read less what the predicted shape gives
+  Gradient gradient = Gradient::Zero();  ///< derivative of the reading with respect to the shape
+  double residual = 0;                   ///< measured minus predicted
   double variance = 0;                   ///< of the reading
-  double span = 1;  ///< where regions of something else would have it: evenly, over so much
-  /// It may tell of something else though the region is of the shape: the end of a pipe before
-  /// which a post stands.
+  double span = 1;                       ///< range over which readings of clutter are uniform
+  /// May be caused by another object although the region is of the shape, such as an end of a pipe
+  /// at a post.
   bool doubtful = false;
-  /// It is what the border of the picture leaves open, and says nothing of whether the region is of
-  /// the shape.
+  /// A bound by the border of the image, without information on the association of the region.
   bool bound = false;
-  /// Before it counts, the shape becomes uncertain by so much more: this is one deviation.
+  /// Inflation of the shape's covariance before the update, one standard deviation.
   Gradient slack = Gradient::Zero();
 };
 
@@ -57,19 +57,19 @@ class ObservationRows {
   std::size_t count_ = 0;
 };
 
-/// What of a shape is in the picture.
+/// The visible part of a shape.
 template <std::size_t kSize>
 struct ShapeInView {
   using State = Eigen::Matrix<double, static_cast<int>(kSize), 1>;
   State shape = State::Zero();
-  bool in_view = false;         ///< otherwise `shape` is the whole, outside the picture
-  bool start_censored = false;  ///< it goes on beyond the border; of a pipe, at the end against its
-                                ///< direction (cos alpha, sin alpha): the left one, of an upright
-                                ///< pipe the upper one
-  bool end_censored = false;    ///< the same at the other end
+  bool in_view = false;  ///< otherwise `shape` is the whole shape, outside the image
+  /// it continues beyond the border; for a pipe at the end opposite to its direction (cos alpha,
+  /// sin alpha): the left one, of an upright pipe the upper one
+  bool start_censored = false;
+  bool end_censored = false;  ///< the same at the other end
 };
 
-/// A shape that `ShapeTracker` can follow: beside what the particle filter needs,
+/// A shape for `ShapeTracker`: in addition to the members for the particle filter,
 ///
 ///   Region      as it is found in a picture
 ///   state_of    the numbers of a region, as they are seen: what particles are compared with

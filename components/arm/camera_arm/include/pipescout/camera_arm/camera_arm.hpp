@@ -11,6 +11,7 @@
 #include <sensor_msgs/msg/joint_state.hpp>
 #include <std_srvs/srv/set_bool.hpp>
 #include <std_srvs/srv/trigger.hpp>
+#include <string>
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <trajectory_msgs/msg/joint_trajectory.hpp>
 
@@ -47,6 +48,8 @@ class CameraArm final : public Component {
   using SetBool = std_srvs::srv::SetBool;
   using Trigger = std_srvs::srv::Trigger;
 
+  /// Services take requests while active only; else `refusal` says so.
+  [[nodiscard]] bool is_commandable(std::string& refusal) const;
   void on_joint_states(const JointState& message);
   void on_track(const PipeTrack& message);
   void on_odometry(const Odometry& message);

@@ -9,7 +9,6 @@
 #include <pipescout_msgs/msg/pipe_track_particles.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
-#include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -41,7 +40,6 @@ class ThermalTracker final : public Component {
   using Image = sensor_msgs::msg::Image;
   using CameraInfo = sensor_msgs::msg::CameraInfo;
   using Odometry = nav_msgs::msg::Odometry;
-  using TFMessage = tf2_msgs::msg::TFMessage;
   using PipeTrack = pipescout_msgs::msg::PipeTrack;
   using Particles = pipescout_msgs::msg::PipeTrackParticles;
   /// What is known of a picture beside its pixels.
@@ -57,7 +55,6 @@ class ThermalTracker final : public Component {
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
-  void on_tf(const TFMessage& message);
 
   [[nodiscard]] Circumstances circumstances(Time stamp, const Image& message);
   /// Fills `regions_`.
@@ -96,7 +93,6 @@ class ThermalTracker final : public Component {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
-  Subscription<TFMessage> tf_subscription_;
   std::shared_ptr<Timer> silence_timer_;
   std::shared_ptr<Timer> counts_timer_;
 };

@@ -43,7 +43,7 @@ class TrackerParameters {
   explicit TrackerParameters(Parameters& parameters);
 
   /// Throws std::invalid_argument naming the parameter.
-  [[nodiscard]] TrackerSettings read() const;
+  [[nodiscard]] TrackerSettings read(Node& node) const;
 
  private:
   void declare_shape();

@@ -10,7 +10,8 @@
 namespace pipescout {
 
 /// `first_chainage`: m, of the first point. Throws CsvError naming file and line: a column is
-/// missing, a cell is no finite number, there are fewer than two points, or two neighbours are one.
+/// missing, a cell is not a finite number, there are fewer than two points, or two neighbours are
+/// one.
 [[nodiscard]] estimation::PipeCentreLine read_centre_line(const std::string& path,
                                                           double first_chainage);
 

@@ -49,7 +49,7 @@ class InspectorParameters {
   explicit InspectorParameters(Parameters& parameters);
 
   /// Throws std::invalid_argument naming the parameter.
-  [[nodiscard]] InspectorSettings read() const;
+  [[nodiscard]] InspectorSettings read(Node& node) const;
 
  private:
   void declare_deviations();

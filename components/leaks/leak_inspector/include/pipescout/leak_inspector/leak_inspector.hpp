@@ -11,7 +11,6 @@
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <span>
-#include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -47,12 +46,10 @@ class LeakInspector final : public Component {
   using Image = sensor_msgs::msg::Image;
   using CameraInfo = sensor_msgs::msg::CameraInfo;
   using Odometry = nav_msgs::msg::Odometry;
-  using TFMessage = tf2_msgs::msg::TFMessage;
 
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
-  void on_tf(const TFMessage& message);
 
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
   /// Where pictures are kept; what fails is counted, and the inspection goes on.
@@ -91,7 +88,6 @@ class LeakInspector final : public Component {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
-  Subscription<TFMessage> tf_subscription_;
   std::shared_ptr<Timer> silence_timer_;
   std::shared_ptr<Timer> counts_timer_;
 };

@@ -16,6 +16,7 @@
 
 #include "pipescout/crawler_simulation/simulated_run.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/lock_step.hpp"
 
 namespace pipescout {
 
@@ -51,7 +52,8 @@ class CrawlerSimulation final : public Component {
   [[nodiscard]] SimulatedRunParameters run_parameters() const;
   [[nodiscard]] bool is_heard() const;
   void start_if_heard();
-  void step();
+  /// False: it was the last.
+  bool step();
   void publish_readings(double until);
   void publish_samples(double until);
   void publish_truth(double time);
@@ -61,6 +63,7 @@ class CrawlerSimulation final : public Component {
   Parameter<std::int64_t> seed_;
   Parameter<double> rate_;
   Parameter<int> wait_for_subscribers_;
+  Parameter<double> step_time_out_;
   Parameter<std::vector<std::string>> wheels_;
   Parameter<std::vector<std::string>> kinds_;
   Parameter<std::vector<double>> periods_;
@@ -94,7 +97,6 @@ class CrawlerSimulation final : public Component {
   // As configured.
   std::vector<std::string> names_;
   std::size_t wanted_subscribers_ = 0;
-  Duration period_{};  // between two steps, on the steady clock
 
   std::optional<SimulatedRun> run_;
   std::uint64_t steps_ = 0;           // made
@@ -108,7 +110,7 @@ class CrawlerSimulation final : public Component {
   Publisher<Odometry> true_odometry_publisher_;
   Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
-  std::shared_ptr<Timer> timer_;
+  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
 };
 
 }  // namespace pipescout

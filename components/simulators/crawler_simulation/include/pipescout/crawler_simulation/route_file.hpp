@@ -10,7 +10,7 @@
 /// the left) and climb (degrees upwards), a row per stretch, over which the pipe bends evenly.
 namespace pipescout {
 
-/// Throws CsvError naming file and line: a column is missing, a cell is no finite number, or a
+/// Throws CsvError naming file and line: a column is missing, a cell is not a finite number, or a
 /// length is not positive.
 [[nodiscard]] std::vector<simulation::RoutePiece> read_route(const std::string& path);
 

@@ -22,6 +22,7 @@
 #include "pipescout/patrol_simulation/patrol_drive.hpp"
 #include "pipescout/patrol_simulation/patrol_parameters.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/lock_step.hpp"
 
 namespace pipescout {
 
@@ -54,20 +55,11 @@ class PatrolSimulation final : public Component {
   using JointState = sensor_msgs::msg::JointState;
   using JointTrajectory = trajectory_msgs::msg::JointTrajectory;
   using PipeTrack = pipescout_msgs::msg::PipeTrack;
-  /// What others say to what was published last. Only who has spoken once is waited for.
-  struct Answer {
-    const char* name = "";
-    std::optional<Time> stamp;  // of the last one
-  };
 
   void start_if_heard();
-  void schedule();
   /// Drives on to the next step and publishes what the sensors have said, and an image when it is
-  /// due.
-  void next_step();
-  /// The first of those who have not answered yet; null when there is none.
-  [[nodiscard]] const Answer* missing_answer() const;
-  void hear(Answer& answer, Time stamp);
+  /// due. False: it was the last.
+  bool next_step();
   void on_command(const JointTrajectory& message);
   void publish_imu();
   void publish_odometers();
@@ -81,16 +73,12 @@ class PatrolSimulation final : public Component {
   PatrolParameters patrol_parameters_;
   Parameter<double> rate_;
   Parameter<int> wait_for_subscribers_;
-  Parameter<bool> lock_step_;
-  Parameter<double> lock_step_time_out_;
+  Parameter<double> step_time_out_;
 
   // As configured.
   std::int64_t robot_steps_per_step_ = 1;
   std::uint64_t steps_per_image_ = 1;
   double step_period_ = 0;  // s, simulated
-  Duration real_period_{};  // of a step
-  bool waits_for_answers_ = false;
-  Duration time_out_{};
   std::string camera_frame_;
   std::size_t wanted_subscribers_ = 0;
   bool grey_ = false;
@@ -102,15 +90,8 @@ class PatrolSimulation final : public Component {
   std::vector<std::uint16_t> counts_;
   std::uint64_t steps_ = 0;
   std::uint64_t images_ = 0;
-  Time last_stamp_{};
-  Time last_image_stamp_{};
-  Answer command_{"arm/command", {}};
-  Answer track_{"track/pipe", {}};
-  Answer odometry_{"odometry/filtered", {}};
-  bool waiting_ = false;
   bool active_ = false;
   bool complete_ = false;
-  SteadyTime next_step_not_before_{};  // of real time
 
   Publisher<Image> image_publisher_;
   Publisher<CameraInfo> camera_info_publisher_;
@@ -123,9 +104,7 @@ class PatrolSimulation final : public Component {
   Publisher<PipeTrack> true_track_publisher_;
   Publisher<JointState> joint_publisher_;
   Subscription<JointTrajectory> command_subscription_;
-  Subscription<PipeTrack> track_subscription_;
-  Subscription<Odometry> odometry_subscription_;
-  std::shared_ptr<Timer> timer_;  // for one event
+  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
 };
 
 }  // namespace pipescout

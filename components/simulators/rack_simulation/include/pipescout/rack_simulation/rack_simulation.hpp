@@ -17,6 +17,7 @@
 
 #include "pipescout/rack_simulation/rack_flight.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/lock_step.hpp"
 
 namespace pipescout {
 
@@ -54,22 +55,19 @@ class RackSimulation final : public Component {
   [[nodiscard]] RackFlightParameters flight_parameters() const;
 
   void start_if_heard();
-  /// Flies on to the next image and publishes it.
-  void next_image();
+  /// Flies on to the next image and publishes it. False: it was the last.
+  bool next_image();
   void publish_image(Time stamp);
   void publish_imu();
   void publish_true_odometry(Time stamp);
   void on_command(const Twist& message);
-  /// Lets the next image come when real time, or the command, has caught up.
-  void schedule();
 
   Parameter<std::string> rack_file_;
   Parameter<std::int64_t> seed_;
   Parameter<double> duration_;
   Parameter<double> rate_;
   Parameter<int> wait_for_subscribers_;
-  Parameter<bool> lock_step_;
-  Parameter<double> lock_step_time_out_;
+  Parameter<double> step_time_out_;
   Parameter<double> latency_;
   Parameter<std::string> frame_id_;
   Parameter<std::vector<double>> start_position_;
@@ -96,11 +94,8 @@ class RackSimulation final : public Component {
 
   // As configured.
   std::string frame_;
-  bool waits_for_commands_ = false;  // lock step
-  Duration time_out_{};
   double latency_of_commands_ = 0.0;  // s, simulated
   double image_period_ = 0.0;         // s, simulated
-  Duration real_period_{};
   std::uint64_t total_images_ = 0;
   std::size_t wanted_subscribers_ = 0;
   geometry::CameraParameters camera_;
@@ -108,11 +103,9 @@ class RackSimulation final : public Component {
   std::optional<RackFlight> flight_;
   std::uint64_t images_ = 0;
   bool active_ = false;
-  bool waiting_ = false;  // for the command that answers the last image
   std::optional<simulation::UavCommand>
-      answer_;                          // to the last image; takes effect after the latency
-  Time last_stamp_{};                   // of the last image
-  SteadyTime next_image_not_before_{};  // of real time
+      answer_;         // to the last image; takes effect after the latency
+  Time last_stamp_{};  // of the last image
 
   Publisher<Image> image_publisher_;
   Publisher<CameraInfo> camera_info_publisher_;
@@ -121,7 +114,7 @@ class RackSimulation final : public Component {
   Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
   Subscription<Twist> command_subscription_;
-  std::shared_ptr<Timer> timer_;  // for one event
+  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
 };
 
 }  // namespace pipescout

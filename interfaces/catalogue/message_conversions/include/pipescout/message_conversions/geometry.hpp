@@ -8,18 +8,18 @@
 
 #include "pipescout/geometry/se3.hpp"
 
-/// Between messages and the types of the algorithm packages, which know no messages. All functions
-/// are pure and thread-safe; what comes from the wire is not trusted.
+/// Conversions between messages and the types of the algorithm packages. All functions are pure and
+/// thread-safe, and validate received data.
 namespace pipescout {
 
 [[nodiscard]] geometry_msgs::msg::Pose to_message(const geometry::SE3& pose);
 /// The quaternion is normalised: its norm may be off by 1e-3, as after rounding to text or float.
-/// Throws std::invalid_argument naming the field when a value is not finite or the norm is further
-/// from 1 (a quaternion of zeros, too, is no orientation).
+/// Throws std::invalid_argument naming the field when a value is not finite or the norm deviates
+/// more from 1 (also for a quaternion of zeros).
 [[nodiscard]] geometry::SE3 from_message(const geometry_msgs::msg::Pose& message);
 
 [[nodiscard]] geometry_msgs::msg::Transform transform_message(const geometry::SE3& pose);
-/// As that of a pose.
+/// As for a pose.
 [[nodiscard]] geometry::SE3 from_message(const geometry_msgs::msg::Transform& message);
 
 /// Covariances over (x, y, z, rotation about the fixed axes X, Y, Z), row-major.

@@ -9,13 +9,13 @@
 
 namespace pipescout {
 
-/// Reads images as 8-bit grey. `mono8` and `8UC1` are seen where they are; of `rgb8`, `bgr8`,
-/// `rgba8`, `bgra8` and their OpenCV names a grey copy is made in a buffer that is used again.
+/// Reads images as 8-bit grey. `mono8` and `8UC1` are used without a copy; `rgb8`, `bgr8`, `rgba8`,
+/// `bgra8` and their OpenCV names are converted into a buffer that is reused.
 class GreyImageReader {
  public:
   /// Valid as long as the message and until the next call. Throws std::invalid_argument naming the
-  /// field: an encoding that is none of these, no pixels, a `step` shorter than a row, `data` that
-  /// is shorter than `step * height`.
+  /// field for another encoding, no pixels, a `step` shorter than a row, `data` that is shorter
+  /// than `step * height`.
   [[nodiscard]] rack_vision::ImageView read(const sensor_msgs::msg::Image& message);
 
  private:

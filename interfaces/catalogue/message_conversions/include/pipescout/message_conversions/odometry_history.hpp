@@ -11,7 +11,7 @@
 
 namespace pipescout {
 
-/// The last poses of the robot from odometry, to tell where it was when an image was taken.
+/// The last poses of the robot from odometry, to look up its pose at the time of an image.
 class OdometryHistory {
  public:
   struct Entry {
@@ -22,18 +22,18 @@ class OdometryHistory {
     geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
   };
 
-  /// `longest_reach`: s beyond the last entry, or between two, over which a pose is still told.
+  /// `longest_reach`: s beyond the last entry, or between two, over which a pose is still given.
   OdometryHistory(std::size_t capacity, double longest_reach);
 
-  /// False, and nothing is kept, when `entry` is not later than the last one. An entry from long
-  /// before (a clock that was set back) begins the history anew instead.
+  /// False, and nothing is stored, when `entry` is not later than the last one. An entry from long
+  /// before (the clock was set back) restarts the history instead.
   bool add(const Entry& entry);
   void clear() { entries_.clear(); }
 
-  /// Between two entries interpolated, after the last one moved on by its twist. Nothing before the
-  /// first entry, and beyond the reach.
+  /// Interpolated between two entries, extrapolated after the last one with its twist. Nothing
+  /// before the first entry, or beyond the reach.
   [[nodiscard]] std::optional<geometry::SE3> at(Time time) const;
-  /// Of the last entry that is not later. Nothing where `at` has nothing.
+  /// Covariance of the last entry that is not later. Nothing when `at` returns nothing.
   [[nodiscard]] std::optional<geometry::Matrix6d> covariance_at(Time time) const;
 
  private:
@@ -46,8 +46,8 @@ class OdometryHistory {
   std::deque<Entry> entries_;
 };
 
-/// All but the covariance, which not all who ask for poses need. Throws std::invalid_argument
-/// naming the field of the pose or twist that is none.
+/// Everything except the covariance, which not all users of poses need. Throws
+/// std::invalid_argument naming the field of an invalid pose or twist.
 [[nodiscard]] OdometryHistory::Entry odometry_entry(const nav_msgs::msg::Odometry& message);
 
 }  // namespace pipescout

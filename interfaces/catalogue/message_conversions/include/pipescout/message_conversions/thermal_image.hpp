@@ -10,16 +10,16 @@
 
 namespace pipescout {
 
-/// Reads pictures of thermal cameras: `mono16` and `16UC1` as counts, `32FC1` as degC, `mono8` and
-/// `8UC1` as grey levels. Seen where they are; a copy is made, in a buffer that is used again, of
-/// pixels whose bytes are in the other order or not aligned.
+/// Reads images of thermal cameras: `mono16` and `16UC1` as counts, `32FC1` as degC, `mono8` and
+/// `8UC1` as grey levels. Pixels are used without a copy, unless they are unaligned or in the other
+/// byte order; then they are copied into a buffer that is reused.
 class ThermalImageReader {
  public:
   using View = std::variant<thermal::CountView, thermal::TemperatureView, thermal::GreyView>;
 
   /// Valid as long as the message and until the next call. Throws std::invalid_argument naming the
-  /// field: an encoding that is none of these, no pixels, a `step` shorter than a row, `data` that
-  /// is shorter than `step * height`.
+  /// field for another encoding, no pixels, a `step` shorter than a row, `data` that is shorter
+  /// than `step * height`.
   [[nodiscard]] View read(const sensor_msgs::msg::Image& message);
 
  private:

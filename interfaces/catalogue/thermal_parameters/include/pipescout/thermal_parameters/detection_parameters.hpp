@@ -14,10 +14,10 @@
 #include "pipescout/thermal/radiometry.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
 
-/// What components that look for pipes in thermal pictures have in common.
+/// Common parameters of components that detect pipes in thermal images.
 namespace pipescout {
 
-/// A picture whose values mean nothing, for its camera is not described.
+/// An image whose values cannot be converted, because the parameters do not describe its camera.
 class UndescribedPicture final : public std::invalid_argument {
  public:
   UndescribedPicture(std::string counter, const std::string& text)
@@ -31,12 +31,12 @@ class UndescribedPicture final : public std::invalid_argument {
 
 struct DetectionSettings {
   thermal::LeakDetectorParameters detector;  ///< valid
-  /// degC of the counts of `mono16` pictures; nothing: the camera is not described.
+  /// Conversion of `mono16` counts to degC; nothing: the camera is not described.
   std::optional<thermal::TemperatureTable> counts;
-  /// degC of the grey levels of `mono8` pictures; nothing: not described.
+  /// Conversion of `mono8` grey levels to degC; nothing: not described.
   std::optional<thermal::TemperatureTable> grey;
 
-  /// degC of the pixels' values, valid as long as these settings; empty for pictures of degC.
+  /// Conversion of pixel values to degC, valid as long as these settings; empty for images in degC.
   /// Throws UndescribedPicture.
   [[nodiscard]] std::span<const float> celsius_of(const ThermalImageReader::View& picture) const;
 };
@@ -50,20 +50,20 @@ const thermal::Detections& detect(thermal::LeakDetector& detector,
 /// Parameters of the detector, the camera and the object: docs/components/leak_inspector.md.
 class DetectionParameters {
  public:
-  /// Declares them, with the defaults of the preset that parameter `preset` names. Throws
-  /// ParameterError for a preset that there is not.
+  /// Declares them, with the defaults of the preset that the parameter `preset` names. Throws
+  /// ParameterError for an unknown preset.
   explicit DetectionParameters(Parameters& parameters);
 
   /// Throws std::invalid_argument naming the parameter.
   [[nodiscard]] DetectionSettings read() const;
   [[nodiscard]] thermal::ObjectParameters object() const { return object_->read(); }
-  /// Nothing for a camera that is not described by them. Throws as `read`.
+  /// Nothing when they do not describe a camera. Throws as `read`.
   [[nodiscard]] std::optional<thermal::CameraConstants> camera_constants() const;
   /// K per count and degC at count 0; empty: not described by them.
   [[nodiscard]] std::vector<double> linear() const { return linear_.get(); }
   /// degC of black and of white; empty: not known.
   [[nodiscard]] std::vector<double> grey_range() const { return grey_range_.get(); }
-  /// What tells temperatures, for a log.
+  /// Description of the temperature conversion, for a log.
   [[nodiscard]] std::string calibration_text() const;
 
  private:

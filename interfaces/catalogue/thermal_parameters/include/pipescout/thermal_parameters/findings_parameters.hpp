@@ -11,14 +11,14 @@
 
 namespace pipescout {
 
-/// Parameters of what makes findings of detections: docs/components/leak_inspector.md.
+/// Parameters of the association of detections to findings: docs/components/leak_inspector.md.
 class FindingsParameters {
  public:
   /// Declares them.
   explicit FindingsParameters(Parameters& parameters);
 
-  /// Valid, of a camera that is not mounted yet. Severities and the diameter of pipes are those of
-  /// the detector. Throws std::invalid_argument naming the parameter.
+  /// Valid, without the pose of the camera. Severities and the pipe diameter are those of the
+  /// detector. Throws std::invalid_argument naming the parameter.
   [[nodiscard]] leak_findings::LeakFindingsParameters read(
       const thermal::LeakDetectorParameters& detector) const;
 

@@ -20,7 +20,7 @@ template <class Names, class Value>
   throw std::logic_error("a value without a name");
 }
 
-/// Throws std::invalid_argument naming the parameter, its value and the names that there are.
+/// Throws std::invalid_argument naming the parameter, its value and the valid names.
 template <class Names>
 [[nodiscard]] auto value_of(const Names& names, const Parameter<std::string>& parameter) {
   const std::string text = parameter.get();
@@ -31,11 +31,11 @@ template <class Names>
     }
     known += (known.empty() ? "'" : ", '") + std::string(name) + "'";
   }
-  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + text + "' is none of " +
-                              known);
+  throw std::invalid_argument("parameter '" + parameter.name() + "': '" + text +
+                              "' is not one of " + known);
 }
 
-/// Names the parameter in what `make` throws.
+/// Adds the name of the parameter to exceptions of `make`.
 template <class Make>
 auto naming(const Parameter<std::vector<double>>& parameter, Make make) {
   try {

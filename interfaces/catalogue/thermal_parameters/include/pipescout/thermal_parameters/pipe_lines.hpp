@@ -8,8 +8,8 @@
 
 namespace pipescout {
 
-/// Of a parameter with six numbers for each pipe: x y z of one end and of the other end of its
-/// axis, m, in the map. Throws std::invalid_argument naming the parameter.
+/// Pipe axes from a parameter with six numbers per pipe: x y z of both ends, m, in the map. Throws
+/// std::invalid_argument naming the parameter.
 [[nodiscard]] std::vector<leak_findings::PipeLine> pipe_lines(
     const Parameter<std::vector<double>>& parameter);
 

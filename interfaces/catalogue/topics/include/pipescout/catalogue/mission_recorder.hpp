@@ -16,49 +16,49 @@ struct MissionStatus;
 
 namespace pipescout {
 
-/// A component that writes into the mission folder: data files of its own kind, and a section of
-/// the mission's summary, which is rewritten every few seconds and when the recording ends. It says
-/// on `mission/status` when it is complete, or why it cannot be.
+/// Base of components that write to the mission folder: data files, and a section of the mission's
+/// summary, which is rewritten every few seconds and when the recording ends. Reports completion or
+/// failure on `mission/status`.
 ///
-/// Parameters, both taken over by `open_recording`: `mission_folder`, an existing folder, and
-/// `source`, the node whose end on `mission/status` ends the recording (empty: it has none).
+/// Parameters, both read by `open_recording`: `mission_folder`, an existing folder, and `source`,
+/// the node whose completion on `mission/status` ends the recording (empty: none).
 class MissionRecorder : public Component {
  protected:
   enum class Outcome { kRunning, kComplete, kFailed };
 
-  /// `data_name`: of the folder for data files, within that of the node's namespace.
+  /// `data_name`: name of the data folder, within that of the node's namespace.
   MissionRecorder(ComponentOptions options, std::string data_name);
 
-  /// For on_configure: makes the data folder and follows the source.
-  /// Throws std::invalid_argument when there is no mission folder, std::system_error naming it.
+  /// For on_configure: creates the data folder and subscribes to the status of the source. Throws
+  /// std::invalid_argument when there is no mission folder, std::system_error naming it.
   void open_recording();
 
-  /// Runs what writes. When that fails with std::system_error, so does the mission, and nothing is
-  /// written any more: later calls are counted as `not_recorded`.
+  /// Runs a function that writes. If it throws std::system_error, the mission fails and nothing
+  /// more is written: later calls are counted as `not_recorded`.
   void guarded(const std::function<void()>& write);
-  /// What the section says is not what was written last.
+  /// Marks the section as changed since it was last written.
   void section_has_changed() noexcept { section_is_old_ = true; }
   /// Writes the section for the last time and reports the outcome, which is not kRunning.
   void end(Outcome outcome, const std::string& text);
 
   [[nodiscard]] Outcome outcome() const noexcept { return outcome_; }
   [[nodiscard]] const std::filesystem::path& data_folder() const noexcept { return data_folder_; }
-  /// Relative to the mission folder, for people.
+  /// Relative to the mission folder, for messages.
   [[nodiscard]] std::string data_folder_name() const;
 
   // A derived class overrides on_configure, and these:
 
-  /// Without a word on the outcome. `figure_prefix` comes before the names of the figures.
+  /// Without a note on the outcome. `figure_prefix` is the prefix of the figures' names.
   [[nodiscard]] virtual MissionSection section(const std::string& figure_prefix) const = 0;
-  /// What there is so far, a part of a sentence.
+  /// The counts so far, as a part of a sentence.
   [[nodiscard]] virtual std::string counts() const = 0;
-  /// The source is complete, or tells its progress, while the recording runs.
+  /// The source reported progress or completion while the recording runs.
   virtual void on_source(const pipescout_msgs::msg::MissionStatus& status) = 0;
-  /// Nothing is to be written any more: timers end.
+  /// The recording has ended: stop timers.
   virtual void stop_timers() = 0;
   /// Waits until the data files are on the disk.
   virtual void sync_files() = 0;
-  /// Drops subscriptions and data files.
+  /// Releases subscriptions and data files.
   virtual void close_files() = 0;
 
   CallbackReturn on_deactivate() override;

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-/// Words for the constants of `pipescout_msgs/FusedOdometer`, as recordings and logs have them.
-/// "unknown" for a value that is none of them.
+/// Names of the constants of `pipescout_msgs/FusedOdometer` in recordings and logs. "unknown" for
+/// any other value.
 namespace pipescout {
 
 /// REJECTED_*: "none", "unsupported", "marked invalid", "not a number", "bad sigma", "absent",

@@ -17,13 +17,13 @@
 
 namespace pipescout {
 
-/// Records streams that others publish, line by line as they arrive. Complete a while after its
-/// source; failed when nothing arrives any more before the source is complete.
+/// Base of recorders of topics: writes one line per message on arrival. The recording is complete
+/// some time after its source, and fails when no message arrives before the source is complete.
 ///
-/// Parameters beside those of MissionRecorder, taken over by `begin_recording`: `settle_time`, s
-/// after the end of the source in which messages that are under way arrive, and `silent_after`, s
-/// without any message after which a recording whose source is not complete fails (0: waits for
-/// ever). Both are real time.
+/// Parameters in addition to those of MissionRecorder, read by `begin_recording`: `settle_time`, s
+/// after the end of the source in which delayed messages are recorded, and `silent_after`, s
+/// without any message after which a recording with an incomplete source fails (0: no limit). Both
+/// are wall-clock time.
 class StreamRecorder : public MissionRecorder {
  protected:
   /// `data_name`: as of MissionRecorder.
@@ -33,11 +33,10 @@ class StreamRecorder : public MissionRecorder {
   void begin_recording();
 
   /// Calls `write` for each message. A file that cannot be written (std::system_error) fails the
-  /// mission; a message that says nonsense (std::invalid_argument) is counted as
-  /// `<counter>.malformed`.
+  /// mission; an invalid message (std::invalid_argument) is counted as `<counter>.malformed`.
   template <class T, class Write>
   void record(const Topic<T>& topic, const std::string& counter, Write write) {
-    // Commands too are kept until the recording begins: they were given.
+    // Commands received before the recording begins are kept too, since they were sent.
     subscriptions_.emplace_back(create_subscription(
         topic, [this, counter, write](const T& message) { hear([&] { write(message); }, counter); },
         {.while_inactive = WhileInactive::kKeep}));
@@ -49,10 +48,9 @@ class StreamRecorder : public MissionRecorder {
 
   // A derived class overrides `on_configure`, `section`, `counts`, and these:
 
-  /// Whether what there is makes a recording; one without is failed at the end of its source.
+  /// Whether enough was recorded; otherwise the recording fails at the end of its source.
   [[nodiscard]] virtual bool has_data() const = 0;
-  /// What the source says of itself while it runs and when it is complete. May throw
-  /// std::system_error.
+  /// Status of the source while it runs and when it is complete. May throw std::system_error.
   virtual void on_progress(const pipescout_msgs::msg::MissionStatus& status);
 
   CallbackReturn on_deactivate() override;
@@ -64,7 +62,7 @@ class StreamRecorder : public MissionRecorder {
   void close_files() final;
 
   void hear(const std::function<void()>& write, const std::string& counter);
-  /// Ends a recording whose source is dead. Before the first message it has not begun.
+  /// Ends a recording whose source is silent. Starts with the first message.
   void look_for_silence();
 
   Parameter<double> settle_time_;
@@ -72,7 +70,7 @@ class StreamRecorder : public MissionRecorder {
 
   // As configured.
   Duration settle_{};
-  Duration silence_{};  // zero: may last for ever
+  Duration silence_{};  // zero: no limit
 
   std::optional<SteadyTime> heard_at_;
   std::map<std::string, LineFile, std::less<>> files_;

@@ -29,7 +29,7 @@ struct SurveyPoses {
 ///   x_deviation, y_deviation, z_deviation    m; may be missing: the settings' then
 ///   rotation_x_deviation, ...                rad, about the axes of the map; likewise
 /// in any order. Throws CsvError for a column that is missing, a file that is named twice, and what
-/// is no number, no rotation or no deviation.
+/// is not a number, no rotation or no deviation.
 [[nodiscard]] SurveyPoses parse_survey_poses(const std::string& text, const std::string& path,
                                              const SurveySettings& settings);
 

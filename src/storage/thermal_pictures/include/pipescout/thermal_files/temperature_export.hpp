@@ -12,7 +12,7 @@ namespace pipescout {
 
 /// Text of temperatures in degC, row by row from the upper left, as cameras' makers export it:
 /// comma-separated, whole or gzipped. Throws ThermalFileError, naming the file, where it cannot be
-/// read, is cut short, is larger than 256 MiB or holds what is no number.
+/// read, is cut short, is larger than 256 MiB or holds what is not a number.
 [[nodiscard]] std::vector<float> read_temperature_export(const std::filesystem::path& file);
 
 /// Of two pictures, over all pixels.

@@ -46,7 +46,7 @@ inline constexpr ListColumns kColumns2015{"J. no.", "Log Dist. [ft]", "Event Des
                                           "O'clock", "Comments"};
 
 /// From CSV text; `name` is that of the file. Throws std::runtime_error "name:line: what" for a
-/// missing column, a distance that is no number and a list without girth welds.
+/// missing column, a distance that is not a number and a list without girth welds.
 [[nodiscard]] InspectionList read_inspection_list(std::string_view text, const ListColumns& columns,
                                                   std::string_view name);
 

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands on actions, with a server in this process.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <example_interfaces/action/fibonacci.hpp>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/runtime/executor_thread.hpp"
+#include "pipescout/runtime/node.hpp"
+#include "program.hpp"
+
+namespace pipescout::host {
+namespace {
+
+using example_interfaces::action::Fibonacci;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+
+/// Order 0 is rejected; 1 to 9 are computed at once, with a feedback; more never ends by itself.
+class ActionCommand : public ::testing::Test {
+ protected:
+  void accepted(const ServerGoal<Fibonacci>& goal) {
+    if (goal.goal().order >= 10) {
+      const std::lock_guard lock(mutex_);
+      kept_ = goal;
+      return;
+    }
+    Fibonacci::Feedback feedback;
+    feedback.sequence = {0, 1};
+    goal.publish_feedback(feedback);
+    Fibonacci::Result result;
+    result.sequence = {0, 1};
+    for (std::int32_t i = 0; i < goal.goal().order; ++i) {
+      result.sequence.push_back(*(result.sequence.end() - 1) + *(result.sequence.end() - 2));
+    }
+    goal.succeed(std::move(result));
+  }
+
+  Finished run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin() + 2, {"--spin-time", "30"});
+    return run_program(arguments, folder_.path());
+  }
+  Finished send(const std::string& goal) {
+    return run({"action", "send_goal", "/robot/fibonacci", "example_interfaces/action/Fibonacci",
+                goal, "-f"});
+  }
+
+  ::pipescout::testing::TemporaryFolder folder_;
+  std::shared_ptr<Context> context_ =
+      Context::create(create_dds_transport(DdsOptions::from_environment()));
+  Executor executor_;
+  std::mutex mutex_;
+  ServerGoal<Fibonacci> kept_;
+  Node node_{{.context = context_,
+              .executor = &executor_,
+              .name = {"/robot", "mathematician"},
+              .standard_interfaces = false}};
+  ActionServer<Fibonacci> server_ = node_.create_action_server<Fibonacci>(
+      "fibonacci", {.decide =
+                        [](const GoalId&, const std::shared_ptr<const Fibonacci::Goal>& goal) {
+                          return goal->order == 0 ? GoalDecision::kReject : GoalDecision::kAccept;
+                        },
+                    .accepted = [this](const ServerGoal<Fibonacci>& goal) { accepted(goal); },
+                    .canceling = [](const ServerGoal<Fibonacci>& goal) { goal.canceled(); }});
+  ExecutorThread thread_{executor_, {}};
+};
+
+TEST_F(ActionCommand, ListsActionsAndTheirNodes) {
+  EXPECT_EQ(run({"action", "list"}).out, "/robot/fibonacci\n");
+  EXPECT_EQ(run({"action", "list", "-t"}).out,
+            "/robot/fibonacci [example_interfaces/action/Fibonacci]\n");
+  EXPECT_EQ(run({"action", "list", "-c"}).out, "1\n");
+  EXPECT_EQ(run({"action", "info", "/robot/fibonacci", "-t"}).out,
+            "Action: /robot/fibonacci\nAction clients: 0\nAction servers: 1\n"
+            "    /robot/mathematician [example_interfaces/action/Fibonacci]\n");
+  EXPECT_EQ(run({"action", "info", "/nothing"}).out,
+            "Action: /nothing\nAction clients: 0\nAction servers: 0\n");
+  EXPECT_THAT(run({"node", "info", "/robot/mathematician"}).out,
+              HasSubstr("  Action Servers:\n"
+                        "    /robot/fibonacci: example_interfaces/action/Fibonacci\n"));
+  // The parts of an action are hidden.
+  EXPECT_EQ(run({"service", "list"}).out.find("_action"), std::string::npos);
+  EXPECT_EQ(run({"topic", "list"}).out.find("_action"), std::string::npos);
+}
+
+TEST_F(ActionCommand, SendsAGoalAndPrintsWhatComesOfIt) {
+  const auto finished = send("{order: 3}");
+  EXPECT_EQ(finished.code(), 0) << finished.err;
+  EXPECT_THAT(finished.out, MatchesRegex("Waiting for an action server to become available...\n"
+                                         "Sending goal:\n     order: 3\n\n"
+                                         "Goal accepted with ID: [0-9a-f]{32}\n\n"
+                                         "Feedback:\n    sequence:\n- 0\n- 1\n\n"
+                                         "Result:\n    sequence:\n- 0\n- 1\n- 1\n- 2\n- 3\n\n"
+                                         "Goal finished with status: SUCCEEDED\n"));
+}
+
+TEST_F(ActionCommand, TellsOfARejectedGoal) {
+  const auto finished = send("{order: 0}");
+  EXPECT_EQ(finished.code(), 1);
+  EXPECT_THAT(finished.out, HasSubstr("\nGoal was rejected.\n"));
+}
+
+TEST_F(ActionCommand, ASignalCancelsTheGoal) {
+  Program program({"action", "send_goal", "/robot/fibonacci", "example_interfaces/action/Fibonacci",
+                   "{order: 10}"},
+                  folder_.path());
+  ASSERT_TRUE(program.wait_for_out("Goal accepted with ID"));
+  program.signal(SIGINT);
+  const auto finished = program.finish();
+  EXPECT_EQ(finished.code(), 128 + SIGINT);
+  EXPECT_THAT(finished.out, HasSubstr("Canceling goal...\nGoal canceled.\n"));
+  EXPECT_EQ(server_.statistics().canceled, 1U);
+}
+
+TEST_F(ActionCommand, SaysWhatIsWrong) {
+  EXPECT_THAT(
+      run({"action", "send_goal", "/robot/fibonacci", "example_interfaces/action/Nothing"}).err,
+      HasSubstr("The passed action type is invalid: "));
+  EXPECT_THAT(send("{ordr: 3}").err, HasSubstr("Failed to populate message fields: "));
+  const auto other =
+      run({"action", "send_goal", "/robot/fibonacci", "nav2_msgs/action/NavigateToPose"});
+  EXPECT_EQ(other.code(), 1);
+  EXPECT_EQ(
+      other.err,
+      "The action '/robot/fibonacci' is served as example_interfaces/action/Fibonacci, not as "
+      "nav2_msgs/action/NavigateToPose\n");
+  EXPECT_EQ(run({"action", "list", "--nothing"}).code(), 2);
+}
+
+}  // namespace
+}  // namespace pipescout::host

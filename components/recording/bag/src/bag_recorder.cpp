@@ -1,0 +1,456 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/bag_recording/bag_recorder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <regex>
+#include <rosbag2_interfaces/msg/write_split_event.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipescout/bag_topics/bag_topic.hpp"
+#include "pipescout/bag_topics/qos_profiles.hpp"
+#include "pipescout/bags/bag_error.hpp"
+#include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/runtime/register_component.hpp"
+#include "recording_queue.hpp"
+#include "topic_selection.hpp"
+
+namespace pipescout {
+
+namespace {
+
+using rosbag2_interfaces::msg::WriteSplitEvent;
+
+/// What a latched topic may have kept for us; other messages never wait in a queue of the runtime.
+constexpr std::size_t kDepth = 1000;
+constexpr Duration kStatisticsPeriod = std::chrono::seconds(1);
+constexpr std::int64_t kLargest = std::int64_t{1} << 60;
+
+/// "rosbag2_2026_11_25-17_45_12", as rosbag2 names a bag that nobody named.
+std::string default_folder() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::array<char, 64> name{};
+  std::strftime(name.data(), name.size(), "rosbag2_%Y_%m_%d-%H_%M_%S", &local);
+  return name.data();
+}
+
+std::optional<std::regex> optional_regex(const Parameter<std::string>& parameter) {
+  const std::string text = parameter.get();
+  if (text.empty()) {
+    return std::nullopt;
+  }
+  try {
+    return std::regex(text);
+  } catch (const std::regex_error& error) {
+    throw std::invalid_argument(parameter.name() + " = '" + text +
+                                "' is no regular expression: " + error.what());
+  }
+}
+
+template <class Value>
+Value one_of(const Parameter<std::string>& parameter,
+             const std::vector<std::pair<std::string, Value>>& values) {
+  const std::string text = parameter.get();
+  std::string names;
+  for (const auto& [name, value] : values) {
+    if (name == text) {
+      return value;
+    }
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  throw std::invalid_argument(parameter.name() + " = '" + text + "' is none of " + names);
+}
+
+std::string joined(const std::set<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) {
+    text += (text.empty() ? "" : ", ") + name;
+  }
+  return text;
+}
+
+}  // namespace
+
+/// The parameters, and what they said when the component was configured.
+class BagRecorder::Settings {
+ public:
+  explicit Settings(BagRecorder& recorder) : recorder_(recorder) {
+    auto& parameters = recorder.parameters();
+    const auto size = [](std::string description) {
+      return ParameterDescriptor{.description = std::move(description),
+                                 .integer_range = IntegerRange{0, kLargest}};
+    };
+    output_ = parameters.declare<std::string>(
+        "output", "",
+        {.description = "folder of the bag, made anew; empty: rosbag2_<local time> where the "
+                        "process runs"});
+    storage_ =
+        parameters.declare<std::string>("storage", "sqlite3", {.description = "sqlite3 or mcap"});
+    all_ = parameters.declare<bool>("all", false, {.description = "record all topics"});
+    topics_ = parameters.declare<std::vector<std::string>>("topics", {},
+                                                           {.description = "topics to record"});
+    regex_ = parameters.declare<std::string>(
+        "regex", "",
+        {.description = "record the topics in whose names it is found, in place of all"});
+    exclude_ = parameters.declare<std::string>(
+        "exclude", "", {.description = "do not record the topics in whose names it is found"});
+    include_hidden_ =
+        parameters.declare<bool>("include_hidden_topics", false,
+                                 {.description = "topics with a part that begins with '_' too"});
+    max_bag_size_ = parameters.declare<std::int64_t>(
+        "max_bag_size", 0, size("bytes of a file before another is begun; 0: no limit"));
+    max_bag_duration_ = parameters.declare<std::int64_t>(
+        "max_bag_duration", 0, size("s of a file before another is begun; 0: no limit"));
+    max_cache_size_ = parameters.declare<std::int64_t>(
+        "max_cache_size", 100 * 1024 * 1024,
+        size("bytes of messages that wait to be written; in snapshot mode those that are kept"));
+    compression_mode_ = parameters.declare<std::string>(
+        "compression_mode", "none", {.description = "none, file or message, with zstd"});
+    chunk_compression_ = parameters.declare<std::string>(
+        "chunk_compression", "none", {.description = "of MCAP's chunks: none, lz4 or zstd"});
+    qos_overrides_ = parameters.declare<std::string>(
+        "qos_overrides", "",
+        {.description = "file with QoS profiles by topic, in place of what goes with the "
+                        "publishers"});
+    snapshot_mode_ = parameters.declare<bool>(
+        "snapshot_mode", false,
+        {.description = "keep the last max_cache_size bytes, and write them when the service "
+                        "snapshot asks for it"});
+    repeatable_ = parameters.declare<bool>(
+        "repeatable", false,
+        {.description = "publishers wait while the cache is full, and nothing is written because "
+                        "of the time: the same messages give the same bytes. For simulated "
+                        "missions"});
+    use_sim_time_ = parameters.handle<bool>("use_sim_time");
+  }
+
+  /// Throws std::invalid_argument, QosProfileError.
+  void read() {
+    writer = {};
+    writer.storage = one_of<bags::Storage>(
+        storage_, {{"sqlite3", bags::Storage::kSqlite}, {"mcap", bags::Storage::kMcap}});
+    writer.max_file_size = static_cast<std::uint64_t>(max_bag_size_.get());
+    constexpr std::int64_t kLongest = Duration::max().count() / 1'000'000'000;
+    writer.max_file_duration = std::chrono::seconds(std::min(max_bag_duration_.get(), kLongest));
+    writer.compression =
+        one_of<bags::Compression>(compression_mode_, {{"none", bags::Compression::kNone},
+                                                      {"message", bags::Compression::kMessage},
+                                                      {"file", bags::Compression::kFile}});
+    writer.chunk_compression = one_of<bags::ChunkCompression>(
+        chunk_compression_, {{"none", bags::ChunkCompression::kNone},
+                             {"lz4", bags::ChunkCompression::kLz4},
+                             {"zstd", bags::ChunkCompression::kZstd}});
+    writer.flush_by_time = !repeatable_.get();
+    queue = {.limit = static_cast<std::uint64_t>(max_cache_size_.get()),
+             .snapshot = snapshot_mode_.get(),
+             .repeatable = repeatable_.get()};
+    selection = {.all = all_.get(),
+                 .topics = {},
+                 .regex = optional_regex(regex_),
+                 .exclude = optional_regex(exclude_),
+                 .hidden = include_hidden_.get()};
+    for (const auto& topic : topics_.get()) {
+      selection.topics.insert(expand_topic_name(topic, recorder_.node_name()));
+    }
+    if (!selection.all && selection.topics.empty() && !selection.regex) {
+      throw std::invalid_argument("no topic is to be recorded: set all, topics or regex");
+    }
+    qos_overrides.clear();
+    if (const auto path = qos_overrides_.get(); !path.empty()) {
+      for (const auto& [topic, qos] : read_qos_overrides(path)) {
+        qos_overrides[expand_topic_name(topic, recorder_.node_name())] = qos;
+      }
+    }
+  }
+
+  [[nodiscard]] std::filesystem::path folder() const {
+    const std::string output = output_.get();
+    return output.empty() ? default_folder() : output;
+  }
+  [[nodiscard]] bool simulated_time() const { return use_sim_time_.get(); }
+
+  bags::BagWriterOptions writer;
+  RecordingQueue::Options queue;
+  TopicSelection selection;
+  std::map<std::string, QoS> qos_overrides;
+
+ private:
+  BagRecorder& recorder_;
+  Parameter<std::string> output_;
+  Parameter<std::string> storage_;
+  Parameter<bool> all_;
+  Parameter<std::vector<std::string>> topics_;
+  Parameter<std::string> regex_;
+  Parameter<std::string> exclude_;
+  Parameter<bool> include_hidden_;
+  Parameter<std::int64_t> max_bag_size_;
+  Parameter<std::int64_t> max_bag_duration_;
+  Parameter<std::int64_t> max_cache_size_;
+  Parameter<std::string> compression_mode_;
+  Parameter<std::string> chunk_compression_;
+  Parameter<std::string> qos_overrides_;
+  Parameter<bool> snapshot_mode_;
+  Parameter<bool> repeatable_;
+  Parameter<bool> use_sim_time_;
+};
+
+/// One bag, from activation to deactivation. Lives in the component's default group.
+class BagRecorder::Recording {
+ public:
+  /// Throws bags::BagError, std::invalid_argument.
+  Recording(BagRecorder& recorder, const Settings& settings)
+      : recorder_(recorder),
+        settings_(settings),
+        split_events_(
+            recorder.create_publisher<WriteSplitEvent>("events/write_split", QoS::reliable(1))),
+        queue_(std::make_unique<bags::BagWriter>(settings.folder(), settings.writer),
+               settings.queue,
+               {.split =
+                    [this](const auto& closed, const auto& opened) {
+                      post([this, closed, opened] {
+                        WriteSplitEvent event;
+                        event.closed_file = closed.string();
+                        event.opened_file = opened.string();
+                        split_events_.publish(std::move(event));
+                      });
+                    },
+                .failed = [this](const std::string& why) { post([this, why] { fail(why); }); }}) {
+    graph_changes_ = recorder.context().graph().on_changed([this] {
+      if (!is_looking_.exchange(true)) {
+        post([this] {
+          is_looking_ = false;
+          find_topics();
+        });
+      }
+    });
+    find_topics();
+    statistics_timer_ = recorder.create_timer(kStatisticsPeriod, [this] { show_counts(); });
+  }
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+  ~Recording() { finish(); }
+
+  /// Ends all subscriptions, writes what waits and closes the bag.
+  void finish() {
+    graph_changes_.reset();
+    statistics_timer_.reset();
+    subscriptions_.clear();
+    queue_.finish();
+    show_counts();
+  }
+  [[nodiscard]] bool take_snapshot() { return queue_.take_snapshot(); }
+
+ private:
+  struct Topic {
+    Topic(std::string its_name, bags::TopicIndex its_index)
+        : name(std::move(its_name)), index(its_index) {}
+
+    const std::string name;
+    const bags::TopicIndex index;
+    std::atomic<bool> dropped{false};
+  };
+
+  /// Runs in the default group, unless the recording has gone by then. From any thread.
+  void post(std::function<void()> function) const {
+    recorder_.default_group()->post(
+        [alive = std::weak_ptr(alive_), function = std::move(function)] {
+          if (!alive.expired()) {
+            function();
+          }
+        });
+  }
+
+  void fail(const std::string& why) {
+    graph_changes_.reset();
+    subscriptions_.clear();
+    recorder_.report_failed("the recording has ended: " + why +
+                            "; the bag is closed, and lacks the last second at most");
+  }
+
+  void show_counts() const {
+    const auto counts = queue_.counts();
+    auto& diagnostics = recorder_.diagnostics();
+    diagnostics.set_value("recorded.topics", std::to_string(topics_.size()));
+    diagnostics.set_value("recorded.messages", std::to_string(counts.written));
+    diagnostics.set_value("recorded.bytes", std::to_string(counts.bytes));
+  }
+
+  void find_topics() {
+    if (!graph_changes_) {
+      return;  // the recording has ended
+    }
+    struct Found {
+      std::set<std::string> types;
+      std::vector<QoS> offered;
+    };
+    std::map<std::string, Found> found;
+    for (const auto& endpoint : recorder_.context().graph().endpoints()) {
+      const auto topic = demangle_topic_name(endpoint.wire_topic);
+      const auto type = demangle_type_name(endpoint.wire_type);
+      if (!endpoint.is_publisher || !topic || topic->kind != DdsTopicKind::kTopic || !type ||
+          endpoint.node == recorder_.node_name() || !settings_.selection.selects(topic->name)) {
+        continue;
+      }
+      found[topic->name].types.insert(*type);
+      found[topic->name].offered.push_back(endpoint.qos);
+    }
+    for (const auto& [name, topic] : found) {
+      const auto known = subscriptions_.find(name);
+      if (known != subscriptions_.end()) {
+        warn_of_incompatible(name, topic.offered, known->second.untyped()->qos());
+      } else if (topic.types.size() > 1) {
+        warn_once(name, "topic '" + name + "' has several types, " + joined(topic.types) +
+                            ", and is not recorded");
+      } else {
+        subscribe(name, *topic.types.begin(), topic.offered);
+      }
+    }
+  }
+
+  void subscribe(const std::string& name, const std::string& type,
+                 const std::vector<QoS>& offered) {
+    const auto override = settings_.qos_overrides.find(name);
+    const QoS qos =
+        override != settings_.qos_overrides.end() ? override->second : request_for(offered, kDepth);
+    const auto known = std::find_if(topics_.begin(), topics_.end(),
+                                    [&](const Topic& topic) { return topic.name == name; });
+    if (known != topics_.end()) {
+      return;  // its subscription could not be made
+    }
+    auto& topic = topics_.emplace_back(name, queue_.add_topic(make_bag_topic(name, type, offered)));
+    try {
+      subscriptions_.emplace(
+          name, recorder_.create_generic_subscription(
+                    name, type, qos,
+                    [this, &topic](const std::shared_ptr<const SerializedMessage>& message,
+                                   const MessageInfo& info) { take(topic, message, info); },
+                    // Unmanaged: what latched topics have kept comes at once, while the component
+                    // is still being activated.
+                    {.managed = false, .at_once = true}));
+      recorder_.logger().info("recording '" + name + "' [" + type + "]");
+      warn_of_incompatible(name, offered, qos);
+    } catch (const std::runtime_error& error) {
+      warn_once(name, "topic '" + name + "' is not recorded: " + error.what());
+    }
+  }
+
+  /// On whatever thread publishes or receives.
+  void take(Topic& topic, const std::shared_ptr<const SerializedMessage>& message,
+            const MessageInfo& info) {
+    std::int64_t log_time = info.reception_time.time_since_epoch().count();
+    std::int64_t publish_time = info.source_time.time_since_epoch().count();
+    if (settings_.simulated_time()) {
+      // The time of publication is this machine's: it would only make two equal missions differ.
+      log_time = recorder_.now().time_since_epoch().count();
+      publish_time = log_time;
+    }
+    if (queue_.push(topic.index, log_time, publish_time, message)) {
+      return;
+    }
+    recorder_.diagnostics().count("dropped." + topic.name);
+    if (!topic.dropped.exchange(true)) {
+      // Not here: what is logged is published too, and this may be the recording of that.
+      post([this, name = topic.name] {
+        recorder_.logger().warn("messages of topic '" + name +
+                                "' are dropped: the disk is slower than the publishers, and the "
+                                "cache of max_cache_size is full");
+      });
+    }
+  }
+
+  void warn_of_incompatible(const std::string& name, const std::vector<QoS>& offered,
+                            const QoS& requested) {
+    for (const QoS& offer : offered) {
+      if (const auto policy = incompatibility(offer, requested)) {
+        warn_once(name, "topic '" + name +
+                            "': a publisher offers a QoS that does not go with what " +
+                            "the recording asks for (" + to_string(*policy) +
+                            "); its messages are not recorded");
+        return;
+      }
+    }
+  }
+
+  void warn_once(const std::string& name, const std::string& text) {
+    if (warned_.insert(name).second) {
+      recorder_.diagnostics().count("not_recorded." + name);
+      recorder_.logger().warn(text);
+    }
+  }
+
+  BagRecorder& recorder_;
+  const Settings& settings_;
+  const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  std::atomic<bool> is_looking_{false};
+  std::deque<Topic> topics_;  // addresses are kept by callbacks
+  std::set<std::string> warned_;
+  Publisher<WriteSplitEvent> split_events_;
+  RecordingQueue queue_;
+  std::map<std::string, GenericSubscription> subscriptions_;  // before the queue ends
+  std::shared_ptr<Timer> statistics_timer_;
+  std::shared_ptr<void> graph_changes_;
+};
+
+BagRecorder::BagRecorder(ComponentOptions options)
+    : Component(std::move(options)), settings_(std::make_unique<Settings>(*this)) {
+  snapshot_service_ = create_service<Snapshot>(
+      "~/snapshot", [this](const Snapshot::Request&, Snapshot::Response& response) {
+        response.success = recording_ != nullptr && recording_->take_snapshot();
+      });
+}
+
+BagRecorder::~BagRecorder() = default;
+
+CallbackReturn BagRecorder::on_configure() {
+  try {
+    settings_->read();
+  } catch (const std::exception& error) {
+    diagnostics().set_status(DiagnosticLevel::kError, error.what());
+    return CallbackReturn::kFailure;
+  }
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn BagRecorder::on_activate() {
+  try {
+    recording_ = std::make_unique<Recording>(*this, *settings_);
+  } catch (const std::exception& error) {
+    diagnostics().set_status(DiagnosticLevel::kError, error.what());
+    return CallbackReturn::kFailure;
+  }
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn BagRecorder::on_deactivate() {
+  recording_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn BagRecorder::on_cleanup() {
+  recording_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+CallbackReturn BagRecorder::on_shutdown() {
+  recording_.reset();
+  return CallbackReturn::kSuccess;
+}
+
+}  // namespace pipescout
+
+PIPESCOUT_REGISTER_COMPONENT(pipescout::BagRecorder)
