@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the runtime adds to topics and services: actions, and transforms with libtf2 in the same run.
+// What the runtime adds to topics and services: actions, and transforms with libtf2 in the same
+// run.
 #include "action_cases.hpp"
 #include "figures.hpp"
 #include "program.hpp"

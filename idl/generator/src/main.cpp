@@ -91,8 +91,8 @@ void generate(const Options& options) {
     write_if_different(options.output / interface->package / interface->folder /
                            (snake_case(interface->name) + ".hpp"),
                        cpp_header(*interface));
-    // `ros2 interface show` reads no other form; one that the package has itself is as its author wrote
-    // it.
+    // `ros2 interface show` reads no other form; one that the package has itself is as its author
+    // wrote it.
     if (fs::path(interface->file).extension() == ".idl") {
       write_if_different(options.output / interface->package / interface->folder /
                              (interface->name + "." + interface->folder),

@@ -204,6 +204,7 @@ void ActionClientCore::tell_held_feedback(const GoalId& id) {
 }
 
 void ActionClientCore::ask_for_result(const GoalId& id) {
+  Goals lost;
   {
     const std::lock_guard lock(mutex_);
     const auto found = goals_.find(id);
@@ -221,9 +222,10 @@ void ActionClientCore::ask_for_result(const GoalId& id) {
           }
         },
         Duration::max());
+    // The server may have gone before anybody looked for its goals.
+    take_if_lost(found, lost);
   }
-  // The server may have gone before anybody looked for its goals.
-  servers_changed();
+  tell_lost(lost);
 }
 
 void ActionClientCore::result_came(const GoalId& id, const ServiceResult<void>& result) {
@@ -257,18 +259,21 @@ void ActionClientCore::servers_changed() {
   Goals lost;
   {
     const std::lock_guard lock(mutex_);
-    if (!endpoints_.send_goal) {
-      return;
-    }
     for (auto goal = goals_.begin(); goal != goals_.end();) {
-      const auto next = std::next(goal);
-      if (goal->second.result_call != 0 && !endpoints_.send_goal->is_matched(goal->second.server)) {
-        endpoints_.get_result->forget(goal->second.result_call);
-        lost.insert(goals_.extract(goal));
-      }
-      goal = next;
+      take_if_lost(goal++, lost);
     }
   }
+  tell_lost(lost);
+}
+
+void ActionClientCore::take_if_lost(Goals::iterator goal, Goals& lost) {
+  if (goal->second.result_call != 0 && !endpoints_.send_goal->is_matched(goal->second.server)) {
+    endpoints_.get_result->forget(goal->second.result_call);
+    lost.insert(goals_.extract(goal));
+  }
+}
+
+void ActionClientCore::tell_lost(const Goals& lost) {
   std::exception_ptr error;
   for (const auto& [id, goal] : lost) {
     const GoalEnd known = end_of(goal.status);

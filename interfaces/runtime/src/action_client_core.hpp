@@ -72,6 +72,9 @@ class ActionClientCore : public std::enable_shared_from_this<ActionClientCore> {
   void tell_held_feedback(const GoalId& id);
   void ask_for_result(const GoalId& id);
   void result_came(const GoalId& id, const ServiceResult<void>& result);
+  /// Moves a goal from the table to `lost` when its server is gone; under mutex_.
+  void take_if_lost(Goals::iterator goal, Goals& lost);
+  void tell_lost(const Goals& lost);
   void tell_result(const GoalId& id, const Goal& goal, GoalEnd end,
                    const std::shared_ptr<const void>& response);
   /// The goal, which is no longer in the table; its callbacks are null when it was not there.

@@ -70,8 +70,7 @@ class ProcessContext final : public Context {
     auto& known = transform_listeners_[{tf_topic, tf_static_topic}];
     auto listener = known.lock();
     if (!listener) {
-      listener = std::make_shared<TransformListener>(tf_topic, tf_static_topic);
-      listener->start(*this);
+      listener = TransformListener::create(*this, tf_topic, tf_static_topic);
       known = listener;
     }
     return listener;

@@ -21,27 +21,33 @@ constexpr std::size_t kMostLogged = 100;
 
 }  // namespace
 
-TransformListener::TransformListener(std::string tf_topic, std::string tf_static_topic)
-    : tf_topic_(std::move(tf_topic)), tf_static_topic_(std::move(tf_static_topic)) {}
+TransformListener::TransformListener(Context& context) : context_(context.weak_from_this()) {}
 
-void TransformListener::start(Context& context) {
-  context_ = context.weak_from_this();
+std::shared_ptr<TransformListener> TransformListener::create(Context& context,
+                                                             const std::string& tf_topic,
+                                                             const std::string& tf_static_topic) {
+  struct Owner {
+    std::shared_ptr<TransformListener> listener;
+    std::vector<std::shared_ptr<UntypedSubscription>> subscriptions;
+  };
+  const auto owner = std::make_shared<Owner>();
+  owner->listener = std::make_shared<TransformListener>(context);
   const auto subscribe = [&](const std::string& topic, const QoS& qos, bool is_static) {
     // Without a group: a lookup in a callback is to find what was published before.
-    return context.create_subscription(
+    owner->subscriptions.push_back(context.create_subscription(
         {.topic = {mangle_topic_name(topic, DdsTopicKind::kTopic),
                    &message_type<tf2_msgs::msg::TFMessage>()},
          .qos = qos,
-         .callback = [weak = weak_from_this(), is_static](
+         .callback = [listener = owner->listener, is_static](
                          const std::shared_ptr<const void>& message, const MessageInfo& info) {
-           if (const auto self = weak.lock()) {
-             self->take(*static_cast<const tf2_msgs::msg::TFMessage*>(message.get()), is_static,
-                        info.identity.writer);
-           }
-         }});
+           listener->take(*static_cast<const tf2_msgs::msg::TFMessage*>(message.get()), is_static,
+                          info.identity.writer);
+         }}));
   };
-  tf_static_ = subscribe(tf_static_topic_, topics::kTfStatic.requested, true);
-  tf_ = subscribe(tf_topic_, topics::kTf.requested, false);
+  subscribe(tf_static_topic, topics::kTfStatic.requested, true);
+  subscribe(tf_topic, topics::kTf.requested, false);
+  owner->listener->subscriptions_.assign(owner->subscriptions.begin(), owner->subscriptions.end());
+  return {owner, owner->listener.get()};
 }
 
 TransformBuffer& TransformListener::buffer() {
@@ -49,7 +55,11 @@ TransformBuffer& TransformListener::buffer() {
 }
 
 std::vector<std::shared_ptr<UntypedSubscription>> TransformListener::subscriptions() const {
-  return {tf_, tf_static_};
+  std::vector<std::shared_ptr<UntypedSubscription>> result;
+  for (const auto& subscription : subscriptions_) {
+    result.push_back(subscription.lock());
+  }
+  return result;
 }
 
 void TransformListener::add_reporter(const Logger& logger,

@@ -23,16 +23,19 @@ struct TFMessage;
 
 namespace pipescout {
 
-/// One buffer of a process and the two subscriptions that fill it, shared by the nodes that use the
-/// same topics. Runs on the threads that bring the messages. Thread-safe.
+/// One buffer of a process and what fills it from two subscriptions, shared by the nodes that use
+/// the same topics. Runs on the threads that bring the messages. Thread-safe.
 class TransformListener : public std::enable_shared_from_this<TransformListener> {
  public:
-  /// Topics by their fully qualified names. `start` follows, once it is owned.
-  TransformListener(std::string tf_topic, std::string tf_static_topic);
-  void start(Context& context);
+  /// Topics by their fully qualified names. The subscriptions end with the last copy of the pointer
+  /// that is returned. They do not belong to the object itself, which a callback keeps while it
+  /// runs: it must not be the one that destroys its own subscription.
+  [[nodiscard]] static std::shared_ptr<TransformListener> create(
+      Context& context, const std::string& tf_topic, const std::string& tf_static_topic);
+  explicit TransformListener(Context& context);
 
   [[nodiscard]] TransformBuffer& buffer();
-  /// The two, to be listed in the graph.
+  /// The two, to be listed in the graph, for as long as they are there.
   [[nodiscard]] std::vector<std::shared_ptr<UntypedSubscription>> subscriptions() const;
 
   /// Who logs what is refused: the first whose group is still there.
@@ -58,10 +61,8 @@ class TransformListener : public std::enable_shared_from_this<TransformListener>
   /// With the names of the nodes that publish.
   [[nodiscard]] std::string describe(const Refusal& refused) const;
 
-  const std::string tf_topic_;
-  const std::string tf_static_topic_;
   TransformBuffer buffer_;
-  std::weak_ptr<Context> context_;
+  const std::weak_ptr<Context> context_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<SimulatedClock> clock_;
@@ -76,9 +77,7 @@ class TransformListener : public std::enable_shared_from_this<TransformListener>
   std::map<const TransformWait::State*, std::weak_ptr<TransformWait::State>> waits_;
   std::atomic<std::size_t> waiting_ = 0;  // as many as waits_
 
-  // Last: their callbacks use all of the above.
-  std::shared_ptr<UntypedSubscription> tf_;
-  std::shared_ptr<UntypedSubscription> tf_static_;
+  std::vector<std::weak_ptr<UntypedSubscription>> subscriptions_;  // since `create`
 };
 
 /// A wait and the work that answers it.

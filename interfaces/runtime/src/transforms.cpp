@@ -62,8 +62,9 @@ TransformWait Transforms::wait_for(std::string_view target, std::string_view sou
                                 std::to_string(to_seconds(timeout)) + " s, negative");
   }
   auto state = std::make_shared<TransformWait::State>(
-      listener_, std::string(target), std::string(source), time, std::move(callback),
-      group ? std::move(group) : node_.default_group(), node_.simulated_clock());
+      listener_->shared_from_this(), std::string(target), std::string(source), time,
+      std::move(callback), group ? std::move(group) : node_.default_group(),
+      node_.simulated_clock());
   TransformWait wait(state);
   state->begin(timeout);
   if (!listener_->add(state)) {

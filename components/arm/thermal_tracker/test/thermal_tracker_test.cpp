@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"

@@ -348,7 +348,7 @@ TEST(Composition, ARobotDescriptionIsShortForTheComponentThatTellsIt) {
               HasSubstr("c.yaml:1:20: there is no robot description"));
   EXPECT_THAT(error_of("robot_description: " + urdf.string() +
                        "\ncomponents:\n  - {type: a::B, name: robot_description}"),
-              HasSubstr("two components of the name '/robot_description'"));
+              HasSubstr("two components have the name '/robot_description'"));
 }
 
 }  // namespace

@@ -353,7 +353,9 @@ class BagPlayer::Playback {
       burst.answer(burst.played);
     }
     if (const std::string error = ahead_->error(); !error.empty()) {
-      player_.report_failed("the bag could not be read to its end: " + error);
+      if (!std::exchange(is_complete_, true)) {
+        player_.report_failed("the bag could not be read to its end: " + error);
+      }
       return;
     }
     if (clock_.paused()) {

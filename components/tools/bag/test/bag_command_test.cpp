@@ -176,7 +176,7 @@ TEST_F(BagCommand, MendsWhatItFindsBroken) {
   EXPECT_EQ(out({"check", "bag"}), "bag: 19 messages can be read\n");
   fs::remove(path("bag/metadata.yaml"));
   EXPECT_EQ(out({"reindex", "bag"}), "bag: metadata.yaml for 19 messages on 6 topics in 1 files\n");
-  fs::resize_file(path("bag/bag_0.db3"), 40'000);
+  fs::resize_file(path("bag/bag_0.db3"), fs::file_size(path("bag/bag_0.db3")) - 5000);
   const auto checked = run({"check", "bag"});
   EXPECT_EQ(checked.code(), 1);
   EXPECT_THAT(checked.err, StartsWith("fault: bag/bag_0.db3"));

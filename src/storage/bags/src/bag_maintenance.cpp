@@ -209,9 +209,11 @@ BagReport recover_bag(const fs::path& bag, const fs::path& new_folder,
     }
   }
   BagMessage message;
+  std::uint64_t refused = 0;
   while (source.next(message)) {
     topics.resize(source.topics().size());
     if (!topics[message.topic] || message.log_time < 0) {
+      ++refused;
       continue;
     }
     message.topic = *topics[message.topic];
@@ -220,6 +222,10 @@ BagReport recover_bag(const fs::path& bag, const fs::path& new_folder,
   }
   writer.close();
   report.messages = writer.metadata().messages;
+  if (refused > 0) {
+    report.faults.push_back(bag.string() + ": " + std::to_string(refused) +
+                            " messages of times before 1970 or of topics that no bag can hold");
+  }
   for (const BagError& fault : source.faults()) {
     report.faults.emplace_back(fault.what());
   }

@@ -33,8 +33,8 @@ struct NodeOptions {
   NodeName name;
   RemapRules remap_rules = {};
   std::vector<ParameterOverride> parameter_overrides = {};
-  /// Serve `~/get_parameters` and the other five parameter services, the log level, `/parameter_events` and
-  /// `/rosout`. Off for the short-lived nodes of command line tools.
+  /// Serve `~/get_parameters` and the other five parameter services, the log level,
+  /// `/parameter_events` and `/rosout`. Off for the short-lived nodes of command line tools.
   bool standard_interfaces = true;
 };
 

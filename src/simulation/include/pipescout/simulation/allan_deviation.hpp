@@ -6,11 +6,12 @@
 #include <span>
 #include <vector>
 
-/// Allan deviation of a recorded signal, with its confidence: what noise an inertial sensor has.
-/// W. J. Riley, "Handbook of Frequency Stability Analysis", NIST Special Publication 1065, 2008.
+/// Allan deviation of a recorded signal with its confidence, to identify the noise of an inertial
+/// sensor. W. J. Riley, "Handbook of Frequency Stability Analysis", NIST Special Publication 1065,
+/// 2008.
 namespace pipescout::simulation {
 
-/// What makes the signal, as far as the deviation at one averaging time goes.
+/// Dominant noise at one averaging time.
 enum class AllanNoise : std::uint8_t {
   kWhite,       ///< slope -1/2
   kFlicker,     ///< slope 0
@@ -23,7 +24,7 @@ enum class AllanNoise : std::uint8_t {
 [[nodiscard]] double allan_deviation(std::span<const double> samples, std::size_t cluster);
 
 /// Equivalent degrees of freedom of the square of the above (table 5 there): degrees * deviation^2
-/// / true variance is about chi-square with so many. Throws as above.
+/// / true variance is approximately chi-square distributed with this number. Throws as above.
 [[nodiscard]] double allan_degrees_of_freedom(AllanNoise noise, std::size_t samples,
                                               std::size_t cluster);
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-/// Joints of an arm under the controllers of its driver. SI units and radians.
+/// Joints of an arm with the position controllers of its driver. SI units and radians.
 namespace pipescout::simulation {
 
 struct ArmDynamicsParameters {
@@ -15,7 +15,7 @@ struct ArmDynamicsParameters {
   std::vector<double> upper{};
   std::vector<double> largest_rate{};
   double largest_acceleration = 25;  ///< rad/s^2, (0, 1000]: of each joint
-  double delay = 0.02;               ///< s, [0, 0.5]: from a command to the first motion for it
+  double delay = 0.02;               ///< s, [0, 0.5]: latency of a command
   double frequency = 40;             ///< rad/s, [1, 500]: of the position loop, second order
   double damping = 0.9;              ///< [0.1, 2]: ratio
   double resolution = 1e-4;          ///< rad, [0, 0.1]: of the encoders; 0: exact
@@ -24,19 +24,18 @@ struct ArmDynamicsParameters {
   void validate() const;
 };
 
-/// Each joint follows what is commanded by a loop of second order with the commanded rate fed
-/// forward, within its largest acceleration and rate and between its hard stops. The same commands
-/// give the same bits.
+/// Each joint follows its command with a second-order position loop and rate feed-forward, limited
+/// in acceleration and rate, between its hard stops. The same commands give the same bits.
 class ArmDynamics {
  public:
   /// At rest at `positions`, at time 0. Throws as ArmDynamicsParameters::validate, and
-  /// std::invalid_argument when the number of positions is another, or one is outside its stops.
+  /// std::invalid_argument when the number of positions is wrong, or one is outside its stops.
   ArmDynamics(const ArmDynamicsParameters& parameters, std::span<const double> positions);
 
-  /// A point of a trajectory (trajectory_msgs/JointTrajectory): to be at `positions`, rad, with
-  /// `rates`, rad/s, `time_from_start` from now. It takes the place of the one before when its
-  /// delay has passed; after its time the joints are held there. Throws std::invalid_argument when
-  /// sizes differ, or a number is not finite.
+  /// A point of a trajectory (trajectory_msgs/JointTrajectory): `positions`, rad, and `rates`,
+  /// rad/s, at `time_from_start` from now. It replaces the previous point after its delay; after
+  /// its time the joints hold the position. Throws std::invalid_argument when sizes differ, or a
+  /// number is not finite.
   void command(std::span<const double> positions, std::span<const double> rates,
                double time_from_start);
   /// A step of 2 ms.
@@ -46,7 +45,7 @@ class ArmDynamics {
   [[nodiscard]] double time() const noexcept;  ///< s
   [[nodiscard]] const std::vector<double>& positions() const noexcept { return positions_; }
   [[nodiscard]] const std::vector<double>& rates() const noexcept { return rates_; }
-  /// What encoders show, rad: overwrites `shown`, of the number of joints.
+  /// Encoder readings, rad: overwrites `shown`, which has the number of joints.
   void encoders(std::span<double> shown) const;
 
  private:
@@ -60,7 +59,7 @@ class ArmDynamics {
   ArmDynamicsParameters parameters_;
   std::vector<double> positions_;
   std::vector<double> rates_;
-  std::deque<Point> points_;  ///< the first one is being followed, the others are on the way
+  std::deque<Point> points_;  ///< the first one is active, the others are delayed
   std::uint64_t steps_ = 0;
 };
 

@@ -7,8 +7,8 @@
 
 namespace pipescout::simulation {
 
-/// The true motion of a rigid body at one time, and with it what perfect inertial sensors on it
-/// show. `map`: at rest, z up. SI units and radians.
+/// The true motion of a rigid body at one time, and the readings of ideal inertial sensors on it.
+/// `map`: at rest, z up. SI units and radians.
 struct BodyMotion {
   double time = 0;  ///< s
   geometry::SE3 T_map_body{};
@@ -17,8 +17,8 @@ struct BodyMotion {
   Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();          ///< rad/s, body
   Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();  ///< rad/s^2, body
 
-  /// What a perfect accelerometer at the origin shows: R^T (acceleration + g e_z), m/s^2, body,
-  /// with g = `kGravity`.
+  /// Reading of an ideal accelerometer at the origin: R^T (acceleration + g e_z), m/s^2, body, with
+  /// g = `kGravity`.
   [[nodiscard]] Eigen::Vector3d specific_force() const noexcept;
 
   /// The motion of a frame that is fixed to the body.

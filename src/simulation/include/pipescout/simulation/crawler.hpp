@@ -11,26 +11,26 @@
 #include "pipescout/simulation/jointed_pipe.hpp"
 #include "pipescout/simulation/motion.hpp"
 
-/// A crawler in a pipe and what its odometer wheels show, with ground truth.
+/// A crawler in a pipe and the readings of its odometer wheels, with ground truth.
 ///
-/// A wheel turns by  integral of (1 + scale_error + wear_per_metre * path) * (1 - slip(path)) *
-/// (1 - gravity_slip * sin(slope in the direction of travel))  over the distance, plus noise; it
-/// shows that, counted in steps of its resolution. Path is what the crawler has gone in either
-/// direction. Metres and seconds. The same seed gives the same bits.
+/// A wheel turns by  integral of (1 + scale_error + wear_per_metre * path) * (1 - slip(path)) * (1
+/// - gravity_slip * sin(slope in the direction of travel))  over the distance, plus noise; its
+/// reading is quantised to its resolution. Path is the distance travelled in either direction.
+/// Metres and seconds. The same seed gives the same bits.
 namespace pipescout::simulation {
 
 struct WheelParameters {
-  bool incremental = false;     ///< shows the distance since its sample before, dropped ones too
-  double period = 0.02;         ///< s, > 0, between samples
-  double start = 0.0;           ///< s, >= 0, of its first sample
-  double resolution = 0.001;    ///< m, > 0
-  double counter_start = 0.0;   ///< m, what an absolute counter shows at the start
-  double scale_error = 0.0;     ///< [-0.3, 0.3]: of the radius, in what it shows
-  double wear_per_metre = 0.0;  ///< 1/m, [-1e-3, 1e-3]: drift of the scale along the path
+  bool incremental = false;  ///< reports the distance since its previous sample, also a dropped one
+  double period = 0.02;      ///< s, > 0, between samples
+  double start = 0.0;        ///< s, >= 0, of its first sample
+  double resolution = 0.001;          ///< m, > 0
+  double counter_start = 0.0;         ///< m, initial reading of an absolute counter
+  double scale_error = 0.0;           ///< [-0.3, 0.3]: relative error of the radius
+  double wear_per_metre = 0.0;        ///< 1/m, [-1e-3, 1e-3]: drift of the scale along the path
   double noise_per_sqrt_metre = 0.0;  ///< m per square root of metre, >= 0: random walk
-  double gravity_slip = 0.0;          ///< [0, 0.5]: shows less uphill, more downhill
-  double dropped_share = 0.0;         ///< [0, 1]: of the samples, that never come
-  double nan_share = 0.0;             ///< [0, 1]: of the samples, that come as NaN
+  double gravity_slip = 0.0;          ///< [0, 0.5]: reading decreases uphill, increases downhill
+  double dropped_share = 0.0;         ///< [0, 1]: share of samples that are dropped
+  double nan_share = 0.0;             ///< [0, 1]: share of samples that are NaN
 };
 
 struct CrawlerParameters {
@@ -40,7 +40,7 @@ struct CrawlerParameters {
   double slip_longest = 10.0;        ///< m, >= slip_shortest
   double slip_least = 0.05;          ///< [0, 1]: share of the distance that is lost
   double slip_most = 0.3;            ///< [slip_least, 1]
-  double slip_together_share = 0.0;  ///< [0, 1]: of the bursts, in which two wheels slip alike
+  double slip_together_share = 0.0;  ///< [0, 1]: share of bursts in which two wheels slip equally
   double stick_spacing = 0.0;        ///< m, >= 0: mean path between sticks; 0: none
   double stick_shortest = 0.5;       ///< m, > 0
   double stick_longest = 5.0;        ///< m, >= stick_shortest
@@ -51,7 +51,7 @@ struct CrawlerParameters {
 
 enum class WheelFaultKind : std::uint8_t { kSlip, kStick };
 
-/// From path `begin` on, for `length`, a wheel shows only (1 - ratio) of the distance.
+/// From path `begin` on, for `length`, the reading of a wheel is (1 - ratio) times the distance.
 struct WheelFault {
   WheelFaultKind kind = WheelFaultKind::kSlip;
   std::size_t wheel = 0;
@@ -72,11 +72,11 @@ struct WheelSample {
 
 class Crawler {
  public:
-  /// Starts at the first weld. Faults are drawn at random: one at a time, but for bursts of two
-  /// wheels together. Throws what `CrawlerParameters::validate` throws.
+  /// Starts at the first weld. Faults are random: one at a time, except for bursts of two wheels
+  /// together. Throws what `CrawlerParameters::validate` throws.
   Crawler(JointedPipe pipe, Motion motion, CrawlerParameters parameters, std::uint64_t seed);
-  /// With these faults instead; they may overlap, and are then multiplied. Throws also when one has
-  /// no such wheel, or its length or ratio is not in [0, inf) or [0, 1].
+  /// With given faults instead; they may overlap, and are then multiplied. Throws also when the
+  /// wheel of one does not exist, or its length or ratio is not in [0, inf) or [0, 1].
   Crawler(JointedPipe pipe, Motion motion, CrawlerParameters parameters, std::uint64_t seed,
           std::vector<WheelFault> faults);
 
@@ -87,7 +87,7 @@ class Crawler {
   [[nodiscard]] const std::vector<WheelFault>& faults() const noexcept { return faults_; }
   [[nodiscard]] const JointedPipe& pipe() const noexcept { return pipe_; }
   [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
-  /// Times at which the crawler is at each weld for the first time, s; of the welds it reaches.
+  /// Times at which the crawler first passes each weld that it reaches, s.
   [[nodiscard]] std::vector<double> weld_times() const;
 
  private:
@@ -95,11 +95,11 @@ class Crawler {
     std::mt19937_64 noise;
     std::mt19937_64 channel;           // drops and NaN
     std::vector<WheelFault> faults{};  // of this wheel, by begin
-    std::size_t first_fault = 0;       // that is not over
+    std::size_t first_fault = 0;       // that has not ended
     std::uint64_t sent = 0;            // samples, dropped ones too
     double time = 0.0;                 // s, up to which it has turned
     double turned = 0.0;               // m
-    double shown = 0.0;                // m, at its last sample that came
+    double shown = 0.0;                // m, at its last delivered sample
   };
 
   void draw_faults(std::uint64_t seed);

@@ -15,22 +15,22 @@ struct DrydenWindParameters {
   /// W20: mean wind at 20 feet (6.1 m) above the ground, m/s, [0, 40]. The standard calls 7.7
   /// (15 knots) light, 15.4 moderate and 23.1 severe. It scales the turbulence too.
   double speed_at_20_feet = 5;
-  double direction = 0;  ///< rad: where the mean wind blows to, from x towards y
+  double direction = 0;  ///< rad: direction in which the mean wind blows, from x towards y
   /// m above the ground, [0, 304.8]: the model's range; below 10 feet as at 10 feet.
   double height = 3;
   double vehicle_speed = 0;  ///< m/s, [0, 100]: of the vehicle over the ground, as a rule
   /// m/s, [0.1, 10]. The model carries frozen turbulence past the vehicle at its airspeed V, here
   /// the mean wind plus `vehicle_speed`; a hovering vehicle in still air would never meet another
-  /// gust. V is never taken to be less than this.
+  /// gust. This is the lower bound of V.
   double smallest_airspeed = 1;
-  double span = 0.5;  ///< b, m, [0.05, 100]: of the vehicle; gusts smaller than it do not turn it
+  double span = 0.5;     ///< b, m, [0.05, 100]: of the vehicle; smaller gusts do not rotate it
   double period = 0.01;  ///< s, [1e-4, 10]: between samples
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// What MIL-F-8785C says for one height and airspeed. Axes of the turbulence: u along the mean
+/// Parameters of MIL-F-8785C for one height and airspeed. Axes of the turbulence: u along the mean
 /// wind, v to its left, w up.
 struct DrydenModel {
   double airspeed = 0;                                     ///< V, m/s
@@ -52,8 +52,9 @@ struct DrydenModel {
 struct WindSample {
   /// Of the air: mean and gust, m/s, in the frame of `direction` (x, y level, z up).
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  /// Of the air around the vehicle as if it were rigid, rad/s, in that frame: p about u, q about v
-  /// (-dw/dx), r about w (dv/dx). The standard's signs, which it leaves open, are chosen so.
+  /// Rotation of the air around the vehicle, treated as rigid, rad/s, in that frame: p about u, q
+  /// about v (-dw/dx), r about w (dv/dx). The standard's signs, which it leaves open, are chosen
+  /// so.
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();
 };
 

@@ -38,7 +38,7 @@ struct PulseLobe {
   std::complex<double> amplitude{1.0};  ///< in the impedance plane
 };
 
-/// A feature and the pulse that it leaves.
+/// A feature and its pulse.
 struct PipeFeature {
   FeatureKind kind = FeatureKind::kWeld;
   double position = 0.0;  ///< m; a weld's is the middle between its two lobes
@@ -115,10 +115,10 @@ struct EddyCurrentParameters {
   void validate() const;
 };
 
-/// All disturbances off: nothing but gainless pulses.
+/// All disturbances off: pulses with unit gain only.
 [[nodiscard]] EddyCurrentParameters undisturbed();
 
-/// What was done to a sample; ground truth, a driver does not know it.
+/// Disturbance of a sample; ground truth, unknown to a driver.
 enum class SampleFault : std::uint8_t {
   kNone = 0,
   kSpike = 1,
@@ -174,10 +174,10 @@ class EddyCurrentSignal {
   /// speed, standing and reversing too).
   EddyCurrentSample next(double distance);
 
-  /// Pulses alone at a place, before gains: what a still, perfect instrument would read.
+  /// Pulses at a position before gains: the reading of an ideal instrument without noise.
   [[nodiscard]] std::complex<double> pulses_at(double distance) const;
 
-  /// Lift-off at a place, [0, 1].
+  /// Lift-off at a position, [0, 1].
   [[nodiscard]] double lift_off_at(double distance) const noexcept;
 
   [[nodiscard]] const std::vector<PipeFeature>& features() const noexcept { return features_; }
@@ -210,7 +210,7 @@ class EddyCurrentSignal {
   std::complex<double> last_value_{};
 };
 
-/// For people: "weld", "valve", "bend", "dent"; "unknown" for a value that is no enumerator.
+/// For messages: "weld", "valve", "bend", "dent"; "unknown" for any other value.
 [[nodiscard]] const char* to_string(FeatureKind kind) noexcept;
 
 }  // namespace pipescout::simulation

@@ -10,8 +10,8 @@
 
 #include "pipescout/geometry/se3.hpp"
 
-/// A satellite positioning receiver with its ways to be wrong. Positions in the map frame, m;
-/// seconds. East, north and up errors are independent.
+/// A satellite positioning receiver with its errors. Positions in the map frame, m; seconds. East,
+/// north and up errors are independent.
 namespace pipescout::simulation {
 
 /// No fixes in [begin, begin + duration).
@@ -20,25 +20,25 @@ struct GpsOutage {
   double duration = 0;  ///< s, >= 0
 };
 
-/// In [begin, begin + duration) fixes agree with each other, and not with the truth: reflections
-/// or a wrong reference. They state the deviations of good ones.
+/// In [begin, begin + duration) fixes are consistent with each other but wrong: reflections or a
+/// wrong reference. Their stated standard deviations are those of good fixes.
 struct GpsTrap {
   double begin = 0;                                     ///< s
   double duration = 0;                                  ///< s, >= 0
-  Eigen::Vector3d offset = Eigen::Vector3d(700, 0, 0);  ///< m, from where the antenna is
-  bool moves_along = false;  ///< with the antenna; otherwise stands where it began
+  Eigen::Vector3d offset = Eigen::Vector3d(700, 0, 0);  ///< m, relative to the antenna
+  bool moves_along = false;  ///< moves with the antenna; otherwise constant
 };
 
 struct GpsParameters {
   double period = 0.2;          ///< s, [0.01, 1000]
   double latency = 0.1;         ///< s, [0, 10], least
-  double latency_spread = 0.1;  ///< s, [0, 10]: up to so much more
+  double latency_spread = 0.1;  ///< s, [0, 10]: largest additional latency
   Eigen::Vector3d white_deviation = Eigen::Vector3d(0.4, 0.4, 0.8);  ///< m, [0, 100]
   Eigen::Vector3d correlated_deviation =
       Eigen::Vector3d(0.4, 0.4, 0.8);  ///< m, [0, 100]: multipath
   double correlation_time = 30;        ///< s, [0.01, 1e5]
   double outlier_share = 0;            ///< [0, 1]: of the fixes
-  double outlier_least = 10;           ///< m, [0, 1e5]: off by, level
+  double outlier_least = 10;           ///< m, [0, 1e5]: smallest horizontal error
   double outlier_most = 100;           ///< m, [outlier_least, 1e5]
   double stated_share = 1;  ///< [0.01, 100]: stated deviation / that of white and correlated error
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, in the body
@@ -67,7 +67,7 @@ class GpsReceiver {
 
   /// Time of the next fix; the first at 0, each a period after the one before.
   [[nodiscard]] double due() const noexcept;
-  /// The fix that is due, of a body that is there then; none in an outage.
+  /// The due fix for this motion of the body; none in an outage.
   std::optional<GpsFix> measure(const geometry::SE3& T_map_body);
 
  private:

@@ -14,10 +14,9 @@
 /// A four-wheeled robot on rough ground, with ground truth. SI units and radians.
 ///
 /// Its body (origin half-way between the wheels, x forward, y left, z up) follows the ground under
-/// the four wheels through a suspension of second order for each of heave, pitch and roll, leans
-/// out of turns, and slides sideways in proportion to the force that holds it on its course. Wheels
-/// slip under traction and in bursts. Order of the wheels: front left, front right, rear left, rear
-/// right.
+/// the four wheels through a suspension of second order for each of heave, pitch and roll, rolls
+/// outwards in turns, and slips sideways in proportion to the lateral force. Wheels slip under
+/// traction and in bursts. Order of the wheels: front left, front right, rear left, rear right.
 namespace pipescout::simulation {
 
 inline constexpr std::size_t kWheels = 4;
@@ -29,8 +28,9 @@ struct GroundRobotParameters {
   double heave_frequency = 14;  ///< rad/s, [1, 100]
   double tilt_frequency = 16;   ///< rad/s, [1, 100]: of pitch and roll
   double damping = 0.5;         ///< [0.05, 2]: ratio, of all three
-  double lean = 0.006;          ///< rad per m/s^2, [0, 0.1]: out of turns, back when speeding up
-  double largest_speed = 5.56;  ///< m/s, (0, 20]: 20 km/h
+  /// rad per m/s^2, [0, 0.1]: roll outwards in turns, pitch back under acceleration
+  double lean = 0.006;
+  double largest_speed = 5.56;        ///< m/s, (0, 20]: 20 km/h
   double largest_acceleration = 1.5;  ///< m/s^2, (0, 10]
   double largest_yaw_rate = 1.0;      ///< rad/s, (0, 5]
   double drive_time = 0.25;           ///< s, [0.02, 5]: lag of the acceleration behind the command
@@ -41,12 +41,12 @@ struct GroundRobotParameters {
   // Wheels.
   double wheel_scale_error = 0.003;  ///< [0, 0.2], deviation, each wheel
   double wheel_noise = 0.004;        ///< m per square root of metre, [0, 1]: random walk
-  double traction_slip = 0.002;      ///< s^2/m, [0, 0.1]: shows more by this times its traction
-  double slip_spacing = 40;          ///< m, [0, 1e6]: mean path between bursts of a wheel; 0: none
-  double slip_shortest = 0.5;        ///< m, [0.01, 1000]
-  double slip_longest = 3;           ///< m, [slip_shortest, 1000]
-  double slip_most = 0.3;            ///< [0, 1]: share that a wheel shows more in a burst, at most
-  double wheel_resolution = 0.001;   ///< m, [0, 1]: of its counter; 0: exact
+  double traction_slip = 0.002;  ///< s^2/m, [0, 0.1]: relative excess of the reading per traction
+  double slip_spacing = 40;      ///< m, [0, 1e6]: mean path between bursts of a wheel; 0: none
+  double slip_shortest = 0.5;    ///< m, [0.01, 1000]
+  double slip_longest = 3;       ///< m, [slip_shortest, 1000]
+  double slip_most = 0.3;        ///< [0, 1]: largest relative excess of the reading in a burst
+  double wheel_resolution = 0.001;  ///< m, [0, 1]: of its counter; 0: exact
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -67,7 +67,8 @@ class GroundRobot {
   GroundRobot(const GroundRobotParameters& parameters, Terrain terrain,
               const Eigen::Vector2d& place, double yaw, std::uint64_t seed);
 
-  /// From now on, cut to what the robot can do. One that is not finite is counted and not taken.
+  /// Sets the command, limited to the abilities of the robot. One that is not finite is counted and
+  /// ignored.
   void command(const GroundRobotCommand& command) noexcept;
   [[nodiscard]] std::size_t bad_commands() const noexcept { return bad_commands_; }
 
@@ -80,7 +81,7 @@ class GroundRobot {
   [[nodiscard]] double speed() const noexcept { return state_[kSpeed]; }  ///< m/s, forwards
   /// m, along the ground at the middle of the robot, backwards negative.
   [[nodiscard]] double distance() const noexcept { return state_[kDistance]; }
-  /// m, what each wheel's counter shows; 0 at the start.
+  /// m, reading of each wheel's counter; 0 at the start.
   [[nodiscard]] std::array<double, kWheels> odometers() const noexcept;
   [[nodiscard]] const Terrain& terrain() const noexcept { return terrain_; }
 
@@ -139,22 +140,22 @@ struct CourseParameters {
   double speed = 4;       ///< m/s, (0, 20]: on straights
   double slowest = 1;     ///< m/s, (0, speed]: in sharp turns
   double gain = 1;        ///< 1/s, (0, 10]: yaw rate per error of the course
-  double look_ahead = 3;  ///< m, [0.1, 100]: it steers for a point so far ahead on its leg
-  double reached = 2.5;   ///< m, [0.1, 100]: a way-point is passed within this
+  double look_ahead = 3;  ///< m, [0.1, 100]: look-ahead distance on the leg
+  double reached = 2.5;   ///< m, [0.1, 100]: radius within which a way-point is passed
   double sideways = 2;    ///< m/s^2, (0, 10]: largest acceleration in turns
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// Steers a robot along way-points, and stops it at the last.
+/// Steers a robot along way-points and stops it at the last one.
 class CourseController {
  public:
   /// Throws what `CourseParameters::validate` throws, and std::invalid_argument when there are no
   /// way-points or one is not finite.
   CourseController(const CourseParameters& parameters, std::vector<Eigen::Vector2d> way_points);
 
-  /// For a robot there, coming from where it was when this was called first.
+  /// Command for a robot at this pose; the first call defines the start of the first leg.
   [[nodiscard]] GroundRobotCommand steer(const GroundRobot& robot);
   [[nodiscard]] bool arrived() const noexcept { return next_ >= way_points_.size(); }
 

@@ -8,17 +8,18 @@
 #include <random>
 #include <string_view>
 
-/// An inertial measurement unit by the terms of its data sheet. SI units and radians.
+/// An inertial measurement unit with the error terms of its data sheet. SI units and radians.
 ///
-/// An axis shows  (1 + scale error) (true + misalignment * the other axes) + bias + white noise,
-/// cut off at the range and rounded to the resolution. The bias is a constant, flicker noise and a
-/// random walk. Flicker: Gauss-Markov processes of equal variance, with time constants 4 times
-/// apart from 1/16 s to 4096 s. The sum of so many has a spectrum of 1/f between, and an Allan
-/// deviation that is flat, as high as the deviation of one of them: within 3 % from 1 to 1000 s.
+/// The reading of an axis is (1 + scale error) (true + misalignment * the other axes) + bias +
+/// white noise, limited to the range and rounded to the resolution. The bias is a constant, flicker
+/// noise and a random walk. Flicker: Gauss-Markov processes of equal variance, with time constants
+/// 4 times apart from 1/16 s to 4096 s. The sum of so many has a spectrum of 1/f between, and an
+/// Allan deviation that is flat, as high as the deviation of one of them: within 3 % from 1 to 1000
+/// s.
 namespace pipescout::simulation {
 
-/// Three axes of one kind. Unit u: rad/s for a gyro, m/s^2 for an accelerometer. Deviations are
-/// those of a draw per axis, when the sensor is made.
+/// Three axes of one kind. Unit u: rad/s for a gyro, m/s^2 for an accelerometer. Standard
+/// deviations are those of one draw per axis at construction.
 struct InertialTriadParameters {
   double noise_density = 0;     ///< u/sqrt(Hz), [0, 10]: angle or velocity random walk
   double bias_instability = 0;  ///< u, [0, 10]: floor of the Allan deviation
@@ -64,10 +65,10 @@ class ImuSensor {
   /// Throws what `ImuParameters::validate` throws.
   ImuSensor(const ImuParameters& parameters, std::uint64_t seed);
 
-  /// The sample of this truth; each is a period after the one before.
+  /// The sample for this truth; one per period.
   ImuReading measure(const ImuReading& truth);
 
-  /// Biases of the last sample (before the first: those that it starts with).
+  /// Biases of the last sample (before the first: the initial ones).
   [[nodiscard]] ImuReading biases() const noexcept;
   [[nodiscard]] const ImuParameters& parameters() const noexcept { return parameters_; }
 

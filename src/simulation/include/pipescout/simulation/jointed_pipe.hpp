@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-/// A pipe of welded joints: their true lengths, the tally that was written down when it was laid,
-/// and its centre line with bends and slopes. Metres and radians; x east, y north, z up; chainage
-/// is the distance along the centre line from the first weld. The same seed gives the same bits.
+/// A pipe of welded joints: their true lengths, the tally of the construction, and its centre line
+/// with bends and slopes. Metres and radians; x east, y north, z up; chainage is the distance along
+/// the centre line from the first weld. The same seed gives the same bits.
 namespace pipescout::simulation {
 
 struct JointedPipeParameters {
@@ -17,11 +17,12 @@ struct JointedPipeParameters {
   double joint_length = 12.0;   ///< m, > 0, mean
   double length_spread = 0.01;  ///< [0, 0.3]: standard deviation / mean, cut off at 3
   double tally_sigma = 0.005;   ///< m, [0, 0.1 * joint_length]: of every length in the tally
-  double tally_wrong = 0.0;     ///< [0, 1]: share of lengths that are off by more
-  double tally_wrong_by = 1.0;  ///< m, (0, 0.3 * joint_length]: up to this, at least half of it
-  double tally_missing = 0.0;   ///< [0, 1]: share of joints that the tally does not have
-  double tally_extra = 0.0;     ///< [0, 1]: share of entries without a joint
-  double bend_share = 0.05;     ///< [0, 1]: of joints that are bends, level
+  double tally_wrong = 0.0;     ///< [0, 1]: share of lengths with a gross error
+  /// m, (0, 0.3 * joint_length]: largest gross error; the smallest is half of it
+  double tally_wrong_by = 1.0;
+  double tally_missing = 0.0;                ///< [0, 1]: share of joints missing from the tally
+  double tally_extra = 0.0;                  ///< [0, 1]: share of entries without a joint
+  double bend_share = 0.05;                  ///< [0, 1]: of joints that are bends, level
   double largest_bend = 1.5707963267948966;  ///< (0, pi]: change of heading, at least a tenth of it
   double slope_share = 0.05;                 ///< [0, 1]: of joints over which the slope changes
   double largest_slope = 0.2617993877991494;  ///< [0, 1.5]: pitch, up or down
@@ -33,7 +34,7 @@ struct JointedPipeParameters {
 enum class TallyError : std::uint8_t { kNone, kWrongLength, kExtra };
 
 struct TallyEntry {
-  double length = 0.0;  ///< m, as written down
+  double length = 0.0;  ///< m, as recorded
   TallyError error = TallyError::kNone;
   std::size_t joint = 0;  ///< whose length it is; of an extra one: the joint that follows
 };
@@ -53,8 +54,8 @@ class JointedPipe {
  public:
   /// Throws what `JointedPipeParameters::validate` throws.
   JointedPipe(const JointedPipeParameters& parameters, std::uint64_t seed);
-  /// A pipe that this tally, lengths in m, may have been written of: each true length is off by
-  /// `tally_sigma`. Of the parameters only that one and those of bends and slopes count. Throws
+  /// A pipe consistent with this tally, lengths in m: each true length deviates with the standard
+  /// deviation `tally_sigma`. Only this parameter and those of bends and slopes are used. Throws
   /// std::invalid_argument too when the tally is empty or a length is not above 10 `tally_sigma`.
   JointedPipe(const JointedPipeParameters& parameters, std::span<const double> tally,
               std::uint64_t seed);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-/// How a crawler moves along a pipe: speed changes at a constant acceleration, so distance, path
+/// Motion of a crawler along a pipe: speed changes with constant acceleration, so distance, path
 /// and speed are exact at any time. Metres and seconds; time and distance count from 0 at the
 /// start.
 namespace pipescout::simulation {
@@ -17,7 +17,7 @@ struct MotionLeg {
   double duration = 0.0;  ///< s, > 0
 };
 
-/// A stretch of constant acceleration without a change of direction.
+/// A segment of constant acceleration without a change of direction.
 struct MotionPiece {
   double begin = 0.0;         ///< s
   double duration = 0.0;      ///< s
@@ -36,7 +36,7 @@ class Motion {
 
   [[nodiscard]] double duration() const noexcept { return duration_; }
   [[nodiscard]] const std::vector<MotionPiece>& pieces() const noexcept { return pieces_; }
-  /// Integral of the speed; of what it was at the end beyond the end.
+  /// Integral of the speed; beyond the end the final speed continues.
   [[nodiscard]] double distance(double time) const noexcept;
   /// Integral of the magnitude of the speed.
   [[nodiscard]] double path(double time) const noexcept;
@@ -52,13 +52,13 @@ class Motion {
 };
 
 struct InspectionParameters {
-  double length = 1000.0;       ///< m, > 0: how far the crawler gets
-  double speed = 0.3;           ///< m/s, > 0
-  double speed_spread = 0.1;    ///< [0, 0.5]: the speed of each leg is off by up to this share
-  double acceleration = 0.2;    ///< m/s^2, > 0
-  double stop_spacing = 100.0;  ///< m, > 0: mean distance between stops
-  double stop_duration = 20.0;  ///< s, > 0: mean
-  double reverse_share = 0.2;   ///< [0, 0.9]: of the stops, after which it first goes back a while
+  double length = 1000.0;         ///< m, > 0: distance to travel
+  double speed = 0.3;             ///< m/s, > 0
+  double speed_spread = 0.1;      ///< [0, 0.5]: largest relative deviation of the speed of a leg
+  double acceleration = 0.2;      ///< m/s^2, > 0
+  double stop_spacing = 100.0;    ///< m, > 0: mean distance between stops
+  double stop_duration = 20.0;    ///< s, > 0: mean
+  double reverse_share = 0.2;     ///< [0, 0.9]: share of the stops after which it first reverses
   double reverse_distance = 3.0;  ///< m, > 0: mean
 
   /// Throws std::invalid_argument naming the field, the value and the range.

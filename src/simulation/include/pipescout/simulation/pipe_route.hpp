@@ -9,11 +9,11 @@
 #include "pipescout/simulation/body_motion.hpp"
 #include "pipescout/simulation/jointed_pipe.hpp"
 
-/// A pipeline's centre line in space, smooth enough to drive an inertial sensor along it. Metres
-/// and radians; map frame, z up; chainage is the length along the line from its beginning.
+/// A pipeline's centre line in space, smooth enough for a simulated inertial sensor. Metres and
+/// radians; map frame, z up; chainage is the length along the line from its beginning.
 namespace pipescout::simulation {
 
-/// A stretch of constant rates. A straight has none, a bend one of them.
+/// A segment of constant rates. A straight has none, a bend one of them.
 struct RoutePiece {
   double length = 0;        ///< m
   double heading_rate = 0;  ///< rad/m, to the left
@@ -26,15 +26,15 @@ struct RoutePiece {
   [[nodiscard]] static RoutePiece slope_bend(double radius, double angle) noexcept;
 };
 
-/// The pieces of a pipe of welded joints, one per joint: chainages of welds are the same.
+/// The segments of a pipe of welded joints, one per joint, with the same chainages of the welds.
 [[nodiscard]] std::vector<RoutePiece> route_pieces(const JointedPipe& pipe);
 
 class PipeRoute {
  public:
-  /// From one piece to the next the rates change evenly over `ease`, m, half of it in each: a
-  /// vehicle of about this length does not feel a bend all at once. Angles of the pieces are kept.
-  /// Throws std::invalid_argument when there are no pieces, one is shorter than `ease` or not
-  /// finite, `ease` is outside [0.001, 100], or start or heading is not finite.
+  /// From one piece to the next the rates change evenly over `ease`, m, half of it in each: as for
+  /// a vehicle of about this length. Angles of the segments are kept. Throws std::invalid_argument
+  /// when there are no pieces, one is shorter than `ease` or not finite, `ease` is outside [0.001,
+  /// 100], or start or heading is not finite.
   PipeRoute(std::span<const RoutePiece> pieces, double ease,
             const Eigen::Vector3d& start = Eigen::Vector3d::Zero(), double heading = 0);
 

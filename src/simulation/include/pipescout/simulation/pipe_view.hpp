@@ -7,7 +7,7 @@
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 
-/// What a camera sees of a straight pipe, as a closed form without an image.
+/// The view of a straight pipe in closed form, without an image.
 namespace pipescout::simulation {
 
 struct StraightPipe {
@@ -21,8 +21,8 @@ struct PipeView {
   Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< pixels
   Eigen::Vector2d to = Eigen::Vector2d::Zero();    ///< pixels
   double range = 0;  ///< m, from the camera to the middle, between both in the image
-  /// Both edges of the pipe are in the image all along: from its left border to its right one, or
-  /// to the ends of the pipe.
+  /// Both edges of the pipe are in the image over its whole length: from the left to the right
+  /// border, or to the ends of the pipe.
   bool whole_width = false;
 };
 

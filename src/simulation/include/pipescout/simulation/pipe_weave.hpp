@@ -9,16 +9,15 @@
 #include "pipescout/simulation/body_motion.hpp"
 #include "pipescout/simulation/pipe_route.hpp"
 
-/// How a vehicle in a pipe strays from the centre line. Metres and radians.
+/// Deviation of a vehicle in a pipe from the centre line. Metres and radians.
 ///
-/// Its offsets to the left and upwards, and the angles by which it points beside its way, are
-/// independent processes of chainage whose spectrum is flat from 0 to that of the shortest
-/// wavelength L: their autocorrelation is sin(x) / x with x = 2 pi s / L, and places L / 2 apart
-/// have nothing to do with each other. Each is a sum of waves along the line (Shinozuka and
-/// Deodatis, Simulation of stochastic processes by spectral representation, 1991) with amplitudes
-/// and phases drawn at random, and a wave number at random in each of `kWaves` equal parts of the
-/// spectrum. So one pipe has all of the spectrum, not only many pipes together: what is averaged
-/// over up to `kWaves` L / 4 of way is as normal as sums of independent draws are.
+/// Its offsets to the left and upwards, and its crab angles, are independent processes of chainage
+/// with a flat spectrum from 0 to that of the shortest wavelength L: their autocorrelation is
+/// sin(x) / x with x = 2 pi s / L, and positions L / 2 apart are uncorrelated. Each is a sum of
+/// waves along the line (Shinozuka and Deodatis, Simulation of stochastic processes by spectral
+/// representation, 1991) with amplitudes and phases drawn at random, and a wave number at random in
+/// each of `kWaves` equal parts of the spectrum. So each single pipe has the whole spectrum:
+/// averages over up to `kWaves` L / 4 of distance are as normal as sums of independent draws.
 namespace pipescout::simulation {
 
 struct PipeWeaveParameters {
@@ -45,11 +44,11 @@ class PipeWeave {
 
   [[nodiscard]] Offset offset(double chainage) const noexcept;
 
-  /// Of a vehicle beside the line at a chainage, that keeps level and points where its offset
-  /// goes, but for its crab angles. `speed` and `acceleration` are those of the chainage, m/s and
-  /// m/s^2; `time` of the result is 0. Velocity and acceleration are exact. Without crab the x axis
-  /// is off the direction of travel by offset / radius in a bend, and by half the slope upwards
-  /// times the square of that sideways, some 1e-5 rad.
+  /// Motion of a vehicle at its offset from the line, level, with its x axis along the path of the
+  /// offset except for the crab angles. `speed` and `acceleration` are those of the chainage, m/s
+  /// and m/s^2; `time` of the result is 0. Velocity and acceleration are exact. Without crab the x
+  /// axis is off the direction of travel by offset / radius in a bend, and by half the slope
+  /// upwards times the square of that sideways, some 1e-5 rad.
   [[nodiscard]] BodyMotion motion(const PipeRoute& route, double chainage, double speed,
                                   double acceleration) const;
 

@@ -13,15 +13,15 @@
 #include <random>
 #include <vector>
 
-/// The camera of Lippiello and Cacace's own simulation (section V): no image, but where the edges
-/// and the texture points of a rack are seen, with the errors of a detector. Which edge or point a
-/// feature belongs to is always known and right.
+/// The camera of Lippiello and Cacace's own simulation (section V): no image, but the detected
+/// positions of the edges and texture points of a rack, with the errors of a detector. The data
+/// association is always known and right.
 namespace pipescout::simulation {
 
-/// A spot on the flank of a pipe that a camera would know again.
+/// A recognisable point on the surface of a pipe.
 struct TexturePoint {
   std::uint16_t pipe = 0;
-  /// Rack frame, m, with the pipe where the model has it (offset 0).
+  /// Rack frame, m, for the pipe's position in the model (offset 0).
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward, unit vector
 };
@@ -41,16 +41,15 @@ struct RackFeatureParameters {
   double outlier_share = 0.0;  ///< of edge samples and of points, [0, 1]
   /// Pixels; an outlier is uniform within this of the truth in u and in v. 0: uniform in the image.
   double outlier_reach = 0.0;     ///< [0, 1e4]
-  double dropout_share = 0.0;     ///< features that are not found, [0, 1]
-  double least_deviation = 0.01;  ///< pixels, smallest sigma that a feature states, [1e-6, 100]
+  double dropout_share = 0.0;     ///< share of features that are not detected, [0, 1]
+  double least_deviation = 0.01;  ///< pixels, smallest stated sigma, [1e-6, 100]
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// What the camera found in one image, as rack_vision::PoseProblem takes it. Measured in pixels of
-/// the (distorted) image, then undistorted. `sigma` is what the detector knows of itself: noise and
-/// quantisation, not outliers.
+/// Detections in one image, in the form of rack_vision::PoseProblem. Measured in pixels of the
+/// (distorted) image, then undistorted. `sigma` includes noise and quantisation, not outliers.
 struct RackFeatures {
   std::vector<rack_vision::EdgeSample> edges;  ///< in the order of EdgeRenderer, one candidate each
   std::vector<rack_vision::PointObservation> points;
@@ -66,15 +65,15 @@ class RackFeatureCamera {
   RackFeatureCamera(const RackFeatureParameters& parameters, const geometry::Camera& camera,
                     std::uint64_t seed);
 
-  /// `offsets`: where the pipes truly are, against the model. A sample of an edge is a point of its
-  /// true contour. `features` is overwritten. One image after the other: each has noise of its own.
-  /// Throws std::invalid_argument as EdgeRenderer::render, and for a texture point on no pipe.
+  /// `offsets`: true offsets of the pipes relative to the model. A sample of an edge is a point of
+  /// its true contour. `features` is overwritten. Each image has independent noise. Throws
+  /// std::invalid_argument as EdgeRenderer::render, and for a texture point on no pipe.
   void look(const rack_vision::RackModel& model, rack_vision::PipeOffsets offsets,
             const geometry::SE3& T_camera_rack, std::span<const TexturePoint> texture,
             RackFeatures& features);
 
  private:
-  /// Ideal pixel that is found for an ideal pixel; nothing when it is not found.
+  /// Detected ideal pixel for a true one; nothing when it is not detected.
   [[nodiscard]] bool measure(const Eigen::Vector2d& seen, Eigen::Vector2d& found, bool& outlier);
 
   RackFeatureParameters parameters_;

@@ -11,8 +11,8 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 
-/// What a camera sees over a rack of pipes, with ground truth: a ray caster with shaded, rusty
-/// cylinders and cones, their supports, the ground far below, shadows, clutter, lens and sensor.
+/// Images of a camera over a rack of pipes, with ground truth: a ray caster with shaded, rusty
+/// cylinders and cones, their supports, the ground below, shadows, clutter, lens and sensor.
 ///
 /// It shares no geometry with the tracker that is tested on its images: silhouettes come from rays
 /// that hit or miss, not from contours. Frames are those of rack_model.hpp (`rack`) and
@@ -24,20 +24,20 @@ namespace pipescout::simulation {
 /// The surface of a pipe.
 struct PipeFinish {
   double albedo = 0.4;    ///< of its paint, [0.02, 0.95]
-  double rust = 0.25;     ///< share of the surface that rust has taken, [0, 1]
-  double contrast = 1.0;  ///< of everything on the paint; 0: plain paint, no texture; [0, 1.5]
+  double rust = 0.25;     ///< share of the surface covered by rust, [0, 1]
+  double contrast = 1.0;  ///< of the texture; 0: plain paint; [0, 1.5]
   double gloss = 0.15;    ///< radiance of the highlight at an irradiance of 1, [0, 2]
 };
 
-/// Along rack y; pipes show plain paint there, without any texture.
+/// Interval along rack y in which pipes have plain paint without texture.
 struct PlainStretch {
   double from = 0.0;
   double to = 0.0;  ///< at least `from`
 };
 
 struct RackScene {
-  rack_vision::RackModel model;        ///< where the pipes truly are
-  std::vector<PipeFinish> finishes{};  ///< one per pipe; empty: drawn, dark ones and bright ones
+  rack_vision::RackModel model;        ///< true positions of the pipes
+  std::vector<PipeFinish> finishes{};  ///< one per pipe; empty: random, dark and bright ones
   std::vector<PlainStretch> plain{};
   double ground_height = -4.0;  ///< rack z, m, [-100, -0.5]: gravel, slabs, stripes
   double ground_albedo = 0.3;   ///< mean, [0.02, 0.95]
@@ -64,7 +64,7 @@ struct ImageSensor {
   void validate() const;
 };
 
-/// No blur, no vignetting, no noise: nothing but the quantisation to 8 bits.
+/// No blur, no vignetting, no noise, only the quantisation to 8 bits.
 [[nodiscard]] ImageSensor perfect_image_sensor();
 
 struct RackLight {
@@ -80,7 +80,8 @@ struct RackLight {
 
 struct RackView {
   geometry::SE3 T_camera_rack;  ///< in the middle of the exposure
-  /// Of the camera against the rack, in the camera frame: [linear m/s; angular rad/s]. It blurs.
+  /// Velocity of the camera relative to the rack, in the camera frame: [linear m/s; angular rad/s];
+  /// causes motion blur.
   geometry::Vector6d velocity = geometry::Vector6d::Zero();
   RackLight light{};
   std::uint64_t frame = 0;  ///< chooses the noise: the same scene, view and frame, the same bits
@@ -96,9 +97,9 @@ class RackImageRenderer {
   ~RackImageRenderer();
 
   /// `grey`: height * width, row-major. Motion blur is that of the plane through the axes of the
-  /// pipes. Nothing is kept between calls but memory, and none is allocated.
-  /// Throws std::invalid_argument when `grey` has another size, the light is not valid or the
-  /// velocity not finite.
+  /// pipes. Only working memory is kept between calls, and none is allocated. Throws
+  /// std::invalid_argument when `grey` has another size, the light is not valid or the velocity not
+  /// finite.
   void render(const RackView& view, std::span<std::uint8_t> grey);
 
   [[nodiscard]] const geometry::Camera& camera() const noexcept;

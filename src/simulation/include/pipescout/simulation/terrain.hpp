@@ -43,9 +43,9 @@ class Terrain {
   [[nodiscard]] Place at(const Eigen::Vector2d& place) const noexcept;
 
   /// One-sided spectral density of the roughness along any straight line, m^3, at a wave number n,
-  /// cycles/m: ISO 8608's G_d(n) = G_d(0.1) (0.1 / n)^2, times sqrt(1 - (n shortest)^2), for there
-  /// are no shorter waves that cross the line at an angle. From 1 / longest to 1 / shortest; 0
-  /// elsewhere, where not asked for (there is some below 1 / longest).
+  /// cycles/m: ISO 8608's G_d(n) = G_d(0.1) (0.1 / n)^2, times sqrt(1 - (n shortest)^2), because no
+  /// shorter waves cross the line at an angle. From 1 / longest to 1 / shortest; 0 elsewhere (a
+  /// small part below 1 / longest is neglected).
   [[nodiscard]] double spectrum(double wave_number) const noexcept;
 
  private:

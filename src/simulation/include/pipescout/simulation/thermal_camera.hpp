@@ -13,20 +13,20 @@
 #include "pipescout/simulation/thermal_scene.hpp"
 #include "pipescout/thermal/radiometry.hpp"
 
-/// What a thermal camera shows of a row of collectors, with ground truth. Radiation is linear in
-/// counts; tubes and posts are cylinders, whose outlines are exact. Frames as in thermal_scene.hpp
-/// and camera.hpp (optical; pixel (0, 0) is the middle of the upper left one).
+/// Images of a thermal camera that views a row of collectors, with ground truth. Radiation is
+/// linear in counts; tubes and posts are cylinders, whose outlines are exact. Frames as in
+/// thermal_scene.hpp and camera.hpp (optical; pixel (0, 0) is the middle of the upper left one).
 namespace pipescout::simulation {
 
 struct ThermalCameraParameters {
   geometry::CameraParameters camera{};  ///< without skew and distortion: images are rectified
   thermal::CameraConstants constants{};
   double netd = 0.08;           ///< K, [0, 5]: noise of a black body at 30 degC, white
-  double fixed_pattern = 0.25;  ///< of the NETD, [0, 10]: noise that stays, by pixel and by column
+  double fixed_pattern = 0.25;  ///< of the NETD, [0, 10]: constant noise by pixel and by column
   double exposure = 0.01;    ///< s, [0, 0.1]: over which the image moves; its middle is the stamp
   double lens_blur = 0.6;    ///< pixels, [0, 5]: standard deviation
-  double dead_share = 5e-4;  ///< [0, 0.2]: of the pixels, that show the same whatever there is
-  /// Degrees Celsius, object, (-200, 3000]: what is hotter shows as this. For the scene's object.
+  double dead_share = 5e-4;  ///< [0, 0.2]: share of dead pixels, with a constant value
+  /// Degrees Celsius, object, (-200, 3000]: saturation temperature, for the scene's object.
   double highest = 300;
   std::uint64_t seed = 1;  ///< of noise and dead pixels
 
@@ -43,14 +43,15 @@ struct ThermalCameraParameters {
 
 struct ThermalView {
   geometry::SE3 T_map_camera{};  ///< in the middle of the exposure
-  /// Of the camera against the map, in the camera frame: [linear m/s; angular rad/s]. It blurs.
+  /// Velocity of the camera relative to the map, in the camera frame: [linear m/s; angular rad/s];
+  /// causes motion blur.
   geometry::Vector6d velocity = geometry::Vector6d::Zero();
   std::uint64_t frame = 0;  ///< chooses the noise: the same scene, view and frame, the same bits
 };
 
-/// A straight stretch of a pipe as it is seen: between two points of its axis in the image.
+/// A straight section of a pipe in the image, between two points of its axis.
 struct PipeInImage {
-  Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< pixels; towards lower places
+  Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< pixels; at the lower position along the tube
   Eigen::Vector2d to = Eigen::Vector2d::Zero();    ///< pixels
   double from_place = 0;                           ///< m
   double to_place = 0;                             ///< m
@@ -60,7 +61,7 @@ struct PipeInImage {
 struct LeakInImage {
   std::size_t leak = 0;   ///< which of the scene
   PipeInImage stretch{};  ///< cut at the border of the image
-  bool whole = false;     ///< nothing is beyond the border
+  bool whole = false;     ///< no part is beyond the border
 };
 
 struct ThermalTruth {
@@ -72,14 +73,14 @@ struct ThermalTruth {
 class ThermalRenderer {
  public:
   /// Prepares tables and all memory. Throws as the `validate` of its arguments, and
-  /// std::invalid_argument where a temperature of the scene has no counts.
+  /// std::invalid_argument when a temperature of the scene has no counts.
   ThermalRenderer(const ThermalScene& scene, const ThermalCameraParameters& camera);
   ThermalRenderer(ThermalRenderer&&) noexcept;
   ThermalRenderer& operator=(ThermalRenderer&&) noexcept;
   ~ThermalRenderer();
 
-  /// `counts`: height * width, row-major. Blur along the tube and across it is that of the middle
-  /// of what is seen of it. Allocates nothing. Throws std::invalid_argument when `counts` has
+  /// `counts`: height * width, row-major. Motion blur along and across the tube is that at the
+  /// middle of its visible part. Allocates nothing. Throws std::invalid_argument when `counts` has
   /// another size, or the velocity is not finite.
   void render(const ThermalView& view, std::span<std::uint16_t> counts);
 
@@ -87,7 +88,7 @@ class ThermalRenderer {
   void truth(const ThermalView& view, ThermalTruth& truth) const;
 
   [[nodiscard]] const geometry::Camera& camera() const noexcept;
-  /// Of the scene's object: what the counts of the tube mean.
+  /// Radiometry of the scene's object, for the counts of the tube.
   [[nodiscard]] const thermal::Radiometry& radiometry() const noexcept;
   /// Counts at which the camera saturates.
   [[nodiscard]] std::uint16_t highest_counts() const noexcept;
@@ -97,8 +98,8 @@ class ThermalRenderer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// 8 bits, as cameras show them: grey levels evenly from `lowest` to `highest`, degrees Celsius;
-/// what has no temperature is black.
+/// 8 bits, as displayed by cameras: grey levels linear from `lowest` to `highest`, degrees Celsius;
+/// pixels without a temperature are black.
 class ThermalGreys {
  public:
   /// Throws std::invalid_argument unless `lowest` < `highest`.

@@ -8,9 +8,9 @@
 #include "pipescout/simulation/terrain.hpp"
 #include "pipescout/simulation/thermal_camera.hpp"
 
-/// A ground robot that drives along a row of collectors over rough ground, with a thermal camera
-/// that looks at them: Ibarguren and others (2013), section 7. Frames as in thermal_scene.hpp;
-/// `body` is that of ground_robot.hpp.
+/// A ground robot that drives along a row of collectors over rough ground and views them with a
+/// thermal camera: Ibarguren and others (2013), section 7. Frames as in thermal_scene.hpp; `body`
+/// is that of ground_robot.hpp.
 namespace pipescout::simulation {
 
 /// Of a camera that looks to the left of a robot, `elevation` rad above its plane. The upper border
@@ -23,9 +23,9 @@ struct ThermalPatrolParameters {
   GroundRobotParameters robot{.wheel_base = 1.6, .track = 1.2};
   TerrainParameters terrain{};
   double speed = 5.5;    ///< m/s, [0.1, 20]
-  double distance = 10;  ///< m, [1, 100]: from the tube to the way of the robot, level
-  double begin = -14;    ///< m, [-1000, 1000]: place along the row where it starts, at rest
-  double end = 165;      ///< m, (begin, 10000]: where it stops
+  double distance = 10;  ///< m, [1, 100]: horizontal distance of the robot's path from the tube
+  double begin = -14;    ///< m, [-1000, 1000]: start along the row, at rest
+  double end = 165;      ///< m, (begin, 10000]: end along the row
   geometry::SE3 T_body_camera = T_body_side_camera({0.2, 0.2, 1.2}, 0.145);
   std::uint64_t seed = 1;  ///< of the ground and the wheels
 
@@ -39,19 +39,19 @@ class ThermalPatrol {
   /// Throws as the `validate` of its parameters.
   explicit ThermalPatrol(const ThermalPatrolParameters& parameters);
 
-  /// Steers for the end of its way; a step of `GroundRobot::kStep`.
+  /// Steers towards the end of its path; a step of `GroundRobot::kStep`.
   void step();
-  /// The same, but it stands, or stops.
+  /// The same, but it stands or comes to a stop.
   void stand();
   /// To the nearest step; nothing for a time that has passed. Seconds.
   void drive_until(double time);
   [[nodiscard]] bool arrived() const noexcept { return course_.arrived(); }
-  /// Of a camera that moves on the body: where it is now, and its velocity against the body in the
-  /// camera frame, [linear m/s; angular rad/s].
+  /// For a camera that moves on the body: its current pose, and its velocity relative to the body
+  /// in the camera frame, [linear m/s; angular rad/s].
   void move_camera(const geometry::SE3& T_body_camera, const geometry::Vector6d& velocity);
 
   [[nodiscard]] const GroundRobot& robot() const noexcept { return robot_; }
-  /// What the camera sees now.
+  /// The current view of the camera.
   [[nodiscard]] ThermalView view(std::uint64_t frame) const;
   /// m, along the row.
   [[nodiscard]] double place() const;

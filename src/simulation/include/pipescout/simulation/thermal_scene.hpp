@@ -9,46 +9,49 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/thermal/radiometry.hpp"
 
-/// A row of parabolic-trough collectors at night, with leaks, and with what is taken for leaks.
+/// A row of parabolic-trough collectors at night, with leaks and with features that resemble leaks.
 ///
 /// Frame `row`: on level ground, the origin below the beginning of the absorber tube, x along it, z
-/// up. The tube is straight, at z = `tube_height`; collectors face the side of negative y, from
-/// which it is looked at, their mirrors behind it. A `place` is a row x, m.
+/// up. The tube is straight, at z = `tube_height`; the collectors face the side of negative y,
+/// where the camera is, with their mirrors behind the tube. A `place` is a position x in the row,
+/// m.
 ///
-/// Two scales of temperature, degrees Celsius both. *Object*: of what the camera is told of the
-/// tube (`ThermalSceneParameters::object`); the tube, leaks, joints, swivel joints and what is
-/// reflected in the tube. *Apparent*: of a black body that looks the same; all else.
+/// Two scales of temperature, degrees Celsius both. *Object*: with the camera's parameters for the
+/// tube (`ThermalSceneParameters::object`), used for the tube, leaks, joints, swivel joints and
+/// reflections in the tube. *Apparent*: of a black body with the same radiance, used for everything
+/// else.
 namespace pipescout::simulation {
 
 struct ThermalLeak {
   double place = 0;        ///< m, of its middle, along the tube
-  double length = 0.3;     ///< m, [0.05, 50]: where it is hotter by more than half of `rise`
+  double length = 0.3;     ///< m, [0.05, 50]: section that is hotter by more than half of `rise`
   double rise = 75;        ///< K, object, (0, 2000]: above the tube
-  double shoulder = 0.05;  ///< m, [0, length]: over which the rise comes and goes, at either end
+  double shoulder = 0.05;  ///< m, [0, length]: length of the transition at either end
 };
 
 enum class ThermalDecoyKind : std::uint8_t {
-  kBrightJoint,        ///< a joint of the tube that shines more, and is wider, than others
-  kPassingReflection,  ///< a bright stretch of the tube that moves along with who looks at it
-  kHotPixels,          ///< of the camera: they stay where they are in the image
-  kWarmSupport,        ///< a post before the tube
+  kBrightJoint,        ///< a joint of the tube that is brighter and wider than others
+  kPassingReflection,  ///< a bright section of the tube that moves with the observer
+  kHotPixels,          ///< of the camera: fixed in the image
+  kWarmSupport,        ///< a post in front of the tube
   kSunGlint,           ///< a reflection too bright to measure, for a few frames
   kHotBody,            ///< a warm box behind the tube
 };
 inline constexpr std::size_t kThermalDecoyKinds = 6;
 
-/// What is hot and no leak. Seen while the camera is within `reach` / 2 of `place` along the row.
+/// A hot feature that is not a leak. Visible while the camera is within `reach` / 2 of `place`
+/// along the row.
 struct ThermalDecoy {
   ThermalDecoyKind kind = ThermalDecoyKind::kBrightJoint;
   double place = 0;    ///< m; kBrightJoint: of the joint nearest to it
   double size = 0.15;  ///< m, [0.005, 5]: along the row; kHotPixels: pixels, [1, 5], to a side
-  double rise = 100;   ///< K, object, [-200, 2000]: above the tube, whatever scale it is itself on
+  double rise = 100;   ///< K, object, [-200, 2000]: above the tube, on either scale
   double reach = 1e6;  ///< m, (0, 1e6]
-  /// kPassingReflection, kSunGlint: it moves so much per metre that the camera goes, [0, 1].
+  /// kPassingReflection, kSunGlint: motion per metre of camera motion, [0, 1].
   double follow = 0;
-  /// kHotPixels: where in the image, shares of its width and height, [0, 1].
+  /// kHotPixels: position in the image as shares of its width and height, [0, 1].
   Eigen::Vector2d pixel = Eigen::Vector2d(0.5, 0.5);
-  /// kHotBody: how far behind the tube its front is, m, [0.2, 50]; how high, m, (0, 10]; and the
+  /// kHotBody: distance of its front behind the tube, m, [0.2, 50]; its height, m, (0, 10]; and the
   /// height of its foot above the ground, m, [0, 10].
   double behind = 4;
   double height = 1;
@@ -69,13 +72,13 @@ struct ThermalSceneParameters {
 
   double joint_spacing = kAbsorberLength;  ///< m, [0.5, 100]
   double joint_width = 0.12;               ///< m, [0, 1]: mean; each is within a quarter of it
-  double joint_least = -20;                ///< K, object, [-200, 1000]: rise of a joint, at least
+  double joint_least = -20;                ///< K, object, [-200, 1000]: smallest rise of a joint
   double joint_most = 120;  ///< K, object, [joint_least, 1000]. Changes with the angle of view
-  double support_spacing = 12.18;  ///< m, [1, 1000]: of posts before the tube
+  double support_spacing = 12.18;  ///< m, [1, 1000]: of posts in front of the tube
   double support_width = 0.14;     ///< m, [0, 1]; 0: none
   bool swivel_joints = true;       ///< at both ends: a hot pipe from the tube to the ground
-  /// Object, [-50, 500]: of the tube's image in the mirror, a band beside the tube. It fades where
-  /// it is below the mirror.
+  /// Object, [-50, 500]: of the tube's image in the mirror, a band next to the tube. Not visible
+  /// where it is below the mirror.
   double mirror_image = 70;
   double mirror_image_offset = 0.45;  ///< m, [-5, 5]: above the tube
 
@@ -100,11 +103,11 @@ struct ThermalJoint {
   double place = 0;  ///< m, of its middle
   double width = 0;  ///< m
   double rise = 0;   ///< K, object: the mean over the angles of view
-  double swing = 0;  ///< K, object: how much it changes with them
+  double swing = 0;  ///< K, object: its variation with them
   double phase = 0;  ///< rad
 };
 
-/// What follows from the parameters. The same parameters give the same bits.
+/// Quantities derived from the parameters. The same parameters give the same bits.
 class ThermalScene {
  public:
   /// Throws as ThermalSceneParameters::validate.
@@ -114,12 +117,12 @@ class ThermalScene {
   [[nodiscard]] const std::vector<ThermalJoint>& joints() const noexcept { return joints_; }
   /// Of the posts, m.
   [[nodiscard]] const std::vector<double>& supports() const noexcept { return supports_; }
-  /// Of a place of the tube, in the map, m.
+  /// Position of a point of the tube in the map, m.
   [[nodiscard]] Eigen::Vector3d on_tube(double place) const noexcept;
-  /// Object temperature of the tube at a place, without joints and what passes; of its ends beyond
-  /// them. Not cut off at what a camera can show.
+  /// Object temperature of the tube at a position, without joints and moving features; constant
+  /// beyond its ends. Not limited to the camera's range.
   [[nodiscard]] double tube_temperature(double place) const noexcept;
-  /// Rise of a leak at a place, K.
+  /// Rise of a leak at a position, K.
   [[nodiscard]] static double rise_of(const ThermalLeak& leak, double place) noexcept;
 
  private:

@@ -11,7 +11,7 @@
 
 namespace pipescout {
 
-/// What the component is configured with.
+/// Configuration of the component.
 struct ArmSettings {
   std::string urdf;  ///< text of the robot description
   std::string base_frame;

@@ -21,9 +21,9 @@
 
 namespace pipescout {
 
-/// Moves an arm so that the camera at its end keeps a pipe in view: `joint_states`, `track/pipe`,
-/// `odometry/filtered` and `thermal/camera_info` in, `arm/command` and `arm/state` in each cycle
-/// out while active, and on `/tf` where the camera is. Services `~/stow` and `~/reset`.
+/// Controls an arm that keeps a pipe in view of its camera: `joint_states`, `track/pipe`,
+/// `odometry/filtered` and `thermal/camera_info` in, `arm/command` and `arm/state` out in each
+/// cycle while active, and the pose of the camera on `/tf`. Services `~/stow` and `~/reset`.
 ///
 /// Parameters, states and faults: docs/components/camera_arm.md. Parameters take effect when it is
 /// configured.
@@ -67,7 +67,7 @@ class CameraArm final : public Component {
   std::optional<manipulation::ArmController> controller_;
   std::optional<CameraInfo> calibration_;
   manipulation::ArmRequest request_ = manipulation::ArmRequest::kTrack;
-  std::optional<manipulation::ArmCommand> told_;  // what /diagnostics and the log say
+  std::optional<manipulation::ArmCommand> told_;  // reported on /diagnostics and in the log
   std::uint64_t cycles_ = 0;
 
   Publisher<JointTrajectory> command_publisher_;

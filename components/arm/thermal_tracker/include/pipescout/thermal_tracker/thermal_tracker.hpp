@@ -21,9 +21,8 @@
 
 namespace pipescout {
 
-/// A pipe through the pictures of a thermal camera: `thermal/image_raw`, `thermal/camera_info`, and
-/// where there are, `odometry/filtered` and `/tf` in, `track/pipe` at each picture and
-/// `track/particles` out.
+/// Tracks a pipe in thermal images: `thermal/image_raw`, `thermal/camera_info`, and optionally
+/// `odometry/filtered` and `/tf` in, `track/pipe` for each image and `track/particles` out.
 ///
 /// Parameters and faults: docs/components/thermal_tracker.md. Parameters take effect when it is
 /// configured.
@@ -42,7 +41,7 @@ class ThermalTracker final : public Component {
   using Odometry = nav_msgs::msg::Odometry;
   using PipeTrack = pipescout_msgs::msg::PipeTrack;
   using Particles = pipescout_msgs::msg::PipeTrackParticles;
-  /// What is known of a picture beside its pixels.
+  /// Metadata of an image.
   struct Circumstances {
     std::optional<geometry::SE3> T_map_camera;
     std::optional<tracking::ImageMotion> motion;
@@ -50,7 +49,7 @@ class ThermalTracker final : public Component {
     std::optional<double> depth;  // m, of the pipe of the map along the axis of the camera
   };
 
-  /// Inputs of images are there once enough others listen to the track.
+  /// Images are subscribed to when enough subscriptions of the track are matched.
   void subscribe_if_heard(std::size_t subscriptions);
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);

@@ -19,7 +19,7 @@
 
 namespace pipescout {
 
-/// What the component is configured with.
+/// Configuration of the component.
 struct TrackerSettings {
   std::string map_frame;
   StampLimits stamp_limits;
@@ -29,7 +29,7 @@ struct TrackerSettings {
   tracking::PipeShape shape;                   ///< valid
   tracking::PipeTrackerParameters tracker;     ///< valid
   std::uint64_t seed = 0;                      ///< of the particles
-  double distance = 0;                         ///< m, to pipes, where nothing else tells
+  double distance = 0;                         ///< m, range of the pipes without other information
   std::vector<leak_findings::PipeLine> lines;  ///< of pipes in the map
   double line_deviation = 0;                   ///< m, standard, of pipes from these lines
   std::size_t published_particles = 0;

@@ -14,7 +14,7 @@
 
 namespace pipescout {
 
-/// What the component is configured with.
+/// Configuration of the component.
 struct EstimatorSettings {
   std::string map_frame;
   std::string odom_frame;
@@ -26,10 +26,10 @@ struct EstimatorSettings {
   double silent_after = 0;  ///< s
 
   std::optional<geometry::GeodeticPosition> datum;  ///< nothing: the first fix
-  double gps_deviation = 0;        ///< m, per axis, of fixes that do not say; 0: not used
-  double least_gps_deviation = 0;  ///< m, per axis, whatever they say
+  double gps_deviation = 0;        ///< m, per axis, of fixes without covariance; 0: not used
+  double least_gps_deviation = 0;  ///< m, per axis, lower bound
   bool heading_from_imu = false;   ///< from the orientation in imu/data
-  double heading_deviation = 0;    ///< rad, of orientations that do not say
+  double heading_deviation = 0;    ///< rad, of orientations without covariance
   double least_weld_probability = 0;
   double weld_deviation = 0;    ///< m, across the pipe
   Eigen::Vector3d weld_sensor;  ///< m, in the base frame
@@ -44,7 +44,7 @@ struct EstimatorSettings {
 class EstimatorParameters {
  public:
   /// Declares them, with the defaults of the preset that parameter `preset` names. Throws
-  /// ParameterError for a preset that there is not.
+  /// ParameterError for an unknown preset.
   explicit EstimatorParameters(Parameters& parameters);
 
   /// Throws std::invalid_argument naming the parameter, and CsvError for the centre line's file.

@@ -23,9 +23,9 @@
 
 namespace pipescout {
 
-/// The one state of a robot: `imu/data`, `gps/fix`, `odometer/fused`, `rack/pose` and `weld` in,
-/// as many of them as there are; `odometry/filtered`, `estimator/state` and `/tf` out. A rack
-/// localizer that has lost the rack gets a `rack/pose_hint`.
+/// State estimate of a robot: `imu/data`, `gps/fix`, `odometer/fused`, `rack/pose` and `weld` in,
+/// as far as available; `odometry/filtered`, `estimator/state` and `/tf` out. A rack localizer that
+/// has lost the rack gets a `rack/pose_hint`.
 ///
 /// Parameters and faults: docs/components/state_estimator.md. Parameters take effect when it is
 /// configured.
@@ -87,8 +87,7 @@ class StateEstimator final : public Component {
   bool imu_heard_ = true;
   bool rack_is_lost_ = false;
   bool start_is_given_ = false;
-  estimation::EstimatorStatus
-      status_;  // at the newest keyframe: making it up is not for each reading
+  estimation::EstimatorStatus status_;  // at the newest keyframe; not computed for each reading
   estimation::EstimatorStatus told_;
 
   Publisher<Odometry> odometry_publisher_;

@@ -11,9 +11,9 @@
 
 namespace pipescout {
 
-/// Publishes recorded odometer readings on `odometer/readings`, in the rhythm in which they were
-/// taken, once enough subscriptions are there that none is lost; then says that it is complete.
-/// Deactivating it pauses the replay, activating it again goes on where it stopped.
+/// Publishes recorded odometer readings on `odometer/readings`, at their recorded times, once
+/// enough subscriptions are matched that none is lost; then reports completion. Deactivating pauses
+/// the replay; activating resumes it.
 ///
 /// Parameters: docs/components/odometer_replay.md. All but `rate` take effect when it is
 /// configured.
@@ -31,7 +31,7 @@ class OdometerReplay final : public Component {
  private:
   enum class Phase { kPaused, kWaiting, kPlaying };
 
-  /// What parameters said when the component was configured.
+  /// Parameters at configuration.
   struct Settings {
     std::vector<double> standard_deviations;  // empty: the recording's
     Duration period{};
@@ -40,7 +40,7 @@ class OdometerReplay final : public Component {
     std::string frame_id;
   };
 
-  /// Throws std::invalid_argument when the parameters do not go with the recording.
+  /// Throws std::invalid_argument when the parameters do not match the recording.
   void check_settings() const;
   void wait_or_play(std::size_t subscriptions);
   void publish_next();

@@ -19,9 +19,9 @@
 
 namespace pipescout {
 
-/// Follows redundant odometers over time: `odometer/readings` in, of all odometers at once or of
+/// Streaming fusion of redundant odometers: `odometer/readings` in, of all odometers at once or of
 /// some, at any rates; `odometer/fused` out, one for each tick of `odometry::OdometerStream`.
-/// Learns the scales of the odometers from the welds on `weld` whose distance is known.
+/// Calibrates the scales of the odometers with the welds on `weld` whose distance is known.
 ///
 /// Parameters: docs/components/odometry_fusion.md. They take effect when it is configured.
 class OdometerStreamFusion final : public Component {
@@ -38,7 +38,7 @@ class OdometerStreamFusion final : public Component {
   using Fused = pipescout_msgs::msg::FusedOdometer;
   using Weld = pipescout_msgs::msg::WeldDetection;
 
-  /// What parameters said when the component was configured.
+  /// Parameters at configuration.
   struct Settings {
     std::vector<std::string> names;
     StampLimits stamp_limits;

@@ -17,9 +17,9 @@
 namespace pipescout {
 
 /// Fuses the readings of redundant odometers: `odometer/readings` in, `odometer/fused` out, one for
-/// one, by `odometry::ConsensusFusion`. Readings that cannot be used are left out with a reason in
-/// the message; a message that makes no sense as a whole is refused. Both are counted on
-/// `/diagnostics` under the name of the field.
+/// one, by `odometry::ConsensusFusion`. Invalid readings are excluded with a reason in the message;
+/// an inconsistent message is refused. Both are counted on `/diagnostics` under the name of the
+/// field.
 ///
 /// Parameters: docs/components/odometry_fusion.md. They may be changed at any time, and all but
 /// `wait_for_subscribers` take effect at once; a value that the algorithm refuses is refused with

@@ -8,13 +8,13 @@
 
 namespace pipescout {
 
-/// What is wrong with a message, as `Component::report_fault` takes it.
+/// A fault of a message, for `Component::report_fault`.
 struct ReadingsFault {
   std::string counter;
   std::string text;
 };
 
-/// Why readings make no sense as a whole: not `fewest` to 16 odometers, two of one name, or
+/// The reason why readings are inconsistent: not `fewest` to 16 odometers, two of one name, or
 /// `distance` or `valid` not as long as `name`.
 [[nodiscard]] std::optional<ReadingsFault> find_fault(
     const pipescout_msgs::msg::OdometerReadings& message, std::size_t fewest);

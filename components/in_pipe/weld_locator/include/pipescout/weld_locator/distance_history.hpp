@@ -9,8 +9,7 @@
 
 namespace pipescout {
 
-/// Where the crawler has been when: the latest fused distances, linear in between. Bounded. Pure;
-/// not thread-safe.
+/// History of the latest fused distances, linear in between. Bounded. Pure; not thread-safe.
 class DistanceHistory {
  public:
   struct Point {

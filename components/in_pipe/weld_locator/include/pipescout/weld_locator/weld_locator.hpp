@@ -22,9 +22,9 @@
 
 namespace pipescout {
 
-/// Finds girth welds in `eddy_current` along the distance of `odometer/fused`, publishes them on
-/// `weld`, and tells on `pipe/position` which joint of the pipe the probe is in and how far, by the
-/// sequence of joint lengths in a tally. Everything it says is about the probe.
+/// Detects girth welds in `eddy_current` along the distance of `odometer/fused`, publishes them on
+/// `weld`, and publishes the joint of the pipe and the distance into it on `pipe/position`, by the
+/// sequence of joint lengths in a tally. All positions are those of the probe.
 ///
 /// Parameters: docs/components/weld_locator.md. They take effect when it is configured.
 class WeldLocator final : public Component {
@@ -109,7 +109,7 @@ class WeldLocator final : public Component {
   std::optional<odometry::WeldDetector> detector_;
   std::optional<odometry::WeldPositioning> positioning_;
   std::optional<DistanceHistory> history_;
-  std::deque<std::shared_ptr<const Samples>> waiting_;  // for the odometer to come so far
+  std::deque<std::shared_ptr<const Samples>> waiting_;  // for the odometer to reach their time
   std::optional<Time> samples_until_;                   // stamp of the last sample that was taken
   std::optional<PassedWeld> last_weld_;
   double independent_variance_ = 0.0;  // m^2, of the last fused distance

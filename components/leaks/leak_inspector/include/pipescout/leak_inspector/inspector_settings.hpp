@@ -22,7 +22,7 @@
 
 namespace pipescout {
 
-/// What the component is configured with.
+/// Configuration of the component.
 struct InspectorSettings {
   std::string map_frame;
   StampLimits stamp_limits;

@@ -27,8 +27,8 @@ class FindingsArchive;
 class PictureRecording;
 
 /// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in,
-/// `leak/detections` at each picture and `leak/events` out. Findings are kept in a file from day to
-/// day, a report is written at the end, and pictures are kept where asked.
+/// `leak/detections` for each image and `leak/events` out. Findings are stored in a file over days,
+/// a report is written at the end, and images are recorded if requested.
 ///
 /// Parameters and faults: docs/components/leak_inspector.md. Parameters take effect when it is
 /// configured.
@@ -52,14 +52,14 @@ class LeakInspector final : public Component {
   void on_odometry(const Odometry& message);
 
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
-  /// Where pictures are kept; what fails is counted, and the inspection goes on.
+  /// Records images; failures are counted, and the inspection continues.
   void record(const ThermalImageReader::View& picture, const leak_findings::Frame& frame);
   /// Keeps the picture of each finding that none has shown better.
   void keep_evidence(const leak_findings::FrameResult& result, const leak_findings::Frame& frame,
                      const ThermalImageReader::View& picture, std::span<const float> celsius,
                      const thermal::Detections& detections);
   void publish(const leak_findings::Event& event, const Image& picture);
-  /// Of the archive: what fails is counted, and the inspection goes on.
+  /// For the archive: failures are counted, and the inspection continues.
   void try_to_keep(const std::function<void()>& action);
   void tell_counts();
 

@@ -22,9 +22,9 @@
 
 namespace pipescout {
 
-/// Where the camera is over a rack of pipes: `camera/image_raw` and `camera/camera_info` in,
-/// `rack/pose` and `rack/state` out. `odometry/filtered` predicts its motion when it is there, and
-/// `rack/pose_hint` gives a pose to start from.
+/// Pose of the camera over a rack of pipes: `camera/image_raw` and `camera/camera_info` in,
+/// `rack/pose` and `rack/state` out. `odometry/filtered`, if available, predicts its motion, and
+/// `rack/pose_hint` gives an initial pose.
 ///
 /// Parameters and faults: docs/components/rack_localizer.md. Parameters take effect when it is
 /// configured.
@@ -55,7 +55,7 @@ class RackLocalizer final : public Component {
   void on_odometry(const Odometry& message);
   void on_pose_hint(const Pose& message);
 
-  /// Motion of the camera since the image before, from odometry.
+  /// Motion of the camera since the previous image, from odometry.
   [[nodiscard]] std::optional<rack_vision::MotionPrediction> motion_until(Time stamp);
   void check_start(bool usable);
   void publish(const Image& image, const rack_vision::RackTrackerResult& result);

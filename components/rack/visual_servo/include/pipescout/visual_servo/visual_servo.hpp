@@ -15,8 +15,8 @@
 
 namespace pipescout {
 
-/// Flies a robot along way-points over a rack of pipes: `rack/pose` and `rack/state` of its camera
-/// in, `cmd_vel_stamped` out. Holds, then climbs, while there is no pose.
+/// Controls a robot along way-points over a rack of pipes: `rack/pose` and `rack/state` of its
+/// camera in, `cmd_vel_stamped` out. Holds, then climbs, while there is no pose.
 ///
 /// Parameters and faults: docs/components/visual_servo.md. Parameters take effect when it is
 /// configured.
@@ -48,7 +48,7 @@ class VisualServo final : public Component {
   [[nodiscard]] rack_vision::VisualServoParameters servo_parameters() const;
 
   void on_pose(const Pose& message);
-  /// Infinite, and counted, when what the message holds is no covariance; 0 when it states none.
+  /// Infinite, and counted, when the covariance is invalid; 0 when it is not given.
   [[nodiscard]] Deviation deviation_of(const Pose& message);
   void on_state(const State& message);
   /// Brings mission and servo to now, or to `measured`, the stamp of the image that it answers,

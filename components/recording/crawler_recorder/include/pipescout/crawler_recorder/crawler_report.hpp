@@ -14,8 +14,8 @@
 
 namespace pipescout {
 
-/// What a run of a crawler comes to: its welds as a table, and how good its positions were where
-/// the truth is known. Bounded in memory however long the run. Pure; not thread-safe.
+/// Report of a run of a crawler: its welds as a table, and its position errors if the truth is
+/// known. Bounded in memory for any length of the run. Pure; not thread-safe.
 class CrawlerReport {
  public:
   struct Weld {

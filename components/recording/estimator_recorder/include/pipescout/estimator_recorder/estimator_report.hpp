@@ -19,8 +19,8 @@
 
 namespace pipescout {
 
-/// What an estimator's run comes to: how good its pose was where the truth is known, whether it
-/// knew how good, and what each source was worth to it. Bounded in memory however long the run.
+/// Report of a run of an estimator: its pose errors if the truth is known, their consistency with
+/// the covariance, and the statistics of each source. Bounded in memory for any length of the run.
 /// Pure; not thread-safe.
 class EstimatorReport {
  public:
@@ -30,7 +30,7 @@ class EstimatorReport {
     /// Over (x, y, z, rotation about the fixed axes x, y, z of the map), m and rad; positive
     /// definite.
     geometry::Matrix6d covariance = geometry::Matrix6d::Identity();
-    /// Whether it is in the recording, so that its error shall be as well.
+    /// Whether it is in the recording; then its error is recorded too.
     bool recorded = false;
   };
   /// Of an estimate against the truth at its stamp.
@@ -52,9 +52,8 @@ class EstimatorReport {
   /// In any order: of estimates without a truth yet the last 1024 wait for it.
   void add_estimate(const Estimate& estimate);
   void add_truth(Time stamp, const geometry::SE3& T_map_base);
-  /// Gives the rows of the sources that are believed in another way than before, or are new. No
-  /// more than the first 32 names of sources are followed. The lists of sources are of one length.
-  /// Not checked.
+  /// Returns the rows of the sources that are new or whose state has changed. No more than the
+  /// first 32 names of sources are followed. The lists of sources are of one length. Not checked.
   [[nodiscard]] std::vector<std::size_t> add_state(const State& state);
 
   [[nodiscard]] std::uint64_t estimates() const noexcept { return estimates_; }

@@ -12,9 +12,8 @@ namespace pipescout {
 
 class LeakTally;
 
-/// Writes what is known of leaks into the mission folder: `leak/detections` and `leak/events`, from
-/// a simulation `ground_truth/leaks`; and the findings into the mission's summary. Ends as
-/// StreamRecorder.
+/// Records leaks in the mission folder: `leak/detections` and `leak/events`, from a simulation
+/// `ground_truth/leaks`; and the findings into the mission's summary. Ends as StreamRecorder.
 ///
 /// Parameters: docs/components/leak_recorder.md. They take effect when it is configured.
 class LeakRecorder final : public StreamRecorder {

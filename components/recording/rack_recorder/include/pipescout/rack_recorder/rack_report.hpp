@@ -15,9 +15,9 @@
 
 namespace pipescout {
 
-/// What a flight over a rack comes to: how much of it the pose was known, how good it was where the
-/// truth is known, and how many way-points were done. Bounded in memory however long the flight.
-/// Pure; not thread-safe.
+/// Report of a flight over a rack: share of the time with a pose, pose errors if the truth is
+/// known, and number of way-points done. Bounded in memory for any length of the flight. Pure; not
+/// thread-safe.
 class RackReport {
  public:
   struct Pose {

@@ -20,7 +20,7 @@
 
 namespace pipescout {
 
-/// Stands in for the drivers of a crawler: publishes `odometer/readings` of its wheels,
+/// Simulates a crawler and replaces its drivers: publishes `odometer/readings` of its wheels,
 /// `eddy_current` of its probe, `imu/data`, the truth on `ground_truth/pipe_position` and
 /// `ground_truth/odometry`, and the time of all that on `/clock`, for nodes with `use_sim_time`.
 /// Says that it is complete at the end of the pipe.

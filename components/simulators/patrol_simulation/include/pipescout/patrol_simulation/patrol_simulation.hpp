@@ -26,7 +26,7 @@
 
 namespace pipescout {
 
-/// Stands in for a ground robot that patrols along a row of collectors at night, and for its
+/// Simulates a ground robot that patrols along a row of collectors at night, and replaces its
 /// drivers: publishes `thermal/image_raw`, `thermal/camera_info`, `imu/data`, `gps/fix`,
 /// `odometer/readings`, the truth on `ground_truth/odometry`, `ground_truth/leaks` and
 /// `ground_truth/pipe_track`, and the time of all that on `/clock`, for nodes with `use_sim_time`.

@@ -21,7 +21,7 @@
 
 namespace pipescout {
 
-/// Stands in for a UAV over a rack of pipes and the drivers of its camera: takes `cmd_vel_stamped`,
+/// Simulates a UAV over a rack of pipes and replaces its drivers: subscribes to `cmd_vel_stamped`,
 /// publishes `camera/image_raw`, `camera/camera_info`, `imu/data`, the truth of the camera on
 /// `ground_truth/rack_pose` and of the UAV on `ground_truth/odometry`, and the time of all that on
 /// `/clock`, for nodes with `use_sim_time`.

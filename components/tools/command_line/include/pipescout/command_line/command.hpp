@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-/// What the commands of `pipescout` have in common, those of its own executable and those that are
-/// executables of their own (`pipescout-NAME`).
+/// Common code of the commands of `pipescout`, built in or separate executables (`pipescout-NAME`).
 namespace pipescout::command_line {
 
 /// Exit codes, as `ros2` has them.
@@ -17,13 +16,13 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitError = 1;
 inline constexpr int kExitUsage = 2;
 
-/// A command cannot do what was asked; what() is shown to the user as it is.
+/// A command failed; what() is shown to the user unchanged.
 class CommandError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A signal asked the command to end before it had its answer.
+/// A signal interrupted the command before its result.
 class CommandInterrupted : public std::exception {
  public:
   explicit CommandInterrupted(int signal) : signal_(signal) {}
@@ -38,7 +37,7 @@ class CommandInterrupted : public std::exception {
 /// digits when it refuses a value.
 [[nodiscard]] CLI::Range count_range();
 
-/// What the parsed command line asks for; returns the exit code.
+/// The action of the parsed command line; returns the exit code.
 using Action = std::function<int()>;
 
 /// Parses the words behind the program's name and runs what they ask for: `action`, which the

@@ -9,7 +9,7 @@
 
 namespace pipescout::command_line {
 
-/// Shows progress: on a terminal one line, written over and over; else a line at most once a second
+/// Shows progress: on a terminal one line that is overwritten; else a line at most once a second
 /// and, when the share is known, at most every 10 %.
 class ProgressPrinter {
  public:

@@ -8,8 +8,8 @@
 
 namespace pipescout::command_line {
 
-/// A table for people: texts to the left, numbers to the right, the numbers of one column with the
-/// same number of decimals.
+/// A table for output: texts left-aligned, numbers right-aligned with the same number of decimals
+/// per column.
 class TextTable {
  public:
   /// monostate: no value, shown as "-".

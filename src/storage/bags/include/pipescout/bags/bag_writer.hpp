@@ -51,8 +51,8 @@ struct BagWriterOptions {
 /// as far as there is space.
 ///
 /// Not thread-safe: one thread at a time. Memory: one chunk or the cache, plus the size of the
-/// message where it is compressed; some 30 bytes for each chunk, and topic in it, of the current
-/// file. Writes do not wait for the disk: a power loss can cost what the operating system had not
+/// message where it is compressed; for the index of the current MCAP file some 100 bytes for each
+/// chunk. Writes do not wait for the disk: a power loss can cost what the operating system had not
 /// written yet.
 class BagWriter {
  public:

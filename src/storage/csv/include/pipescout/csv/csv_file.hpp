@@ -6,11 +6,11 @@
 
 namespace pipescout {
 
-/// Largest CSV file that is read, bytes.
+/// Size limit of a CSV file, bytes.
 inline constexpr std::uintmax_t kMaxCsvFileSize = std::uintmax_t{64} * 1024 * 1024;
 
-/// The content of a CSV file. Throws CsvError naming the file when it does not exist, is no regular
-/// file, is larger than the limit, or cannot be read.
+/// The content of a CSV file. Throws CsvError naming the file when it does not exist, is not a
+/// regular file, is larger than the limit, or cannot be read.
 [[nodiscard]] std::string read_csv_text(const std::string& path);
 
 }  // namespace pipescout

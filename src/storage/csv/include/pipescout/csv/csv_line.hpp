@@ -16,16 +16,15 @@ class CsvLine {
   /// The first cell: seconds with nine decimals.
   explicit CsvLine(Stamp stamp);
 
-  /// With as many digits as it takes to read the same value back; -0 as 0.
+  /// With as many digits as a lossless round trip needs; -0 as 0.
   CsvLine& add(double value);
   CsvLine& add(std::uint64_t value);
   /// 0 or 1.
   CsvLine& add(bool value);
-  /// Text from a message: its first 200 characters, on one line, quoted by RFC 4180 where it must
-  /// be.
+  /// Text from a message: its first 200 characters, on one line, quoted by RFC 4180 if necessary.
   CsvLine& add(std::string_view text);
   CsvLine& add(const char* text) { return add(std::string_view(text)); }
-  /// With the digits of a float, which are enough for what describes an uncertainty.
+  /// With the digits of a float, which are sufficient for uncertainties.
   CsvLine& add_short(double value);
   /// Missing values.
   CsvLine& add_empty(std::size_t cells = 1);

@@ -9,8 +9,7 @@
 /// Times in CSV: seconds with nine decimals. Pure functions; thread-safe.
 namespace pipescout {
 
-/// A time of measurement, as messages carry it: since the Unix epoch, or since the start of a
-/// simulation.
+/// A time of measurement, as in messages: since the Unix epoch, or since the start of a simulation.
 using Stamp = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 /// "12.000000345".

@@ -8,14 +8,14 @@
 #include <string_view>
 #include <vector>
 
-/// The CSV that missions are read from and written to: comma, one header line, no quotes. Text in,
-/// values out: no file is touched. All functions are pure and thread-safe.
+/// CSV files of missions: comma, one header line, no quotes. Functions work on text, not on files;
+/// all are pure and thread-safe.
 namespace pipescout {
 
-/// Most columns that a table may have.
+/// Largest number of columns of a table.
 inline constexpr std::size_t kMaxCsvColumns = 1024;
 
-/// A CSV text is malformed, or does not say what it must. what() is "file:line: message".
+/// A CSV text is malformed or lacks required content. what() is "file:line: message".
 class CsvError : public std::runtime_error {
  public:
   /// `line` counts from 1; 0: the error concerns the file as a whole.
@@ -42,12 +42,12 @@ class CsvReader {
   /// Unique, not empty.
   [[nodiscard]] const std::vector<std::string>& columns() const noexcept { return columns_; }
   [[nodiscard]] std::optional<std::size_t> find_column(std::string_view name) const;
-  /// No more rows than this are still to come.
+  /// Upper bound of the number of remaining rows.
   [[nodiscard]] std::size_t maximum_rows_left() const noexcept;
 
-  /// Goes to the next row, from before the first one on. False after the last. Throws CsvError for
-  /// no rows at all, a row with more or fewer cells than the header, an empty line between rows,
-  /// quotes, and control characters.
+  /// Advances to the next row, initially to the first one. False after the last. Throws CsvError
+  /// for no rows at all, a row with more or fewer cells than the header, an empty line between
+  /// rows, quotes, and control characters.
   [[nodiscard]] bool next();
   /// Of the current row: its line in the file, from 1.
   [[nodiscard]] std::size_t line() const noexcept { return line_; }
@@ -65,7 +65,7 @@ class CsvReader {
   std::size_t line_ = 0;
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;
-  std::size_t cells_of_line_ = 0;  // also those beyond what `cells_` holds
+  std::size_t cells_of_line_ = 0;  // including those beyond the capacity of `cells_`
   bool has_rows_ = false;
 };
 
@@ -83,14 +83,15 @@ struct CsvTable {
   [[nodiscard]] std::optional<std::size_t> find_column(std::string_view name) const;
 };
 
-/// Takes and refuses what CsvReader does.
+/// Accepts and refuses the same as CsvReader.
 [[nodiscard]] CsvTable parse_csv(std::string_view text, std::string_view path);
 
-/// The number that a whole cell spells: decimal, '.' as decimal point, exponent allowed, or nan,
-/// inf, -inf in any case. Nothing for all other text and for numbers outside double.
+/// The number in a cell, which must contain nothing else: decimal, '.' as decimal point, exponent
+/// allowed, or nan, inf, -inf in any case. Nothing for all other text and for numbers outside
+/// double.
 [[nodiscard]] std::optional<double> parse_csv_number(std::string_view cell);
 
-/// With as many digits as it takes to read the same value back: "5.45", "1e-07", "nan", "-inf".
+/// With as many digits as a lossless round trip needs: "5.45", "1e-07", "nan", "-inf".
 [[nodiscard]] std::string format_csv_number(double value);
 
 }  // namespace pipescout

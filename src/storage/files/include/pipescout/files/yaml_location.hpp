@@ -9,14 +9,14 @@ class Node;
 struct Mark;
 }  // namespace YAML
 
-/// Where something stands in a YAML file, and how every loader of this project reads one: errors
-/// always carry "file:line:column: message". This header needs no yaml-cpp.
+/// Positions in YAML files, and the common reader of this project's loaders: errors are
+/// "file:line:column: message". This header needs no yaml-cpp.
 namespace pipescout {
 
-/// A YAML file is malformed or does not say what it must.
+/// A YAML file is malformed or lacks required content.
 class YamlError : public std::runtime_error {
  public:
-  /// `path`: the file, or a name for text that is in no file. Line and column count from 1; 0 means
+  /// `path`: the file, or a name for text without a file. Line and column count from 1; 0 means
   /// that the error concerns the file as a whole, and what() is then "path: message".
   YamlError(std::string path, int line, int column, const std::string& message);
   YamlError(std::string path, const YAML::Mark& mark, const std::string& message);
@@ -38,9 +38,9 @@ class YamlError : public std::runtime_error {
 [[nodiscard]] std::string line_location(const std::string& path, const YAML::Mark& mark);
 
 /// Reads one YAML document from text. `path` names it in errors. An empty text gives a null node.
-/// Throws YamlError for what is no YAML, and for what is but has no place in a configuration:
-/// control characters, several documents, aliases (one line could stand for gigabytes), duplicate
-/// keys, keys that are no scalars, more than 64 levels of nesting.
+/// Throws YamlError for invalid YAML, and for YAML that is not allowed in a configuration: control
+/// characters, several documents, aliases (one line could expand to gigabytes), duplicate keys,
+/// keys that are not scalars, more than 64 levels of nesting.
 [[nodiscard]] YAML::Node parse_yaml(const std::string& text, const std::string& path);
 
 /// The same for a file. Throws YamlError also when it cannot be read.

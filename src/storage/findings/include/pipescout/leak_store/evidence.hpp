@@ -10,10 +10,10 @@
 #include "pipescout/thermal/image.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
-/// What someone who doubts a finding wants to see.
+/// Evidence of a finding: image, profile and parts.
 namespace pipescout {
 
-/// A part of a picture, as it is shown: colours for temperatures, no marks in it.
+/// A section of an image for display: colours for temperatures, without annotations.
 struct Thumbnail {
   int width = 0;  ///< pixels of the thumbnail
   int height = 0;
@@ -26,7 +26,7 @@ struct Thumbnail {
 struct OverlayLine {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
-  double half_width = 0;  ///< of what it stands for
+  double half_width = 0;  ///< of the object that it represents
 };
 
 /// Part of a pipe in its profile; places in samples.
@@ -37,7 +37,7 @@ struct ProfilePart {
   thermal::PartKind kind = thermal::PartKind::kPipe;
 };
 
-/// One picture of one leak.
+/// One image of one leak.
 struct Evidence {
   double time = 0;     ///< s, of the finding's clock
   std::string source;  ///< file, or topic and frame
@@ -51,19 +51,19 @@ struct Evidence {
   double leak_to = 0;
   double metres_per_sample = 0;      ///< 0: not known
   double reference_temperature = 0;  ///< degC, of the sound pipe; NaN: not known
-  int split_distance = 1;            ///< samples, between which the change divided the pipe
-  double split_delta = 0;            ///< K, the change that divided it
+  int split_distance = 1;            ///< samples, distance over which the change was computed
+  double split_delta = 0;            ///< K, change at which the pipe was split
 };
 
-/// The picture around `leak`, which is one of `detections.leaks`, with its pipe's profile. Nothing
-/// is kept of the arguments. Throws std::invalid_argument where there is no such leak or the
-/// picture has another size than the detections.
+/// The image around `leak`, which is one of `detections.leaks`, with its pipe's profile. The
+/// arguments are copied. Throws std::invalid_argument when there is no such leak or the image size
+/// differs from that of the detections.
 [[nodiscard]] Evidence make_evidence(const thermal::TemperatureView& picture,
                                      const thermal::Detections& detections, std::size_t leak,
                                      const thermal::ProfileParameters& profile, double time,
                                      std::string source);
 
-/// A whole picture with its pipes, in no more than `largest` pixels a side.
+/// A whole image with its pipes, with at most `largest` pixels per side.
 struct Overview {
   Thumbnail thumbnail;
   std::vector<OverlayLine> pipes;

@@ -16,31 +16,31 @@
 
 namespace pipescout {
 
-/// Where findings are kept beyond the run, and told to people. Not thread-safe.
+/// Storage of findings beyond the run, and their report. Not thread-safe.
 class FindingsArchive {
  public:
-  /// `store`: file of the findings of all days; empty: they are not kept. `report_folder`: gets the
-  /// report; empty: there is none. Missing folders are made. Throws LeakStoreError and
+  /// `store`: file of the findings of all days; empty: they are not stored. `report_folder`: folder
+  /// of the report; empty: none. Missing folders are created. Throws LeakStoreError and
   /// std::filesystem::filesystem_error naming the file.
   FindingsArchive(const std::filesystem::path& store, std::filesystem::path report_folder);
 
-  /// Of other days, and of this one so far.
+  /// Findings of other days, and of this one so far.
   [[nodiscard]] std::vector<leak_findings::Finding> known() const;
 
   /// Throws LeakStoreError.
   void log(const ConditionRecord& record);
-  /// Whether a picture of that time is evidence of a finding that is in it: it shows it best, or
-  /// there is none yet, as of one that is raised now and was seen better before.
+  /// Whether an image of that time becomes the evidence of a finding in it: it shows it best, or
+  /// the finding has none yet, because it is raised now and had a better view before.
   [[nodiscard]] bool wants(const leak_findings::Finding& finding, double time) const;
-  /// The picture that shows a finding best; saved with it the next time.
+  /// Sets the best image of a finding; saved with it the next time.
   void keep(std::uint64_t finding, Evidence evidence);
-  /// Nothing where none was kept since the start.
+  /// Nothing if none was set since the start.
   [[nodiscard]] const Evidence* evidence(std::uint64_t finding) const;
-  /// On the disk when it returns. Throws LeakStoreError.
+  /// Durable when it returns. Throws LeakStoreError.
   void save(const leak_findings::Finding& finding);
 
-  /// leaks.geojson, leaks.kml, leaks.csv and report.html of these findings. Theirs and the
-  /// conditions are put into `report`; all else of it is the caller's. Throws LeakStoreError and
+  /// leaks.geojson, leaks.kml, leaks.csv and report.html of these findings. Findings and conditions
+  /// are added to `report`; its other fields are set by the caller. Throws LeakStoreError and
   /// std::system_error naming the file.
   void write_report(std::span<const leak_findings::Finding> findings, LeakReport report) const;
 

@@ -8,21 +8,22 @@
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/leak_findings/finding.hpp"
 
-/// Findings in formats that other programs read. Pure. Times are s since 1970 UTC, written as
-/// ISO 8601. `datum`: where on the Earth the map's origin is, x east, y north; without it no
-/// finding has a place on the Earth.
+/// Findings in formats of other programs. Pure. Times are s since 1970 UTC, written as ISO 8601.
+/// `datum`: geodetic position of the map's origin, x east, y north; without it findings have no
+/// geodetic position.
 namespace pipescout {
 
-/// A FeatureCollection (RFC 7946), a Feature a finding, with all that is known as properties; its
-/// geometry is null where the place is not known. Lengths in m, temperatures in K.
+/// A FeatureCollection (RFC 7946) with one Feature per finding and its estimates as properties; the
+/// geometry is null if the position is unknown. Lengths in m, temperatures in K.
 [[nodiscard]] std::string leaks_geojson(std::span<const leak_findings::Finding> findings,
                                         const std::optional<geometry::GeodeticPosition>& datum);
 
-/// KML 2.2, a Placemark a finding, styled by severity; those without a place have no Point.
+/// KML 2.2 with one Placemark per finding, styled by severity; those without a position have no
+/// Point.
 [[nodiscard]] std::string leaks_kml(std::span<const leak_findings::Finding> findings,
                                     const std::optional<geometry::GeodeticPosition>& datum);
 
-/// A line a finding, after one with the names of columns; fields that are not known are empty.
+/// One line per finding after a header line; unknown fields are empty.
 [[nodiscard]] std::string leaks_csv(std::span<const leak_findings::Finding> findings,
                                     const std::optional<geometry::GeodeticPosition>& datum);
 

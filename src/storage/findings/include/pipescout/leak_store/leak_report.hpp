@@ -19,20 +19,21 @@ struct ReportedFinding {
   std::optional<Evidence> evidence;
 };
 
-/// What became of one picture.
+/// Result of one image.
 struct ReportedPicture {
   std::string name;
-  std::string problem;  ///< why there are no detections, or they count for no finding; may be empty
+  std::string
+      problem;  ///< why there are no detections, or why they do not update findings; may be empty
   std::string summary;  ///< kind, size, temperatures, pipes
-  std::string doubts;   ///< one a line
+  std::string doubts;   ///< one per line
   std::optional<Overview> overview;
 };
 
 struct LeakReport {
   std::string title;
-  std::string made;  ///< when, and by what
+  std::string made;  ///< time and program
   std::vector<ReportedFinding> findings;
-  std::vector<leak_findings::PipeLine> pipes;  ///< of the map, where they are known
+  std::vector<leak_findings::PipeLine> pipes;  ///< in the map, if known
   std::vector<Eigen::Vector2d> track;          ///< m, of the robot in the map
   std::optional<geometry::GeodeticPosition> datum;
   std::vector<ConditionRecord> conditions;
@@ -41,9 +42,9 @@ struct LeakReport {
   std::vector<ReportedPicture> pictures;  ///< all, or those worth showing
 };
 
-/// One page of HTML that needs nothing but itself: no scripts, no links to other files. A map, a
-/// table by severity, each finding with its picture and its profile as in Figure 5 of Ibarguren et
-/// al. 2013, the log of conditions and the pictures. Texts may hold anything. Pure.
+/// One self-contained page of HTML: no scripts, no links to other files. A map, a table by
+/// severity, each finding with its image and its profile as in Figure 5 of Ibarguren et al. 2013,
+/// the log of conditions and the images. Texts are escaped. Pure.
 [[nodiscard]] std::string leak_report_html(const LeakReport& report);
 
 }  // namespace pipescout

@@ -13,33 +13,32 @@
 
 namespace pipescout {
 
-/// In a folder of pictures: read_thermal_settings, parse_survey_settings, parse_survey_poses.
+/// In a folder of images: read_thermal_settings, parse_survey_settings, parse_survey_poses.
 inline constexpr const char* kThermalFile = "thermal.yaml";
 inline constexpr const char* kSurveyFile = "survey.yaml";
 inline constexpr const char* kPosesFile = "poses.csv";
-/// In a mission folder, with the pictures that were recorded.
+/// Subfolder of a mission folder with recorded images.
 inline constexpr const char* kMissionPictures = "thermal_pictures";
 
-/// Keeps the pictures of a thermal camera as they come, bit by bit, with all that `survey_leaks`
-/// needs to look at them again: TIFF files whose names are in the order in which they came,
-/// `thermal.yaml`, `survey.yaml` and `poses.csv`. What was added is whole and stays when the
-/// process is killed. Not thread-safe.
+/// Records the unchanged images of a thermal camera with the input that `survey_leaks` needs to
+/// process them again: TIFF files with names in the order of arrival, `thermal.yaml`, `survey.yaml`
+/// and `poses.csv`. Added images are complete and survive a kill of the process. Not thread-safe.
 class PictureRecording {
  public:
-  /// Makes the folder and `thermal.yaml`. `survey`: without camera. Poses are recorded of the
-  /// camera's optical frame, which may have moved on the robot: `findings.T_base_camera` is used
-  /// where a frame does not tell its own. Throws std::system_error for a folder that cannot be made
-  /// or written, and std::runtime_error for one that is not empty; both name it.
+  /// Creates the folder and `thermal.yaml`. `survey`: without camera. Recorded poses are those of
+  /// the camera's optical frame, which may move on the robot: `findings.T_base_camera` is used for
+  /// frames without their own. Throws std::system_error for a folder that cannot be created or
+  /// written, and std::runtime_error for one that is not empty; both name it.
   PictureRecording(std::filesystem::path folder, const ThermalSettings& thermal,
                    SurveySettings survey);
-  /// A recording without pictures leaves nothing behind.
+  /// A recording without images is removed.
   ~PictureRecording();
   PictureRecording(const PictureRecording&) = delete;
   PictureRecording& operator=(const PictureRecording&) = delete;
 
-  /// The time must rise from frame to frame, and the camera be the same all along. Throws
-  /// std::system_error naming the file, when the disk is full for one: the picture is then left
-  /// out, and the next one may be added.
+  /// Times must increase from frame to frame, and the camera must be the same. Throws
+  /// std::system_error naming the file, for example when the disk is full: the image is then
+  /// omitted, and the next one may be added.
   void add(const ThermalView& picture, const leak_findings::Frame& frame,
            const geometry::CameraParameters& camera);
 

@@ -10,15 +10,15 @@
 
 namespace pipescout {
 
-/// Where the robot was when a picture was taken.
+/// Pose of the robot at the time of an image.
 struct PicturePose {
   std::optional<double> time;  ///< s since 1970 UTC
   std::optional<leak_findings::FramePose> pose;
 };
 
 struct SurveyPoses {
-  std::map<std::string, PicturePose> by_file;  ///< by the name of the picture's file
-  /// That the last line was cut short, as a full disk leaves it, and is left out; else empty.
+  std::map<std::string, PicturePose> by_file;  ///< by the file name of the image
+  /// Note that the last line is truncated, as by a full disk, and ignored; else empty.
   std::string problem;
 };
 

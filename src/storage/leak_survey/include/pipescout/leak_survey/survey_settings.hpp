@@ -16,18 +16,18 @@ class Node;
 
 namespace pipescout {
 
-/// How the pictures of a folder were taken.
+/// Description of how the images of a folder were taken.
 struct SurveySettings {
   thermal::DetectorPreset preset = thermal::DetectorPreset::kCollectors;
-  std::optional<double> field_of_view;               ///< rad, across the whole width of a picture
-  std::optional<geometry::CameraParameters> camera;  ///< in place of a field of view
-  double frame_rate = 9;                ///< 1/s, of pictures that do not tell when they were taken
-  double position_deviation = 0.2;      ///< m per axis, of poses that do not tell
-  double orientation_deviation = 0.02;  ///< rad per axis, likewise
-  /// YAML map of the parameters of component `leak_inspector` that are not as the preset has them;
-  /// empty: none.
+  std::optional<double> field_of_view;               ///< rad, across the whole width of an image
+  std::optional<geometry::CameraParameters> camera;  ///< instead of a field of view
+  double frame_rate = 9;                             ///< 1/s, of images without time
+  double position_deviation = 0.2;                   ///< m per axis, of poses without it
+  double orientation_deviation = 0.02;               ///< rad per axis, likewise
+  /// YAML map of the parameters of component `leak_inspector` that differ from the preset; empty:
+  /// none.
   std::string parameters;
-  // What they come to, valid:
+  // The resulting parameters, valid:
   thermal::LeakDetectorParameters detector = thermal::LeakDetectorParameters::of(preset);
   leak_findings::LeakFindingsParameters findings;
   std::optional<geometry::GeodeticPosition> datum;
@@ -35,11 +35,10 @@ struct SurveySettings {
   std::string calibration;
 };
 
-/// Sets detector and findings to what a preset comes to with the entry `parameters` of the
-/// settings, a YAML map in the file of this name. Throws std::runtime_error, "name:line: ...", for
-/// a parameter that is not known or of a wrong type, and std::invalid_argument for values that do
-/// not fit together. `pipescout/thermal_parameters/survey_parameters.hpp` has the one of
-/// `leak_inspector`.
+/// Sets detector and findings to a preset changed by the entry `parameters` of the settings, a YAML
+/// map in the file of this name. Throws std::runtime_error, "name:line: ...", for a parameter that
+/// is unknown or of a wrong type, and std::invalid_argument for values that do not fit together.
+/// `pipescout/thermal_parameters/survey_parameters.hpp` has the one of `leak_inspector`.
 using SurveyParametersReader = std::function<void(
     const YAML::Node& parameters, const std::string& file, thermal::DetectorPreset preset,
     thermal::LeakDetectorParameters& detector, leak_findings::LeakFindingsParameters& findings)>;
@@ -65,7 +64,7 @@ using SurveyParametersReader = std::function<void(
 ///                                         # for those that have an entry here or in thermal.yaml
 ///
 /// `preset`: in place of that of the text. Throws std::runtime_error, "name:line: ...", for a name
-/// that is not known or given twice, and for a value of a wrong type or out of its range.
+/// that is unknown or given twice, and for a value of a wrong type or out of range.
 [[nodiscard]] SurveySettings parse_survey_settings(
     const std::string& text, const std::string& name, const SurveyParametersReader& read_parameters,
     std::optional<thermal::DetectorPreset> preset = std::nullopt);

@@ -11,14 +11,14 @@ namespace pipescout {
 /// to 1e3 of whatever unit. Allocates nothing.
 class ErrorHistogram {
  public:
-  /// Its absolute value counts. What is not finite is left out.
+  /// Adds the absolute value. Values that are not finite are ignored.
   void add(double error) noexcept;
 
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
   /// The value that a share of (0, 1] of the errors does not exceed, to 0.5 %; NaN when there is
   /// none.
   [[nodiscard]] double quantile(double share) const noexcept;
-  /// Exact, as the root of the mean square; both are NaN when there is none.
+  /// Exact, like the RMS; both are NaN without errors.
   [[nodiscard]] double largest() const noexcept;
   [[nodiscard]] double root_mean_square() const noexcept;
 

@@ -7,19 +7,18 @@
 
 namespace pipescout {
 
-/// Which messages of a stream are kept: no more than one in each period, by their stamps. Pure;
-/// not thread-safe.
+/// Decimation of a stream: at most one message per period, by their stamps. Pure; not thread-safe.
 class Thinning {
  public:
   /// `period` is not negative; zero: all are kept.
   explicit Thinning(std::chrono::nanoseconds period = std::chrono::nanoseconds::zero())
       : period_(period) {}
 
-  /// Whether a period has passed since the one that was kept last. Streams do not tick by this
-  /// clock: one that is a hundredth of a period (at most 5 ms) early counts as due, and so does a
-  /// stamp from before, for the clock began again.
+  /// Whether a period has passed since the last kept message. Because streams are not synchronous
+  /// with the period, a message up to a hundredth of a period (at most 5 ms) early is due, as is
+  /// one with an earlier stamp, because the clock was restarted.
   [[nodiscard]] bool due(Stamp stamp) const noexcept;
-  /// It is kept.
+  /// Marks a message as kept.
   void keep(Stamp stamp) noexcept { last_ = stamp; }
 
  private:

@@ -10,16 +10,15 @@
 
 namespace pipescout {
 
-/// Where a simulated robot really was, at any time of the last while. Bounded in memory. Pure; not
-/// thread-safe.
+/// Recent true poses of a simulated robot. Bounded in memory. Pure; not thread-safe.
 class TrueTrack {
  public:
-  /// Stamps rise; one that does not means that the clock began again, and all before is forgotten:
-  /// then it is false.
+  /// Stamps increase; otherwise the clock was restarted, all earlier poses are discarded, and it
+  /// returns false.
   bool add(Stamp stamp, const geometry::SE3& pose);
 
-  /// Between two poses interpolated. Nothing outside of those that are remembered, and between two
-  /// that are more than 0.2 s apart, which say nothing of what is between them.
+  /// Interpolated between two poses. Nothing outside the stored ones, and between two that are more
+  /// than 0.2 s apart.
   [[nodiscard]] std::optional<geometry::SE3> at(Stamp stamp) const;
 
  private:
@@ -31,14 +30,13 @@ class TrueTrack {
   std::deque<Place> places_;
 };
 
-/// Brings each estimate together with the truth of its stamp, in whatever order they come: of
-/// estimates without a truth yet the last 1024 wait for it. `Estimate` has a `stamp`. Pure; not
-/// thread-safe.
+/// Pairs each estimate with the truth at its stamp, in any order of arrival: the last 1024
+/// estimates without a truth are queued. `Estimate` has a `stamp`. Pure; not thread-safe.
 template <class Estimate>
 class TruthPairing {
  public:
-  /// `use(estimate, truth)` is called once for an estimate whose truth is known, now or later;
-  /// never for one whose truth does not come.
+  /// `use(estimate, truth)` is called once for an estimate when its truth is known, now or later;
+  /// never for an estimate without a truth.
   template <class Use>
   void add_estimate(const Estimate& estimate, const Use& use) {
     if (const auto truth = track_.at(estimate.stamp)) {

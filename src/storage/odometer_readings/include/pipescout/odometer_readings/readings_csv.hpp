@@ -12,7 +12,7 @@
 #include "pipescout/csv/csv_stamp.hpp"
 #include "pipescout/csv/csv_table.hpp"
 
-/// Odometer readings as CSV: what the replay reads and the recorder writes. Columns:
+/// Odometer readings as CSV, the format of replay and recorder. Columns:
 ///
 ///   stamp                      optional: time of measurement, s since the Unix epoch or any other
 ///                              start, 0 <= stamp < 2^31, strictly increasing
@@ -21,14 +21,15 @@
 ///   NAME.standard_deviation    optional, for all odometers or none: m; any number is legal
 ///   NAME.valid                 optional: 1 or 0; without it readings are valid
 ///
-/// Legal is what an odometer's driver can say, also in trouble: judging it is the fusion's task.
+/// All values that a driver can report are legal, including those of a fault: the fusion rejects
+/// them.
 namespace pipescout {
 
-/// Which columns are read.
+/// Selection of columns.
 struct ReadingsCsvSelection {
-  /// Odometers and their order. Empty: every column that is nothing else, in the file's order.
+  /// Odometers and their order. Empty: all remaining columns, in the file's order.
   std::vector<std::string> odometers;
-  /// Columns that are no odometers. They need not exist.
+  /// Columns that are not odometers. They may be absent.
   std::vector<std::string> ignored_columns;
 };
 
@@ -40,7 +41,7 @@ struct ReadingsRow {
   std::vector<bool> valid;
 };
 
-/// A whole file, in as little memory as its numbers take: the lists hold row after row.
+/// A whole file in row-major lists.
 struct ReadingsRecording {
   std::vector<std::string> odometers;
   std::vector<std::chrono::nanoseconds> stamps;  ///< one per row; empty without such a column
@@ -57,21 +58,21 @@ struct ReadingsRecording {
 };
 
 /// Throws CsvError, naming file and line, for what `parse_csv` refuses, a selected odometer that
-/// has no column, no odometer column at all, a cell that is not what its column holds, and stamps
-/// or reading numbers out of order. Takes no more memory than the recording has in the end.
+/// has no column, no odometer column at all, a cell of the wrong kind for its column, and stamps or
+/// reading numbers out of order. Uses no more memory than the final recording.
 [[nodiscard]] ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
                                                    const ReadingsCsvSelection& selection = {});
 
-/// Names fit for columns: what names on the wire may hold and CSV may not (commas, quotes, control
-/// characters, blanks at the ends, the names and suffixes above) is replaced by '_', and a name
-/// that is empty or taken becomes "odometer_<its number>".
+/// Valid column names: characters and names that CSV does not allow (commas, quotes, control
+/// characters, blanks at the ends, the names and suffixes above) are replaced by '_', and an empty
+/// or duplicate name becomes "odometer_<its number>".
 [[nodiscard]] std::vector<std::string> odometer_column_names(const std::vector<std::string>& names);
 
 /// The header line, without line end; `columns` as of `odometer_column_names`.
 [[nodiscard]] std::string format_readings_header(const std::vector<std::string>& columns,
                                                  bool with_standard_deviations);
-/// One row below that header. Written and read back, stamp and values are the same, unless the
-/// stamp is one that `parse_stamp` refuses.
+/// One row below that header. Stamp and values are preserved by writing and reading, unless
+/// `parse_stamp` refuses the stamp.
 [[nodiscard]] std::string format_readings_row(std::uint64_t reading, const ReadingsRow& row);
 
 }  // namespace pipescout

@@ -7,7 +7,7 @@
 
 #include "pipescout/thermal_files/thermal_file.hpp"
 
-/// Temperatures of a picture as other software has computed them, to compare with.
+/// Temperatures of an image computed by other software, for comparison.
 namespace pipescout {
 
 /// Text of temperatures in degC, row by row from the upper left, as cameras' makers export it:
@@ -15,14 +15,14 @@ namespace pipescout {
 /// read, is cut short, is larger than 256 MiB or holds what is not a number.
 [[nodiscard]] std::vector<float> read_temperature_export(const std::filesystem::path& file);
 
-/// Of two pictures, over all pixels.
+/// Differences of two images, over all pixels.
 struct TemperatureError {
   double mean_abs = 0;  ///< K
   double max_abs = 0;   ///< K
 };
 
-/// Infinite where one has a temperature and the other has none: that is an error too. Throws
-/// std::invalid_argument where there are not as many temperatures as pixels.
+/// Infinite when only one of them has a temperature. Throws std::invalid_argument when the numbers
+/// of temperatures and pixels differ.
 [[nodiscard]] TemperatureError temperature_error(const ThermalPicture& picture,
                                                  std::span<const float> degrees);
 

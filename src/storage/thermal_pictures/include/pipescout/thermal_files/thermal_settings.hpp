@@ -10,11 +10,11 @@
 #include "pipescout/thermal/temperature_interval.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
 
-/// How to read the thermal pictures of a folder, where the files do not say it themselves or are
-/// not believed.
+/// Settings for reading the thermal images of a folder, which supplement or override the metadata
+/// of the files.
 namespace pipescout {
 
-/// Object parameters that take the place of others.
+/// Object parameters that override others.
 struct ObjectChanges {
   std::optional<double> emissivity;
   std::optional<double> reflected_temperature;
@@ -43,7 +43,7 @@ struct GreyScale {
 
 enum class TemperatureUnit : std::uint8_t { kCelsius, kKelvin };
 
-/// A rectangle whose object differs from the rest of the picture.
+/// A rectangle whose object differs from the rest of the image.
 struct RegionChanges {
   int x = 0;
   int y = 0;
@@ -53,14 +53,14 @@ struct RegionChanges {
 };
 
 struct ThermalSettings {
-  std::optional<LinearScale> scale;                ///< of 16-bit pictures
-  std::optional<thermal::PlanckConstants> planck;  ///< of 16-bit pictures, in place of a scale
-  std::optional<GreyScale> grey;                   ///< of 8-bit pictures
+  std::optional<LinearScale> scale;                        ///< of 16-bit pictures
+  std::optional<thermal::PlanckConstants> planck;          ///< of 16-bit images, instead of a scale
+  std::optional<GreyScale> grey;                           ///< of 8-bit pictures
   TemperatureUnit float_unit = TemperatureUnit::kCelsius;  ///< of 32-bit pictures
   thermal::AirPath air_path = thermal::AirPath::kBeforeWindow;
   ObjectChanges object;
   std::vector<RegionChanges> regions;
-  std::optional<thermal::CountRange> range;  ///< where the sensor is saturated
+  std::optional<thermal::CountRange> range;  ///< range outside which the sensor is saturated
   thermal::ParameterDeviations deviations;
 };
 
@@ -78,9 +78,8 @@ struct ThermalSettings {
 ///     air_path: before_window       # or window_midway
 ///     range: {least: 0, most: 65535}
 ///
-/// Throws std::runtime_error naming the file, and the line where there is one, for a file that
-/// cannot be read, a name that is not known or given twice, and a value of a wrong type or out of
-/// its range.
+/// Throws std::runtime_error naming the file, and the line if applicable, for a file that cannot be
+/// read, a name that is unknown or given twice, and a value of a wrong type or out of range.
 [[nodiscard]] ThermalSettings read_thermal_settings(const std::filesystem::path& file);
 
 /// The same of a text; `name` is for messages.

@@ -13,8 +13,8 @@
 
 namespace pipescout {
 
-/// Reads YAML of which every name must be known. All functions throw std::runtime_error,
-/// "file:line: what is wrong".
+/// Strict reader of YAML: unknown names are errors. All functions throw std::runtime_error,
+/// "file:line: problem".
 class YamlEntries {
  public:
   using Entry = std::pair<const char*, std::function<void(const YAML::Node&)>>;
@@ -22,11 +22,11 @@ class YamlEntries {
   /// `name`: of the file, for messages.
   explicit YamlEntries(std::string name) : name_(std::move(name)) {}
 
-  /// The top of the text; null where there is nothing in it.
+  /// The root node; null for an empty text.
   [[nodiscard]] YAML::Node root(const std::string& text) const;
   [[noreturn]] void refuse(const YAML::Node& node, const std::string& what) const;
 
-  /// Hands each value of a map to the entry of its name, in the order of the file.
+  /// Passes each value of a map to the entry of its name, in the order of the file.
   void entries(const YAML::Node& map, const std::string& what,
                const std::vector<Entry>& known) const;
 
@@ -35,10 +35,10 @@ class YamlEntries {
   [[nodiscard]] std::string text(const YAML::Node& node) const;
   /// A list of three numbers.
   [[nodiscard]] Eigen::Vector3d three(const YAML::Node& node) const;
-  /// Which of `names` it is.
+  /// Index in `names`.
   [[nodiscard]] std::size_t chosen(const YAML::Node& node,
                                    const std::vector<std::string>& names) const;
-  /// Which of these values, whose names `to_string` tells.
+  /// One of these values, with the names from `to_string`.
   template <class Values>
   [[nodiscard]] auto chosen(const YAML::Node& node, const Values& values) const {
     std::vector<std::string> names;
@@ -54,14 +54,14 @@ class YamlEntries {
   [[nodiscard]] Entry whole_into(const char* key, int& target) const;
   [[nodiscard]] Entry text_into(const char* key, std::string& target) const;
 
-  /// Refuses the node with what `check` says, where it throws std::invalid_argument.
+  /// Refuses the node with the message of `check` when that throws std::invalid_argument.
   void checked(const YAML::Node& node, const std::function<void()>& check) const;
 
  private:
   std::string name_;
 };
 
-/// With as many digits as it takes to read the same value back. `value`: finite.
+/// With as many digits as a lossless round trip needs. `value`: finite.
 [[nodiscard]] std::string yaml_number(double value);
 
 /// The content of a file. Throws std::runtime_error naming it.

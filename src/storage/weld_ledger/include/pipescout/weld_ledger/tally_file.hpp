@@ -8,11 +8,11 @@
 
 namespace pipescout {
 
-/// What a weld ledger says about the pipe, as positioning needs it.
+/// The content of a weld ledger in the form for positioning.
 struct Tally {
   std::vector<std::string> ids;  ///< of the welds; one more than joints
   std::vector<odometry::TallyJoint> joints;
-  std::vector<double> chainages;  ///< m, of the welds, as the joints add up
+  std::vector<double> chainages;  ///< m, of the welds, by the sum of the joints
   std::vector<double> variances;  ///< m^2, of `chainages`, the first weld exact
 };
 
@@ -21,8 +21,8 @@ struct Tally {
 /// Throws std::runtime_error naming the file, and the line and column where there is one.
 [[nodiscard]] Tally read_tally(const std::string& path);
 
-/// A ledger of the joints that a crawler has measured itself, from the first to the last that it
-/// observed; empty when there is none.
+/// A ledger of the joints measured by a crawler, from the first to the last observed one; empty
+/// when there is none.
 [[nodiscard]] std::string format_learnt_tally(std::span<const odometry::LearntJoint> joints,
                                               double first_weld_chainage);
 

@@ -10,7 +10,7 @@
 /// A weld ledger as text: docs/weld_ledger.md. Pure functions; thread-safe.
 namespace pipescout {
 
-/// What is wrong with a ledger's text.
+/// An error in a ledger's text.
 class LedgerTextError : public std::invalid_argument {
  public:
   LedgerTextError(std::size_t line, std::string field, const std::string& what);
@@ -24,24 +24,25 @@ class LedgerTextError : public std::invalid_argument {
   std::string problem_;
 };
 
-/// CSV with a header, one row per weld; every double with as many digits as bring back its bits:
+/// CSV with a header, one row per weld; every double with as many digits as a lossless round trip
+/// needs:
 ///   id, chainage_m, chainage_sd_m, joint_length_m, joint_length_sd_m, seen, passed
 ///   latitude_deg, longitude_deg, height_m, position_sd_m, or x_m, y_m, z_m, position_sd_m
 ///   run NAME|DATE chainage_m, run NAME|DATE sd_m, for each run
-/// Empty: no such value. `seen` and `passed` are for people.
+/// Empty: not available. `seen` and `passed` are informative.
 [[nodiscard]] std::string to_csv(const odometry::WeldLedger& ledger);
 
-/// The inverse of `to_csv`, bit by bit. A tally may hold less: `id` and one of `chainage_m` and
+/// The exact inverse of `to_csv`. A tally may have fewer columns: `id` and one of `chainage_m` and
 /// `joint_length_m` are enough; without runs its values become those of the run "tally", without
-/// standard deviations they get `default_standard_deviation`.
-/// Throws LedgerTextError, message "line 7, joint_length_m: -3 is not above 0", for unknown,
-/// repeated or missing columns, ids that are empty or repeated, joint lengths or chainages that are
-/// missing, negative, zero, repeated, not finite or disagree with each other, and the like.
+/// standard deviations they get `default_standard_deviation`. Throws LedgerTextError, message "line
+/// 7, joint_length_m: -3 is not above 0", for unknown, repeated or missing columns, ids that are
+/// empty or repeated, joint lengths or chainages that are missing, negative, zero, repeated, not
+/// finite or disagree with each other, and the like.
 [[nodiscard]] odometry::WeldLedger ledger_from_csv(std::string_view text,
                                                    double default_standard_deviation = 0.05);
 
 /// RFC 7946: a FeatureCollection of a LineString through the welds and a Point for each; geometry
-/// null where there is no geodetic position.
+/// null without a geodetic position.
 [[nodiscard]] std::string to_geojson(const odometry::WeldLedger& ledger);
 
 }  // namespace pipescout

@@ -8,17 +8,18 @@
 #include "pipescout/leak_study/sequence_run.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
 
-/// The leak inspection with its camera on the arm: the tracker follows the tube through the
-/// pictures that the inspection looks at, and the arm follows the tracker.
+/// Leak inspection with the camera on the arm: the tracker tracks the tube in the images of the
+/// inspection, and the arm follows the track.
 namespace pipescout::arm_study {
 
 struct CarrierSettings {
   tracking::PipeShape shape{};
   tracking::PipeTrackerParameters tracker{};
-  /// m, [1, 1000]: in which the tracker takes pipes to be before the camera, along its axis.
+  /// m, [1, 1000]: range of the pipes along the camera's axis, for the tracker.
   double distance = 10;
   manipulation::ArmControllerParameters controller{};
-  /// Latency of the track, odometry and arm count; ground, robot and tube are those of the patrol.
+  /// Only latency of the track, odometry and arm are used; ground, robot and tube are those of the
+  /// patrol.
   DriveSettings drive{};
 
   /// Throws std::invalid_argument naming the field, the value and the range.

@@ -12,12 +12,12 @@
 #include "pipescout/simulation/terrain.hpp"
 
 /// A ground robot that drives along a straight collector over rough ground, its thermal camera on
-/// an arm, and how well different ways of moving the arm keep the collector in view. SI units and
-/// radians; frames as in arm_model.hpp.
+/// an arm, to compare controllers of the arm that keep the collector in view. SI units and radians;
+/// frames as in arm_model.hpp.
 namespace pipescout::arm_study {
 
-/// What the tracker of the pipe tells beside the truth. Deviations are standard. The paper's
-/// tracker is off by 1.4 px and 0.7 degrees (Table 1, best particle).
+/// Error model of the tracker. Deviations are standard deviations. The paper's tracker has errors
+/// of 1.4 px and 0.7 degrees (Table 1, best particle).
 struct TrackErrors {
   double rate = 25;                ///< Hz, [1, 100]: of images
   double latency = 0.08;           ///< s, [0, 1]: from the image to the track
@@ -31,7 +31,7 @@ struct TrackErrors {
   void validate() const;
 };
 
-/// What the estimator tells beside the truth; errors that change are Gauss-Markov processes.
+/// Error model of the estimator; varying errors are Gauss-Markov processes.
 struct OdometryErrors {
   double rate = 100;                 ///< Hz, [10, 500]
   double latency = 0.02;             ///< s, [0, 0.1]
@@ -52,10 +52,10 @@ struct DriveSettings {
   double hill_height = 1;
   double length = 10000;      ///< m, [10, 1e5]
   double speed = 20 / 3.6;    ///< m/s, (0, 5.56]: 20 km/h
-  double distance = 10;       ///< m, [2, 100]: of the way from the collector
+  double distance = 10;       ///< m, [2, 100]: distance of the path from the collector
   double pipe_height = 3;     ///< m, [0.5, 20]: above the mean ground
   double pipe_radius = 0.06;  ///< m, (0, 1]
-  double settling = 20;       ///< s, [0, 1000]: after which it counts
+  double settling = 20;       ///< s, [0, 1000]: excluded from the score
   simulation::GroundRobotParameters robot{.wheel_base = 1.6, .track = 1.2};
   TrackErrors track{};
   OdometryErrors odometry{};
@@ -66,7 +66,7 @@ struct DriveSettings {
   void validate() const;
 };
 
-/// A way of moving the camera.
+/// A controller of the camera.
 struct ArmRule {
   std::string name;
   bool fixed = false;  ///< never moves: stays ready
@@ -79,7 +79,8 @@ struct ArmRule {
 struct DriveScore {
   std::string rule;
   std::size_t samples = 0;  ///< one per cycle of the controller
-  std::size_t whole = 0;    ///< in which both edges of the pipe are in the image all along
+  /// in which both edges of the pipe are in the image over its whole length
+  std::size_t whole = 0;
   double centre_square =
       0;  ///< px^2, sum: of the axis from the middle, where the columns' middle is
   double angle_square = 0;           ///< rad^2, sum: of the axis from level

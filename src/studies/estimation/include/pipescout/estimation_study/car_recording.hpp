@@ -9,9 +9,9 @@
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/estimation_study/vehicle_run.hpp"
 
-/// A real car with wheel speeds, a telephone's IMU and GPS beside a reference: a segment of
-/// comma2k19 (Schafer, Santana, Haden and Biasini, 2018, "A commute in data: the comma2k19
-/// dataset"), as the CSV files of the data set car_comma2k19.
+/// A real car with wheel speeds, a telephone's IMU and GPS, and a reference: a segment of comma2k19
+/// (Schafer, Santana, Haden and Biasini, 2018, "A commute in data: the comma2k19 dataset"), as the
+/// CSV files of the data set car_comma2k19.
 namespace pipescout::estimation_study {
 
 /// The contents of the files of these names.
@@ -31,9 +31,9 @@ struct CarReference {
 
 /// The map's origin is the first position of the reference.
 struct CarRecording {
-  std::vector<Event> events{};  ///< in the order of time; nothing is known to be wrong
+  std::vector<Event> events{};  ///< in the order of time; no outliers are marked
   std::vector<CarReference> reference{};
-  /// What dead reckoning goes by: mean of the wheels, and the gyro's rate about up.
+  /// Input of dead reckoning: mean of the wheels, and the gyro's rate about up.
   struct Speed {
     double time = 0;
     double speed = 0;  ///< m/s
@@ -49,13 +49,13 @@ struct CarRecording {
 /// Throws std::runtime_error naming the file and line.
 [[nodiscard]] CarRecording read_car(const CarFiles& files);
 
-/// The preset of a ground robot, with what differs on a car that already drives when the recording
-/// begins: its speed, a telephone behind the windscreen, whose direction and whose clock against
-/// that of the GPS receiver are estimated.
+/// The preset of a ground robot, changed for a car that is moving when the recording begins: its
+/// speed; a telephone behind the windscreen, whose orientation and time offset to the GPS receiver
+/// are estimated.
 [[nodiscard]] estimation::StateEstimatorParameters car_parameters();
 
-/// What GPS withheld over [begin, begin + duration) makes of the position. Errors are level, and
-/// those at `begin` are taken off: the receiver and the reference differ by up to 2 m throughout.
+/// Position error after GPS was withheld over [begin, begin + duration). Errors are horizontal,
+/// relative to those at `begin`: the receiver and the reference differ by up to 2 m throughout.
 struct CarOutage {
   double begin = 0;
   double way = 0;            ///< m, by the reference
@@ -67,7 +67,7 @@ struct CarOutage {
 /// With GPS throughout.
 struct CarScore {
   double started = 0;   ///< s after the beginning; NaN: never
-  double position = 0;  ///< m, level, root mean square
+  double position = 0;  ///< m, horizontal, root mean square
   double speed = 0;     ///< m/s, root mean square
   double course = 0;    ///< rad, root mean square
 };

@@ -6,8 +6,8 @@
 
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
 
-/// The fixed-lag smoother on the data set fusion_stream: a simulated stream of sensors on which
-/// others have been measured, see its SOURCE.txt.
+/// The fixed-lag smoother on the data set fusion_stream: a simulated sensor stream with results of
+/// other smoothers, see its SOURCE.txt.
 namespace pipescout::estimation_study {
 
 struct TrueState {
@@ -15,7 +15,7 @@ struct TrueState {
   estimation::NavState state{};
 };
 
-/// What stream.csv of the data set fusion_stream holds.
+/// Content of stream.csv of the data set fusion_stream.
 struct FusionStream {
   std::vector<TrueState> truth;
   std::vector<estimation::ImuSample> imu;
@@ -24,7 +24,7 @@ struct FusionStream {
   std::vector<estimation::RelativePoseMeasurement> odometry;
 };
 
-/// Throws std::runtime_error naming the line for a row that is none of it.
+/// Throws std::runtime_error naming the line for an invalid row.
 [[nodiscard]] FusionStream parse_fusion_stream(std::string_view text);
 
 /// Of the newest states from 5 s on.

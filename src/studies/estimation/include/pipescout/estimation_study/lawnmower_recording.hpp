@@ -3,8 +3,8 @@
 
 #include <string_view>
 
-/// A real lawnmower with wheel odometry and a gyro beside RTK-GPS: "Plaza2" of Djugash, 2010,
-/// "Geolocation with range: robustness, efficiency and scalability", as the data set
+/// A real lawnmower with wheel odometry, a gyro, and RTK-GPS as reference: "Plaza2" of Djugash,
+/// 2010, "Geolocation with range: robustness, efficiency and scalability", as the data set
 /// lawnmower_plaza2 has it.
 namespace pipescout::estimation_study {
 
@@ -17,14 +17,14 @@ struct DeadReckoningScore {
 
 struct LawnmowerScore {
   double way = 0;                  ///< m
-  DeadReckoningScore estimator{};  ///< knows its gyro's bias from standing at the beginning
-  DeadReckoningScore summed{};     ///< the steps as they are, one after the other
+  DeadReckoningScore estimator{};  ///< gyro bias estimated at the initial standstill
+  DeadReckoningScore summed{};     ///< sum of the steps alone
   double covered_share = 0;  ///< of the time, the reference within the estimator's 95 % ellipse
 };
 
-/// Dead reckoning by the state estimator with nothing but the steps (time, m, rad a row), from
-/// where the reference (time, x, y, heading a row, one line of header) begins. The steps stand in
-/// for an IMU on level ground and an odometer. Throws std::runtime_error naming the file and line.
+/// Dead reckoning by the state estimator with the steps only (time, m, rad per row), from the first
+/// pose of the reference (time, x, y, heading per row, one header line). The steps are converted to
+/// an IMU on level ground and an odometer. Throws std::runtime_error naming the file and line.
 [[nodiscard]] LawnmowerScore score_lawnmower(std::string_view steps, std::string_view reference);
 
 }  // namespace pipescout::estimation_study

@@ -8,15 +8,15 @@
 
 #include "pipescout/estimation_study/vehicle_run.hpp"
 
-/// The state estimator on a run, beside the truth.
+/// Score of the state estimator on a run.
 namespace pipescout::estimation_study {
 
 /// Of the readings of an IMU by its data sheet, for an estimator whose biases walk: white noise and
 /// rounding as they are, and a walk that over some 10 s gets as far as flicker noise.
 [[nodiscard]] estimation::ImuNoise imu_noise(const simulation::ImuParameters& imu);
 
-/// The estimator's own preset for such a vehicle, with what is known of this one: mounting,
-/// antenna, data sheet, gravity, the rack as surveyed, the pipe's route.
+/// The estimator's preset for such a vehicle with its known parameters: mounting, antenna, data
+/// sheet, gravity, the surveyed rack, the pipe's route.
 [[nodiscard]] estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                                                         const RunOptions& options);
 
@@ -26,29 +26,29 @@ struct EstimateScore {
   /// Estimate less truth, over the tangent space of a state: position (map), rotation (right),
   /// velocity (map), biases.
   estimation::StateVector error = estimation::StateVector::Zero();
-  double way = 0;  ///< m, gone so far
+  double way = 0;  ///< m, travelled so far
   /// error^T covariance^-1 error of position, rotation and velocity: 9 on average; and of each. NaN
   /// when not computed, see `ScoreOptions::nees_spacing`.
   double nees = std::numeric_limits<double>::quiet_NaN();
   Eigen::Vector3d nees_parts = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
-/// Normalised innovation squared of one position (GPS, weld) that is not wrong: 3 on average.
+/// Normalised innovation squared of one position (GPS, weld) that is not an outlier: 3 on average.
 struct InnovationScore {
   double time = 0;
   double nis = 0;
 };
 
-/// Of a silence that was asked for.
+/// Of a requested outage.
 struct SilenceScore {
-  double way = 0;    ///< m, gone meanwhile
+  double way = 0;    ///< m, travelled in it
   double drift = 0;  ///< m, how much the position's error changed; NaN without estimates
 };
 
 struct ScoreOptions {
   double settling = 20;      ///< s after the first estimate in the map, that do not count
   double nees_spacing = 1;   ///< s between estimates of which the NEES is computed
-  double captured_at = 0.2;  ///< share of a trap's offset: nearer to it than the rest is captured
+  double captured_at = 0.2;  ///< share of a trap's offset: closer to the trap counts as captured
 };
 
 struct RunScore {
@@ -78,7 +78,7 @@ struct Consistency {
   double nis = 0;   ///< mean over all runs and times, of 3
   /// Of the times at which the mean over runs is within its two-sided 95 % bounds (chi-square).
   double nees_share = 0;
-  double nees_below = 0;  ///< share below the bounds: too careful
+  double nees_below = 0;  ///< share below the bounds: conservative
   double nis_share = 0;
 };
 [[nodiscard]] Consistency consistency(std::span<const RunScore> runs);

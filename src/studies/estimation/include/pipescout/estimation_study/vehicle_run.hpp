@@ -11,20 +11,20 @@
 #include "pipescout/simulation/gps_receiver.hpp"
 #include "pipescout/simulation/imu_sensor.hpp"
 
-/// Runs of the three kinds of robot, as what their sensors say in the order in which it arrives,
-/// beside the truth. SI units, rad; seconds from the beginning of a run. Frames: `map` (z up),
-/// `body` (the vehicle's axes, origin at the IMU), `rack`.
+/// Runs of the three kinds of robot: sensor data in the order of arrival, with ground truth. SI
+/// units, rad; seconds from the beginning of a run. Frames: `map` (z up), `body` (the vehicle's
+/// axes, origin at the IMU), `rack`.
 namespace pipescout::estimation_study {
 
 enum class Vehicle : std::uint8_t {
-  kGroundRobot,  ///< IMU, GPS, odometer of four wheels; stands for 5 s, then drives over fields
+  kGroundRobot,  ///< IMU, GPS, odometer of four wheels; stands for 5 s, then drives cross-country
   kUav,          ///< IMU, GPS, and visual poses over a rack; stands for 5 s, flies there, stays
   kCrawler,      ///< IMU, odometer of three wheels, welds; stands for 5 s in a pipe of known course
 };
 
 enum class Sensor : std::uint8_t { kImu, kOdometer, kGps, kVisualPose, kWeld };
 
-/// Silence of a sensor in [begin, begin + duration).
+/// Outage of a sensor in [begin, begin + duration).
 struct Silence {
   Sensor sensor = Sensor::kGps;
   double begin = 0;
@@ -45,9 +45,9 @@ struct RunOptions {
   /// covariance says nothing; or all of it, of the same size, is white.
   bool correlated_gps = false;
   std::vector<Silence> silences{};
-  /// This sensor is grossly wrong in `outlier_share` of its readings: the IMU by up to 5 g and 5
+  /// This sensor has gross outliers in `outlier_share` of its readings: the IMU by up to 5 g and 5
   /// rad/s, the odometer by 1 to 10 m, GPS by 10 to 100 m, visual poses by 0.3 to 3 m and up to 0.5
-  /// rad, welds by a joint or more. The readings say nothing of it.
+  /// rad, welds by a joint or more. Outliers are not marked in the readings.
   std::optional<Sensor> outliers{};
   double outlier_share = 0.2;
   std::vector<simulation::GpsTrap> traps{};
@@ -72,17 +72,17 @@ struct Event {
 struct TruthPoint {
   double time = 0;
   estimation::NavState state{};  ///< biases too, in the axes of the body
-  double way = 0;                ///< m, gone so far in either direction
+  double way = 0;                ///< m, path so far in either direction
 };
 
-/// A run. What follows the truth is known beforehand, by those who have built the vehicle.
+/// A run. Members after the truth are known parameters of the vehicle.
 struct VehicleRun {
   Vehicle vehicle = Vehicle::kGroundRobot;
   std::vector<Event> events{};      ///< by arrival
   std::vector<TruthPoint> truth{};  ///< 100 Hz, from 0 on
   geometry::SO3 R_body_imu{};
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();  ///< m, in the body
-  /// m, in the body: whose way the odometer shows.
+  /// m, in the body: point whose path the odometer measures.
   Eigen::Vector3d odometer_point = Eigen::Vector3d::Zero();
   geometry::SE3 T_map_rack{};  ///< the truth about it, of a run with a rack
   /// As surveyed, off by `rack_position_deviation` (m) and `rack_rotation_deviation` (rad) per
@@ -92,14 +92,15 @@ struct VehicleRun {
   double rack_rotation_deviation = 0;
   std::vector<Eigen::Vector3d> route{};  ///< m, polyline of a pipe; otherwise empty
   double route_deviation = 0;            ///< m per axis, of the body from the route
-  double route_correlation = 0;          ///< m of way over which that stays much the same
-  double crab_deviation = 0;  ///< rad per axis, of the body's x axis from its travel; lasts as long
+  double route_correlation = 0;          ///< m, correlation length of it
+  /// rad per axis, of the body's x axis from its travel; same correlation length
+  double crab_deviation = 0;
   std::vector<double> tally{};          ///< m, chainages of all welds on the route, to 0.01 m
-  double odometer_scale_deviation = 0;  ///< by how its wheels are made
+  double odometer_scale_deviation = 0;  ///< from the tolerance of its wheels
 };
 
-/// The same options and seed give the same bits; what an option adds or takes away leaves the rest
-/// as it is. Throws as RunOptions::validate.
+/// The same options and seed give the same bits; an option does not change the random numbers of
+/// the others. Throws as RunOptions::validate.
 [[nodiscard]] VehicleRun ground_robot_run(const RunOptions& options, std::uint64_t seed);
 [[nodiscard]] VehicleRun uav_run(const RunOptions& options, std::uint64_t seed);
 [[nodiscard]] VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed);

@@ -8,7 +8,7 @@
 #include "pipescout/simulation/thermal_patrol.hpp"
 
 /// Night patrols along half loops of collectors, after the database of Ibarguren and others (2013),
-/// section 7: some hold leaks, some what is taken for leaks. SI units, degrees Celsius.
+/// section 7: some with leaks, some with features that resemble leaks. SI units, degrees Celsius.
 namespace pipescout::leak_study {
 
 struct CampaignSettings {
@@ -19,14 +19,14 @@ struct CampaignSettings {
   double netd_least = 0.05;     ///< K, [0, netd_most]
   double netd_most = 0.12;      ///< K, [netd_least, 5]
   double length = 150;          ///< m, [20, 5000]: of a row
-  /// m, [0, length / 4]: leaks and decoys keep so far from each other, leaks from the ends too.
+  /// m, [0, length / 4]: smallest distance between leaks and decoys, and of leaks from the ends.
   double apart = 4;
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
 
-/// One patrol along one row, and how the pictures come.
+/// One patrol along one row, and the format of its images.
 struct SequencePlan {
   simulation::ThermalPatrolParameters patrol{};
   bool grey = false;            ///< 8 bits from 100 to 300 degC; otherwise counts
@@ -34,7 +34,7 @@ struct SequencePlan {
 };
 
 /// The same settings and seed give the same plans. Odd ones are of 320x240 pixels, even ones of
-/// 640x512; every fifth is in grey. Rows lie beside each other in the map, in any direction; the
+/// 640x512; every fifth is in grey. Rows are next to each other in the map, in any direction; the
 /// ground is of the classes C to E of ISO 8608. Throws as CampaignSettings::validate, and
 /// std::runtime_error when there is no room for so many leaks and decoys.
 [[nodiscard]] std::vector<SequencePlan> plan_campaign(const CampaignSettings& settings,

@@ -8,7 +8,7 @@
 
 #include "pipescout/leak_study/sequence_run.hpp"
 
-/// How many leaks are found at which price, over their Delta-T and the camera's noise.
+/// Receiver operating characteristic of the leak inspection over Delta-T and the camera's noise.
 namespace pipescout::leak_study {
 
 struct RocSettings {
@@ -16,11 +16,11 @@ struct RocSettings {
   std::vector<double> netds{0.05, 0.12, 0.5, 1.5};  ///< K
   std::size_t leaks = 5;    ///< [1, 100]: of each rise, along one row, for each noise
   std::size_t decoys = 12;  ///< [0, 1000]: along another one
-  /// K: what is less warm is not looked at; below all thresholds of interest.
+  /// K: smallest Delta-T that is evaluated; below all thresholds of interest.
   double least_delta = 15;
 };
 
-/// A finding's Delta-T, by which one would tell leaks from others.
+/// Delta-T of findings, the score of the classification.
 struct RocScores {
   double netd = 0;                              ///< K
   std::vector<std::vector<double>> of_leaks{};  ///< K, for each rise; 0 where it is not found

@@ -12,12 +12,11 @@
 #include "pipescout/leak_study/campaign.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
-/// The leak inspection on a patrol, beside the truth. Units and frames as in campaign.hpp.
+/// Score of the leak inspection on a patrol. Units and frames as in campaign.hpp.
 namespace pipescout::leak_study {
 
-/// What the robot's own idea of its pose is off by. Errors that change do so as first-order
-/// Gauss-Markov processes; all deviations are standard, per axis. The paper's robot knows its place
-/// to 0.20 m.
+/// Errors of the robot's pose. Varying errors are first-order Gauss-Markov processes; all
+/// deviations are standard deviations per axis. The paper's robot has a position error of 0.20 m.
 struct PoseErrors {
   double level_deviation = 0.12;           ///< m, [0, 10]
   double height_deviation = 0.1;           ///< m, [0, 10]
@@ -59,34 +58,33 @@ struct FindingScore {
 struct SequenceScore {
   std::size_t frames = 0;
   double metres = 0;          ///< of tube that was passed
-  double metres_seen = 0;     ///< of that, what was in a picture with its whole width
+  double metres_seen = 0;     ///< of that, in an image with its whole width
   std::vector<bool> found{};  ///< of each leak of the scene
   std::vector<FindingScore> findings{};
   std::size_t frame_faults = 0;      ///< frames without detections, for a reason
   std::size_t false_detections = 0;  ///< in single frames, where there is no leak
 
-  /// Findings where there is no leak, and second ones of a leak.
+  /// Findings without a leak, and duplicates.
   [[nodiscard]] std::size_t false_findings() const;
 };
 
-/// What moves the camera on the robot, where that is not fixed to it. Called by `run_sequence` in
-/// its thread.
+/// Moves a camera that is not fixed to the robot. Called by `run_sequence` in its thread.
 class CameraCarrier {
  public:
   virtual ~CameraCarrier() = default;
 
   /// After each step of the robot; moves the camera of the patrol.
   virtual void step(simulation::ThermalPatrol& patrol) = 0;
-  /// Where the robot takes the camera to be on itself, now.
+  /// The robot's current estimate of the camera's pose on it.
   [[nodiscard]] virtual geometry::SE3 T_base_camera() const = 0;
-  /// A picture, with what the robot knows of its pose, and what is found in it.
+  /// An image, with the robot's estimate of its pose, and its detections.
   virtual void see(const leak_findings::Frame& frame, const thermal::Detections& detections) = 0;
 };
 
-/// A finding is of a leak when its place is within its length and 1 m of it. Renders and looks at
-/// all frames from where the tube begins to where it ends. `carrier`: null for a camera that is
-/// fixed to the robot. The same arguments give the same bits. Throws as the `validate` of its
-/// arguments.
+/// A finding is matched to a leak when its position is within its length and 1 m of it. Renders and
+/// processes all frames from the beginning to the end of the tube. `carrier`: null for a camera
+/// that is fixed to the robot. The same arguments give the same bits. Throws as the `validate` of
+/// its arguments.
 [[nodiscard]] SequenceScore run_sequence(const SequencePlan& plan,
                                          const InspectionSettings& settings, std::uint64_t seed,
                                          CameraCarrier* carrier = nullptr);
@@ -109,10 +107,10 @@ struct CampaignScore {
   void add(const SequencePlan& plan, const SequenceScore& score);
   CampaignScore& operator+=(const CampaignScore& other);
   [[nodiscard]] double found_percent() const;
-  /// Of the tube, what was in a picture with its whole width.
+  /// Share of the tube that was in an image with its whole width.
   [[nodiscard]] double seen_percent() const;
-  /// Of findings of leaks, whose truth is within the ellipse that is to hold 95 %, in the plane,
-  /// and in space.
+  /// Share of the findings with the truth within the 95 % ellipse in the plane, and within the
+  /// ellipsoid in space.
   [[nodiscard]] double level_coverage_percent() const;
   [[nodiscard]] double coverage_percent() const;
 };

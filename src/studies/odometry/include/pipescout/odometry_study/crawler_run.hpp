@@ -10,7 +10,7 @@
 namespace pipescout::odometry_study {
 
 /// A simulated crawler with three wheels in a pipe of joints, its wheels fused by `OdometerStream`,
-/// and a weld detector of which only the outcome is simulated. It stops about every 100 m.
+/// and a weld detector that is simulated by its detections only. It stops about every 100 m.
 struct CrawlerRunSettings {
   // The pipe and its tally.
   std::size_t joints = 1000;
@@ -23,24 +23,24 @@ struct CrawlerRunSettings {
   // The drive.
   double run_length = 10'000.0;    ///< m, true, below joints * joint_length
   bool backward = false;           ///< faces towards weld 0
-  double reverse_share = 0.0;      ///< of the stops, after which it goes back a while, ...
+  double reverse_share = 0.0;      ///< share of the stops after which it reverses, ...
   double reverse_distance = 15.0;  ///< m, on average
   // The wheels.
   double sample_period = 0.1;         ///< s, of each wheel
   double wheel_noise = 0.004;         ///< m per square root of a metre, each wheel
-  double stated_noise_part = 1.0;     ///< of its standard deviation, what the fusion is told
+  double stated_noise_part = 1.0;     ///< share of its standard deviation used by the fusion
   double radius_error = 0.002;        ///< standard deviation, each wheel
   double common_scale_error = 0.005;  ///< standard deviation, all wheels
   double wear = 0.02;                 ///< all wheels read more by this at the end of the run
   double wear_difference = 0.1;       ///< of the wear, standard deviation between wheels
   double slip_every = 50.0;           ///< m, on average, one wheel at a time; above 0
   double slip_longest = 5.0;          ///< m, above 0.5
-  double slip_most = 0.30;            ///< part that is lost, at most
+  double slip_most = 0.30;            ///< largest share that is lost
   std::size_t double_slips = 0;       ///< two wheels alike, evenly spread over the run
   double double_slip_least = 0.15;    ///< part that is lost
-  // Their fusion: as `OdometerStreamParameters`. Wheels this fine show within half a metre any slip
-  // that matters; looking back would keep one out for some metres after its slip, and the two that
-  // are left cannot outvote the next.
+  // Their fusion: as `OdometerStreamParameters`. With wheels this precise every relevant slip is
+  // detected within half a metre; looking back would exclude a wheel for some metres after its
+  // slip, and the remaining two cannot outvote the next.
   double window_distance = 0.5;
   std::size_t lookback_windows = 0;
   // The weld detector.
@@ -48,7 +48,7 @@ struct CrawlerRunSettings {
   double spurious = 0.01;              ///< per joint
   double weld_sigma = 0.01;            ///< m, of a detection
   double detector_lag = 0.3;           ///< m, after the weld
-  bool detects_on_old_ground = false;  ///< a weld is reported each time that it is passed
+  bool detects_on_old_ground = false;  ///< a weld is reported at each passage
 };
 
 struct CrawlerRunEvent {
@@ -67,7 +67,7 @@ struct DoubleSlip {
   double begin = 0.0;  ///< m, path
   double end = 0.0;
   double lost = 0.0;  ///< m
-  /// The fusion itself found no consensus on the way: it has not believed the two.
+  /// The fusion found no consensus during the slip: it detected the error.
   bool doubted = false;
 };
 

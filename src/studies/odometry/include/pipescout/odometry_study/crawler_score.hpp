@@ -8,10 +8,10 @@
 
 namespace pipescout::odometry_study {
 
-/// How `WeldPositioning` did on one run. Errors are of the place that joint and distance into it
-/// state, against the truth, at every event from the first lock on while locked.
+/// Score of `WeldPositioning` on one run. Errors are those of the position by joint and distance
+/// into it, at every event while locked.
 struct CrawlerScore {
-  std::size_t lock_joints = 0;  ///< welds passed, seen or not, until the first lock; or all
+  std::size_t lock_joints = 0;  ///< welds passed, detected or not, until the first lock; or all
   bool ever_locked = false;
   std::size_t locked_events = 0;
   std::size_t inside_band = 0;  ///< error within 1.96 stated standard deviations
@@ -24,16 +24,16 @@ struct CrawlerScore {
   std::size_t slips_said = 0;      ///< one or the other
   std::size_t slips_hidden = 0;    ///< error of 0.15 m or more and outside the band, after the
                                    ///< second weld seen since the slip
-  std::size_t false_slips = 0;     ///< announced where there was none
+  std::size_t false_slips = 0;     ///< false detections
   std::size_t locks_lost = 0;
   bool right_at_end = false;  ///< locked, and the error below 0.15 m
 };
 
-/// Plays the run to a positioning that has seen nothing yet.
+/// Runs a new positioning on the events of the run.
 [[nodiscard]] CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positioning,
                                      const CrawlerRunSettings& settings);
 
-/// The start of a run that knows where it is and how it faces.
+/// Initial position of a run with known joint and orientation.
 [[nodiscard]] odometry::WeldPositioningStart known_start(const CrawlerRun& run,
                                                          const CrawlerRunSettings& settings);
 

@@ -7,7 +7,7 @@
 namespace pipescout::odometry_study {
 
 /// `WeldDetector` on the simulated signal of a pipe with all features and disturbances. The speed
-/// goes from 0.02 to 0.58 m/s, the crawler stands for 15 s every 200 s and turns back for 2 m every
+/// goes from 0.02 to 0.58 m/s, the crawler stands for 15 s every 200 s and reverses for 2 m every
 /// 900 s. A weld is found when an event lies within 0.05 m of it; every other event is false. The
 /// last metre at either end of the pipe is not scored.
 struct DetectorScore {
@@ -22,7 +22,7 @@ struct DetectorScore {
   DetectorScore& operator+=(const DetectorScore& other);
   [[nodiscard]] double found_percent() const;
   [[nodiscard]] double false_per_km() const;
-  /// Share of the positions within so many stated standard deviations.
+  /// Share of the positions within this many stated standard deviations.
   [[nodiscard]] double share_within(double sigmas) const;
 };
 

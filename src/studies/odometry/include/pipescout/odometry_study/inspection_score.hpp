@@ -10,8 +10,8 @@
 #include "pipescout/odometry/weld_alignment.hpp"
 
 /// Two real inspection runs of one pipeline, years apart, by different tools, each a list of
-/// features by the tool's own odometer. The joint numbers in the lists agree: they are the answer
-/// key, which scores an alignment and has no other part in it. Pure functions, metres.
+/// features by the tool's own odometer. The joint numbers in the lists agree: they are the ground
+/// truth of the alignment and are used for the score only. Pure functions, metres.
 namespace pipescout::odometry_study {
 
 struct ListedWeld {

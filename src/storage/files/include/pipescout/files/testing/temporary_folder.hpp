@@ -13,7 +13,7 @@
 
 namespace pipescout::testing {
 
-/// An empty folder that goes with the test.
+/// An empty folder, removed at the end of the test.
 class TemporaryFolder {
  public:
   /// Throws std::system_error.
@@ -37,7 +37,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// All of a file. Throws std::runtime_error naming it when it cannot be read.
+/// The content of a file. Throws std::runtime_error naming it when it cannot be read.
 [[nodiscard]] inline std::string content(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
