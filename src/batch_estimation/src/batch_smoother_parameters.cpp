@@ -1,22 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <sstream>
-#include <stdexcept>
-
 #include "pipescout/batch_estimation/batch_smoother.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::estimation {
-namespace {
 
-void within(const char* field, double value, double low, double high, const char* range) {
-  if (!(value >= low && value <= high)) {
-    std::ostringstream message;
-    message << field << ": " << value << " is outside " << range;
-    throw std::invalid_argument(message.str());
-  }
-}
-
-}  // namespace
+using validation::check_within;
 
 BatchSmootherParameters BatchSmootherParameters::like(const FixedLagSmootherParameters& online) {
   return {.gravity = online.gravity,
@@ -30,23 +18,25 @@ BatchSmootherParameters BatchSmootherParameters::like(const FixedLagSmootherPara
 }
 
 void BatchSmootherParameters::validate() const {
-  within("gravity", gravity, 0, 100, "[0, 100]");
-  within("max_held_imu", max_held_imu, 0, 1, "[0, 1]");
+  check_within("gravity", gravity, 0, 100);
+  check_within("max_held_imu", max_held_imu, 0, 1);
   imu_noise.validate();
-  within("coasting_acceleration", coasting_acceleration, 1e-6, 1000, "[1e-6, 1000]");
-  within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000, "[1e-6, 1000]");
+  check_within("coasting_acceleration", coasting_acceleration, 1e-6, 1000);
+  check_within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000);
   if (!globals.is_finite()) {
-    throw std::invalid_argument("globals: one is not finite");
+    validation::refuse("globals: one is not finite");
   }
   global_deviations.validate();
   for (const Robustness& one : robustness) {
     one.validate();
   }
-  within("linear_solver", static_cast<double>(linear_solver), 0,
-         static_cast<double>(LinearSolver::kSparseSchur), "the linear solvers");
-  within("max_iterations", max_iterations, 1, 10000, "[1, 10000]");
-  within("tolerance", tolerance, 1e-16, 1e-2, "[1e-16, 1e-2]");
-  within("max_reintegrations", max_reintegrations, 0, 100, "[0, 100]");
+  const auto solver = static_cast<double>(linear_solver);
+  validation::require("linear_solver", solver,
+                      solver <= static_cast<double>(LinearSolver::kSparseSchur),
+                      "the linear solvers");
+  check_within("max_iterations", max_iterations, 1, 10000);
+  check_within("tolerance", tolerance, 1e-16, 1e-2);
+  check_within("max_reintegrations", max_reintegrations, 0, 100);
 }
 
 }  // namespace pipescout::estimation

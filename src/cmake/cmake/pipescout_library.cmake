@@ -34,6 +34,15 @@ function(pipescout_compile_together target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
 endfunction()
 
+# pipescout_optimise_lightly(<target>)
+#
+# -O1 in place of -O3 in Release builds, for executables that only parse a command line and call
+# libraries. CLI11 consists of inline functions, which each source that adds a command compiles
+# again: measured with GCC 12, 8.1 s of CPU in place of 11.5 for `param_commands.cpp`.
+function(pipescout_optimise_lightly target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # pipescout_add_library(<target>
 #   [SOURCES <file>...]               default: src/*.cpp
 #   [DEPENDENCIES <target>...]        part of the public headers

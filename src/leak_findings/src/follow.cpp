@@ -4,14 +4,15 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout::leak_findings {
 namespace {
 
-constexpr double k95 = 1.96;  // standard deviations
 constexpr double kHour = 3600.0;
 
 Interval interval(double low, double high, double deviation) {
-  return {low - k95 * deviation, high + k95 * deviation};
+  return {low - statistics::kNormal95 * deviation, high + statistics::kNormal95 * deviation};
 }
 
 /// rad: a bearing that tells nothing.

@@ -5,16 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
+#include "pipescout/validation/check.hpp"
 #include "urdf_text.hpp"
 
 namespace pipescout::manipulation::internal {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what, const std::string& why) {
-  throw std::invalid_argument(what + ": " + why);
-}
+using validation::refuse;
 
 KDL::Vector vector(const urdf::Vector3& v) {
   return {v.x, v.y, v.z};
@@ -32,26 +30,28 @@ Eigen::Vector3d eigen(const KDL::Vector& v) {
 ArmJoint limits_of(const urdf::Joint& joint) {
   const std::string name = "joint '" + joint.name + "'";
   if (joint.type != urdf::Joint::REVOLUTE) {
-    refuse(name, joint.type == urdf::Joint::CONTINUOUS ? "is continuous: it has no position limits"
-                                                       : "is neither fixed nor revolute");
+    refuse(name, ": ",
+           joint.type == urdf::Joint::CONTINUOUS ? "is continuous: it has no position limits"
+                                                 : "is neither fixed nor revolute");
   }
   if (joint.mimic) {
-    refuse(name, "mimics joint '" + joint.mimic->joint_name + "'");
+    refuse(name, ": mimics joint '" + joint.mimic->joint_name + "'");
   }
   if (!joint.limits) {
-    refuse(name, "has no limits");
+    refuse(name, ": has no limits");
   }
   const urdf::JointLimits& limits = *joint.limits;
   if (!(std::isfinite(limits.lower) && std::isfinite(limits.upper) &&
         limits.lower < limits.upper)) {
-    refuse(name, "has no position limits: lower " + std::to_string(limits.lower) + ", upper " +
-                     std::to_string(limits.upper));
+    refuse(name, ": ",
+           "has no position limits: lower " + std::to_string(limits.lower) + ", upper " +
+               std::to_string(limits.upper));
   }
   if (!(limits.velocity > 0 && std::isfinite(limits.velocity))) {
-    refuse(name, "has no velocity limit: velocity " + std::to_string(limits.velocity));
+    refuse(name, ": has no velocity limit: velocity " + std::to_string(limits.velocity));
   }
   if (!(eigen(vector(joint.axis)).norm() > 0)) {
-    refuse(name, "has no axis");
+    refuse(name, ": has no axis");
   }
   return {.name = joint.name,
           .lower = limits.lower,
@@ -62,8 +62,8 @@ ArmJoint limits_of(const urdf::Joint& joint) {
 Capsule capsule_of(const urdf::Collision& collision, const std::string& link) {
   const auto check = [&link](const char* size, double value) {
     if (!(value >= 0 && std::isfinite(value))) {
-      refuse("link '" + link + "'",
-             std::string("a body has the ") + size + " " + std::to_string(value));
+      refuse("link '", link,
+             "': ", std::string("a body has the ") + size + " " + std::to_string(value));
     }
     return value;
   };
@@ -77,7 +77,7 @@ Capsule capsule_of(const urdf::Collision& collision, const std::string& link) {
             .to = eigen(at * half),
             .radius = check("radius", cylinder->radius)};
   }
-  refuse("link '" + link + "'", "a body for collisions is neither a sphere nor a cylinder");
+  refuse("link '", link, "': a body for collisions is neither a sphere nor a cylinder");
 }
 
 /// From the base, without it, to the camera.
@@ -86,7 +86,7 @@ std::vector<urdf::LinkConstSharedPtr> links_between(const urdf::ModelInterface& 
                                                     const std::string& camera_link) {
   for (const std::string& name : {base_link, camera_link}) {
     if (!robot.getLink(name)) {
-      refuse("link '" + name + "'", "is not in the robot description '" + robot.getName() + "'");
+      refuse("link '", name, "': is not in the robot description '" + robot.getName() + "'");
     }
   }
   std::vector<urdf::LinkConstSharedPtr> links;
@@ -94,8 +94,7 @@ std::vector<urdf::LinkConstSharedPtr> links_between(const urdf::ModelInterface& 
        link = link->getParent()) {
     links.push_back(link);
     if (!link->getParent()) {
-      refuse("link '" + camera_link + "'",
-             "no chain of joints leads to it from '" + base_link + "'");
+      refuse("link '", camera_link, "': no chain of joints leads to it from '" + base_link + "'");
     }
   }
   std::ranges::reverse(links);
@@ -130,9 +129,9 @@ ArmDescription parse_arm(std::string_view urdf, const std::string& base_link,
     add_bodies(*link);
   }
   if (arm.joints.empty() || arm.joints.size() > kMostJoints) {
-    refuse("link '" + camera_link + "'", std::to_string(arm.joints.size()) +
-                                             " joints lead to it from '" + base_link +
-                                             "', not 1 to " + std::to_string(kMostJoints));
+    refuse("link '", camera_link, "': ",
+           std::to_string(arm.joints.size()) + " joints lead to it from '" + base_link +
+               "', not 1 to " + std::to_string(kMostJoints));
   }
   return arm;
 }

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include "odometer_stream_implementation.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::odometry {
 
@@ -172,9 +171,7 @@ void OdometerStream::Implementation::fuse_due() {
 void OdometerStream::Implementation::set_correction(std::size_t odometer,
                                                     const OdometerCorrection& correction) {
   if (odometer >= wheels_.size()) {
-    std::ostringstream message;
-    message << "odometer: " << odometer << " is outside [0, " << wheels_.size() - 1 << "]";
-    throw std::invalid_argument(message.str());
+    validation::refuse("odometer: ", odometer, " is outside [0, ", wheels_.size() - 1, "]");
   }
   correction.validate();
   settle();

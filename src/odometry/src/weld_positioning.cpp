@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "joint_chain.hpp"
+#include "pipescout/statistics/normal.hpp"
 #include "pipescout/validation/check.hpp"
 #include "weld_hypotheses.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 using validation::refuse;
 using validation::require;
 
-constexpr double kBandSigmas = 1.959963984540054;  // 95 % of a normal variable
 constexpr double kBandLeft = 0.05;
 constexpr double kCertain = 0.9;  // share of the weight that makes a fault news
 constexpr double kLowestNoiseFactor = 0.25;
@@ -227,7 +227,7 @@ class WeldPositioning::Implementation {
     for (const Neighbour& neighbour : around_) {
       left += neighbour.weight;
       if (left > kBandLeft * probability_) {
-        const double sigma = neighbour.distance / kBandSigmas + std::sqrt(summary_.p00);
+        const double sigma = neighbour.distance / statistics::kNormal95 + std::sqrt(summary_.p00);
         return sigma * sigma;
       }
     }

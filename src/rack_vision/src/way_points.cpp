@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
 #include "pipescout/validation/check.hpp"
@@ -51,8 +50,8 @@ WayPointPath::WayPointPath(std::span<const WayPoint> way_points,
     : way_points_(way_points.begin(), way_points.end()) {
   parameters.validate();
   if (way_points_.empty() || way_points_.size() > kMostWayPoints) {
-    throw std::invalid_argument("way_points: " + std::to_string(way_points_.size()) +
-                                " of them is outside [1, " + std::to_string(kMostWayPoints) + "]");
+    validation::refuse("way_points: ", way_points_.size(), " of them is outside [1, ",
+                       kMostWayPoints, "]");
   }
   for (std::size_t i = 0; i < way_points_.size(); ++i) {
     const std::string name = "way_points[" + std::to_string(i) + "].";

@@ -2,16 +2,15 @@
 #include "pipescout/simulation/allan_deviation.hpp"
 
 #include <cmath>
-#include <stdexcept>
-#include <string>
+
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::simulation {
 namespace {
 
 void check(std::size_t samples, std::size_t cluster) {
   if (cluster < 1 || 2 * cluster > samples) {
-    throw std::invalid_argument("cluster: " + std::to_string(cluster) + " is outside [1, " +
-                                std::to_string(samples / 2) + "]");
+    validation::refuse("cluster: ", cluster, " is outside [1, ", samples / 2, "]");
   }
 }
 

@@ -144,9 +144,8 @@ void RackFeatureCamera::look(const rack_vision::RackModel& model, rack_vision::P
   for (std::size_t i = 0; i < texture.size(); ++i) {
     const TexturePoint& point = texture[i];
     if (point.pipe >= model.pipes.size()) {
-      throw std::invalid_argument("RackFeatureCamera::look: texture[" + std::to_string(i) +
-                                  "].pipe: " + std::to_string(point.pipe) + " is outside [0, " +
-                                  std::to_string(model.pipes.size() - 1) + "]");
+      validation::refuse("RackFeatureCamera::look: texture[", i, "].pipe: ", point.pipe,
+                         " is outside [0, ", model.pipes.size() - 1, "]");
     }
     const double offset = offsets.empty() ? 0 : offsets[point.pipe];
     const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
 #include "pipescout/statistics/draw.hpp"
@@ -29,7 +28,7 @@ void TerrainParameters::validate() const {
   validation::check_above("longest", longest, shortest, 1e4);
   check_within("shortest", shortest, 0.01, longest);
   if (waves < 1 || waves > 10000) {
-    throw std::invalid_argument("waves: " + std::to_string(waves) + " is outside [1, 10000]");
+    validation::refuse("waves: ", waves, " is outside [1, 10000]");
   }
   check_within("hill_height", hill_height, 0, 1000);
   check_within("hill_length", hill_length, 10, 1e5);

@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout::statistics {
 namespace {
 
@@ -14,6 +16,7 @@ TEST(ChiSquare, QuantilesAreThoseOfTables) {
   EXPECT_NEAR(chi_square_quantile(0.99, 2), 9.21034, 1e-5);
   EXPECT_NEAR(chi_square_quantile(0.999, 3), 16.266, 1e-3);
   EXPECT_NEAR(chi_square_quantile(0.95, 6), 12.5916, 1e-4);
+  EXPECT_NEAR(kNormal95 * kNormal95, chi_square_quantile(0.95, 1), 1e-14);
   EXPECT_NEAR(chi_square_quantile(0.5, 15), 14.3389, 1e-4);
   for (int degrees = 1; degrees <= 20; ++degrees) {
     for (const double p : {0.001, 0.1, 0.9, 0.9999}) {

@@ -3,14 +3,13 @@
 
 #include <cmath>
 
+#include "pipescout/statistics/normal.hpp"
 #include "pipescout/validation/check.hpp"
 
 namespace pipescout::thermal {
 namespace {
 
 using validation::require;
-
-constexpr double k95Percent = 1.959963984540054;
 
 double square(double value) {
   return value * value;
@@ -31,8 +30,8 @@ TemperatureInterval around(double mean, double variance) {
   const double deviation = std::sqrt(variance);
   return {.mean = mean,
           .deviation = deviation,
-          .low = mean - k95Percent * deviation,
-          .high = mean + k95Percent * deviation};
+          .low = mean - statistics::kNormal95 * deviation,
+          .high = mean + statistics::kNormal95 * deviation};
 }
 
 Sensitivity less(const Sensitivity& a, const Sensitivity& b) {

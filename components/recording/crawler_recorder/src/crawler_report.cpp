@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout {
 
 namespace {
 
-/// Half of the width of a 95 % band, in standard deviations.
-constexpr double k95 = 1.96;
 /// m; at a weld the two joints that it bounds are equally right.
 constexpr double kAtWeld = 0.5;
 
@@ -68,7 +68,7 @@ void CrawlerReport::add_position(const Position& position) {
   }
   const double error = std::abs(position.into_joint - truth->into_joint);
   ++compared_;
-  covered_ += error <= k95 * position.standard_deviation ? 1 : 0;
+  covered_ += error <= statistics::kNormal95 * position.standard_deviation ? 1 : 0;
   worst_ = std::max(worst_, error);
   ++errors_[static_cast<std::size_t>(std::min(error * 1000.0, static_cast<double>(kBins - 1)))];
 }

@@ -6,14 +6,13 @@
 #include <numbers>
 
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout {
 
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// Quantile of the chi-square distribution of 3 degrees of freedom.
-constexpr double kChiSquare95Of3 = 7.814727903251179;
 constexpr std::size_t kSourcesFollowed = 32;
 
 double rounded(double value, double parts) {
@@ -52,7 +51,8 @@ void EstimatorReport::compare(const Estimate& estimate, const geometry::SE3& tru
   result.pose_nees = estimate.covariance.llt().matrixL().solve(result.error).squaredNorm();
   position_.add(result.error.head<3>().norm());
   orientation_.add(result.error.tail<3>().norm());
-  in_ellipsoid_ += result.position_nees <= kChiSquare95Of3 ? 1 : 0;
+  static const double ellipsoid_95 = statistics::chi_square_quantile(0.95, 3);
+  in_ellipsoid_ += result.position_nees <= ellipsoid_95 ? 1 : 0;
   sum_of_position_nees_ += result.position_nees;
   sum_of_pose_nees_ += result.pose_nees;
   use_(estimate, result);

@@ -9,14 +9,13 @@
 #include <optional>
 #include <vector>
 
+#include "pipescout/statistics/chi_square.hpp"
+
 namespace pipescout {
 
 namespace {
 
 using pipescout_msgs::msg::LeakFinding;
-
-/// Of the chi-square distribution with 3 degrees of freedom.
-constexpr double kNinetyFivePercent = 7.815;
 
 Eigen::Vector3d position(const LeakFinding& finding) {
   return {finding.position.x, finding.position.y, finding.position.z};
@@ -101,6 +100,7 @@ MissionSection LeakTally::section(const std::string& figure_prefix) const {
 }
 
 void LeakTally::add_figures_of_truth(MissionSection& section, const std::string& prefix) const {
+  const double ellipsoid_95 = statistics::chi_square_quantile(0.95, 3);
   std::vector<double> errors;
   std::size_t covered = 0;
   std::size_t found = 0;
@@ -127,7 +127,7 @@ void LeakTally::add_figures_of_truth(MissionSection& section, const std::string&
     ++found;
     taken.push_back(*nearest);
     errors.push_back(error.norm());
-    covered += normalised_square(error, finding) <= kNinetyFivePercent ? 1 : 0;
+    covered += normalised_square(error, finding) <= ellipsoid_95 ? 1 : 0;
   }
   section.figures[prefix + "leaks_found_percent"] = percent(found, truth_.size());
   section.figures[prefix + "leaks_false"] = static_cast<double>(wrong);

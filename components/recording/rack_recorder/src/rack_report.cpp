@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout {
 
 namespace {
 
-/// Half of the width of a 95 % band, in standard deviations.
-constexpr double k95 = 1.96;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 MissionCell rounded(double value, double parts) {
@@ -42,7 +42,7 @@ void RackReport::compare(const Pose& pose, const geometry::SE3& truth) {
   for (int k = 0; k < 6; ++k) {
     Measure& axis = axes_.at(static_cast<std::size_t>(k));
     axis.errors.add(error[k]);
-    axis.covered += std::abs(error[k]) <= k95 * deviation[k] ? 1 : 0;
+    axis.covered += std::abs(error[k]) <= statistics::kNormal95 * deviation[k] ? 1 : 0;
     axis.sum_of_variances += deviation[k] * deviation[k];
   }
   position_.errors.add(error.head<3>().norm());

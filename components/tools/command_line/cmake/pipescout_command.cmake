@@ -18,6 +18,7 @@ function(pipescout_add_command name summary)
     PIPESCOUT_VERSION="${PROJECT_VERSION}")
   target_link_libraries(${target} PRIVATE pipescout::command_line ${arg_DEPENDENCIES})
   pipescout_enable_warnings(${target})
+  pipescout_optimise_lightly(${target})
   pipescout_export_target(${target})
 
   set(summary_file ${CMAKE_CURRENT_BINARY_DIR}/pipescout_commands/${name})

@@ -13,10 +13,10 @@
 #include "pipescout/command_line/installed_share_folder.hpp"
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/leak_study/ibarguren2013_figure7.hpp"
 #include "pipescout/leak_study/roc.hpp"
 #include "pipescout/leak_study/sequence_run.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
-#include "pipescout/thermal/ibarguren2013_figure7.hpp"
 #include "pipescout/thermal_files/flir_reference.hpp"
 #include "reproduce.hpp"
 #include "seed_values.hpp"
@@ -62,13 +62,13 @@ class Leaks {
 
  private:
   void add_figure_seven() {
-    const auto folder = installed_share_folder("pipescout_thermal");
+    const auto folder = installed_share_folder("pipescout_leak_study");
     if (!folder) {
-      throw std::runtime_error("the data of package pipescout_thermal is not installed");
+      throw std::runtime_error("the data of package pipescout_leak_study is not installed");
     }
     const std::string path = *folder + "/ibarguren2013_figure7.csv";
-    const auto parts = thermal::read_figure7(read_csv_text(path));
-    const auto labels = thermal::label_figure7(parts, thermal::ProfileParameters::torresol());
+    const auto parts = leak_study::read_figure7(read_csv_text(path), path);
+    const auto labels = leak_study::label_figure7(parts, thermal::ProfileParameters::torresol());
     constexpr double kSequences = 13;
     rows_.add_study(
         "Figure 7 of the paper: parts of pipes in 13 sequences that leak",

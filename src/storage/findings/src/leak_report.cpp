@@ -7,10 +7,13 @@
 
 #include "markup.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
+#include "pipescout/statistics/normal.hpp"
 #include "report_figures.hpp"
 
 namespace pipescout {
 namespace {
+
+using statistics::kNormal95;
 
 using leak_findings::Finding;
 
@@ -69,7 +72,7 @@ std::string time_text(double seconds) {
 std::string length_text(const Finding& f) {
   std::string text = fixed(f.length, 2);
   if (std::isfinite(f.length) && std::isfinite(f.length_deviation)) {
-    text += " &#177; " + fixed(1.96 * f.length_deviation, 2);
+    text += " &#177; " + fixed(kNormal95 * f.length_deviation, 2);
   }
   return text;
 }
@@ -149,9 +152,9 @@ std::string place_text(const Finding& f, const std::optional<geometry::GeodeticP
   const Eigen::Vector3d& p = f.position->point;
   const Eigen::Vector3d deviation = f.position->covariance.diagonal().cwiseMax(0).cwiseSqrt();
   std::string text = "At (" + fixed(p.x(), 2) + ", " + fixed(p.y(), 2) + ", " + fixed(p.z(), 2) +
-                     ") m in the map, &#177; (" + fixed(1.96 * deviation.x(), 2) + ", " +
-                     fixed(1.96 * deviation.y(), 2) + ", " + fixed(1.96 * deviation.z(), 2) +
-                     ") m.";
+                     ") m in the map, &#177; (" + fixed(kNormal95 * deviation.x(), 2) + ", " +
+                     fixed(kNormal95 * deviation.y(), 2) + ", " +
+                     fixed(kNormal95 * deviation.z(), 2) + ") m.";
   if (datum) {
     const auto place = geometry::LocalFrame(*datum).geodetic(p);
     text += " WGS 84: " + fixed(place.latitude, 7) + ", " + fixed(place.longitude, 7) + ".";
@@ -168,7 +171,8 @@ std::string passes_text(const Finding& f) {
       "<th class=\"n\">Length / m</th></tr>";
   for (const leak_findings::PassSummary& pass : f.passes) {
     html += "<tr>" + cell(time_text(pass.time)) + number_cell(std::to_string(pass.frames)) +
-            number_cell(fixed(pass.delta, 1) + " &#177; " + fixed(1.96 * pass.delta_deviation, 1)) +
+            number_cell(fixed(pass.delta, 1) + " &#177; " +
+                        fixed(kNormal95 * pass.delta_deviation, 1)) +
             number_cell(fixed(pass.length, 2)) + "</tr>";
   }
   return html + "</table>";

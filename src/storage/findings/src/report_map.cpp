@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "markup.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 #include "report_figures.hpp"
 
 namespace pipescout {
@@ -14,8 +15,6 @@ constexpr double kWidth = 960;  // pixels, of the whole map
 constexpr double kLeastHeight = 220;
 constexpr double kMostHeight = 640;
 constexpr double kMargin = 46;
-// Of a normal distribution in the plane, 95 % lie within the square root of it in deviations.
-constexpr double kChiSquare95 = 5.991464547107979;
 constexpr int kMostGridLines = 8;
 
 /// Metres of the map to pixels of the drawing.
@@ -85,8 +84,9 @@ std::string marker(const MapScale& map, const leak_findings::Finding& finding) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
       finding.position->covariance.topLeftCorner<2, 2>());
   if (axes.info() == Eigen::Success && axes.eigenvalues().allFinite()) {
+    const double ellipse_95 = statistics::chi_square_quantile(0.95, 2);
     const auto radius = [&](int i) {
-      return map.pixels(std::sqrt(std::max(axes.eigenvalues()[i], 0.0) * kChiSquare95));
+      return map.pixels(std::sqrt(std::max(axes.eigenvalues()[i], 0.0) * ellipse_95));
     };
     const Eigen::Vector2d large = axes.eigenvectors().col(1);
     // The drawing's y points down.

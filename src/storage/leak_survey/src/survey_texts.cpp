@@ -6,11 +6,12 @@
 #include <limits>
 #include <sstream>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout {
 namespace {
 
 constexpr std::size_t kMostLeaksTold = 3;  // of one picture
-constexpr double k95 = 1.96;               // standard deviations
 
 std::string rounded(double value) {
   std::ostringstream text;
@@ -79,7 +80,7 @@ std::string count_of(std::size_t count, const char* noun) {
 std::string delta_text(const thermal::LeakDetection& found) {
   std::string text = "+" + fixed_tenth(found.delta);
   if (std::isfinite(found.delta_deviation)) {
-    text += " +- " + fixed_tenth(k95 * found.delta_deviation);
+    text += " +- " + fixed_tenth(statistics::kNormal95 * found.delta_deviation);
   }
   return text + " K";
 }

@@ -23,7 +23,7 @@ TrackSensor::TrackSensor(const TrackErrors& errors, std::uint64_t seed)
 }
 
 void TrackSensor::draw_gap(double moved) {
-  gap_begins_ = moved - errors_.gap_spacing * std::log(1 - draw_.uniform(0, 1));
+  gap_begins_ = moved + errors_.gap_spacing * draw_.exponential();
   gap_lasts_ = draw_.uniform(0, errors_.gap_time);
   gap_since_.reset();
 }

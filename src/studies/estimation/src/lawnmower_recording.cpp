@@ -8,13 +8,13 @@
 
 #include "pipescout/csv/number_table.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::estimation_study {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kEllipse95 = 5.991;        // chi-square of 2 degrees
 constexpr double kOdometerVariance = 1e-3;  // m^2 per m, over grass
 
 estimation::StateEstimatorParameters parameters() {
@@ -58,6 +58,7 @@ LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view ref
                                             .position_deviation = 0.05,
                                             .heading = heading,
                                             .heading_deviation = 0.02});
+  const double ellipse_95 = statistics::chi_square_quantile(0.95, 2);
   LawnmowerScore score;
   double distance = 0;
   double time = reference[0][0];
@@ -89,7 +90,7 @@ LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view ref
       const Vector2d error = estimate->state.position.head<2>() - truth;
       const Eigen::Matrix2d covariance = estimator.covariance().topLeftCorner<2, 2>();
       add(error, score.estimator);
-      score.covered_share += error.dot(covariance.ldlt().solve(error)) <= kEllipse95 ? 1 : 0;
+      score.covered_share += error.dot(covariance.ldlt().solve(error)) <= ellipse_95 ? 1 : 0;
       estimated += 1;
     }
   }

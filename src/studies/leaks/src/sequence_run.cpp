@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 
+#include "pipescout/statistics/chi_square.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
+#include "pipescout/validation/check.hpp"
 #include "pose_noise.hpp"
 
 namespace pipescout::leak_study {
@@ -21,8 +22,6 @@ using simulation::ThermalPatrol;
 constexpr double kNear = 1;          // m, beyond the ends of a leak that a finding may be
 constexpr double kGreyLowest = 100;  // degC
 constexpr double kGreyHighest = 300;
-constexpr double kInside95Of2 = 5.991;  // quantiles of chi-square
-constexpr double kInside95Of3 = 7.815;
 
 /// How pictures come, and what they mean to who knows nothing of the scene but the paper's
 /// settings.
@@ -187,10 +186,7 @@ std::size_t SequenceScore::false_findings() const {
 
 SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& settings,
                            std::uint64_t seed, CameraCarrier* carrier) {
-  if (!(settings.frame_rate >= 1 && settings.frame_rate <= 200)) {
-    throw std::invalid_argument("frame_rate: " + std::to_string(settings.frame_rate) +
-                                " is outside [1, 200]");
-  }
+  validation::check_within("frame_rate", settings.frame_rate, 1, 200);
   settings.pose.validate();
   ThermalPatrol patrol(plan.patrol);
   const simulation::ThermalScene& scene = patrol.scene();
@@ -311,11 +307,11 @@ double CampaignScore::seen_percent() const {
 }
 
 double CampaignScore::level_coverage_percent() const {
-  return percent_within(level_squares, kInside95Of2);
+  return percent_within(level_squares, statistics::chi_square_quantile(0.95, 2));
 }
 
 double CampaignScore::coverage_percent() const {
-  return percent_within(squares, kInside95Of3);
+  return percent_within(squares, statistics::chi_square_quantile(0.95, 3));
 }
 
 }  // namespace pipescout::leak_study

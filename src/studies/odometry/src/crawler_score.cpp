@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout::odometry_study {
 namespace {
 
 constexpr double kTolerance = 0.15;  // m
-constexpr double kBand = 1.959963984540054;
 
 /// The slip that a flag at this path can be about, or the number of slips.
 std::size_t slip_behind(const CrawlerRun& run, double path, double joint, double reach) {
@@ -64,7 +65,7 @@ CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positio
     }
     const double error = std::abs(run.welds[static_cast<std::size_t>(weld)] +
                                   estimate.distance_into_joint - event.place);
-    const bool inside = error <= kBand * std::sqrt(estimate.covariance(0, 0));
+    const bool inside = error <= statistics::kNormal95 * std::sqrt(estimate.covariance(0, 0));
     ++score.locked_events;
     score.inside_band += inside ? 1 : 0;
     score.errors.push_back(error);

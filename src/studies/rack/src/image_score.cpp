@@ -5,12 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "pipescout/statistics/chi_square.hpp"
+
 namespace pipescout::rack_study {
 namespace {
-
-// 95 % quantiles of chi-square with 3 and 6 degrees of freedom.
-constexpr double kPosition95 = 7.815;
-constexpr double kPose95 = 12.592;
 
 struct End {
   double error = 0;  // m
@@ -53,6 +51,8 @@ double ImageFlightScore::with_pose_percent() const noexcept {
 }
 
 ImageFlightScore score_flight(std::span<const FrameScore> frames) {
+  const double position_95 = statistics::chi_square_quantile(0.95, 3);
+  const double pose_95 = statistics::chi_square_quantile(0.95, 6);
   ImageFlightScore score;
   for (const FrameScore& frame : frames) {
     if (frame.outage) {
@@ -64,8 +64,8 @@ ImageFlightScore score_flight(std::span<const FrameScore> frames) {
     }
     ++score.with_pose;
     score.wrong += is_wrong(frame) ? 1U : 0U;
-    score.position_covered += frame.position_nees <= kPosition95 ? 1U : 0U;
-    score.pose_covered += frame.pose_nees <= kPose95 ? 1U : 0U;
+    score.position_covered += frame.position_nees <= position_95 ? 1U : 0U;
+    score.pose_covered += frame.pose_nees <= pose_95 ? 1U : 0U;
     score.position_errors.push_back(frame.position_error());
     score.rotation_errors.push_back(frame.rotation_error());
   }
@@ -116,6 +116,7 @@ Recovery score_recovery(std::span<const FrameScore> frames) {
 
 StretchScore score_stretch(std::span<const FrameScore> frames, double from, double to) {
   StretchScore score;
+  const double position_95 = statistics::chi_square_quantile(0.95, 3);
   for (const FrameScore& frame : frames) {
     if (frame.along < from || frame.along > to) {
       continue;
@@ -128,7 +129,7 @@ StretchScore score_stretch(std::span<const FrameScore> frames, double from, doub
       score.first_deviation = frame.along_deviation;
     }
     ++score.with_pose;
-    score.covered += frame.position_nees <= kPosition95 ? 1U : 0U;
+    score.covered += frame.position_nees <= position_95 ? 1U : 0U;
     score.largest_error = std::max(score.largest_error, std::abs(frame.error.y()));
     score.last_deviation = frame.along_deviation;
   }

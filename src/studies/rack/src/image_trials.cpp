@@ -7,6 +7,7 @@
 
 #include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
+#include "pipescout/statistics/chi_square.hpp"
 #include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
@@ -16,7 +17,6 @@ using geometry::Matrix6d;
 using geometry::SE3;
 using geometry::Vector6d;
 
-constexpr double kPose99 = 16.812;        // 99 % quantile of chi-square with 6 degrees of freedom
 constexpr std::size_t kImagesBefore = 5;  // of a tracker that tracks, before a wrong prediction
 
 Matrix6d isotropic(double position_deviation, double rotation_deviation) {
@@ -150,6 +150,7 @@ std::vector<WrongStartTrial> try_wrong_starts(const WrongStartSettings& settings
 }
 
 WrongStartScore score_wrong_starts(std::span<const WrongStartTrial> trials) noexcept {
+  const double pose_99 = statistics::chi_square_quantile(0.99, 6);
   WrongStartScore score;
   for (const WrongStartTrial& trial : trials) {
     ++score.trials;
@@ -157,7 +158,7 @@ WrongStartScore score_wrong_starts(std::span<const WrongStartTrial> trials) noex
       ++score.lost;
     } else if (is_wrong(trial.last)) {
       // Written so that NaN is silent.
-      ++(trial.last.pose_nees <= kPose99 ? score.admitted_wrong : score.silent_wrong);
+      ++(trial.last.pose_nees <= pose_99 ? score.admitted_wrong : score.silent_wrong);
     } else {
       ++score.converged;
     }

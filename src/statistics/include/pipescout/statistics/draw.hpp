@@ -66,6 +66,7 @@ class Draw {
   /// With this probability.
   bool happens(double share) { return uniform(0, 1) < share; }
   double normal() { return statistics::normal(engine_); }
+  double exponential() { return statistics::exponential(engine_); }
   Eigen::Vector3d normals() { return statistics::normals<3>(engine_); }
   /// Of length 1, all directions alike.
   Eigen::Vector3d direction() { return normals().normalized(); }

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "pipescout/statistics/draw.hpp"
 #include "pipescout/tracking/gaussian_noise.hpp"
 #include "pipescout/tracking/particle_filter.hpp"
 #include "pipescout/validation/check.hpp"
@@ -211,14 +212,13 @@ template <ShapeModel Model>
 void ParticleFilter<Model>::resample() {
   ++resamplings_;
   const std::size_t count = parameters_.particles;
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
   if (parameters_.resampling == Resampling::kSystematic) {
     // The copies of a particle begin at the first of the draws, which are a whole number apart,
     // that the particles before it leave. One without copies begins where the next does, which
     // takes its place; each copy is of the last particle that begins at it or before. Branches that
     // depend on weights would cost more than all this.
     const auto copies = static_cast<double>(count);
-    const double first = uniform(engine_);
+    const double first = statistics::uniform(engine_);
     double before = 0;
     std::ranges::fill(order_, 0U);
     for (std::size_t k = 0; k < count; ++k) {
@@ -235,7 +235,7 @@ void ParticleFilter<Model>::resample() {
   } else {
     std::partial_sum(weights_.begin(), weights_.end(), distances_.begin());
     for (std::size_t k = 0; k < count; ++k) {
-      const auto wanted = static_cast<float>(uniform(engine_)) * distances_.back();
+      const auto wanted = static_cast<float>(statistics::uniform(engine_)) * distances_.back();
       const auto found = std::ranges::upper_bound(distances_, wanted);
       order_[k] = static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(
           found - distances_.begin(), static_cast<std::ptrdiff_t>(count) - 1));

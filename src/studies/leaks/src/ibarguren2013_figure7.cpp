@@ -1,38 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/thermal/ibarguren2013_figure7.hpp"
+#include "pipescout/leak_study/ibarguren2013_figure7.hpp"
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <limits>
+#include <optional>
 
-#include "pipescout/validation/check.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
-namespace pipescout::thermal {
+namespace pipescout::leak_study {
 namespace {
 
-using validation::refuse;
+using thermal::PartKind;
+using thermal::PipePart;
 
 constexpr std::size_t kPartSamples = 20;
 constexpr std::size_t kJointSamples = 3;
 constexpr double kJointRise = 100.0;
 constexpr double kHighest = 300.0;  // degC, of the camera
 
-template <class Number>
-Number number(std::string_view text, int line) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) {
-    refuse("line ", line, ": '", text, "' is not a number");
+/// The cell of the current row as a number.
+double number(const CsvReader& file, std::size_t column) {
+  const std::optional<double> value = parse_csv_number(file.cells()[column]);
+  if (!value || !std::isfinite(*value)) {
+    file.refuse(column, "a finite number");
   }
-  return value;
+  return *value;
 }
 
-/// Takes off what is before the separator, or all.
-std::string_view take(std::string_view& text, char separator) {
-  const std::size_t end = text.find(separator);
-  const std::string_view before = text.substr(0, end);
-  text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
-  return before;
+/// The cell of the current row as a number of a stretch or part, from 1 on.
+int ordinal(const CsvReader& file, std::size_t column) {
+  constexpr int kMost = 1000;
+  const double value = number(file, column);
+  if (!(value >= 1 && value <= kMost && std::floor(value) == value)) {
+    file.refuse(column, "an integer from 1 to 1000");
+  }
+  return static_cast<int>(value);
 }
 
 bool continues(const Figure7Part& before, const Figure7Part& next) {
@@ -48,29 +51,25 @@ PartKind kind_at(std::span<const PipePart> parts, double place) {
 
 }  // namespace
 
-std::vector<Figure7Part> read_figure7(std::string_view csv) {
+std::vector<Figure7Part> read_figure7(std::string_view csv, std::string_view path) {
+  CsvReader file(csv, path);
+  const std::vector<std::string> columns{"sequence", "stretch", "part", "mean_temperature"};
+  if (file.columns() != columns) {
+    throw CsvError(file.path(), 1, "the columns are not sequence, stretch, part, mean_temperature");
+  }
   std::vector<Figure7Part> parts;
-  int line = 1;
-  take(csv, '\n');
-  while (!csv.empty()) {
-    ++line;
-    std::string_view rest = take(csv, '\n');
-    if (std::count(rest.begin(), rest.end(), ',') != 3) {
-      refuse("line ", line, ": '", rest, "' does not have 4 columns");
-    }
-    Figure7Part part;
-    part.sequence = take(rest, ',');
-    part.stretch = number<int>(take(rest, ','), line);
-    part.part = number<int>(take(rest, ','), line);
-    part.mean = number<double>(rest, line);
-    parts.push_back(part);
+  while (file.next()) {
+    parts.push_back({.sequence = std::string(file.cells()[0]),
+                     .stretch = ordinal(file, 1),
+                     .part = ordinal(file, 2),
+                     .mean = number(file, 3)});
   }
   return parts;
 }
 
 Figure7Labels label_figure7(std::span<const Figure7Part> parts,
-                            const ProfileParameters& parameters) {
-  ProfileAnalysis analysis(parameters);
+                            const thermal::ProfileParameters& parameters) {
+  thermal::ProfileAnalysis analysis(parameters);
   Figure7Labels labels;
   std::vector<float> profile;
   bool flagged = false;
@@ -119,4 +118,4 @@ Figure7Labels label_figure7(std::span<const Figure7Part> parts,
   return labels;
 }
 
-}  // namespace pipescout::thermal
+}  // namespace pipescout::leak_study

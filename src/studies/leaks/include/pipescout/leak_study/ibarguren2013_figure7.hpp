@@ -12,7 +12,7 @@
 /// Figure 7 of Ibarguren and others (2013): mean temperatures of successive parts of pipes in 13
 /// recorded sequences, each with a leak. The numbers are in `ibarguren2013_figure7.csv` of this
 /// package, without the paper's red marking of leaks.
-namespace pipescout::thermal {
+namespace pipescout::leak_study {
 
 struct Figure7Part {
   std::string sequence;  ///< "PIA2", ...
@@ -21,16 +21,16 @@ struct Figure7Part {
   double mean = 0;       ///< degC
 };
 
-/// Parses lines "sequence,stretch,part,mean_temperature" after a header line. Throws
-/// std::invalid_argument naming the line.
-[[nodiscard]] std::vector<Figure7Part> read_figure7(std::string_view csv);
+/// Parses CSV with the columns sequence, stretch, part and mean_temperature; `path` names it in
+/// messages. Throws CsvError.
+[[nodiscard]] std::vector<Figure7Part> read_figure7(std::string_view csv, std::string_view path);
 
 struct Figure7Labels {
-  std::vector<PartKind> kinds;  ///< of each part
-  std::size_t sequences = 0;    ///< total
-  std::size_t flagged = 0;      ///< of them, with a part labelled as leak
-  double warmest_sound = 0;     ///< degC, of the parts that are not labelled as leaks
-  double coldest_leak = 0;      ///< degC, of those that are
+  std::vector<thermal::PartKind> kinds;  ///< of each part
+  std::size_t sequences = 0;             ///< total
+  std::size_t flagged = 0;               ///< of them, with a part labelled as leak
+  double warmest_sound = 0;              ///< degC, of the parts that are not labelled as leaks
+  double coldest_leak = 0;               ///< degC, of those that are
   /// degC, half-way between the two: all parts above it are labelled, and none below. NaN when no
   /// threshold separates them.
   double cut_off = 0;
@@ -38,8 +38,8 @@ struct Figure7Labels {
 
 /// Converts each stretch to a profile, with 20 samples per part and, in between, a joint of 3
 /// samples that is 100 K warmer than its neighbours, or colder where the camera's range ends at 300
-/// degC; then splits, filters and labels it. Throws as ProfileParameters::validate.
+/// degC; then splits, filters and labels it. Throws as thermal::ProfileParameters::validate.
 [[nodiscard]] Figure7Labels label_figure7(std::span<const Figure7Part> parts,
-                                          const ProfileParameters& parameters);
+                                          const thermal::ProfileParameters& parameters);
 
-}  // namespace pipescout::thermal
+}  // namespace pipescout::leak_study

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/thermal/ibarguren2013_figure7.hpp"
+#include "pipescout/leak_study/ibarguren2013_figure7.hpp"
 
 #include <gmock/gmock.h>
 
-#include <fstream>
 #include <iostream>
-#include <iterator>
 
-namespace pipescout::thermal {
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_table.hpp"
+
+namespace pipescout::leak_study {
 namespace {
 
+using thermal::PartKind;
+using thermal::ProfileParameters;
+
 std::vector<Figure7Part> figure7() {
-  std::ifstream file(DATA_DIR "/ibarguren2013_figure7.csv");
-  return read_figure7(std::string(std::istreambuf_iterator<char>(file), {}));
+  const std::string path = DATA_DIR "/ibarguren2013_figure7.csv";
+  return read_figure7(read_csv_text(path), path);
 }
 
 /// Parts that leak lie together: where one begins that is labelled, and the one before is not.
@@ -61,12 +65,24 @@ TEST(Figure7, AllSequencesAreFlaggedAndSoundPartsAreNot) {
   }
 }
 
-TEST(Figure7, LinesThatAreNotUnderstoodAreNamed) {
-  EXPECT_THAT([] { return read_figure7("heading\nPIA2,1,1\n"); },
-              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("line 2")));
-  EXPECT_THAT([] { return read_figure7("heading\nPIA2,1,1,136\nPIA2,1,x,1\n"); },
-              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("line 3: 'x'")));
+TEST(Figure7, NamesTheLineAndColumnThatIsWrong) {
+  const std::string header = "sequence,stretch,part,mean_temperature\n";
+  const auto error_of = [](const std::string& text) -> std::string {
+    try {
+      (void)read_figure7(text, "figure.csv");
+    } catch (const CsvError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(error_of("heading\nPIA2\n"), testing::StartsWith("figure.csv:1: "));
+  EXPECT_THAT(error_of(header + "PIA2,1,1\n"), testing::StartsWith("figure.csv:2: "));
+  EXPECT_THAT(error_of(header + "PIA2,1,1,136\nPIA2,1,x,1\n"),
+              testing::StartsWith("figure.csv:3: column 'part': 'x'"));
+  EXPECT_THAT(error_of(header + "PIA2,1.5,1,136\n"), testing::HasSubstr("column 'stretch'"));
+  EXPECT_THAT(error_of(header + "PIA2,1,0,136\n"), testing::HasSubstr("column 'part'"));
+  EXPECT_THAT(error_of(header + "PIA2,1,1,nan\n"), testing::HasSubstr("column 'mean_temperature'"));
 }
 
 }  // namespace
-}  // namespace pipescout::thermal
+}  // namespace pipescout::leak_study
