@@ -192,7 +192,7 @@ FieldView find_field(MessageView message, std::string_view path) {
     const auto name = path.substr(begin, end - begin);
     const auto* const field = find_field(*message.type, name);
     if (field == nullptr) {
-      throw std::invalid_argument("'" + std::string(name) + "' is no field of " +
+      throw std::invalid_argument("'" + std::string(name) + "' is not a field of " +
                                   std::string(message.type->name));
     }
     const FieldView view(*field, message.message);
