@@ -95,7 +95,7 @@ TEST(FlirFile, SaysWhatItHadToTakeForGranted) {
       png(kSwapped), "",
       R"("PlanckR1":1,"PlanckB":1,"PlanckF":1,"PlanckO":1,"PlanckR2":1,"Emissivity":0.5)"));
   EXPECT_DOUBLE_EQ(content.object.emissivity, 0.5);
-  EXPECT_THAT(content.doubts, Contains("distance: not in the file; 1 is taken"));
+  EXPECT_THAT(content.doubts, Contains("distance: not in the file; 1 is used"));
   EXPECT_THAT(content.doubts, Contains("taken: not in the file"));
 }
 
