@@ -140,7 +140,7 @@ TEST(PatrolSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   harness.spin();
   EXPECT_TRUE(clock.empty());
   ASSERT_FALSE(progress.empty());
-  EXPECT_THAT(progress.back().message, HasSubstr("waits"));
+  EXPECT_THAT(progress.back().message, HasSubstr("waiting"));
   const auto images = harness.collect(topics::kThermalImage);
   const auto info = harness.collect(topics::kThermalCameraInfo);
   ASSERT_TRUE(harness.spin_until([&] { return images.size() > 3; }));
@@ -168,8 +168,9 @@ trajectory_msgs::msg::JointTrajectory stay(const sensor_msgs::msg::JointState& j
 
 TEST(PatrolSimulation, CarriesAnArmThatDoesWhatItIsTold) {
   ComponentHarness harness;
-  auto& simulation = harness.make<PatrolSimulation>(
-      {.name = "patrol", .parameters = short_patrol({{"arm.mounted", true}})});
+  std::vector<NamedParameter> parameters = short_patrol({{"arm.mounted", true}});
+  parameters.push_back({"rate", 1.0});  // else it has driven by before the test commands
+  auto& simulation = harness.make<PatrolSimulation>({.name = "patrol", .parameters = parameters});
   const auto joints = harness.collect(topics::kJointStates);
   const auto images = harness.collect(topics::kThermalImage);
   const auto truth = harness.collect(topics::kTruePipeTrack);

@@ -116,16 +116,17 @@ TEST(RackSimulation, FliesOnWhereNobodyCommands) {
 
 TEST(RackSimulation, TakesNoCommandThatIsNotFinite) {
   ComponentHarness harness;
-  auto& simulation = harness.make<RackSimulation>({.parameters = short_flight()});
+  std::vector<NamedParameter> parameters = short_flight();
+  parameters.push_back({"rate", 1.0});  // else it has flown before the test commands
+  auto& simulation = harness.make<RackSimulation>({.parameters = parameters});
   const auto progress = harness.collect(topics::kMissionStatus);
   const auto images = harness.collect(topics::kCameraImage);
   const auto info = harness.collect(topics::kCameraInfo);
   const auto truth = harness.collect(topics::kTrueRackPose);
+  const Answerer answerer(harness, -0.5);
   ASSERT_TRUE(harness.bring_up(simulation).success);
   harness.publish(topics::kVelocityCommand,
                   command_at({}, std::numeric_limits<double>::quiet_NaN()));
-  harness.spin();
-  const Answerer answerer(harness, -0.5);
   ASSERT_TRUE(harness.spin_until(
       [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
   EXPECT_EQ(images.size(), 25U);
@@ -142,7 +143,7 @@ TEST(RackSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
   harness.spin();
   EXPECT_TRUE(clock.empty());
   ASSERT_FALSE(progress.empty());
-  EXPECT_THAT(progress.back().message, HasSubstr("waits"));
+  EXPECT_THAT(progress.back().message, HasSubstr("waiting"));
   const auto images = harness.collect(topics::kCameraImage);
   const auto info = harness.collect(topics::kCameraInfo);
   ASSERT_TRUE(harness.spin_until([&] { return images.size() > 3; }));

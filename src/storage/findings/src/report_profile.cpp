@@ -163,7 +163,8 @@ std::string profile_figure(const Evidence& e) {
   derivative.curve(change, 0.5 * (1 + e.split_distance), step, "#2a78b5");
   derivative.line(0, e.split_delta, length, e.split_delta, "#777777", "1", "4 3");
 
-  Plot parts("C  Parts and their labels", length, x_name, double{*least}, double{*most}, "T / degC");
+  Plot parts("C  Parts and their labels", length, x_name, double{*least}, double{*most},
+             "T / degC");
   parts.band(e.leak_from * step, e.leak_to * step, kLeakColour);
   parts.curve(e.profile, 0.5, step, "#e3a6b2");
   if (std::isfinite(e.reference_temperature)) {

@@ -29,7 +29,8 @@ DetectorScore score(double peak_snr, std::uint64_t seeds, double length) {
 
 TEST(WeldDetectorScore, At12DecibelsItFindsThemAll) {
   const DetectorScore all = score(12.0, 20, 1000.0);
-  EXPECT_GE(all.found_percent(), 99.5);
+  // 99.58 % of 16,638 welds on seeds 1 to 200; less three deviations of the share of 1,660.
+  EXPECT_GE(all.found_percent(), 99.1);
   EXPECT_LE(all.false_per_km(), 0.1);
   EXPECT_LE(quantile(all.errors, 0.95), 0.005);
   EXPECT_GE(all.share_within(1.96), 0.95);
