@@ -19,9 +19,10 @@ from mission import pipescout
 
 TIMEOUT = 280  # s, of a run
 ARGUMENTS = {
-    "crawler": ["--param", "crawler_simulation.length:=60.0", "rate:=1000.0"],
-    "rack": ["--param", "rack_simulation.duration:=6.0", "rate:=1000.0"],
-    "patrol": ["--param", "patrol_simulation.row.length:=2.0", "rate:=1000.0"],
+    "crawler": ["--param", "crawler_simulation.length:=150.0", "rate:=1000.0"],
+    "rack": ["rate:=1000.0"],
+    "patrol": ["--param", "patrol_simulation.row.length:=6.0",
+               "--param", "patrol_simulation.leaks:=[3.0, 0.3, 80.0]", "rate:=1000.0"],
 }
 BUSY_LOOPS = 4
 # Of the wall clock, or of the run's place.

@@ -113,7 +113,7 @@ TEST_F(MissionFolderTest, NamesBadSectionsAndKeepsTheOthers) {
   }
   const auto summary = read_summary(root_);
   EXPECT_THAT(summary.problems,
-              ElementsAre(HasSubstr("cell.json: has a table cell that is not a number"),
+              ElementsAre(HasSubstr("cell.json: has a table cell that is neither number"),
                           HasSubstr("figures.json: figure 'a' is not a number"),
                           HasSubstr("half.json: "), HasSubstr("list.json: is not an object"),
                           HasSubstr("notes.json: has no list of texts 'notes'"),
