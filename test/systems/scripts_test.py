@@ -78,6 +78,7 @@ class Project:
         for script in (*(origin / "test").glob("*.sh"), origin / "test/results.py"):
             shutil.copy(script, folder / "test")
         self.program("launch_scripts/setup.sh", "#!/usr/bin/env bash\n")
+        self.program("test/interoperability/bag_readers/install.sh", "#!/usr/bin/env bash\n")
         self.program("programs/colcon", COLCON)
         self.program("google_tests", GOOGLE_TESTS)
         for name in ("idl", "interfaces", "src", "components", "install"):
@@ -88,7 +89,7 @@ class Project:
 
     def program(self, name, text):
         path = self.folder / name
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
         path.chmod(0o755)
 
