@@ -83,21 +83,15 @@ class StepReporter::Impl : public std::enable_shared_from_this<StepReporter::Imp
              const std::string& clock) {
     // Not later, when a simulation listens: what it sends at once must be counted.
     traffic_->enable();
+    activity_ = activity;
     const auto weak = weak_from_this();
-    watch_ = QuiescenceWatch::create(activity, traffic_, group_,
-                                     [weak](const StepTraffic::Counts& counts, std::uint64_t) {
-                                       if (const auto self = weak.lock()) {
-                                         self->report(counts);
-                                       }
-                                     });
     publisher_ =
         broker->create_publisher({.topic = {step_report_topic(clock), &message_type<Report>()},
                                   .qos = QoS::reliable(1),
                                   .events = {.matched =
                                                  [weak](std::size_t readers) {
-                                                   const auto self = weak.lock();
-                                                   if (self && readers > 0) {
-                                                     self->begin();
+                                                   if (const auto self = weak.lock()) {
+                                                     self->on_listeners(readers);
                                                    }
                                                  }},
                                   .group = group_});
@@ -116,16 +110,36 @@ class StepReporter::Impl : public std::enable_shared_from_this<StepReporter::Imp
   }
 
  private:
-  /// A simulation listens that knows nothing of this process.
-  void begin() {
+  /// In group_. Without a simulation nobody asks, after each sample, whether the process is
+  /// quiescent.
+  void on_listeners(std::size_t simulations) {
+    if (simulations == 0) {
+      watch_.reset();
+      return;
+    }
     {
       const std::lock_guard lock(mutex_);
-      is_reported_ = false;
+      is_reported_ = false;  // the new one knows nothing of this process
+    }
+    if (!watch_) {
+      watch_ = QuiescenceWatch::create(
+          activity_, traffic_, group_,
+          [weak = weak_from_this()](const StepTraffic::Counts& counts, std::uint64_t) {
+            if (const auto self = weak.lock()) {
+              self->report(counts);
+            }
+          });
     }
     watch_->request();
   }
 
   void report(const StepTraffic::Counts& counts) {
+    const std::lock_guard lock(mutex_);
+    if (!publisher_ || (is_reported_ && counts == reported_)) {
+      return;
+    }
+    is_reported_ = true;
+    reported_ = counts;
     auto message = std::make_shared<Report>();
     for (const auto& [writer, last] : counts.received) {
       message->received.push_back({.writer = writer.bytes, .reader = {}, .sequence_number = last});
@@ -134,19 +148,14 @@ class StepReporter::Impl : public std::enable_shared_from_this<StepReporter::Imp
       message->sent.push_back(
           {.writer = ends.first.bytes, .reader = ends.second.bytes, .sequence_number = last});
     }
-    const std::lock_guard lock(mutex_);
-    if (!publisher_ || (is_reported_ && counts == reported_)) {
-      return;
-    }
-    is_reported_ = true;
-    reported_ = counts;
     message->nodes.assign(nodes_.begin(), nodes_.end());
     publisher_->publish(std::move(message), {});
   }
 
   const std::shared_ptr<StepTraffic> traffic_;
   const std::shared_ptr<CallbackGroup> group_;
-  std::shared_ptr<QuiescenceWatch> watch_;
+  std::shared_ptr<Activity> activity_;
+  std::shared_ptr<QuiescenceWatch> watch_;  // only in group_; null while no simulation listens
   std::mutex mutex_;
   std::shared_ptr<UntypedPublisher> publisher_;  // null once closed
   std::multiset<std::string> nodes_;

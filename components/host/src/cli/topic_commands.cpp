@@ -277,7 +277,6 @@ void add_topic_commands(CLI::App& app, Action& action) {
   info->add_flag("-v,--verbose", info_options->verbose, "Show each endpoint, its node and its QoS");
 
   add_topic_echo(*group, action);
-  add_topic_hz(*group, action);
   add_topic_pub(*group, action);
   add_topic_statistics(*group, action);
   add_name_commands(*group, action, "topic",

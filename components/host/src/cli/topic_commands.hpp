@@ -12,7 +12,6 @@
 namespace pipescout::host {
 
 void add_topic_echo(CLI::App& group, Action& action);
-void add_topic_hz(CLI::App& group, Action& action);
 void add_topic_pub(CLI::App& group, Action& action);
 void add_topic_statistics(CLI::App& group, Action& action);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "cli/topic_commands.hpp"
+#include "core/rate_window.hpp"
 #include "core/size_window.hpp"
 #include "pipescout/idl/field_access.hpp"
 #include "pipescout/runtime/conversions.hpp"
@@ -16,7 +17,8 @@ struct BandwidthOptions : ListenOptions {
   std::size_t window = 100;
 };
 
-struct DelayOptions : ListenOptions {
+/// Of `hz` and `delay`.
+struct MessageOptions : ListenOptions {
   std::size_t window = 10000;
 };
 
@@ -51,7 +53,25 @@ int bandwidth(Session& session, const BandwidthOptions& options) {
   return kExitOk;
 }
 
-int delay(Session& session, const DelayOptions& options) {
+int hz(Session& session, const MessageOptions& options) {
+  const auto source = find_source(session, options);
+  RateWindow window(options.window);
+  bool fresh = false;
+  const auto subscription = session.node().create_untyped_subscription(
+      source.topic, *source.type, source.qos,
+      [&](const std::shared_ptr<const void>&, const MessageInfo&) {
+        window.arrived(steady_now());
+        fresh = true;
+      });
+  const auto timer = print_each_second(session, [&] {
+    const auto statistics = std::exchange(fresh, false) ? window.statistics() : std::nullopt;
+    return statistics ? to_string(*statistics) : std::string();
+  });
+  session.spin();
+  return kExitOk;
+}
+
+int delay(Session& session, const MessageOptions& options) {
   const auto source = find_source(session, options);
   const auto example = source.type->create();
   try {
@@ -82,22 +102,26 @@ int delay(Session& session, const DelayOptions& options) {
   return kExitOk;
 }
 
+template <class Options>
+void add_command(CLI::App& group, Action& action, const char* name, const char* description,
+                 const char* window, int (*run)(Session&, const Options&)) {
+  const auto [command, options] =
+      add_session_command<Options>(group, action, name, description, false, run);
+  options->add_to(*command);
+  command->add_option("-w,--window", options->window, window)
+      ->check(count_range())
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_topic_statistics(CLI::App& group, Action& action) {
-  const auto [bw_command, bw_options] = add_session_command<BandwidthOptions>(
-      group, action, "bw", "Print the bytes that a topic carries per second", false, bandwidth);
-  bw_options->add_to(*bw_command);
-  bw_command->add_option("-w,--window", bw_options->window, "Messages to average over")
-      ->check(count_range())
-      ->capture_default_str();
-
-  const auto [delay_command, delay_options] = add_session_command<DelayOptions>(
-      group, action, "delay", "Print how much later than stamped messages arrive", false, delay);
-  delay_options->add_to(*delay_command);
-  delay_command->add_option("-w,--window", delay_options->window, "Messages to average over")
-      ->check(count_range())
-      ->capture_default_str();
+  add_command(group, action, "hz", "Print the rate at which messages arrive",
+              "Number of messages in the average", hz);
+  add_command(group, action, "bw", "Print the bytes that a topic carries per second",
+              "Messages to average over", bandwidth);
+  add_command(group, action, "delay", "Print how much later than stamped messages arrive",
+              "Messages to average over", delay);
 }
 
 }  // namespace pipescout::host
