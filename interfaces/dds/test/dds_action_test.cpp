@@ -88,15 +88,23 @@ TEST(DdsActionTest, AServerThatGoesIsNoticedAndTheNextOneTakesGoals) {
     auto server = server_node->create_action_server<Fibonacci>(
         "fibonacci",
         {.accepted = [&](ServerGoal<Fibonacci> goal) { goals.push_back(std::move(goal)); }});
+    std::optional<GoalResponse> response;
     std::optional<GoalEnd> end;
-    client.send_goal({}, {.result = [&](const GoalOutcome<Fibonacci>& told) { end = told.end; }},
-                     dds_test::kGenerous);
+    client.send_goal({},
+                     {.response = [&](const GoalResponse& told) { response = told; },
+                      .result = [&](const GoalOutcome<Fibonacci>& told) { end = told.end; }},
+                     Duration::max());
     ASSERT_TRUE(executor.spin_until([&] { return !goals.empty(); }, dds_test::kGenerous));
     EXPECT_FALSE(end);
     server = {};
-    ASSERT_TRUE(executor.spin_until([&] { return end.has_value(); }, dds_test::kGenerous));
-    // Whether its last word is heard depends on how soon its writers are gone.
-    EXPECT_THAT(*end, ::testing::AnyOf(GoalEnd::kAborted, GoalEnd::kLost));
+    const auto is_over = [&] { return end || (response && !response->accepted); };
+    ASSERT_TRUE(executor.spin_until(is_over, dds_test::kGenerous));
+    // How much of its last words is heard depends on how soon its writers are gone.
+    if (end) {
+      EXPECT_THAT(*end, ::testing::AnyOf(GoalEnd::kAborted, GoalEnd::kLost));
+    } else {
+      EXPECT_EQ(response->error, ServiceError::kServerGone);
+    }
   }
 }
 

@@ -233,6 +233,10 @@ void ActionClientCore::result_came(const GoalId& id, const ServiceResult<void>& 
   if (!goal.callbacks) {
     return;
   }
+  if (!result && result.error() == ServiceError::kServerGone) {
+    tell_lost({{id, goal}});
+    return;
+  }
   const GoalEnd end =
       result ? end_of(messages_.status_of(result.shared().get())) : GoalEnd::kUnknown;
   if (end == GoalEnd::kUnknown) {

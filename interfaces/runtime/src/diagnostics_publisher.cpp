@@ -68,6 +68,7 @@ constexpr std::array kActionTotals{
 /// the first are late.
 constexpr std::array kClientTotals{
     Total<ClientStatistics>{"without_server", &ClientStatistics::without_server, true},
+    Total<ClientStatistics>{"server_gone", &ClientStatistics::server_gone, true},
     Total<ClientStatistics>{"timed_out", &ClientStatistics::timed_out, true},
     Total<ClientStatistics>{"refused", &ClientStatistics::refused, true},
     Total<ClientStatistics>{"late_replies", &ClientStatistics::late_replies, false},

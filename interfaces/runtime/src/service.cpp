@@ -141,6 +141,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
 
   void matches_changed() {
     const std::lock_guard lock(mutex_);
+    end_unanswerable();
     send_waiting();
   }
 
@@ -180,7 +181,10 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
         return;
       }
       expired = take(id);
-      if (expired.is_sent) {
+      if (expired.is_unanswerable) {
+        ++statistics_.server_gone;
+        error = ServiceError::kServerGone;
+      } else if (expired.is_sent) {
         ++statistics_.timed_out;
       } else {
         ++statistics_.without_server;
@@ -212,6 +216,7 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
     Answer answer;
     SteadyTime deadline{};
     bool is_sent = false;
+    bool is_unanswerable = false;  // no server is left that it was sent to
     PublishedSample sample;
   };
 
@@ -250,6 +255,28 @@ class Calls final : public Waitable, public std::enable_shared_from_this<Calls> 
         publisher_->local_subscription_count() > 0 && subscription_->local_publisher_count() > 0;
     return local || (publisher_->remote_subscription_count() > 0 &&
                      subscription_->remote_publisher_count() > 0);
+  }
+  // Which of several servers took a request is not known: only when the last one is gone is nobody
+  // left to answer. Judged by the reply writers, since what they wrote before comes before their
+  // end.
+  void end_unanswerable() {
+    if (!subscription_ || subscription_->local_publisher_count() > 0 ||
+        subscription_->remote_publisher_count() > 0) {
+      return;
+    }
+    bool has_ended = false;
+    for (auto& [id, call] : calls_) {
+      if (call.is_sent && !call.is_unanswerable) {
+        deadlines_.erase({call.deadline, id});
+        call.deadline = steady_now();
+        call.is_unanswerable = true;
+        deadlines_.emplace(call.deadline, id);
+        has_ended = true;
+      }
+    }
+    if (has_ended) {
+      group_->schedule_at(deadlines_.begin()->first, shared_from_this());
+    }
   }
   void send_waiting() {
     while (!waiting_.empty() && can_send() && send(waiting_.front())) {
@@ -497,6 +524,8 @@ const char* to_string(ServiceError error) noexcept {
   switch (error) {
     case ServiceError::kNoServer:
       return "no server";
+    case ServiceError::kServerGone:
+      return "the server is gone";
     case ServiceError::kTimeout:
       return "timeout";
     case ServiceError::kCancelled:

@@ -224,6 +224,28 @@ TEST_F(ServiceInProcess, ASilentServerEndsInATimeoutAndALateReplyIsCounted) {
   EXPECT_EQ(caller.client->statistics().late_replies, 2U);
 }
 
+TEST_F(ServiceInProcess, CallsEndWithTheLastServerThatCouldAnswer) {
+  std::optional<Server> first(std::in_place, *context_, group_);
+  std::optional<Server> second(std::in_place, *context_, group_);
+  Caller caller(*context_, group_);
+  caller.call();
+  caller.call(Duration::max());
+  executor_.spin_ready();
+  first.reset();
+  executor_.spin_ready();
+  EXPECT_THAT(caller.answers, IsEmpty());
+  second->service->respond(second->callers.at(0), response("last word"));
+  second.reset();
+  executor_.spin_ready();
+  EXPECT_THAT(caller.answers, ElementsAre("last word", "the server is gone"));
+  EXPECT_EQ(caller.client->statistics().server_gone, 1U);
+  // What comes later waits for the next server.
+  caller.call();
+  const Server next(*context_, group_, "next");
+  executor_.spin_ready();
+  EXPECT_EQ(caller.answers.back(), "next");
+}
+
 TEST_F(ServiceInProcess, DestroyingTheClientCancelsWhatIsOpenExactlyOnce) {
   const Server server(*context_, group_);
   std::optional<Caller> caller(std::in_place, *context_, group_);
@@ -616,6 +638,18 @@ TEST_F(ServiceAcrossProcesses, ACallThatIsForgottenIsNotAnswered) {
   EXPECT_THAT(caller.answers, IsEmpty());
   EXPECT_EQ(caller.client->statistics().late_replies, 1U);
   EXPECT_FALSE(caller.client->forget(0));
+}
+
+TEST_F(ServiceAcrossProcesses, ACallEndsWhenItsServerIsGone) {
+  std::optional<Server> server(std::in_place, *there_.context, there_.group);
+  Caller caller(*here_.context, here_.group);
+  settle();
+  caller.call();
+  settle();
+  ASSERT_EQ(server->callers.size(), 1U);
+  server.reset();
+  settle();
+  EXPECT_THAT(caller.answers, ElementsAre("the server is gone"));
 }
 
 TEST_F(ServiceAcrossProcesses, AServerThatCrashesLeavesACallToItsTimeout) {

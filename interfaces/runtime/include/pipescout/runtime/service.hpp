@@ -16,6 +16,7 @@ namespace pipescout {
 /// The reason why a call got no response.
 enum class ServiceError {
   kNoServer,    ///< no server was matched in both directions before the time-out
+  kServerGone,  ///< the request was sent, but no server is left to answer it
   kTimeout,     ///< a server was matched but did not answer in time
   kCancelled,   ///< the client was destroyed
   kOverloaded,  ///< too many outstanding calls of this client; the request was not sent
@@ -54,9 +55,10 @@ struct ClientStatistics {
   std::uint64_t calls = 0;
   std::uint64_t answered = 0;
   std::uint64_t without_server = 0;  ///< ended with ServiceError::kNoServer
+  std::uint64_t server_gone = 0;     ///< ended with ServiceError::kServerGone
   std::uint64_t timed_out = 0;
   std::uint64_t refused = 0;       ///< ended with ServiceError::kOverloaded
-  std::uint64_t late_replies = 0;  ///< to a call that was already answered or had timed out
+  std::uint64_t late_replies = 0;  ///< to a call that had ended already
 };
 
 /// A service of types known at run time. Requests arrive in its callback group, and each is
@@ -88,7 +90,8 @@ class UntypedClient {
   virtual ~UntypedClient() = default;
   /// Sends the request once a server is matched in both directions, so that its reply cannot be
   /// lost, and calls `answer` exactly once, in the client's callback group (but see the
-  /// destructor). With several servers the first reply counts. Throws std::invalid_argument when
+  /// destructor). With several servers the first reply counts, and the call ends with kServerGone
+  /// when all are gone. Throws std::invalid_argument when
   /// `request` or `answer` is null, std::runtime_error when the callbacks of `kMaxOutstandingCalls`
   /// refusals have not run yet. Returns the number of the call, 0 when it is refused. Thread-safe.
   virtual std::uint64_t call(std::shared_ptr<const void> request, Answer answer,
