@@ -9,7 +9,7 @@ namespace pipescout {
 
 namespace {
 
-using builtin_interfaces::msg::Time;
+using TimeMessage = builtin_interfaces::msg::Time;
 using unique_identifier_msgs::msg::UUID;
 
 std::size_t offset_of(const MessageType& type, std::string_view name, FieldKind kind,
@@ -43,7 +43,7 @@ ActionMessages::ActionMessages(const ActionTypes& types)
       goal_request_id_(id_offset(*types.send_goal_request)),
       accepted_(offset_of(*types.send_goal_response, "accepted", FieldKind::kBool)),
       stamp_(offset_of(*types.send_goal_response, "stamp", FieldKind::kMessage,
-                       message_type<Time>().name)),
+                       message_type<TimeMessage>().name)),
       result_request_id_(id_offset(*types.get_result_request)),
       status_(offset_of(*types.get_result_response, "status", FieldKind::kInt8)),
       feedback_id_(id_offset(*types.feedback_message)) {}
@@ -55,17 +55,18 @@ void ActionMessages::set_id_of_goal_request(void* message, const GoalId& id) con
   at<UUID>(message, goal_request_id_) = to_message(id);
 }
 
-std::shared_ptr<const void> ActionMessages::goal_response(bool accepted, const Time& stamp) const {
+std::shared_ptr<const void> ActionMessages::goal_response(bool accepted,
+                                                          const TimeMessage& stamp) const {
   const std::shared_ptr<void> message = types_.send_goal_response->create();
   at<bool>(message.get(), accepted_) = accepted;
-  at<Time>(message.get(), stamp_) = stamp;
+  at<TimeMessage>(message.get(), stamp_) = stamp;
   return message;
 }
 bool ActionMessages::is_accepted(const void* goal_response) const {
   return at<bool>(goal_response, accepted_);
 }
-Time ActionMessages::stamp_of(const void* goal_response) const {
-  return at<Time>(goal_response, stamp_);
+TimeMessage ActionMessages::stamp_of(const void* goal_response) const {
+  return at<TimeMessage>(goal_response, stamp_);
 }
 
 std::shared_ptr<const void> ActionMessages::result_request(const GoalId& id) const {

@@ -8,7 +8,7 @@
 namespace pipescout {
 namespace {
 
-constexpr std::string_view kSeparator = ":=";
+constexpr std::string_view kAssignment = ":=";
 
 /// Why an argument that rcl knows is refused; nothing for all others.
 std::optional<std::string_view> refusal_of(std::string_view argument) {
@@ -112,9 +112,9 @@ class Parser {
   }
 
   void take_log_level(const std::string& argument, const std::string& text) {
-    const auto separator = text.find(kSeparator);
+    const auto separator = text.find(kAssignment);
     const bool names_logger = separator != std::string::npos;
-    const auto level = names_logger ? text.substr(separator + kSeparator.size()) : text;
+    const auto level = names_logger ? text.substr(separator + kAssignment.size()) : text;
     const auto severity = log_severity(level);
     if (!severity) {
       throw RosArgumentError(argument + " " + text + ": '" + level +

@@ -32,6 +32,8 @@ endfunction()
 # then differ between them.
 function(pipescout_compile_together target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
+  # GCC takes all sources but the one that includes them for headers.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
 # pipescout_optimise_lightly(<target>)

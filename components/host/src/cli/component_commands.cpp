@@ -66,13 +66,13 @@ void list_container(Session& session, const NodeName& container, const char* ind
   }
 }
 
-struct ListOptions {
+struct ComponentListOptions {
   DiscoveryOptions discovery;
   std::string container;
   bool containers_only = false;
 };
 
-int list_components(Session& session, const ListOptions& options) {
+int list_components(Session& session, const ComponentListOptions& options) {
   if (!options.container.empty()) {
     const auto node = find_container(session, options.container);
     if (!options.containers_only) {
@@ -189,7 +189,7 @@ void add_types(CLI::App& group, Action& action) {
 }
 
 void add_list(CLI::App& group, Action& action) {
-  const auto [command, options] = add_session_command<ListOptions>(
+  const auto [command, options] = add_session_command<ComponentListOptions>(
       group, action, "list", "List running containers and their components", true, list_components);
   command->add_option("container", options->container, "Name of a container node");
   command->add_flag("--containers-only", options->containers_only, "List container nodes only");

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using doctor::Observation;
 
-struct Options {
+struct DoctorOptions {
   DiscoveryOptions discovery;
   RunOptions run;
   double listen = 2.0;  ///< s
@@ -141,7 +141,7 @@ void ask_for_datums(Session& session, Observation& seen) {
   }
 }
 
-void look_at_network(Session& session, const Options& options, Observation& seen) {
+void look_at_network(Session& session, const DoctorOptions& options, Observation& seen) {
   session.settle();
   seen.nodes = session.nodes(true);
   // Nodes of command lines come and go.
@@ -163,7 +163,7 @@ void look_at_network(Session& session, const Options& options, Observation& seen
   }
 }
 
-int examine(Session& session, const Options& options) {
+int examine(Session& session, const DoctorOptions& options) {
   Observation seen;
   look_at_network(session, options, seen);
   const auto& run = options.run;
@@ -182,7 +182,7 @@ int examine(Session& session, const Options& options) {
 }  // namespace
 
 void add_doctor_command(CLI::App& app, Action& action) {
-  const auto [command, options] = add_session_command<Options>(
+  const auto [command, options] = add_session_command<DoctorOptions>(
       app, action, "doctor", "Look for what is wrong, before a run or in a running system", true,
       examine);
   auto& run = options->run;

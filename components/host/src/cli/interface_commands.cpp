@@ -13,7 +13,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct InterfaceOptions {
   std::string name;
   std::string folder;
   bool only_messages = false;
@@ -33,7 +33,7 @@ struct Options {
   }
 };
 
-int list_interfaces(const Options& options) {
+int list_interfaces(const InterfaceOptions& options) {
   constexpr std::pair<InterfaceKind, const char*> kGroups[] = {
       {InterfaceKind::kMessage, "Messages:"},
       {InterfaceKind::kService, "Services:"},
@@ -53,7 +53,7 @@ int list_interfaces(const Options& options) {
   return kExitOk;
 }
 
-int list_packages(const Options& options) {
+int list_packages(const InterfaceOptions& options) {
   std::set<std::string> packages;
   for (const auto& name : known_interfaces()) {
     if (options.wants(name.kind)) {
@@ -66,7 +66,7 @@ int list_packages(const Options& options) {
   return kExitOk;
 }
 
-int list_package(const Options& options) {
+int list_package(const InterfaceOptions& options) {
   bool found = false;
   for (const auto& name : known_interfaces()) {
     if (name.package == options.name) {
@@ -89,7 +89,7 @@ InterfaceName named(const std::string& text) {
   }
 }
 
-int show(const Options& options) {
+int show(const InterfaceOptions& options) {
   try {
     std::cout << show_interface(named(options.name), options.show);
   } catch (const MessageTypeError& error) {
@@ -99,7 +99,7 @@ int show(const Options& options) {
 }
 
 /// What `topic pub`, `service call` and `action send_goal` take, with all defaults.
-int prototype(const Options& options) {
+int prototype(const InterfaceOptions& options) {
   const MessageType* type = nullptr;
   try {
     type = parts_of(named(options.name)).front();
@@ -112,7 +112,7 @@ int prototype(const Options& options) {
   return kExitOk;
 }
 
-int export_package(const Options& options) {
+int export_package(const InterfaceOptions& options) {
   try {
     const auto exported = export_to_ros2(options.name, options.folder);
     std::cout << exported.folder.string() << ": " << exported.interfaces << " interfaces";
@@ -131,14 +131,15 @@ int export_package(const Options& options) {
 }
 
 CLI::App* add(CLI::App& group, Action& action, const char* name, const char* description,
-              const std::shared_ptr<Options>& options, int (*body)(const Options&)) {
+              const std::shared_ptr<InterfaceOptions>& options,
+              int (*body)(const InterfaceOptions&)) {
   auto* const command = group.add_subcommand(name, description);
   command->callback(
       [options, body, &action] { action = [options, body] { return body(*options); }; });
   return command;
 }
 
-void add_kinds(CLI::App& command, Options& options) {
+void add_kinds(CLI::App& command, InterfaceOptions& options) {
   command.add_flag("-m,--only-msgs", options.only_messages, "Messages");
   command.add_flag("-s,--only-srvs", options.only_services, "Services");
   command.add_flag("-a,--only-actions", options.only_actions, "Actions");
@@ -149,7 +150,7 @@ void add_kinds(CLI::App& command, Options& options) {
 void add_interface_commands(CLI::App& app, Action& action) {
   auto* const group = app.add_subcommand("interface", "Messages, services and actions");
   group->require_subcommand(1);
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<InterfaceOptions>();
   add_kinds(*add(*group, action, "list", "List all of them", options, list_interfaces), *options);
   add_kinds(
       *add(*group, action, "packages", "List the packages with interfaces", options, list_packages),

@@ -112,7 +112,7 @@ int list_managed(Session& session, bool hidden, bool count) {
   return kExitOk;
 }
 
-struct Options {
+struct LifecycleOptions {
   DiscoveryOptions discovery;
   std::string node;
   std::string transition;
@@ -126,32 +126,37 @@ void add_lifecycle_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("lifecycle", "States of managed nodes");
   group->require_subcommand(1);
   const auto add = [&](const char* name, const char* description,
-                       int (*body)(Session&, const Options&)) {
-    return add_session_command<Options>(*group, action, name, description, true, body);
+                       int (*body)(Session&, const LifecycleOptions&)) {
+    return add_session_command<LifecycleOptions>(*group, action, name, description, true, body);
   };
 
-  auto [get, get_options] =
-      add("get", "Print the state of a node, or of all",
-          [](Session& session, const Options& o) { return get_state(session, o.node, o.all); });
+  auto [get, get_options] = add("get", "Print the state of a node, or of all",
+                                [](Session& session, const LifecycleOptions& o) {
+                                  return get_state(session, o.node, o.all);
+                                });
   get->add_option("node", get_options->node, "Name of the node");
   get->add_flag("-a,--include-hidden-nodes", get_options->all, "Hidden nodes too");
 
-  auto [set, set_options] = add(
-      "set", "Trigger a transition of a node",
-      [](Session& session, const Options& o) { return set_state(session, o.node, o.transition); });
+  auto [set, set_options] =
+      add("set", "Trigger a transition of a node", [](Session& session, const LifecycleOptions& o) {
+        return set_state(session, o.node, o.transition);
+      });
   set->add_option("node", set_options->node, "Name of the node")->required();
   set->add_option("transition", set_options->transition, "Label or number of the transition")
       ->required();
 
-  auto [list, list_options] = add(
-      "list", "List the transitions that the current state of a node allows",
-      [](Session& session, const Options& o) { return list_transitions(session, o.node, o.all); });
+  auto [list, list_options] =
+      add("list", "List the transitions that the current state of a node allows",
+          [](Session& session, const LifecycleOptions& o) {
+            return list_transitions(session, o.node, o.all);
+          });
   list->add_option("node", list_options->node, "Name of the node")->required();
   list->add_flag("-a,--all", list_options->all, "All transitions of all states");
 
   auto [nodes, nodes_options] =
-      add("nodes", "List the managed nodes",
-          [](Session& session, const Options& o) { return list_managed(session, o.all, o.count); });
+      add("nodes", "List the managed nodes", [](Session& session, const LifecycleOptions& o) {
+        return list_managed(session, o.all, o.count);
+      });
   nodes->add_flag("-a,--all", nodes_options->all, "Hidden nodes too");
   nodes->add_flag("-c,--count-nodes", nodes_options->count, "Print only the count");
 }

@@ -23,7 +23,7 @@ constexpr std::array<Level, 5> kLevels{{{"debug", LogSeverity::kDebug},
                                         {"error", LogSeverity::kError},
                                         {"fatal", LogSeverity::kFatal}}};
 
-struct Options {
+struct LogLevelOptions {
   DiscoveryOptions discovery;
   std::string node;
   std::string level;
@@ -48,7 +48,7 @@ NodeName find_logging_node(Session& session, const std::string& name, const char
   return node;
 }
 
-int get(Session& session, const Options& options) {
+int get(Session& session, const LogLevelOptions& options) {
   const auto node = find_logging_node(session, options.node, "get_logger_levels",
                                       "rcl_interfaces/srv/GetLoggerLevels");
   GetLoggerLevels::Request request;
@@ -67,7 +67,7 @@ int get(Session& session, const Options& options) {
   return kExitOk;
 }
 
-int set(Session& session, const Options& options) {
+int set(Session& session, const LogLevelOptions& options) {
   const auto node = find_logging_node(session, options.node, "set_logger_levels",
                                       "rcl_interfaces/srv/SetLoggerLevels");
   const auto* const wanted = std::find_if(kLevels.begin(), kLevels.end(), [&](const Level& each) {
@@ -95,9 +95,9 @@ void add_log_commands(CLI::App& app, Action& action) {
   auto* const level = log->add_subcommand("level", "From which level on a node logs");
   level->require_subcommand(1);
   const auto [get_command, get_options] =
-      add_session_command<Options>(*level, action, "get", "Print it", true, get);
+      add_session_command<LogLevelOptions>(*level, action, "get", "Print it", true, get);
   get_command->add_option("node", get_options->node, "Name of the node")->required();
-  const auto [set_command, set_options] = add_session_command<Options>(
+  const auto [set_command, set_options] = add_session_command<LogLevelOptions>(
       *level, action, "set", "Change it while the node runs", true, set);
   set_command->add_option("node", set_options->node, "Name of the node")->required();
   std::vector<std::string> names;

@@ -8,7 +8,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct NameOptions {
   DiscoveryOptions discovery;
   std::string name;
   bool hidden = false;
@@ -21,9 +21,9 @@ void add_name_commands(CLI::App& group, Action& action, const char* what,
                        NamesAndTypes (*names)(Session& session)) {
   const std::string thing(what);
   const auto type_text = "Print the type of a " + thing;
-  const auto [type, type_options] = add_session_command<Options>(
+  const auto [type, type_options] = add_session_command<NameOptions>(
       group, action, "type", type_text.c_str(), false,
-      [names, thing](Session& session, const Options& options) {
+      [names, thing](Session& session, const NameOptions& options) {
         const auto name = topic_name(options.name);
         NamesAndTypes found;
         const bool known = session.wait_for([&] {
@@ -41,9 +41,9 @@ void add_name_commands(CLI::App& group, Action& action, const char* what,
   type->add_option(what, type_options->name, "Name of the " + thing)->required();
 
   const auto find_text = "List the " + thing + "s of a type";
-  const auto [find, find_options] = add_session_command<Options>(
+  const auto [find, find_options] = add_session_command<NameOptions>(
       group, action, "find", find_text.c_str(), false,
-      [names](Session& session, const Options& options) {
+      [names](Session& session, const NameOptions& options) {
         session.settle();
         std::size_t found = 0;
         for (const auto& [name, types] : names(session)) {

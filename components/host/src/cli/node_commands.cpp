@@ -10,14 +10,14 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct NodeCommandOptions {
   DiscoveryOptions discovery;
   std::string node;
   bool hidden = false;
   bool count = false;
 };
 
-int list_nodes(Session& session, const Options& options) {
+int list_nodes(Session& session, const NodeCommandOptions& options) {
   session.settle();
   const auto nodes = session.nodes(options.hidden);
   if (options.count) {
@@ -69,7 +69,7 @@ void print_section(const char* title, const NamesAndTypes& names) {
   }
 }
 
-int node_info(Session& session, const Options& options) {
+int node_info(Session& session, const NodeCommandOptions& options) {
   const auto node = session.find_node(options.node);
   // Its endpoints follow one by one.
   session.settle();
@@ -99,12 +99,12 @@ void add_node_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("node", "Nodes on the network");
   group->require_subcommand(1);
 
-  const auto [list, list_options] =
-      add_session_command<Options>(*group, action, "list", "List the nodes", false, list_nodes);
+  const auto [list, list_options] = add_session_command<NodeCommandOptions>(
+      *group, action, "list", "List the nodes", false, list_nodes);
   list->add_flag("-a,--all", list_options->hidden, "Hidden nodes too");
   list->add_flag("-c,--count-nodes", list_options->count, "Print only the count");
 
-  const auto [info, info_options] = add_session_command<Options>(
+  const auto [info, info_options] = add_session_command<NodeCommandOptions>(
       *group, action, "info", "Show the publishers, subscriptions and services of a node", false,
       node_info);
   info->add_option("node", info_options->node, "Name of the node")->required();

@@ -10,7 +10,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct ParamChangeOptions {
   DiscoveryOptions discovery;
   std::string node;
   std::string name;
@@ -19,7 +19,7 @@ struct Options {
   bool no_wildcard = false;
 };
 
-int set(Session& session, const Options& options) {
+int set(Session& session, const ParamChangeOptions& options) {
   NamedParameter parameter{options.name, {}};
   try {
     parameter.value = parse_parameter_value(options.value);
@@ -35,7 +35,7 @@ int set(Session& session, const Options& options) {
   return kExitOk;
 }
 
-int remove(Session& session, const Options& options) {
+int remove(Session& session, const ParamChangeOptions& options) {
   // A value that is not set undeclares a parameter.
   const auto result = set_parameter(session, session.find_node(options.node), {options.name, {}});
   if (!result.successful) {
@@ -45,7 +45,7 @@ int remove(Session& session, const Options& options) {
   return kExitOk;
 }
 
-int load(Session& session, const Options& options) {
+int load(Session& session, const ParamChangeOptions& options) {
   ParameterFile file;
   try {
     file = load_parameter_yaml(options.file);
@@ -95,8 +95,9 @@ SetResult set_parameter(Session& session, const NodeName& node, const NamedParam
 
 void add_param_changes(CLI::App& group, Action& action) {
   const auto add = [&](const char* name, const char* description,
-                       int (*body)(Session&, const Options&)) {
-    auto added = add_session_command<Options>(group, action, name, description, true, body);
+                       int (*body)(Session&, const ParamChangeOptions&)) {
+    auto added =
+        add_session_command<ParamChangeOptions>(group, action, name, description, true, body);
     added.first->add_option("node", added.second->node, "Name of the node")->required();
     return added;
   };

@@ -18,7 +18,7 @@ using rcl_interfaces::srv::DescribeParameters;
 using rcl_interfaces::srv::GetParameters;
 using rcl_interfaces::srv::ListParameters;
 
-struct Options {
+struct ParamOptions {
   DiscoveryOptions discovery;
   std::string node;
   std::string name;
@@ -68,7 +68,7 @@ std::vector<ParameterValue> get_values(Session& session, const NodeName& node,
   return values;
 }
 
-void print_names(Session& session, const NodeName& node, const Options& options) {
+void print_names(Session& session, const NodeName& node, const ParamOptions& options) {
   const auto names = list_names(session, node, options.names);
   std::vector<ParameterDescriptor> descriptors;
   if (options.flag && !names.empty()) {
@@ -83,7 +83,7 @@ void print_names(Session& session, const NodeName& node, const Options& options)
   }
 }
 
-int list(Session& session, const Options& options) {
+int list(Session& session, const ParamOptions& options) {
   if (!options.node.empty()) {
     print_names(session, session.find_node(options.node), options);
     return kExitOk;
@@ -112,7 +112,7 @@ int list(Session& session, const Options& options) {
                      (nearest ? did_you_mean(name, *nearest) : ""));
 }
 
-int get(Session& session, const Options& options) {
+int get(Session& session, const ParamOptions& options) {
   const auto node = session.find_node(options.node);
   const auto& name = options.name;
   const auto values = get_values(session, node, {name});
@@ -141,7 +141,7 @@ void print_range(const Range& range) {
   }
 }
 
-int describe(Session& session, const Options& options) {
+int describe(Session& session, const ParamOptions& options) {
   const auto node = session.find_node(options.node);
   auto names = options.names;
   if (names.empty()) {
@@ -175,7 +175,7 @@ int describe(Session& session, const Options& options) {
   return kExitOk;
 }
 
-int dump(Session& session, const Options& options) {
+int dump(Session& session, const ParamOptions& options) {
   const auto node = session.find_node(options.node);
   const auto names = list_names(session, node, {});
   const auto values = get_values(session, node, names);
@@ -197,10 +197,10 @@ void add_param_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("param", "Parameters of nodes");
   group->require_subcommand(1);
   const auto add = [&](const char* name, const char* description,
-                       int (*body)(Session&, const Options&)) {
-    return add_session_command<Options>(*group, action, name, description, true, body);
+                       int (*body)(Session&, const ParamOptions&)) {
+    return add_session_command<ParamOptions>(*group, action, name, description, true, body);
   };
-  using Body = int (*)(Session&, const Options&);
+  using Body = int (*)(Session&, const ParamOptions&);
   constexpr const char* kNode = "Name of the node";
 
   auto [list_command, list_options] = add("list", "List the parameters of a node, or of all", list);

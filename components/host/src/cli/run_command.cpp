@@ -7,13 +7,13 @@
 namespace pipescout::host {
 
 void add_run_command(CLI::App& app, Action& action) {
-  struct Options {
+  struct RunCommandOptions {
     RunOptions run;
     ReplayOptions replay;
     std::string isolated_component;
     int control_fd = -1;
   };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunCommandOptions>();
   auto* command = app.add_subcommand(
       "run", "Run a composition until it is complete or stopped (SIGINT, SIGTERM)");
   command->add_option("composition", options->run.composition, "Composition file (YAML)")

@@ -12,7 +12,7 @@ namespace pipescout::host {
 
 namespace {
 
-struct Options {
+struct CallOptions {
   DiscoveryOptions discovery;
   std::string service;
   std::string type;
@@ -37,7 +37,7 @@ InterfaceName service_type(const std::string& text) {
   throw CommandError("'" + text + "' is no service type such as std_srvs/srv/Trigger");
 }
 
-int call(Session& session, const Options& options) {
+int call(Session& session, const CallOptions& options) {
   const auto name = topic_name(options.service);
   const MessageType* request_type = nullptr;
   const MessageType* response_type = nullptr;
@@ -77,7 +77,7 @@ int call(Session& session, const Options& options) {
 
 void add_service_call(CLI::App& group, Action& action) {
   const auto [command, options] =
-      add_session_command<Options>(group, action, "call", "Call a service", true, call);
+      add_session_command<CallOptions>(group, action, "call", "Call a service", true, call);
   command->add_option("service", options->service, "Name of the service")->required();
   command->add_option("type", options->type, "Its type, such as std_srvs/srv/Trigger")->required();
   command->add_option("values", options->values,

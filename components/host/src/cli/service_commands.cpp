@@ -10,14 +10,14 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct ServiceListOptions {
   DiscoveryOptions discovery;
   bool types = false;
   bool hidden = false;
   bool count = false;
 };
 
-int list_services(Session& session, const Options& options) {
+int list_services(Session& session, const ServiceListOptions& options) {
   session.settle();
   auto services = session.graph().services();
   std::erase_if(services,
@@ -75,7 +75,7 @@ int service_info(Session& session, const InfoOptions& options) {
 void add_service_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("service", "Services on the network");
   group->require_subcommand(1);
-  const auto [command, options] = add_session_command<Options>(
+  const auto [command, options] = add_session_command<ServiceListOptions>(
       *group, action, "list", "List the services", false, list_services);
   command->add_flag("-t,--show-types", options->types, "Show the types too");
   command->add_flag("-c,--count-services", options->count, "Print only the count");

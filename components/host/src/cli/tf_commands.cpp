@@ -16,7 +16,7 @@ namespace {
 
 using tf2_msgs::msg::TFMessage;
 
-struct Options {
+struct TransformOptions {
   DiscoveryOptions discovery;
   std::string ns = "/";  ///< of the robot
   std::string source;
@@ -30,7 +30,7 @@ struct Options {
 /// A node in the namespace of the robot, whose transforms are its.
 class Listener {
  public:
-  Listener(Session& session, const Options& options)
+  Listener(Session& session, const TransformOptions& options)
       : node_({.context = session.node().context().shared_from_this(),
                .executor = &session.executor(),
                .name = {join_namespaces("/", options.ns), session.node().node_name().name + "_tf"},
@@ -57,7 +57,7 @@ std::string tree(Session& session, Listener& listener) {
                  [&session](const Gid& gid) { return publisher_name(session, gid); });
 }
 
-int echo(Session& session, const Options& options) {
+int echo(Session& session, const TransformOptions& options) {
   Listener listener(session, options);
   std::size_t printed = 0;
   bool failed = false;
@@ -88,7 +88,7 @@ int echo(Session& session, const Options& options) {
   return failed ? kExitError : kExitOk;
 }
 
-int show_tree(Session& session, const Options& options) {
+int show_tree(Session& session, const TransformOptions& options) {
   Listener listener(session, options);
   (void)listener.transforms();
   session.settle();
@@ -164,7 +164,7 @@ class Monitor {
   std::map<Gid, DelayStatistics> publishers_;
 };
 
-int monitor(Session& session, const Options& options) {
+int monitor(Session& session, const TransformOptions& options) {
   Listener listener(session, options);
   Monitor all(session);
   const auto take = [&](const TFMessage& message, const MessageInfo& info) {
@@ -188,16 +188,16 @@ int monitor(Session& session, const Options& options) {
 void add_tf_commands(CLI::App& app, Action& action) {
   auto* const group = app.add_subcommand("tf", "Transforms between frames");
   group->require_subcommand(1);
-  const auto add_common = [](CLI::App* command, const std::shared_ptr<Options>& options) {
+  const auto add_common = [](CLI::App* command, const std::shared_ptr<TransformOptions>& options) {
     command->add_option("--namespace", options->ns, "Of the robot, whose tf and tf_static are read")
         ->capture_default_str();
   };
-  const auto add_count = [](CLI::App* command, const std::shared_ptr<Options>& options) {
+  const auto add_count = [](CLI::App* command, const std::shared_ptr<TransformOptions>& options) {
     command->add_option("-n,--count", options->count, "Print so many and exit")
         ->check(count_range());
   };
 
-  const auto [echo_command, echo_options] = add_session_command<Options>(
+  const auto [echo_command, echo_options] = add_session_command<TransformOptions>(
       *group, action, "echo", "Print the transform between two frames", false, echo);
   add_common(echo_command, echo_options);
   add_count(echo_command, echo_options);
@@ -208,14 +208,14 @@ void add_tf_commands(CLI::App& app, Action& action) {
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
 
-  const auto [tree_command, tree_options] = add_session_command<Options>(
+  const auto [tree_command, tree_options] = add_session_command<TransformOptions>(
       *group, action, "tree", "Print the trees of frames, and who sends them", false, show_tree);
   add_common(tree_command, tree_options);
   tree_command->add_option("--gather", tree_options->gathering, "s for which to listen")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
 
-  const auto [monitor_command, monitor_options] = add_session_command<Options>(
+  const auto [monitor_command, monitor_options] = add_session_command<TransformOptions>(
       *group, action, "monitor", "Print rates and delays of transforms, and who sends them", false,
       monitor);
   add_common(monitor_command, monitor_options);

@@ -14,7 +14,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct TopicOptions {
   DiscoveryOptions discovery;
   std::string topic;
   bool types = false;
@@ -57,7 +57,7 @@ void print_counted(Graph& graph, const NamesAndTypes& topics, bool publishers) {
   std::cout << '\n';
 }
 
-int list_topics(Session& session, const Options& options) {
+int list_topics(Session& session, const TopicOptions& options) {
   session.settle();
   auto topics = session.graph().topics();
   std::erase_if(topics,
@@ -115,7 +115,7 @@ void print_endpoint(const GraphEndpoint& endpoint) {
             << "\n  Liveliness lease duration: " << duration_text(qos.liveliness_lease) << "\n\n";
 }
 
-int topic_info(Session& session, const Options& options) {
+int topic_info(Session& session, const TopicOptions& options) {
   const auto topic = topic_name(options.topic);
   auto& graph = session.graph();
   if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
@@ -264,14 +264,14 @@ void add_topic_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("topic", "Topics on the network");
   group->require_subcommand(1);
 
-  const auto [list, list_options] =
-      add_session_command<Options>(*group, action, "list", "List the topics", false, list_topics);
+  const auto [list, list_options] = add_session_command<TopicOptions>(
+      *group, action, "list", "List the topics", false, list_topics);
   list->add_flag("-t,--show-types", list_options->types, "Show the types too");
   list->add_flag("-c,--count-topics", list_options->count, "Print only the count");
   list->add_flag("-a,--include-hidden-topics", list_options->hidden, "Hidden topics too");
   list->add_flag("-v,--verbose", list_options->verbose, "Show types and numbers of endpoints");
 
-  const auto [info, info_options] = add_session_command<Options>(
+  const auto [info, info_options] = add_session_command<TopicOptions>(
       *group, action, "info", "Show type and endpoints of a topic", false, topic_info);
   info->add_option("topic", info_options->topic, "Name of the topic")->required();
   info->add_flag("-v,--verbose", info_options->verbose, "Show each endpoint, its node and its QoS");

@@ -8,7 +8,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options : ListenOptions {
+struct EchoOptions : ListenOptions {
   std::string field;
   std::size_t count = 0;  ///< 0: endless
   bool once = false;
@@ -18,7 +18,7 @@ struct Options : ListenOptions {
   MessageFormat format;
 };
 
-std::string shown(const Options& options, const MessageFormat& format, MessageView message) {
+std::string shown(const EchoOptions& options, const MessageFormat& format, MessageView message) {
   std::string out;
   if (!options.field.empty()) {
     const auto field = find_field(message, options.field);
@@ -45,7 +45,7 @@ void check_field(const MessageType& type, const std::string& path) {
   }
 }
 
-int echo(Session& session, const Options& options) {
+int echo_topic(Session& session, const EchoOptions& options) {
   const auto source = find_source(session, options);
   const auto& type = *source.type;
   check_field(type, options.field);
@@ -91,8 +91,8 @@ int echo(Session& session, const Options& options) {
 }  // namespace
 
 void add_topic_echo(CLI::App& group, Action& action) {
-  const auto [command, options] = add_session_command<Options>(
-      group, action, "echo", "Print the messages of a topic", false, echo);
+  const auto [command, options] = add_session_command<EchoOptions>(
+      group, action, "echo", "Print the messages of a topic", false, echo_topic);
   options->add_to(*command);
   command->add_option("--field", options->field, "Print only this field, such as pose.position.x");
   command->add_flag("--once", options->once, "Print one message and exit");

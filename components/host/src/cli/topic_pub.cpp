@@ -10,7 +10,7 @@
 namespace pipescout::host {
 namespace {
 
-struct Options {
+struct PubOptions {
   DiscoveryOptions discovery;
   std::string topic;
   std::string type;
@@ -41,7 +41,7 @@ QoS chosen_qos(const QosOptions& options) {
   return qos;
 }
 
-int publish(Session& session, const Options& options) {
+int publish(Session& session, const PubOptions& options) {
   const auto topic = topic_name(options.topic);
   const MessageType* type = nullptr;
   try {
@@ -90,7 +90,7 @@ int publish(Session& session, const Options& options) {
 }  // namespace
 
 void add_topic_pub(CLI::App& group, Action& action) {
-  const auto [command, options] = add_session_command<Options>(
+  const auto [command, options] = add_session_command<PubOptions>(
       group, action, "pub", "Publish a message to a topic", false, publish);
   command->add_option("topic", options->topic, "Name of the topic")->required();
   command->add_option("type", options->type, "Its type, such as std_msgs/msg/String")->required();

@@ -16,10 +16,6 @@ namespace {
   throw YamlMessageError((path.empty() ? "the message" : path) + ": " + message);
 }
 
-bool is_text(FieldKind kind) {
-  return kind == FieldKind::kString || kind == FieldKind::kWString;
-}
-
 bool is_real(FieldKind kind) {
   return kind == FieldKind::kFloat32 || kind == FieldKind::kFloat64;
 }
@@ -129,7 +125,7 @@ void set_element(const YAML::Node& node, const MessageField& field, FieldEditor&
     fail(path, "expected a " + std::string(to_string(field.kind)));
   }
   try {
-    if (is_text(field.kind)) {
+    if (field.kind == FieldKind::kString || field.kind == FieldKind::kWString) {
       editor.set(index, std::string_view(node.Scalar()));
     } else {
       editor.set(index, scalar(field, node, path));

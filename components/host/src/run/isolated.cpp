@@ -14,7 +14,7 @@
 namespace pipescout::host {
 namespace {
 
-constexpr Duration kGrace = std::chrono::milliseconds(1800);
+constexpr Duration kChildGrace = std::chrono::milliseconds(1800);
 
 class IsolatedRun {
  public:
@@ -23,7 +23,7 @@ class IsolatedRun {
         component_(std::move(component)),
         control_(control_fd),
         signals_(
-            kGrace, [this](int) { loop_.post([this] { stopped_ = true; }); }, [] {}) {}
+            kChildGrace, [this](int) { loop_.post([this] { stopped_ = true; }); }, [] {}) {}
 
   int run() {
     try {

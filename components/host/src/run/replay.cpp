@@ -26,7 +26,7 @@
 namespace pipescout::host {
 namespace {
 
-constexpr Duration kGrace = std::chrono::milliseconds(2000);
+constexpr Duration kReplayGrace = std::chrono::milliseconds(2000);
 /// For a transition, in which components compute at most.
 constexpr Duration kTransitionTime = std::chrono::minutes(10);
 constexpr const char* kRecorderClass = "pipescout::BagRecorder";
@@ -68,7 +68,7 @@ class Replay {
       : options_(options),
         replay_(replay),
         signals_(
-            kGrace,
+            kReplayGrace,
             [this](int number) {
               stop_.set(number);
               std::cerr << "stopping\n";
@@ -334,7 +334,7 @@ class Replay {
       recorder_.reset();
       bool unloaded = false;
       container_->unload_all([&] { unloaded = true; });
-      executor_.spin_until([&] { return unloaded; }, kGrace);
+      executor_.spin_until([&] { return unloaded; }, kReplayGrace);
       settle();  // what was logged on the way
       if (!unloaded) {
         std::cerr << "error: the components did not stop in time\n";

@@ -19,6 +19,7 @@ function(pipescout_add_command name summary)
   target_link_libraries(${target} PRIVATE pipescout::command_line ${arg_DEPENDENCIES})
   pipescout_enable_warnings(${target})
   pipescout_optimise_lightly(${target})
+  pipescout_compile_together(${target})
   pipescout_export_target(${target})
 
   set(summary_file ${CMAKE_CURRENT_BINARY_DIR}/pipescout_commands/${name})

@@ -6,12 +6,13 @@
 #include <cstddef>
 #include <functional>
 #include <numbers>
-#include <numeric>
 #include <string>
 #include <utility>
 
 #include "each_seed.hpp"
+#include "figure_rows.hpp"
 #include "pipescout/arm_study/arm_faults.hpp"
+#include "seed_values.hpp"
 
 namespace pipescout::reproduce {
 namespace {
@@ -19,24 +20,16 @@ namespace {
 using arm_study::DriveScore;
 
 /// However many are asked for: each drives 30 km.
-constexpr std::size_t kLargestSeeds = 3;
-
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
-constexpr Target kNone{.least = 0.0, .most = 0.0};
+constexpr std::size_t kDriveSeeds = 3;
 
 template <class Function>
-std::vector<double> each(const std::vector<std::vector<DriveScore>>& of_seeds, std::size_t rule,
-                         Function value) {
+std::vector<double> values_of_rule(const std::vector<std::vector<DriveScore>>& of_seeds,
+                                   std::size_t rule, Function value) {
   std::vector<double> values;
   for (const auto& scores : of_seeds) {
     values.push_back(static_cast<double>(std::invoke(value, scores[rule])));
   }
   return values;
-}
-
-double mean(const std::vector<double>& values) {
-  return std::reduce(values.begin(), values.end()) / static_cast<double>(values.size());
 }
 
 void add_road(const arm_study::DriveSettings& settings, const std::string& road, bool figures,
@@ -52,7 +45,7 @@ void add_road(const arm_study::DriveSettings& settings, const std::string& road,
     const bool ours = figures && rule + 1 == rules.size();
     const auto add = [&](const std::string& name, auto value, Target target,
                          const std::string& figure) {
-      const auto values = each(of_seeds, rule, value);
+      const auto values = values_of_rule(of_seeds, rule, value);
       measures.push_back(
           {rules[rule].name + ": " + name, mean(values), values, target, ours ? figure : ""});
     };
@@ -78,7 +71,7 @@ void reproduce_arm(const arm_study::DriveSettings& settings,
                    StageProgress& progress) {
   const std::vector<std::uint64_t> seeds(
       all_seeds.begin(),
-      all_seeds.begin() + static_cast<std::ptrdiff_t>(std::min(all_seeds.size(), kLargestSeeds)));
+      all_seeds.begin() + static_cast<std::ptrdiff_t>(std::min(all_seeds.size(), kDriveSeeds)));
   using simulation::RoadClass;
   for (const auto& [road, name] : {std::pair(RoadClass::kC, "C"), std::pair(RoadClass::kD, "D"),
                                    std::pair(RoadClass::kE, "E")}) {

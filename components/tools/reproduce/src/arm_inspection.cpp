@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "each_seed.hpp"
+#include "figure_rows.hpp"
 #include "pipescout/arm_study/arm_carrier.hpp"
 
 namespace pipescout::reproduce {
@@ -20,12 +21,9 @@ using leak_study::SequencePlan;
 using simulation::RoadClass;
 
 /// However many are asked for: each renders all rows twice.
-constexpr std::size_t kLargestSeeds = 2;
+constexpr std::size_t kInspectionSeeds = 2;
 /// rad: what six joint zeros come to at the camera.
 constexpr double kArmDeviation = 0.01;
-
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
 
 constexpr std::array kRoads{std::pair(RoadClass::kC, "C"), std::pair(RoadClass::kD, "D"),
                             std::pair(RoadClass::kE, "E")};
@@ -80,7 +78,7 @@ void add_measures(const std::string& ground, const Scores& scores, bool figures,
 void reproduce_arm_inspection(const TrackingExtent& extent,
                               const std::vector<std::uint64_t>& all_seeds, FigureRows& rows,
                               StageProgress& progress) {
-  const std::size_t seeds = std::min(all_seeds.size(), kLargestSeeds);
+  const std::size_t seeds = std::min(all_seeds.size(), kInspectionSeeds);
   const std::size_t sequences = extent.inspection.sequences;
   std::vector<SequencePlan> plans;
   for (std::size_t i = 0; i < seeds; ++i) {

@@ -32,8 +32,6 @@ using estimation_study::Vehicle;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
 /// Of the times, that the mean over the seeds must be within its 95 % bounds.
 constexpr double kLeastShareInBounds = 0.9;
 
@@ -82,14 +80,6 @@ double pooled(const std::vector<double>& root_mean_squares) {
     sum += value * value;
   }
   return std::sqrt(sum / static_cast<double>(root_mean_squares.size()));
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) {
-    sum += value;
-  }
-  return sum / static_cast<double>(values.size());
 }
 
 std::vector<double> position_errors(const std::vector<RunScore>& runs) {

@@ -26,6 +26,24 @@ struct Target {
   [[nodiscard]] std::string text() const;
 };
 
+// Without anything that it must be; which way is worse.
+inline constexpr Target kSmallIsGood{};
+inline constexpr Target kLargeIsGood{.least = 0.0};
+
+inline constexpr Target kNone{.least = 0.0, .most = 0.0};
+
+constexpr Target at_most(double most) {
+  return {.most = most};
+}
+
+constexpr Target at_least(double least) {
+  return {.least = least};
+}
+
+constexpr Target within(double least, double most) {
+  return {.least = least, .most = most};
+}
+
 /// A quantity of a study, one value per seed.
 struct Measure {
   std::string name;           ///< with its unit

@@ -29,21 +29,6 @@ using odometry_study::CrawlerScore;
 using odometry_study::DetectorScore;
 using odometry_study::quantile;
 
-constexpr Target at_most(double most) {
-  return {.most = most};
-}
-
-constexpr Target at_least(double least) {
-  return {.least = least};
-}
-
-constexpr Target within(double least, double most) {
-  return {.least = least, .most = most};
-}
-
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
-
 class InPipe {
  public:
   InPipe(const ReproduceOptions& options, const InPipeExtent& extent, std::ostream& out)

@@ -31,10 +31,6 @@ using leak_study::CampaignScore;
 using leak_study::RocScores;
 using odometry_study::quantile;
 
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
-constexpr Target kNone{.least = 0.0, .most = 0.0};
-
 std::string number(double value) {
   return std::to_string(std::lround(value));
 }

@@ -27,10 +27,6 @@ using rack_study::TableCell;
 constexpr std::size_t kTableRuns = 10;  // of the paper
 constexpr std::size_t kPointsPerPipe = 25;
 
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 double deviation(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "each_seed.hpp"
+#include "figure_rows.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/rack_study/image_flight.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
@@ -27,9 +28,6 @@ using rack_study::ImageFlightSettings;
 using rack_study::WrongStartScore;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr Target kSmallIsGood{};
-constexpr Target kLargeIsGood{.least = 0.0};
-constexpr Target kNone{.least = 0.0, .most = 0.0};
 
 /// Of errors; without any there is no pose, which is worse than every error.
 double error_quantile(const std::vector<double>& errors, double part) {
@@ -379,9 +377,6 @@ class RackImages {
   static std::string seconds(double duration) {
     return std::to_string(std::lround(duration)) + " s";
   }
-  static constexpr Target at_most(double most) { return {.most = most}; }
-  static constexpr Target at_least(double least) { return {.least = least}; }
-
   const RackImageExtent& extent_;
   std::vector<std::uint64_t> seeds_;
   FigureRows& rows_;

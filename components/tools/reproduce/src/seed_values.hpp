@@ -26,6 +26,11 @@ inline double sum(const std::vector<double>& values) {
 }
 
 /// Of at least one.
+inline double mean(const std::vector<double>& values) {
+  return sum(values) / static_cast<double>(values.size());
+}
+
+/// Of at least one.
 inline double largest(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }

@@ -25,8 +25,6 @@ using tracking_study::Recording;
 using tracking_study::TrackingScore;
 using tracking_study::TrackingSettings;
 
-constexpr Target kSmallIsGood{};
-constexpr Target kNone{.least = 0.0, .most = 0.0};
 constexpr std::size_t kOurParticles = 1000;
 
 TrackingSettings with_particles(std::size_t particles) {

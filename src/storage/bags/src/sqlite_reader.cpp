@@ -85,9 +85,9 @@ class SqliteReader : public FileReader {
   /// SQLite itself takes the missing end of the last page for zeros.
   void check_header() const {
     Bytes header;
-    constexpr std::uint64_t kHeaderSize = 100;
-    file_.read(0, kHeaderSize, header);
-    if (header.size() < kHeaderSize) {
+    constexpr std::uint64_t kDatabaseHeaderSize = 100;
+    file_.read(0, kDatabaseHeaderSize, header);
+    if (header.size() < kDatabaseHeaderSize) {
       throw BagError(BagFault::kIncomplete, file_.path(), header.size(), "header", "is cut");
     }
     // With a journal the file is completed first.

@@ -15,11 +15,11 @@ namespace {
 
 using leak_findings::Finding;
 // A leak's entries in the order in which they are written.
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// JSON has no NaN.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
+OrderedJson ordered_number(double value) {
+  return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
 }
 
 std::optional<geometry::GeodeticPosition> place(
@@ -31,29 +31,29 @@ std::optional<geometry::GeodeticPosition> place(
 }
 
 /// Name and value of all that is known of a finding, but for its place on the Earth.
-std::vector<std::pair<std::string, Json>> fields(const Finding& f) {
-  std::vector<std::pair<std::string, Json>> all = {
+std::vector<std::pair<std::string, OrderedJson>> fields(const Finding& f) {
+  std::vector<std::pair<std::string, OrderedJson>> all = {
       {"id", f.id},
       {"state", to_string(f.state)},
       {"severity", to_string(f.severity)},
-      {"probability", number(f.probability)},
+      {"probability", ordered_number(f.probability)},
       {"first_time", iso_time(f.first_time)},
       {"last_time", iso_time(f.last_time)},
       {"frames", f.frames},
       {"passes", f.pass_count},
-      {"mean_delta_k", number(f.mean_delta)},
-      {"mean_delta_low_k", number(f.mean_delta_interval.low)},
-      {"mean_delta_high_k", number(f.mean_delta_interval.high)},
-      {"peak_delta_k", number(f.peak_delta)},
-      {"peak_delta_low_k", number(f.peak_delta_interval.low)},
-      {"peak_delta_high_k", number(f.peak_delta_interval.high)},
-      {"length_m", number(f.length)},
-      {"length_deviation_m", number(f.length_deviation)},
-      {"delta_growth_k_per_h", number(f.delta_growth)},
-      {"length_growth_m_per_h", number(f.length_growth)}};
+      {"mean_delta_k", ordered_number(f.mean_delta)},
+      {"mean_delta_low_k", ordered_number(f.mean_delta_interval.low)},
+      {"mean_delta_high_k", ordered_number(f.mean_delta_interval.high)},
+      {"peak_delta_k", ordered_number(f.peak_delta)},
+      {"peak_delta_low_k", ordered_number(f.peak_delta_interval.low)},
+      {"peak_delta_high_k", ordered_number(f.peak_delta_interval.high)},
+      {"length_m", ordered_number(f.length)},
+      {"length_deviation_m", ordered_number(f.length_deviation)},
+      {"delta_growth_k_per_h", ordered_number(f.delta_growth)},
+      {"length_growth_m_per_h", ordered_number(f.length_growth)}};
   const double nan = std::nan("");
   const auto p = f.position.value_or(leak_findings::MapPosition{});
-  const auto value = [&](double known) { return number(f.position ? known : nan); };
+  const auto value = [&](double known) { return ordered_number(f.position ? known : nan); };
   const auto deviation = [&](int i) { return value(std::sqrt(p.covariance(i, i))); };
   all.insert(all.end(), {{"map_x", value(p.point.x())},
                          {"map_y", value(p.point.y())},
@@ -68,11 +68,11 @@ std::vector<std::pair<std::string, Json>> fields(const Finding& f) {
 }
 
 /// Seven decimals: a centimetre.
-Json degrees(double value) {
+OrderedJson degrees(double value) {
   return std::round(value * 1e7) / 1e7;
 }
 
-std::string csv_field(const Json& value) {
+std::string csv_field(const OrderedJson& value) {
   if (value.is_null()) {
     return "";
   }
@@ -106,13 +106,13 @@ std::string iso_time(double seconds) {
 
 std::string leaks_geojson(std::span<const Finding> findings,
                           const std::optional<geometry::GeodeticPosition>& datum) {
-  Json features = Json::array();
+  OrderedJson features = OrderedJson::array();
   for (const Finding& finding : findings) {
-    Json properties = Json::object();
+    OrderedJson properties = OrderedJson::object();
     for (auto& [name, value] : fields(finding)) {
       properties[name] = value;
     }
-    Json geometry = nullptr;
+    OrderedJson geometry = nullptr;
     if (const auto at = place(finding, datum)) {
       geometry = {{"type", "Point"},
                   {"coordinates",
@@ -124,7 +124,7 @@ std::string leaks_geojson(std::span<const Finding> findings,
                         {"geometry", geometry},
                         {"properties", properties}});
   }
-  return Json{{"type", "FeatureCollection"}, {"features", features}}.dump(1) + "\n";
+  return OrderedJson{{"type", "FeatureCollection"}, {"features", features}}.dump(1) + "\n";
 }
 
 std::string leaks_kml(std::span<const Finding> findings,
