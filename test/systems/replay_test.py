@@ -46,7 +46,8 @@ components:
       periods: [0.02, 0.025, 0.05]
       peak_snr: 18.0
       imu_rate: 50.0
-      wait_for_subscribers: 1
+      wait_for_subscribers.readings: [bag_recorder]
+      wait_for_subscribers.eddy_current: [bag_recorder]
 complete_when: [crawler_simulation]
 """
 

@@ -54,10 +54,8 @@ CallbackReturn ThermalTracker::on_configure() {
   locked_ = 0;
   image_heard_ = true;
 
-  track_publisher_ = create_publisher(topics::kPipeTrack,
-                                      {.events = {.matched = [this](std::size_t subscriptions) {
-                                         subscribe_if_heard(subscriptions);
-                                       }}});
+  track_publisher_ =
+      create_publisher(topics::kPipeTrack, {.events = {.matched = awaited_.on_matched()}});
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
@@ -68,14 +66,11 @@ CallbackReturn ThermalTracker::on_configure() {
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
-  subscribe_if_heard(track_publisher_.subscription_count());
+  awaited_.watch({track_publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
-void ThermalTracker::subscribe_if_heard(std::size_t subscriptions) {
-  if (!track_publisher_ || image_subscription_ || subscriptions < settings_->wait_for_subscribers) {
-    return;
-  }
+void ThermalTracker::subscribe() {
   camera_info_subscription_ = create_subscription(
       topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
   image_subscription_ = create_subscription(topics::kThermalImage,
@@ -83,6 +78,7 @@ void ThermalTracker::subscribe_if_heard(std::size_t subscriptions) {
 }
 
 CallbackReturn ThermalTracker::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   counts_timer_.reset();
   image_subscription_ = {};

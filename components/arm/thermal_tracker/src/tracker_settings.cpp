@@ -184,11 +184,6 @@ void TrackerParameters::declare_messages(Parameters& parameters) {
       "silent_after", 2.0,
       {.description = "s without an image after which image.silent is counted",
        .floating_point_range = kPositive});
-  wait_for_subscribers_ = parameters.declare<std::size_t>(
-      "wait_for_subscribers", 0,
-      {.description = "number of matched subscriptions of track/pipe before the component "
-                      "subscribes to images",
-       .integer_range = IntegerRange{0, 1000}});
 }
 
 PipeTrackerParameters TrackerParameters::tracker() const {
@@ -216,7 +211,6 @@ TrackerSettings TrackerParameters::read(Node& node) const {
   result.lines = pipe_lines(lines_);
   result.line_deviation = line_deviation_.get();
   result.published_particles = published_particles_.get();
-  result.wait_for_subscribers = wait_for_subscribers_.get();
   return result;
 }
 

@@ -44,11 +44,6 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
       parameters().declare<bool>("use_recorded_stamps", false,
                                  {.description = "publish the stamps of the file; false: the time "
                                                  "at which the replay publishes the reading"});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 1,
-      {.description =
-           "number of matched subscriptions of odometer/readings before the replay starts",
-       .integer_range = IntegerRange{0, 1000}});
   frame_id_ = parameters().declare<std::string>("frame_id", "base_link",
                                                 {.description = "base frame of the robot"});
 }
@@ -66,16 +61,16 @@ CallbackReturn OdometerReplay::on_configure() {
   settings_ = {.standard_deviations = standard_deviations_.get(),
                .period = from_seconds(period_.get()),
                .use_recorded_stamps = use_recorded_stamps_.get(),
-               .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
                .frame_id = frame_id_.get()};
   check_settings();
   next_ = 0;
-  publisher_ = create_publisher(topics::kOdometerReadings,
-                                {.events = {.matched = [this](std::size_t subscriptions) {
-                                   if (phase_ == Phase::kWaiting) {
-                                     wait_or_play(subscriptions);
-                                   }
-                                 }}});
+  publisher_ =
+      create_publisher(topics::kOdometerReadings, {.events = {.matched = awaited_.on_matched()}});
+  awaited_.watch({publisher_.untyped()}, [this] {
+    if (phase_ == Phase::kWaiting) {
+      wait_or_play();
+    }
+  });
   logger().info(std::to_string(recording_.size()) + " readings of " +
                 std::to_string(recording_.odometers.size()) + " odometers in " + file);
   return CallbackReturn::kSuccess;
@@ -85,7 +80,7 @@ CallbackReturn OdometerReplay::on_activate() {
   if (next_ == recording_.size()) {
     report();
   } else {
-    wait_or_play(publisher_.subscription_count());
+    wait_or_play();
   }
   return CallbackReturn::kSuccess;
 }
@@ -99,6 +94,7 @@ CallbackReturn OdometerReplay::on_deactivate() {
 CallbackReturn OdometerReplay::on_cleanup() {
   phase_ = Phase::kPaused;
   timer_.reset();
+  awaited_.stop();
   publisher_ = {};
   recording_ = {};
   return CallbackReturn::kSuccess;
@@ -122,18 +118,15 @@ void OdometerReplay::check_settings() const {
   }
 }
 
-void OdometerReplay::wait_or_play(std::size_t subscriptions) {
-  const std::size_t wanted = settings_.wait_for_subscribers;
-  if (subscriptions >= wanted) {
+void OdometerReplay::wait_or_play() {
+  if (awaited_.all_there()) {
     phase_ = Phase::kPlaying;
     due_ = now();
     schedule(Duration(1));
     return;
   }
   phase_ = Phase::kWaiting;
-  const std::string text = "waiting for " + std::to_string(wanted) +
-                           " subscriptions of odometer/readings, there are " +
-                           std::to_string(subscriptions);
+  const std::string text = "waiting for the subscriptions of " + awaited_.missing();
   logger().info(text);
   report_progress(next_, recording_.size(), text);
 }

@@ -124,21 +124,29 @@ TEST_F(OdometerReplayTest, ReportsAtMostAHundredTimes) {
   EXPECT_LE(count(MissionStatus::RUNNING), 100U);
 }
 
-TEST_F(OdometerReplayTest, WaitsForSubscribers) {
-  auto& replay = make(write(kThreeRows), {{"wait_for_subscribers", 2}});
+TEST_F(OdometerReplayTest, WaitsForTheNamedNodes) {
+  auto& replay =
+      make(write(kThreeRows),
+           {{"wait_for_subscribers", std::vector<std::string>{"_component_harness", "late"}}});
   const auto first = harness_.collect(topics::kOdometerReadings);
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   EXPECT_TRUE(first.empty());
-  EXPECT_THAT(statuses_.back().message, HasSubstr("waiting for 2 subscriptions"));
-  const auto second = harness_.collect(topics::kOdometerReadings);
+  EXPECT_THAT(statuses_.back().message,
+              HasSubstr("waiting for the subscriptions of /late to /odometer/readings"));
+  Node late({.context = harness_.context().shared_from_this(),
+             .executor = &harness_.executor(),
+             .name = {"/", "late"}});
+  std::size_t heard = 0;
+  const auto subscription = late.create_subscription(topics::kOdometerReadings,
+                                                     [&](const OdometerReadings&) { ++heard; });
   pass(std::chrono::seconds(1));
   EXPECT_EQ(first.size(), 3U);
-  EXPECT_EQ(second.size(), 3U);
+  EXPECT_EQ(heard, 3U);
 }
 
 TEST_F(OdometerReplayTest, NeedsNobodyWhenToldSo) {
-  auto& replay = make(write(kThreeRows), {{"wait_for_subscribers", 0}});
+  auto& replay = make(write(kThreeRows));
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   EXPECT_EQ(count(MissionStatus::COMPLETE), 1U);
@@ -239,7 +247,7 @@ TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
     EXPECT_TRUE(harness_.set_parameter(replay, name, value).successful) << name;
   };
   set("use_recorded_stamps", true);
-  set("wait_for_subscribers", 5);
+  set("wait_for_subscribers", std::vector<std::string>{"nobody"});
   set("frame_id", "other");
   set("standard_deviations", std::vector<double>{0.5, 0.5});
   ASSERT_TRUE(harness_.activate(replay).success);
@@ -251,7 +259,7 @@ TEST_F(OdometerReplayTest, ParametersTakeEffectWhenItIsConfigured) {
 
   ASSERT_TRUE(harness_.deactivate(replay).success);
   ASSERT_TRUE(harness_.cleanup(replay).success);
-  set("wait_for_subscribers", 1);
+  set("wait_for_subscribers", std::vector<std::string>{});
   ASSERT_TRUE(harness_.bring_up(replay).success);
   pass(std::chrono::seconds(1));
   ASSERT_EQ(readings.size(), 4U);
@@ -351,7 +359,6 @@ TEST_F(OdometerReplayTest, ParametersHaveRanges) {
   auto& replay = make(write(kThreeRows));
   EXPECT_FALSE(harness_.set_parameter(replay, "rate", 0.0).successful);
   EXPECT_FALSE(harness_.set_parameter(replay, "period", -1.0).successful);
-  EXPECT_FALSE(harness_.set_parameter(replay, "wait_for_subscribers", -1).successful);
   EXPECT_FALSE(
       harness_.set_parameter(replay, "standard_deviations", std::vector<double>{0.0}).successful);
 }

@@ -176,11 +176,6 @@ void OdometerStreamFusion::declare_message_parameters() {
       "maximum_lead", 0.1,
       {.description = "s, readings with a stamp further ahead of the clock are counted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
-  wait_for_subscribers_ =
-      parameters().declare<int>("wait_for_subscribers", 0,
-                                {.description = "number of matched subscriptions of odometer/fused "
-                                                "before the component subscribes to the readings",
-                                 .integer_range = IntegerRange{0, 1000}});
 }
 
 OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
@@ -226,7 +221,6 @@ CallbackReturn OdometerStreamFusion::on_configure() {
       .maximum_gap = maximum_gap_.get(),
       .silent_after = silent_after_.get(),
       .least_weld_probability = least_weld_probability_.get(),
-      .wait_for_subscribers = static_cast<std::size_t>(wait_for_subscribers_.get()),
       .calibrate = calibrate_.get()};
   if (std::set<std::string>(settings_.names.begin(), settings_.names.end()).size() !=
       settings_.names.size()) {
@@ -241,10 +235,8 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   heard_ = true;
   health_.fill(OdometerHealth::kOk);
 
-  publisher_ = create_publisher(topics::kOdometerFused,
-                                {.events = {.matched = [this](std::size_t subscriptions) {
-                                   subscribe_if_heard(subscriptions);
-                                 }}});
+  publisher_ =
+      create_publisher(topics::kOdometerFused, {.events = {.matched = awaited_.on_matched()}});
   if (settings_.calibrate) {
     weld_subscription_ =
         create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });
@@ -255,11 +247,12 @@ CallbackReturn OdometerStreamFusion::on_configure() {
                                           std::to_string(settings_.silent_after) + " s");
     }
   });
-  subscribe_if_heard(publisher_.subscription_count());
+  awaited_.watch({publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn OdometerStreamFusion::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   readings_subscription_ = {};
   weld_subscription_ = {};
@@ -269,12 +262,10 @@ CallbackReturn OdometerStreamFusion::on_cleanup() {
   return CallbackReturn::kSuccess;
 }
 
-/// See `OdometryFusion::subscribe_if_heard`.
-void OdometerStreamFusion::subscribe_if_heard(std::size_t subscriptions) {
-  if (publisher_ && !readings_subscription_ && subscriptions >= settings_.wait_for_subscribers) {
-    readings_subscription_ = create_subscription(
-        topics::kOdometerReadings, [this](const Readings& message) { on_readings(message); });
-  }
+/// See `OdometryFusion::subscribe`.
+void OdometerStreamFusion::subscribe() {
+  readings_subscription_ = create_subscription(
+      topics::kOdometerReadings, [this](const Readings& message) { on_readings(message); });
 }
 
 void OdometerStreamFusion::on_readings(const Readings& message) {

@@ -122,25 +122,18 @@ void OdometryFusion::declare_parameters() {
       "maximum_lead", 0.1,
       {.description = "s, readings with a stamp further ahead of the clock are counted",
        .floating_point_range = FloatingPointRange{0.0, 86400.0}});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 0,
-      {.description = "number of matched subscriptions of odometer/fused before the component "
-                      "subscribes to the readings; takes effect when configured",
-       .integer_range = IntegerRange{0, 1000}});
 }
 
 CallbackReturn OdometryFusion::on_configure() {
   last_stamp_.reset();
-  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
-  publisher_ = create_publisher(topics::kOdometerFused,
-                                {.events = {.matched = [this](std::size_t subscriptions) {
-                                   subscribe_if_heard(subscriptions);
-                                 }}});
-  subscribe_if_heard(publisher_.subscription_count());
+  publisher_ =
+      create_publisher(topics::kOdometerFused, {.events = {.matched = awaited_.on_matched()}});
+  awaited_.watch({publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn OdometryFusion::on_cleanup() {
+  awaited_.stop();
   subscription_ = {};
   publisher_ = {};
   return CallbackReturn::kSuccess;
@@ -148,10 +141,7 @@ CallbackReturn OdometryFusion::on_cleanup() {
 
 /// A source that waits for subscribers thereby waits for those of the fused distance too, and the
 /// first reading is not lost however the components are spread over processes.
-void OdometryFusion::subscribe_if_heard(std::size_t subscriptions) {
-  if (!publisher_ || subscription_ || subscriptions < wanted_subscribers_) {
-    return;
-  }
+void OdometryFusion::subscribe() {
   subscription_ = create_subscription(topics::kOdometerReadings,
                                       [this](const Readings& message) { on_readings(message); });
 }

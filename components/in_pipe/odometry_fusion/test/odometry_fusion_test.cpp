@@ -320,9 +320,12 @@ TEST_F(OdometryFusionTest, RefusesOverridesWithTheAlgorithmsReason) {
   }
 }
 
-TEST(OdometryFusionStart, SubscribesOnceSomebodyListens) {
+/// The node that listens for the test.
+const std::vector<std::string> kPeer{"_component_harness"};
+
+TEST(OdometryFusionStart, SubscribesOnceTheNamedNodeListens) {
   ComponentHarness harness;
-  auto& fusion = harness.make<OdometryFusion>({.parameters = {{"wait_for_subscribers", 1}}});
+  auto& fusion = harness.make<OdometryFusion>({.parameters = {{"wait_for_subscribers", kPeer}}});
   ASSERT_TRUE(harness.bring_up(fusion).success);
   EXPECT_TRUE(fusion.subscriptions().empty());
   {
@@ -338,11 +341,13 @@ TEST(OdometryFusionStart, SubscribesOnceSomebodyListens) {
   EXPECT_EQ(fusion.subscriptions().size(), 1U);
 }
 
-TEST(OdometryFusionStart, WaitsForAsManyAsWhenItWasConfigured) {
+TEST(OdometryFusionStart, WaitsForThoseThatWereNamedWhenItWasConfigured) {
   ComponentHarness harness;
-  auto& fusion = harness.make<OdometryFusion>({.parameters = {{"wait_for_subscribers", 1}}});
+  auto& fusion = harness.make<OdometryFusion>({.parameters = {{"wait_for_subscribers", kPeer}}});
   ASSERT_TRUE(harness.bring_up(fusion).success);
-  ASSERT_TRUE(harness.set_parameter(fusion, "wait_for_subscribers", 2).successful);
+  ASSERT_TRUE(
+      harness.set_parameter(fusion, "wait_for_subscribers", std::vector<std::string>{"other"})
+          .successful);
   const auto fused = harness.collect(topics::kOdometerFused);
   harness.spin();
   EXPECT_EQ(fusion.subscriptions().size(), 1U);

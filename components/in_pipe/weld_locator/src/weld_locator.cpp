@@ -187,11 +187,6 @@ void WeldLocator::declare_message_parameters() {
       "silent_after", 5.0,
       {.description = "s without messages after which an input is counted as silent",
        .floating_point_range = kPositive});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 0,
-      {.description = "number of matched subscriptions of weld and of pipe/position before the "
-                      "component subscribes to its inputs",
-       .integer_range = IntegerRange{0, 1000}});
 }
 
 WeldDetectorParameters WeldLocator::detector_parameters() const {
@@ -233,7 +228,6 @@ odometry::WeldPositioningStart WeldLocator::start() const {
 CallbackReturn WeldLocator::on_configure() {
   stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   confidence_limit_ = least_confidence_.get();
-  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   learnt_path_ = learnt_tally_file_.get();
   tally_.reset();
   first_chainage_ = 0.0;
@@ -255,7 +249,7 @@ CallbackReturn WeldLocator::on_configure() {
   was_locked_ = false;
   fused_heard_ = samples_heard_ = true;
 
-  const auto matched = [this](std::size_t) { subscribe_if_heard(); };
+  const auto matched = awaited_.on_matched();
   weld_publisher_ = create_publisher(topics::kWeld, {.events = {.matched = matched}});
   position_publisher_ = create_publisher(topics::kPipePosition, {.events = {.matched = matched}});
   const double silent_after = silent_after_.get();
@@ -269,7 +263,8 @@ CallbackReturn WeldLocator::on_configure() {
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
-  subscribe_if_heard();
+  awaited_.watch({weld_publisher_.untyped(), position_publisher_.untyped()},
+                 [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
@@ -279,6 +274,7 @@ CallbackReturn WeldLocator::on_deactivate() {
 }
 
 CallbackReturn WeldLocator::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   counts_timer_.reset();
   fused_subscription_ = {};
@@ -292,12 +288,7 @@ CallbackReturn WeldLocator::on_cleanup() {
   return CallbackReturn::kSuccess;
 }
 
-void WeldLocator::subscribe_if_heard() {
-  if (!weld_publisher_ || !position_publisher_ || fused_subscription_ ||
-      weld_publisher_.subscription_count() < wanted_subscribers_ ||
-      position_publisher_.subscription_count() < wanted_subscribers_) {
-    return;
-  }
+void WeldLocator::subscribe() {
   fused_subscription_ = create_subscription(topics::kOdometerFused,
                                             [this](const Fused& message) { on_fused(message); });
   samples_subscription_ = create_subscription(

@@ -218,8 +218,8 @@ class BagRecorder::Recording {
         settings_(settings),
         split_events_(
             recorder.create_publisher<WriteSplitEvent>("events/write_split", QoS::reliable(1))),
-        queue_(std::make_unique<bags::BagWriter>(settings.folder(), settings.writer),
-               settings.queue,
+        folder_(settings.folder()),
+        queue_(std::make_unique<bags::BagWriter>(folder_, settings.writer), settings.queue,
                {.split =
                     [this](const auto& closed, const auto& opened) {
                       post([this, closed, opened] {
@@ -240,6 +240,7 @@ class BagRecorder::Recording {
     });
     find_topics();
     statistics_timer_ = recorder.create_timer(kStatisticsPeriod, [this] { show_counts(); });
+    recorder.logger().info("the bag is " + folder_.string());
   }
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
@@ -252,6 +253,10 @@ class BagRecorder::Recording {
     subscriptions_.clear();
     queue_.finish();
     show_counts();
+    const auto counts = queue_.counts();
+    recorder_.logger().info(std::to_string(counts.written) + " messages of " +
+                            std::to_string(topics_.size()) + " topics recorded, " +
+                            std::to_string(counts.dropped) + " dropped: " + folder_.string());
   }
   [[nodiscard]] bool take_snapshot() { return queue_.take_snapshot(); }
 
@@ -400,6 +405,7 @@ class BagRecorder::Recording {
   std::deque<Topic> topics_;  // addresses are kept by callbacks
   std::set<std::string> warned_;
   Publisher<WriteSplitEvent> split_events_;
+  const std::filesystem::path folder_;
   RecordingQueue queue_;
   std::map<std::string, GenericSubscription> subscriptions_;  // before the queue ends
   std::shared_ptr<Timer> statistics_timer_;

@@ -68,20 +68,6 @@ CrawlerSimulation::CrawlerSimulation(ComponentOptions options) : Component(std::
       "seed", 1,
       {.description = "seed of all random numbers; the same seed gives the same run",
        .integer_range = IntegerRange{0, 1'000'000'000}});
-  rate_ = parameters().declare<double>(
-      "rate", 1.0,
-      {.description = "largest speed of the simulation, as a multiple of real time",
-       .floating_point_range = FloatingPointRange{1e-2, 1e3}});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 1,
-      {.description = "number of matched subscriptions of odometer/readings and of eddy_current "
-                      "before the simulation starts",
-       .integer_range = IntegerRange{0, 1000}});
-  step_time_out_ = parameters().declare<double>(
-      "step_time_out", to_seconds(LockStepOptions{}.time_out),
-      {.description = "s of real time that consumers may take for one step before those that are "
-                      "not through are left out",
-       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   declare_wheel_parameters();
   declare_drive_parameters();
   declare_imu_parameters();
@@ -264,52 +250,45 @@ CallbackReturn CrawlerSimulation::on_configure() {
     throw std::invalid_argument("parameter 'tally' is empty: a CSV file with joints is needed");
   }
   names_ = wheels_.get();
-  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   run_.emplace(run_parameters(), read_tally(file));
   steps_ = 0;
   standing_steps_ = static_cast<std::uint64_t>(std::ceil(standing_.get() / kStep));
   total_steps_ = standing_steps_ + static_cast<std::uint64_t>(std::ceil(run_->duration() / kStep));
-  const auto matched = [this](std::size_t) { start_if_heard(); };
+  const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
-  truth_publisher_ = create_publisher(topics::kTruePipePosition);
-  true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
-  imu_publisher_ = create_publisher(topics::kImu);
+  truth_publisher_ = create_publisher(topics::kTruePipePosition, {.events = {.matched = matched}});
+  true_odometry_publisher_ =
+      create_publisher(topics::kTrueOdometry, {.events = {.matched = matched}});
+  imu_publisher_ = create_publisher(topics::kImu, {.events = {.matched = matched}});
   readings_publisher_ =
       create_publisher(topics::kOdometerReadings, {.events = {.matched = matched}});
   samples_publisher_ = create_publisher(topics::kEddyCurrent, {.events = {.matched = matched}});
-  lock_step_.emplace(
-      *this, *clock_publisher_.untyped(),
-      LockStepOptions{.period = from_seconds(kStep / rate_.get()),
-                      .time_out = from_seconds(step_time_out_.get())},
-      [this] { return step(); },
-      [this](const std::string& who) {
-        report_fault("step.left_out", who +
-                                          " does not get through with a step: it is not waited "
-                                          "for any more");
-      });
+  run_steps_.configure(
+      *clock_publisher_.untyped(),
+      {readings_publisher_.untyped(), samples_publisher_.untyped(), imu_publisher_.untyped(),
+       truth_publisher_.untyped(), true_odometry_publisher_.untyped()},
+      from_seconds(kStep), [this] { return step(); },
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   logger().info("a run of " + std::to_string(std::lround(run_->duration())) + " s");
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn CrawlerSimulation::on_activate() {
-  active_ = true;
-  if (!is_heard()) {
+  if (!run_steps_.all_there()) {
     report_progress(steps_, total_steps_,
-                    "waiting for subscriptions of odometer/readings and eddy_current");
+                    "waiting for the subscriptions of " + run_steps_.missing());
   }
-  start_if_heard();
+  run_steps_.activate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn CrawlerSimulation::on_deactivate() {
-  active_ = false;
-  lock_step_->pause();
+  run_steps_.deactivate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn CrawlerSimulation::on_cleanup() {
-  active_ = false;
-  lock_step_.reset();
+  run_steps_.clean_up();
   clock_publisher_ = {};
   truth_publisher_ = {};
   true_odometry_publisher_ = {};
@@ -318,18 +297,6 @@ CallbackReturn CrawlerSimulation::on_cleanup() {
   samples_publisher_ = {};
   run_.reset();
   return CallbackReturn::kSuccess;
-}
-
-bool CrawlerSimulation::is_heard() const {
-  return readings_publisher_ && samples_publisher_ &&
-         readings_publisher_.subscription_count() >= wanted_subscribers_ &&
-         samples_publisher_.subscription_count() >= wanted_subscribers_;
-}
-
-void CrawlerSimulation::start_if_heard() {
-  if (active_ && lock_step_ && steps_ < total_steps_ && is_heard()) {
-    lock_step_->resume();
-  }
 }
 
 bool CrawlerSimulation::step() {

@@ -20,10 +20,15 @@ using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
 
+/// The node that listens for the test.
+const std::vector<std::string> kPeer{"_component_harness"};
+
 std::vector<NamedParameter> short_run(std::vector<NamedParameter> extra = {}) {
   extra.push_back({"tally", std::string(TALLY_FILE)});
   extra.push_back({"length", 3.0});
   extra.push_back({"rate", 1000.0});
+  extra.push_back({"wait_for_subscribers.readings", kPeer});
+  extra.push_back({"wait_for_subscribers.eddy_current", kPeer});
   extra.push_back({"stop_spacing", 1000.0});
   return extra;
 }

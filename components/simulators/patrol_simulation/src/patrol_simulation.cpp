@@ -38,22 +38,7 @@ Time at(double seconds) {
 }  // namespace
 
 PatrolSimulation::PatrolSimulation(ComponentOptions options)
-    : Component(std::move(options)), patrol_parameters_(parameters()) {
-  rate_ = parameters().declare<double>(
-      "rate", 1.0,
-      {.description = "largest speed of the simulation, as a multiple of real time",
-       .floating_point_range = FloatingPointRange{1e-2, 1e3}});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 1,
-      {.description = "number of matched subscriptions of thermal/image_raw and of "
-                      "thermal/camera_info before the simulation starts",
-       .integer_range = IntegerRange{0, 1000}});
-  step_time_out_ = parameters().declare<double>(
-      "step_time_out", to_seconds(LockStepOptions{}.time_out),
-      {.description = "s of real time that consumers may take for one step before those that are "
-                      "not through are left out",
-       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
-}
+    : Component(std::move(options)), patrol_parameters_(parameters()) {}
 
 PatrolSimulation::~PatrolSimulation() = default;
 
@@ -79,7 +64,6 @@ CallbackReturn PatrolSimulation::on_configure() {
       1, std::llround(image_period / static_cast<double>(steps_per_image_) / GroundRobot::kStep));
   step_period_ = static_cast<double>(robot_steps_per_step_) * GroundRobot::kStep;
   camera_frame_ = with_arm ? parameters.arm->camera_link : kCameraFrame;
-  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   const double way = parameters.patrol.end - parameters.patrol.begin;
   expected_images_ =
       static_cast<std::uint64_t>(std::ceil((parameters.standing + way / parameters.patrol.speed) /
@@ -87,54 +71,51 @@ CallbackReturn PatrolSimulation::on_configure() {
   steps_ = 0;
   images_ = 0;
   complete_ = false;
-  const auto matched = [this](std::size_t) { start_if_heard(); };
+  const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
-  true_leaks_publisher_ = create_publisher(topics::kTrueLeaks);
-  true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
-  imu_publisher_ = create_publisher(topics::kImu);
-  fix_publisher_ = create_publisher(topics::kGpsFix);
-  readings_publisher_ = create_publisher(topics::kOdometerReadings);
+  true_leaks_publisher_ = create_publisher(topics::kTrueLeaks, {.events = {.matched = matched}});
+  true_odometry_publisher_ =
+      create_publisher(topics::kTrueOdometry, {.events = {.matched = matched}});
+  imu_publisher_ = create_publisher(topics::kImu, {.events = {.matched = matched}});
+  fix_publisher_ = create_publisher(topics::kGpsFix, {.events = {.matched = matched}});
+  readings_publisher_ =
+      create_publisher(topics::kOdometerReadings, {.events = {.matched = matched}});
   camera_info_publisher_ =
       create_publisher(topics::kThermalCameraInfo, {.events = {.matched = matched}});
   image_publisher_ = create_publisher(topics::kThermalImage, {.events = {.matched = matched}});
-  true_track_publisher_ = create_publisher(topics::kTruePipeTrack);
+  true_track_publisher_ =
+      create_publisher(topics::kTruePipeTrack, {.events = {.matched = matched}});
   if (with_arm) {
     joint_publisher_ = create_publisher(topics::kJointStates);
     command_subscription_ = create_subscription(
         topics::kArmCommand, [this](const JointTrajectory& message) { on_command(message); });
   }
-  lock_step_.emplace(
-      *this, *clock_publisher_.untyped(),
-      LockStepOptions{.period = from_seconds(step_period_ / rate_.get()),
-                      .time_out = from_seconds(step_time_out_.get())},
-      [this] { return next_step(); },
-      [this](const std::string& who) {
-        report_fault("step.left_out", who +
-                                          " does not get through with a step: it is not waited "
-                                          "for any more");
-      });
+  run_steps_.configure(
+      *clock_publisher_.untyped(),
+      {image_publisher_.untyped(), camera_info_publisher_.untyped(), imu_publisher_.untyped(),
+       fix_publisher_.untyped(), readings_publisher_.untyped(), true_odometry_publisher_.untyped(),
+       true_leaks_publisher_.untyped(), true_track_publisher_.untyped()},
+      from_seconds(step_period_), [this] { return next_step(); },
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn PatrolSimulation::on_activate() {
-  active_ = true;
-  if (steps_ == 0) {
+  if (!run_steps_.all_there()) {
     report_progress(0, expected_images_,
-                    "waiting for subscriptions of thermal/image_raw and thermal/camera_info");
+                    "waiting for the subscriptions of " + run_steps_.missing());
   }
-  start_if_heard();
+  run_steps_.activate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn PatrolSimulation::on_deactivate() {
-  active_ = false;
-  lock_step_->pause();
+  run_steps_.deactivate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn PatrolSimulation::on_cleanup() {
-  active_ = false;
-  lock_step_.reset();
+  run_steps_.clean_up();
   clock_publisher_ = {};
   true_leaks_publisher_ = {};
   true_odometry_publisher_ = {};
@@ -148,15 +129,6 @@ CallbackReturn PatrolSimulation::on_cleanup() {
   command_subscription_ = {};
   drive_.reset();
   return CallbackReturn::kSuccess;
-}
-
-void PatrolSimulation::start_if_heard() {
-  const bool heard = image_publisher_ && camera_info_publisher_ &&
-                     image_publisher_.subscription_count() >= wanted_subscribers_ &&
-                     camera_info_publisher_.subscription_count() >= wanted_subscribers_;
-  if (active_ && heard && lock_step_ && !complete_) {
-    lock_step_->resume();
-  }
 }
 
 void PatrolSimulation::on_command(const JointTrajectory& message) {

@@ -24,6 +24,9 @@ using testing::ComponentHarness;
 using ::testing::HasSubstr;
 
 /// A short row, small images, as fast as can be.
+/// The node that listens for the test.
+const std::vector<std::string> kPeer{"_component_harness"};
+
 std::vector<NamedParameter> short_patrol(std::vector<NamedParameter> extra = {},
                                          std::int64_t width = 80) {
   extra.push_back({"row.length", 2.0});
@@ -33,6 +36,7 @@ std::vector<NamedParameter> short_patrol(std::vector<NamedParameter> extra = {},
   extra.push_back({"image_rate", 5.0});
   extra.push_back({"standing", 1.0});
   extra.push_back({"rate", 1000.0});
+  extra.push_back({"wait_for_subscribers.image", kPeer});
   return extra;
 }
 

@@ -67,20 +67,6 @@ void RackSimulation::declare_run_parameters() {
   duration_ = parameters().declare<double>("duration", 60.0,
                                            {.description = "s of simulated time until completion",
                                             .floating_point_range = FloatingPointRange{0.1, 1e5}});
-  rate_ = parameters().declare<double>(
-      "rate", 1.0,
-      {.description = "largest speed of the simulation, as a multiple of real time",
-       .floating_point_range = FloatingPointRange{1e-2, 1e3}});
-  wait_for_subscribers_ = parameters().declare<int>(
-      "wait_for_subscribers", 1,
-      {.description = "number of matched subscriptions of camera/image_raw and of "
-                      "camera/camera_info before the simulation starts",
-       .integer_range = IntegerRange{0, 1000}});
-  step_time_out_ = parameters().declare<double>(
-      "step_time_out", to_seconds(LockStepOptions{}.time_out),
-      {.description = "s of real time that consumers may take for one step before those that are "
-                      "not through are left out",
-       .floating_point_range = FloatingPointRange{1e-3, 1e3}});
   latency_ = parameters().declare<double>(
       "latency", 0.03,
       {.description = "s of simulated time from an image to when its command takes effect; at most "
@@ -253,50 +239,42 @@ CallbackReturn RackSimulation::on_configure() {
   image_period_ = std::round(1.0 / image_rate_.get() / Uav::kStep) * Uav::kStep;
   latency_of_commands_ = std::min(latency_.get(), image_period_);
   total_images_ = static_cast<std::uint64_t>(std::ceil(duration_.get() / image_period_));
-  wanted_subscribers_ = static_cast<std::size_t>(wait_for_subscribers_.get());
   images_ = 0;
   answer_.reset();
-  const auto matched = [this](std::size_t) { start_if_heard(); };
+  const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
-  truth_publisher_ = create_publisher(topics::kTrueRackPose);
-  true_odometry_publisher_ = create_publisher(topics::kTrueOdometry);
-  imu_publisher_ = create_publisher(topics::kImu);
+  truth_publisher_ = create_publisher(topics::kTrueRackPose, {.events = {.matched = matched}});
+  true_odometry_publisher_ =
+      create_publisher(topics::kTrueOdometry, {.events = {.matched = matched}});
+  imu_publisher_ = create_publisher(topics::kImu, {.events = {.matched = matched}});
   camera_info_publisher_ = create_publisher(topics::kCameraInfo, {.events = {.matched = matched}});
   image_publisher_ = create_publisher(topics::kCameraImage, {.events = {.matched = matched}});
   command_subscription_ = create_subscription(
       topics::kVelocityCommand, [this](const Twist& message) { on_command(message); });
-  lock_step_.emplace(
-      *this, *clock_publisher_.untyped(),
-      LockStepOptions{.period = from_seconds(image_period_ / rate_.get()),
-                      .time_out = from_seconds(step_time_out_.get())},
-      [this] { return next_image(); },
-      [this](const std::string& who) {
-        report_fault("step.left_out", who +
-                                          " does not get through with a step: it is not waited "
-                                          "for any more");
-      });
+  run_steps_.configure(
+      *clock_publisher_.untyped(),
+      {image_publisher_.untyped(), camera_info_publisher_.untyped(), imu_publisher_.untyped(),
+       truth_publisher_.untyped(), true_odometry_publisher_.untyped()},
+      from_seconds(image_period_), [this] { return next_image(); },
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn RackSimulation::on_activate() {
-  active_ = true;
-  if (images_ == 0) {
-    report_progress(0, total_images_,
-                    "waiting for subscriptions of camera/image_raw and camera/camera_info");
+  if (!run_steps_.all_there()) {
+    report_progress(0, total_images_, "waiting for the subscriptions of " + run_steps_.missing());
   }
-  start_if_heard();
+  run_steps_.activate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn RackSimulation::on_deactivate() {
-  active_ = false;
-  lock_step_->pause();
+  run_steps_.deactivate();
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn RackSimulation::on_cleanup() {
-  active_ = false;
-  lock_step_.reset();
+  run_steps_.clean_up();
   command_subscription_ = {};
   clock_publisher_ = {};
   truth_publisher_ = {};
@@ -306,15 +284,6 @@ CallbackReturn RackSimulation::on_cleanup() {
   image_publisher_ = {};
   flight_.reset();
   return CallbackReturn::kSuccess;
-}
-
-void RackSimulation::start_if_heard() {
-  const bool heard = image_publisher_ && camera_info_publisher_ &&
-                     image_publisher_.subscription_count() >= wanted_subscribers_ &&
-                     camera_info_publisher_.subscription_count() >= wanted_subscribers_;
-  if (active_ && heard && lock_step_ && images_ < total_images_) {
-    lock_step_->resume();
-  }
 }
 
 bool RackSimulation::next_image() {

@@ -27,12 +27,16 @@ using Image = sensor_msgs::msg::Image;
 using Twist = geometry_msgs::msg::TwistStamped;
 
 /// A second of small images, as fast as can be.
+/// The node that listens for the test.
+const std::vector<std::string> kPeer{"_component_harness"};
+
 std::vector<NamedParameter> short_flight(std::vector<NamedParameter> extra = {}) {
   extra.push_back({"rack", std::string(RACK_FILE)});
   extra.push_back({"camera.width", std::int64_t{90}});
   extra.push_back({"camera.height", std::int64_t{60}});
   extra.push_back({"camera.focal_length", 79.0});
   extra.push_back({"rate", 1000.0});
+  extra.push_back({"wait_for_subscribers.image", kPeer});
   extra.push_back({"duration", 1.0});
   return extra;
 }

@@ -14,6 +14,7 @@
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 #include "pipescout/thermal_tracker/tracker_settings.hpp"
@@ -50,7 +51,7 @@ class ThermalTracker final : public Component {
   };
 
   /// Images are subscribed to when enough subscriptions of the track are matched.
-  void subscribe_if_heard(std::size_t subscriptions);
+  void subscribe();
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
@@ -65,6 +66,7 @@ class ThermalTracker final : public Component {
   void tell_counts();
 
   TrackerParameters declared_;
+  AwaitedSubscribers awaited_{*this, "the component subscribes to images"};
 
   // As configured.
   std::optional<TrackerSettings> settings_;

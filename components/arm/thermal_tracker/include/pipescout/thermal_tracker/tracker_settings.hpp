@@ -33,7 +33,6 @@ struct TrackerSettings {
   std::vector<leak_findings::PipeLine> lines;  ///< of pipes in the map
   double line_deviation = 0;                   ///< m, standard, of pipes from these lines
   std::size_t published_particles = 0;
-  std::size_t wait_for_subscribers = 0;
 };
 
 /// The parameters of the component: docs/components/thermal_tracker.md.
@@ -70,7 +69,6 @@ class TrackerParameters {
   Parameter<double> maximum_age_;
   Parameter<double> maximum_lead_;
   Parameter<double> silent_after_;
-  Parameter<std::size_t> wait_for_subscribers_;
 };
 
 }  // namespace pipescout

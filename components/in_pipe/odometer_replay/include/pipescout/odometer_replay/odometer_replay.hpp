@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipescout/odometer_readings/readings_csv.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
@@ -36,13 +37,12 @@ class OdometerReplay final : public Component {
     std::vector<double> standard_deviations;  // empty: the recording's
     Duration period{};
     bool use_recorded_stamps = false;
-    std::size_t wait_for_subscribers = 0;
     std::string frame_id;
   };
 
   /// Throws std::invalid_argument when the parameters do not match the recording.
   void check_settings() const;
-  void wait_or_play(std::size_t subscriptions);
+  void wait_or_play();
   void publish_next();
   void schedule(Duration delay);
   void follow_clock(Time time);
@@ -57,7 +57,7 @@ class OdometerReplay final : public Component {
   Parameter<double> period_;
   Parameter<double> rate_;
   Parameter<bool> use_recorded_stamps_;
-  Parameter<int> wait_for_subscribers_;
+  AwaitedSubscribers awaited_{*this, "the replay starts"};
   Parameter<std::string> frame_id_;
 
   Settings settings_;

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 
@@ -45,7 +46,6 @@ class OdometerStreamFusion final : public Component {
     double maximum_gap = 0.0;   // s
     double silent_after = 0.0;  // s
     double least_weld_probability = 0.0;
-    std::size_t wait_for_subscribers = 0;
     bool calibrate = false;
   };
 
@@ -54,7 +54,7 @@ class OdometerStreamFusion final : public Component {
   void declare_message_parameters();
   [[nodiscard]] odometry::OdometerStreamParameters stream_parameters() const;
   [[nodiscard]] odometry::WeldCalibrationParameters calibration_parameters() const;
-  void subscribe_if_heard(std::size_t subscriptions);
+  void subscribe();
   void on_readings(const Readings& message);
   [[nodiscard]] bool follows(Time stamp);
   void report_outcome(odometry::SampleOutcome outcome, const std::string& odometer);
@@ -88,7 +88,7 @@ class OdometerStreamFusion final : public Component {
   Parameter<double> least_weld_probability_;
   Parameter<double> maximum_age_;
   Parameter<double> maximum_lead_;
-  Parameter<int> wait_for_subscribers_;
+  AwaitedSubscribers awaited_{*this, "the component subscribes to the readings"};
 
   Settings settings_;
   std::optional<odometry::OdometerStream> stream_;

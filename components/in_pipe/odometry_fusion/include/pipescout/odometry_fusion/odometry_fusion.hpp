@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
@@ -39,7 +40,7 @@ class OdometryFusion final : public Component {
   using Algorithm = odometry::ConsensusFusion;
 
   void declare_parameters();
-  void subscribe_if_heard(std::size_t subscriptions);
+  void subscribe();
   void on_readings(const Readings& message);
   [[nodiscard]] bool is_acceptable(const Readings& message, const Algorithm& algorithm,
                                    const std::vector<double>& standard_deviations);
@@ -52,7 +53,7 @@ class OdometryFusion final : public Component {
   Parameter<std::vector<double>> standard_deviations_;
   Parameter<double> maximum_age_;
   Parameter<double> maximum_lead_;
-  Parameter<int> wait_for_subscribers_;
+  AwaitedSubscribers awaited_{*this, "the component subscribes to the readings"};
 
   mutable std::mutex mutex_;  // parameters are set on any thread
   std::shared_ptr<const Algorithm> algorithm_;

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/weld_ledger/tally_file.hpp"
@@ -56,7 +57,7 @@ class WeldLocator final : public Component {
   [[nodiscard]] odometry::WeldDetectorParameters detector_parameters() const;
   [[nodiscard]] odometry::WeldPositioningParameters positioning_parameters() const;
   [[nodiscard]] odometry::WeldPositioningStart start() const;
-  void subscribe_if_heard();
+  void subscribe();
 
   void on_fused(const Fused& message);
   [[nodiscard]] bool is_acceptable(const Fused& message);
@@ -96,12 +97,12 @@ class WeldLocator final : public Component {
   Parameter<double> maximum_age_;
   Parameter<double> maximum_lead_;
   Parameter<double> silent_after_;
-  Parameter<int> wait_for_subscribers_;
+  AwaitedSubscribers awaited_{
+      *this, "the component subscribes to its inputs", {"weld", "position"}};
 
   // As configured.
   StampLimits stamp_limits_;
   double confidence_limit_ = 0.0;
-  std::size_t wanted_subscribers_ = 0;
   std::string learnt_path_;
   std::optional<Tally> tally_;
   double first_chainage_ = 0.0;  // m

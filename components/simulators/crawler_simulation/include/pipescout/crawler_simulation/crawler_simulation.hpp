@@ -16,7 +16,7 @@
 
 #include "pipescout/crawler_simulation/simulated_run.hpp"
 #include "pipescout/runtime/component.hpp"
-#include "pipescout/runtime/lock_step.hpp"
+#include "pipescout/runtime/simulation_run.hpp"
 
 namespace pipescout {
 
@@ -50,8 +50,6 @@ class CrawlerSimulation final : public Component {
   void declare_imu_parameters();
   void declare_signal_parameters();
   [[nodiscard]] SimulatedRunParameters run_parameters() const;
-  [[nodiscard]] bool is_heard() const;
-  void start_if_heard();
   /// False: it was the last.
   bool step();
   void publish_readings(double until);
@@ -61,9 +59,6 @@ class CrawlerSimulation final : public Component {
 
   Parameter<std::string> tally_;
   Parameter<std::int64_t> seed_;
-  Parameter<double> rate_;
-  Parameter<int> wait_for_subscribers_;
-  Parameter<double> step_time_out_;
   Parameter<std::vector<std::string>> wheels_;
   Parameter<std::vector<std::string>> kinds_;
   Parameter<std::vector<double>> periods_;
@@ -96,13 +91,11 @@ class CrawlerSimulation final : public Component {
 
   // As configured.
   std::vector<std::string> names_;
-  std::size_t wanted_subscribers_ = 0;
 
   std::optional<SimulatedRun> run_;
   std::uint64_t steps_ = 0;           // made
   std::uint64_t standing_steps_ = 0;  // before it starts
   std::uint64_t total_steps_ = 0;
-  bool active_ = false;
 
   Publisher<Readings> readings_publisher_;
   Publisher<Samples> samples_publisher_;
@@ -110,7 +103,9 @@ class CrawlerSimulation final : public Component {
   Publisher<Odometry> true_odometry_publisher_;
   Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
-  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
+  // Last: its steps end before their publishers.
+  SimulationRun run_steps_{*this,
+                           {"readings", "eddy_current", "imu", "true_position", "true_odometry"}};
 };
 
 }  // namespace pipescout

@@ -22,7 +22,7 @@
 #include "pipescout/patrol_simulation/patrol_drive.hpp"
 #include "pipescout/patrol_simulation/patrol_parameters.hpp"
 #include "pipescout/runtime/component.hpp"
-#include "pipescout/runtime/lock_step.hpp"
+#include "pipescout/runtime/simulation_run.hpp"
 
 namespace pipescout {
 
@@ -56,7 +56,6 @@ class PatrolSimulation final : public Component {
   using JointTrajectory = trajectory_msgs::msg::JointTrajectory;
   using PipeTrack = pipescout_msgs::msg::PipeTrack;
 
-  void start_if_heard();
   /// Drives on to the next step and publishes what the sensors have said, and an image when it is
   /// due. False: it was the last.
   bool next_step();
@@ -71,16 +70,12 @@ class PatrolSimulation final : public Component {
   void publish_true_track(Time stamp);
 
   PatrolParameters patrol_parameters_;
-  Parameter<double> rate_;
-  Parameter<int> wait_for_subscribers_;
-  Parameter<double> step_time_out_;
 
   // As configured.
   std::int64_t robot_steps_per_step_ = 1;
   std::uint64_t steps_per_image_ = 1;
   double step_period_ = 0;  // s, simulated
   std::string camera_frame_;
-  std::size_t wanted_subscribers_ = 0;
   bool grey_ = false;
   std::uint64_t expected_images_ = 1;
 
@@ -90,7 +85,6 @@ class PatrolSimulation final : public Component {
   std::vector<std::uint16_t> counts_;
   std::uint64_t steps_ = 0;
   std::uint64_t images_ = 0;
-  bool active_ = false;
   bool complete_ = false;
 
   Publisher<Image> image_publisher_;
@@ -104,7 +98,10 @@ class PatrolSimulation final : public Component {
   Publisher<PipeTrack> true_track_publisher_;
   Publisher<JointState> joint_publisher_;
   Subscription<JointTrajectory> command_subscription_;
-  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
+  // Last: its steps end before their publishers.
+  SimulationRun run_steps_{*this,
+                           {"image", "camera_info", "imu", "fix", "readings", "true_odometry",
+                            "true_leaks", "true_track"}};
 };
 
 }  // namespace pipescout

@@ -17,7 +17,7 @@
 
 #include "pipescout/rack_simulation/rack_flight.hpp"
 #include "pipescout/runtime/component.hpp"
-#include "pipescout/runtime/lock_step.hpp"
+#include "pipescout/runtime/simulation_run.hpp"
 
 namespace pipescout {
 
@@ -54,7 +54,6 @@ class RackSimulation final : public Component {
   /// Throws std::invalid_argument naming the parameter, YamlError for the rack file.
   [[nodiscard]] RackFlightParameters flight_parameters() const;
 
-  void start_if_heard();
   /// Flies on to the next image and publishes it. False: it was the last.
   bool next_image();
   void publish_image(Time stamp);
@@ -65,9 +64,6 @@ class RackSimulation final : public Component {
   Parameter<std::string> rack_file_;
   Parameter<std::int64_t> seed_;
   Parameter<double> duration_;
-  Parameter<double> rate_;
-  Parameter<int> wait_for_subscribers_;
-  Parameter<double> step_time_out_;
   Parameter<double> latency_;
   Parameter<std::string> frame_id_;
   Parameter<std::vector<double>> start_position_;
@@ -97,12 +93,10 @@ class RackSimulation final : public Component {
   double latency_of_commands_ = 0.0;  // s, simulated
   double image_period_ = 0.0;         // s, simulated
   std::uint64_t total_images_ = 0;
-  std::size_t wanted_subscribers_ = 0;
   geometry::CameraParameters camera_;
 
   std::optional<RackFlight> flight_;
   std::uint64_t images_ = 0;
-  bool active_ = false;
   std::optional<simulation::UavCommand>
       answer_;         // to the last image; takes effect after the latency
   Time last_stamp_{};  // of the last image
@@ -114,7 +108,8 @@ class RackSimulation final : public Component {
   Publisher<Imu> imu_publisher_;
   Publisher<Clock> clock_publisher_;
   Subscription<Twist> command_subscription_;
-  std::optional<LockStep> lock_step_;  // last: destroyed before its publisher of the clock
+  // Last: its steps end before their publishers.
+  SimulationRun run_steps_{*this, {"image", "camera_info", "imu", "true_pose", "true_odometry"}};
 };
 
 }  // namespace pipescout
