@@ -92,7 +92,6 @@ int run(const std::vector<std::string>& words) {
   add_doctor_command(app, action);
   add_tf_commands(app, action);
   add_action_commands(app, action);
-  add_summary_command(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
   if (!words.empty() && words.front() == kComplete) {
     return print_completions(app, words);

@@ -5,11 +5,13 @@
 #include <string>
 #include <string_view>
 
-#include "core/summary.hpp"
+#include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/runtime/logger.hpp"
 #include "pipescout/runtime/time.hpp"
 
 namespace pipescout::host {
+
+using command_line::MissionFolderError;
 
 /// A name for a mission folder that nobody else can take: `missions/<mission>_<UTC time>` below
 /// `parent`, with "_2", "_3", ... behind it when that is taken. The folder is made at once, and

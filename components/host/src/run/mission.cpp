@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "core/summary.hpp"
+#include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
 namespace pipescout::host {
@@ -56,10 +56,10 @@ void check_parameter_arguments(const Composition& composition,
 
 bool finish_summary(const fs::path& mission_folder) {
   try {
-    const auto summary = read_summary(mission_folder);
-    write_summary(mission_folder, summary);
+    const auto summary = command_line::read_summary(mission_folder);
+    command_line::write_summary(mission_folder, summary);
     if (!summary.sections.empty()) {
-      print_summary(std::cout, summary);
+      command_line::print_summary(std::cout, summary);
       std::cout << '\n';
     }
     std::cout << "mission folder: " << mission_folder.string() << std::endl;

@@ -30,6 +30,9 @@ namespace {
 /// From the request to stop until the process has ended; of that, for the components.
 constexpr Duration kGrace = std::chrono::milliseconds(2000);
 constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
+/// For the components of a mission that has ended by itself: nobody waits, and what was recorded
+/// may have to wait for a busy disk.
+constexpr Duration kGraceAfterTheEnd = std::chrono::seconds(30);
 /// How long a new participant may take to find those that are there already: mostly 0.15 s.
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
@@ -114,11 +117,15 @@ class Run {
       failed = true;
     }
     progress_printer_.finish();
-    signals_.expect_end();
+    const bool ends_by_itself = !stopping() && !failed;
+    if (!ends_by_itself) {
+      signals_.expect_end();
+    }
     service_manager::tell_stopping();
     // From now on the time of grace counts, which is shorter.
     watchdog_.reset();
-    const auto stopped = stop_components();
+    const auto stopped = stop_components(ends_by_itself ? kGraceAfterTheEnd : kComponentGrace);
+    signals_.expect_end();
     failed = !end_mission() || !stopped.in_time || failed;
     if (stopped.hangs_here) {
       std::cout.flush();
@@ -550,12 +557,12 @@ class Run {
 
   /// In reverse order. Each component has its share of the time that is left to itself; if it takes
   /// longer, the next ones are stopped beside it.
-  StopOutcome stop_components() {
+  StopOutcome stop_components(Duration grace) {
     StopOutcome outcome;
     if (!container_) {
       return outcome;
     }
-    const auto deadline = steady_now() + kComponentGrace;
+    const auto deadline = steady_now() + grace;
     auto left = static_cast<std::int64_t>(components_.size()) + 1;
     bool executor_hangs = false;
     for (auto component = components_.rbegin(); component != components_.rend(); ++component) {

@@ -217,6 +217,20 @@ TEST_F(RackRecorderTest, AFlightThatHasNotBegunIsWaitedFor) {
   EXPECT_EQ(own_status()->state, MissionStatus::COMPLETE);
 }
 
+TEST_F(RackRecorderTest, WhatIsStampedLaterThanTheEndOfTheSourceIsNotRecorded) {
+  start({{"settle_time", 30.0}});
+  send(topics::kRackPose, pose(1.0));
+  MissionStatus complete;
+  complete.header.stamp = stamp(2.0);
+  complete.node = "/servo";
+  complete.state = MissionStatus::COMPLETE;
+  send(topics::kMissionStatus, complete);
+  send(topics::kRackPose, pose(1.5));
+  send(topics::kRackPose, pose(2.5));
+  send(topics::kRackPose, pose(2.0));
+  EXPECT_EQ(lines("pose.csv"), 4U);
+}
+
 TEST_F(RackRecorderTest, WithoutASourceSilenceIsCountedAndTheUserEndsIt) {
   auto& recorder = start({{"silent_after", 0.01}, {"source", ""}});
   send(topics::kRackPose, pose());

@@ -6,6 +6,8 @@
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <utility>
 
+#include "pipescout/runtime/conversions.hpp"
+
 namespace pipescout {
 
 namespace {
@@ -32,6 +34,7 @@ void StreamRecorder::begin_recording() {
   settle_ = from_seconds(settle_time_.get());
   silence_ = from_seconds(silent_after_.get());
   heard_at_.reset();
+  source_end_.reset();
   open_recording();
   if (silence_ > Duration::zero()) {
     silence_timer_ = create_timer(silence_ / kLooksPerSilence, [this] { look_for_silence(); });
@@ -74,6 +77,9 @@ void StreamRecorder::on_source(const pipescout_msgs::msg::MissionStatus& status)
   section_has_changed();
   guarded([&] { on_progress(status); });
   if (status.state == MissionStatus::COMPLETE && !settle_timer_) {
+    if (const Time stamp = from_message(status.header.stamp); stamp > Time{}) {
+      source_end_ = stamp;
+    }
     settle_timer_ = create_timer(
         settle_, [this] { end(has_data() ? Outcome::kComplete : Outcome::kFailed, counts()); });
   } else if (status.state == MissionStatus::RUNNING && status.total != 0) {

@@ -13,12 +13,14 @@
 
 #include "pipescout/catalogue/mission_recorder.hpp"
 #include "pipescout/files/whole_file.hpp"
+#include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/topic.hpp"
 
 namespace pipescout {
 
 /// Base of recorders of topics: writes one line per message on arrival. The recording is complete
-/// some time after its source, and fails when no message arrives before the source is complete.
+/// some time after its source, without what is stamped later than its end, and fails when no
+/// message arrives before the source is complete.
 ///
 /// Parameters in addition to those of MissionRecorder, read by `begin_recording`: `settle_time`, s
 /// after the end of the source in which delayed messages are recorded, and `silent_after`, s
@@ -37,9 +39,13 @@ class StreamRecorder : public MissionRecorder {
   template <class T, class Write>
   void record(const Topic<T>& topic, const std::string& counter, Write write) {
     // Commands received before the recording begins are kept too, since they were sent.
-    subscriptions_.emplace_back(create_subscription(
-        topic, [this, counter, write](const T& message) { hear([&] { write(message); }, counter); },
-        {.while_inactive = WhileInactive::kKeep}));
+    subscriptions_.emplace_back(create_subscription(topic,
+                                                    [this, counter, write](const T& message) {
+                                                      if (!is_after_the_end(message)) {
+                                                        hear([&] { write(message); }, counter);
+                                                      }
+                                                    },
+                                                    {.while_inactive = WhileInactive::kKeep}));
   }
 
   /// The data file of this name. A new one begins with the header. Throws std::system_error naming
@@ -61,6 +67,15 @@ class StreamRecorder : public MissionRecorder {
   void sync_files() final;
   void close_files() final;
 
+  /// How much comes within the settle time depends on the machine; what is recorded must not.
+  template <class T>
+  [[nodiscard]] bool is_after_the_end(const T& message) const {
+    if constexpr (requires { message.header.stamp; }) {
+      return source_end_ && from_message(message.header.stamp) > *source_end_;
+    } else {
+      return false;
+    }
+  }
   void hear(const std::function<void()>& write, const std::string& counter);
   /// Ends a recording whose source is silent. Starts with the first message.
   void look_for_silence();
@@ -72,6 +87,7 @@ class StreamRecorder : public MissionRecorder {
   Duration settle_{};
   Duration silence_{};  // zero: no limit
 
+  std::optional<Time> source_end_;  // stamp of its last report
   std::optional<SteadyTime> heard_at_;
   std::map<std::string, LineFile, std::less<>> files_;
   std::vector<std::any> subscriptions_;

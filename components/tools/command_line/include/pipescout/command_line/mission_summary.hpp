@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/mission_folder/mission_section.hpp"
+
 /// The summary of a mission folder: the sections that its components wrote, put together. Format:
 /// docs/mission_folder.md.
-namespace pipescout::host {
+namespace pipescout::command_line {
 
 /// A file of a mission folder cannot be read or written.
 class MissionFolderError : public std::runtime_error {
@@ -25,6 +27,8 @@ struct Summary {
   /// Sections that could not be used, and figures that two sections claim: "file: reason".
   std::vector<std::string> problems;
 
+  /// A section that no file has; its figures replace those of the same name.
+  void add(const std::string& name, const MissionSection& section);
   [[nodiscard]] nlohmann::json to_json() const;
 };
 
@@ -37,4 +41,4 @@ void write_summary(const std::filesystem::path& mission_folder, const Summary& s
 /// Every section as a table with its figures and notes.
 void print_summary(std::ostream& out, const Summary& summary);
 
-}  // namespace pipescout::host
+}  // namespace pipescout::command_line

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/summary.hpp"
+#include "pipescout/command_line/mission_summary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +14,9 @@
 namespace pipescout::host {
 namespace {
 
+using command_line::print_summary;
+using command_line::read_summary;
+using command_line::write_summary;
 using nlohmann::json;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/summary.hpp"
+#include "pipescout/command_line/mission_summary.hpp"
 
 #include <yaml-cpp/yaml.h>
 
@@ -16,10 +16,8 @@
 #include "pipescout/command_line/text_table.hpp"
 #include "pipescout/files/whole_file.hpp"
 
-namespace pipescout::host {
+namespace pipescout::command_line {
 namespace {
-
-using command_line::TextTable;
 
 using nlohmann::json;
 namespace fs = std::filesystem;
@@ -146,6 +144,11 @@ std::string figure_text(const json& value) {
 
 }  // namespace
 
+void Summary::add(const std::string& name, const MissionSection& section) {
+  sections[name] = json::parse(pipescout::to_json(section));
+  figures.update(sections[name]["figures"]);
+}
+
 json Summary::to_json() const {
   return {{"mission", mission}, {"sections", sections}, {"figures", figures}};
 }
@@ -159,7 +162,7 @@ Summary read_summary(const fs::path& mission_folder) {
   summary.mission = mission_name(mission_folder);
   std::vector<fs::path> files;
   const auto folder = mission_folder / "sections";
-  if (fs::is_directory(folder, error)) {
+  if (fs::is_directory(folder)) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       if (entry.path().extension() == ".json") {
         files.push_back(entry.path());
@@ -209,4 +212,4 @@ void print_summary(std::ostream& out, const Summary& summary) {
   }
 }
 
-}  // namespace pipescout::host
+}  // namespace pipescout::command_line

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <diagnostic_msgs/msg/diagnostic_status.hpp>
+#include <pipescout_msgs/msg/mission_status.hpp>
+#include <set>
+#include <utility>
+
+#include "bag_sections.hpp"
+
+namespace pipescout::summary {
+namespace {
+
+constexpr const char* kLostFigure = "inputs_lost";
+
+/// "subscription /imu/data: dropped_queue_full", as components write on /diagnostics.
+struct LossKey {
+  std::string topic;
+  std::string kind;
+};
+
+std::optional<LossKey> loss_of(std::string_view key) {
+  constexpr std::string_view kPrefix = "subscription ";
+  constexpr std::string_view kSeparator = ": ";
+  const auto separator = key.rfind(kSeparator);
+  if (!key.starts_with(kPrefix) || separator == std::string_view::npos ||
+      separator <= kPrefix.size()) {
+    return std::nullopt;
+  }
+  const auto kind = key.substr(separator + kSeparator.size());
+  constexpr std::array<std::string_view, 3> kKinds{"dropped_queue_full", "lost_by_network",
+                                                   "malformed"};
+  if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) {
+    return std::nullopt;
+  }
+  return LossKey{std::string(key.substr(kPrefix.size(), separator - kPrefix.size())),
+                 std::string(kind)};
+}
+
+class DiagnosticsSection final : public SectionMaker {
+ public:
+  bool takes(std::string_view type) const override {
+    return type == "diagnostic_msgs/msg/DiagnosticArray";
+  }
+
+  void add(const bags::BagTopic& /*topic*/, MessageView view) override {
+    using diagnostic_msgs::msg::DiagnosticStatus;
+    const auto& message = *static_cast<const diagnostic_msgs::msg::DiagnosticArray*>(view.message);
+    for (const DiagnosticStatus& status : message.status) {
+      nodes_.insert(status.name);
+      if (status.level != DiagnosticStatus::OK) {
+        ++warnings_[{status.name, status.message}];
+      }
+      for (const auto& value : status.values) {
+        const auto loss = loss_of(value.key);
+        if (!loss) {
+          continue;
+        }
+        std::uint64_t total = 0;
+        const char* const end = value.value.data() + value.value.size();
+        const auto [last, error] = std::from_chars(value.value.data(), end, total);
+        if (error != std::errc{} || last != end) {
+          continue;
+        }
+        // Running totals. They begin anew when a node restarts: what was lost before stays counted.
+        Total& known = losses_[{status.name, loss->topic, loss->kind}];
+        known.before += total < known.last ? known.last : 0;
+        known.last = total;
+      }
+    }
+  }
+
+  void add_to(Sections& sections) const override {
+    MissionSection section;
+    section.title = "Inputs lost";
+    section.columns = {"node", "topic", "how", "messages"};
+    std::uint64_t lost = 0;
+    for (const auto& [key, total] : losses_) {
+      const std::uint64_t messages = total.before + total.last;
+      if (messages > 0) {
+        const auto& [node, topic, kind] = key;
+        section.rows.push_back({node, topic, kind, static_cast<std::int64_t>(messages)});
+        lost += messages;
+      }
+    }
+    if (nodes_.empty()) {
+      section.notes.emplace_back(
+          "The bag has no /diagnostics: whether inputs were lost is not known.");
+      sections["inputs"] = std::move(section);
+      return;
+    }
+    section.figures[kLostFigure] = static_cast<double>(lost);
+    section.notes.push_back(lost == 0 ? "No input was lost, by the diagnostics of " +
+                                            std::to_string(nodes_.size()) + " parts."
+                                      : "Results that came of these inputs are not to be trusted.");
+    sections["inputs"] = std::move(section);
+
+    if (warnings_.empty()) {
+      return;
+    }
+    MissionSection warned;
+    warned.title = "Warnings";
+    warned.columns = {"node", "message", "times"};
+    for (const auto& [key, times] : warnings_) {
+      warned.rows.push_back({key.first, key.second, static_cast<std::int64_t>(times)});
+    }
+    sections["warnings"] = std::move(warned);
+  }
+
+ private:
+  struct Total {
+    std::uint64_t before = 0;
+    std::uint64_t last = 0;
+  };
+  std::set<std::string> nodes_;
+  std::map<std::tuple<std::string, std::string, std::string>, Total> losses_;
+  std::map<std::pair<std::string, std::string>, std::uint64_t> warnings_;
+};
+
+class MissionsSection final : public SectionMaker {
+ public:
+  bool takes(std::string_view type) const override {
+    return type == "pipescout_msgs/msg/MissionStatus";
+  }
+
+  void add(const bags::BagTopic& /*topic*/, MessageView view) override {
+    const auto& message = *static_cast<const pipescout_msgs::msg::MissionStatus*>(view.message);
+    reports_[message.node] = message;
+  }
+
+  void add_to(Sections& sections) const override {
+    if (reports_.empty()) {
+      return;
+    }
+    using pipescout_msgs::msg::MissionStatus;
+    MissionSection section;
+    section.title = "Mission";
+    section.columns = {"node", "state", "done", "of", "message"};
+    std::string unfinished;
+    for (const auto& [node, report] : reports_) {
+      const char* const state = report.state == MissionStatus::COMPLETE ? "complete"
+                                : report.state == MissionStatus::FAILED ? "failed"
+                                                                        : "running";
+      section.rows.push_back({node, state, static_cast<std::int64_t>(report.done),
+                              static_cast<std::int64_t>(report.total), report.message});
+      if (report.state != MissionStatus::COMPLETE) {
+        unfinished += (unfinished.empty() ? "" : ", ") + node;
+      }
+    }
+    const auto inputs = sections.find("inputs");
+    const double lost = inputs != sections.end() && inputs->second.figures.contains(kLostFigure)
+                            ? inputs->second.figures.at(kLostFigure)
+                            : 0.0;
+    if (lost > 0) {
+      section.notes.emplace_back("Not complete: inputs were lost, see there.");
+    } else if (!unfinished.empty()) {
+      section.notes.push_back("Not complete: " + unfinished + ".");
+    } else {
+      section.notes.emplace_back("Complete.");
+    }
+    sections["mission"] = std::move(section);
+  }
+
+ private:
+  std::map<std::string, pipescout_msgs::msg::MissionStatus> reports_;  // the last of each node
+};
+
+}  // namespace
+
+std::unique_ptr<SectionMaker> diagnostics_section() {
+  return std::make_unique<DiagnosticsSection>();
+}
+
+std::unique_ptr<SectionMaker> mission_section() {
+  return std::make_unique<MissionsSection>();
+}
+
+}  // namespace pipescout::summary

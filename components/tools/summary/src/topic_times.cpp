@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "topic_times.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace pipescout::summary {
+namespace {
+
+constexpr double kNanoseconds = 1e9;
+/// No driver is that late: stamps further off are of another clock.
+constexpr double kOtherClock = 60.0;  // s
+
+double seconds(std::int64_t nanoseconds) {
+  return static_cast<double>(nanoseconds) / kNanoseconds;
+}
+
+/// To so many parts of the unit: thousandths stay thousandths when they are printed.
+double rounded(double value, double parts) {
+  return std::round(value * parts) / parts;
+}
+
+bool begins_with_header(const MessageType* type) {
+  return type != nullptr && !type->fields.empty() && type->fields[0].name == "header" &&
+         type->fields[0].kind == FieldKind::kMessage &&
+         type->fields[0].message().name == "std_msgs/msg/Header";
+}
+
+std::uint32_t word(std::span<const std::byte> bytes, std::size_t at, bool little_endian) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t k = little_endian ? 3 - i : i;
+    value = value << 8U | std::to_integer<std::uint32_t>(bytes[at + k]);
+  }
+  return value;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> header_stamp(std::span<const std::byte> cdr) {
+  // Encapsulation (4 bytes, the lowest bit of the second says little-endian), sec, nanosec.
+  constexpr std::size_t kNeeded = 12;
+  if (cdr.size() < kNeeded) {
+    return std::nullopt;
+  }
+  const bool little_endian = (std::to_integer<unsigned>(cdr[1]) & 1U) != 0;
+  const auto sec = static_cast<std::int32_t>(word(cdr, 4, little_endian));
+  const std::uint32_t nanosec = word(cdr, 8, little_endian);
+  return static_cast<std::int64_t>(sec) * 1'000'000'000 + static_cast<std::int64_t>(nanosec);
+}
+
+TopicTimes::TopicTimes(bags::BagTopic topic, const MessageType* type)
+    : topic_(std::move(topic)), has_header_(begins_with_header(type)) {}
+
+void TopicTimes::add(const bags::BagMessage& message) {
+  if (messages_ == 0) {
+    first_ = message.log_time;
+  } else {
+    longest_gap_ = std::max(longest_gap_, message.log_time - last_);
+  }
+  last_ = message.log_time;
+  ++messages_;
+  bytes_ += message.data.size();
+  const auto stamp = has_header_ ? header_stamp(message.data) : std::nullopt;
+  if (!stamp) {
+    return;
+  }
+  if (*stamp == 0) {
+    ++without_stamp_;
+    return;
+  }
+  if (stamped_ > 0 && *stamp < last_stamp_) {
+    ++backwards_;
+  }
+  last_stamp_ = *stamp;
+  ++stamped_;
+  sum_of_delays_ += seconds(message.log_time - *stamp);
+}
+
+std::vector<MissionCell> TopicTimes::row() const {
+  const double duration = seconds(last_ - first_);
+  std::vector<MissionCell> cells{topic_.name, topic_.type, static_cast<std::int64_t>(messages_)};
+  const auto number_or_none = [&](bool known, double value, double parts) {
+    cells.push_back(known ? MissionCell(rounded(value, parts)) : MissionCell());
+  };
+  const bool has_rate = messages_ > 1 && duration > 0;
+  number_or_none(has_rate, static_cast<double>(messages_ - 1) / duration, 100);
+  number_or_none(messages_ > 1, seconds(longest_gap_), 1000);
+  const double delay = sum_of_delays_ / static_cast<double>(stamped_);
+  number_or_none(stamped_ > 0 && std::abs(delay) <= kOtherClock, delay, 1000);
+  number_or_none(true, static_cast<double>(bytes_) / 1e6, 1000);
+  return cells;
+}
+
+std::vector<std::string> TopicTimes::remarks() const {
+  std::vector<std::string> result;
+  if (without_stamp_ > 0) {
+    result.push_back(topic_.name + ": " + std::to_string(without_stamp_) + " of " +
+                     std::to_string(messages_) + " messages have no stamp.");
+  }
+  if (backwards_ > 0) {
+    result.push_back(topic_.name + ": stamps go back " + std::to_string(backwards_) + " times.");
+  }
+  if (stamped_ > 0) {
+    const double delay = sum_of_delays_ / static_cast<double>(stamped_);
+    if (std::abs(delay) > kOtherClock) {
+      char text[64];
+      std::snprintf(text, sizeof text, "%.3f", std::abs(delay));
+      result.push_back(topic_.name + ": stamps are of another clock than the recording's, " + text +
+                       (delay > 0 ? " s before it." : " s after it."));
+    }
+  }
+  return result;
+}
+
+}  // namespace pipescout::summary
