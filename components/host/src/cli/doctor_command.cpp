@@ -24,6 +24,8 @@ struct DoctorOptions {
   DiscoveryOptions discovery;
   RunOptions run;
   double listen = 2.0;  ///< s
+  /// For a component to be made and configured, s: maps and pictures are read then.
+  double patience = 60.0;
 };
 
 /// The folder that the components on trial write to; gone with this object.
@@ -172,7 +174,8 @@ int examine(Session& session, const DoctorOptions& options) {
     const TrialFolder folder;
     auto inputs = run.inputs();
     inputs.mission_folder = [&folder](const std::string&) { return folder.path(); };
-    doctor::try_composition(load_composition(run.composition, inputs), seen);
+    doctor::try_composition(load_composition(run.composition, inputs),
+                            from_seconds(options.patience), seen);
   }
   const auto findings = doctor::examine(seen);
   std::cout << doctor::report(findings);
@@ -193,6 +196,11 @@ void add_doctor_command(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--out", run.out, "Where the recording will be; default: this folder");
   command->add_option("--listen", options->listen, "Seconds to listen to sensors")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command
+      ->add_option("--patience", options->patience,
+                   "Seconds for a component to be made and configured")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
 }

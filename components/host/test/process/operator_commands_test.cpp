@@ -163,6 +163,21 @@ TEST_F(OperatorCommands, ExamineACompositionBeforeItRuns) {
                                   HasSubstr("told to fail in configure")));
 }
 
+TEST_F(OperatorCommands, NameTheComponentsOfACompositionThatBlock) {
+  std::ofstream(folder_ / "blocking.yaml") << R"(components:
+  - {type: pipescout_test::FailingComponent, name: born, parameters: {where: constructor, how: hang}}
+  - {type: pipescout_test::FailingComponent, name: set_up, parameters: {where: configure, how: hang}}
+  - {type: pipescout_test::Talker, name: speaker, parameters: {txt: x}}
+)";
+  const auto finished = run({"doctor", "blocking.yaml", "--patience", "2"});
+  EXPECT_EQ(finished.code(), 1) << finished.err;
+  EXPECT_THAT(
+      finished.out,
+      AllOf(HasSubstr("/born cannot be started: its constructor has not returned after 2 s."),
+            HasSubstr("/set_up cannot be started: it is not configured after 2 s."),
+            HasSubstr("no parameter 'txt'; did you mean 'text'?")));
+}
+
 TEST_F(OperatorCommands, ListAContainerThatIsEmpty) {
   std::ofstream(folder_ / "empty.yaml") << "components: []\n";
   Program empty({"run", "empty.yaml", "--out", "empty", "--namespace", "/idle"}, folder_);
