@@ -320,6 +320,15 @@ ReaderProbe::~ReaderProbe() {
   }
 }
 
+bool ReaderProbe::has_its_first_memory(std::uint32_t port) {
+  const auto file = folder_ / ("fastrtps_port" + std::to_string(port));
+  struct stat memory {};
+  if (stat(file.c_str(), &memory) != 0) {
+    return false;
+  }
+  return first_memory_.try_emplace(port, memory.st_ino).first->second == memory.st_ino;
+}
+
 bool ReaderProbe::has_reader(std::uint32_t port) {
   const auto is_locked = [](int descriptor) {
     if (flock(descriptor, LOCK_SH | LOCK_NB) == 0) {
@@ -343,7 +352,7 @@ bool ReaderProbe::has_reader(std::uint32_t port) {
   if (descriptor < 0) {
     return false;
   }
-  if (!is_locked(descriptor)) {
+  if (!is_locked(descriptor) || !has_its_first_memory(port)) {
     close(descriptor);
     return false;
   }

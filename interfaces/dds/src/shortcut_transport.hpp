@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -33,8 +34,13 @@ struct ShortcutTransportDescriptor final
 /// (who may not write into each other's memory) and versions of Fast DDS (whose layouts differ).
 [[nodiscard]] std::uint32_t shared_memory_port(std::uint16_t udp_port);
 
-/// Whether a living process reads from this shared memory port. Keeps the lock files of the ports
-/// open that it was asked for. Not thread-safe.
+/// Whether a message that is sent to a shared memory port reaches a living process. Keeps the lock
+/// files of the ports open that it was asked for. Not thread-safe.
+///
+/// When a process was killed, the next reader of its port makes the port's memory anew, but a Fast
+/// DDS sender that knows the port writes into the old one until it notices, if it does. So a port
+/// counts only as long as its memory is that of the first reader found. A reader that ended by
+/// itself leaves the memory to the next one.
 class ReaderProbe {
  public:
   explicit ReaderProbe(std::filesystem::path folder = kSharedMemoryFolder);
@@ -49,8 +55,11 @@ class ReaderProbe {
     std::uint32_t port;
     int descriptor;
   };
+  [[nodiscard]] bool has_its_first_memory(std::uint32_t port);
+
   std::filesystem::path folder_;
   std::vector<LockFile> open_;  // of ports that had a reader when last asked
+  std::map<std::uint32_t, std::uint64_t> first_memory_;  // inode of the memory, by port
 };
 
 }  // namespace pipescout::dds

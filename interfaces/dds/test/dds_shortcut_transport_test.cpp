@@ -9,13 +9,19 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spawn.h>
 #include <sys/file.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <fastdds/rtps/common/LocatorList.hpp>
 
+#include <array>
+#include <csignal>
+#include <cstdio>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -99,6 +105,54 @@ class Receiver final : public rtps::TransportReceiverInterface {
   rtps::Locator locator_;
 };
 
+/// Another process that receives on a port; killed with this object.
+class ReceiverProcess {
+ public:
+  explicit ReceiverProcess(std::uint16_t port) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+      throw std::runtime_error("no pipe");
+    }
+    output_.reset(fdopen(ends[0], "r"));
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    std::string program = RECEIVER_PROGRAM;
+    std::string argument = std::to_string(port);
+    std::array<char*, 3> arguments{program.data(), argument.data(), nullptr};
+    const int failure =
+        posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    if (failure != 0 || line() != "listening") {
+      throw std::runtime_error("the program does not listen");
+    }
+  }
+  ReceiverProcess(const ReceiverProcess&) = delete;
+  ReceiverProcess& operator=(const ReceiverProcess&) = delete;
+  ~ReceiverProcess() {
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+  }
+  /// The next one that it prints, without its end; empty when it ended.
+  std::string line() {
+    std::array<char, 80> text{};
+    if (fgets(text.data(), static_cast<int>(text.size()), output_.get()) == nullptr) {
+      return {};
+    }
+    std::string result = text.data();
+    result.pop_back();
+    return result;
+  }
+
+ private:
+  struct Close {
+    void operator()(FILE* file) const { fclose(file); }
+  };
+  std::unique_ptr<FILE, Close> output_;
+  pid_t process_ = 0;
+};
+
 /// The messages that wait in shared memory go with it.
 class Sender {
  public:
@@ -176,6 +230,20 @@ TEST(ShortcutTransportTest, FollowsAPortFromOneProcessToTheNext) {
   EXPECT_EQ(third.until("third").back().kind, LOCATOR_KIND_SHM);
 }
 
+TEST(ShortcutTransportTest, ReachesTheProcessThatHasThePortOfAKilledOne) {
+  Sender sender(shortcut());
+  {
+    ReceiverProcess killed(test_port(6));
+    sender.send("first", {udp_locator(test_port(6))});
+    EXPECT_EQ(killed.line(), "first");
+  }
+  Receiver next(shortcut(), udp_locator(test_port(6)));
+  sender.send("second", {udp_locator(test_port(6))});
+  EXPECT_EQ(next.until("second").size(), 1U);
+  sender.send("third", {udp_locator(test_port(6))});
+  EXPECT_EQ(next.until("third").size(), 2U);
+}
+
 TEST(ShortcutTransportTest, SendsOnceToAProcessWithSeveralAddresses) {
   ShortcutTransportDescriptor everywhere = shortcut();
   everywhere.interfaceWhiteList.clear();
@@ -200,11 +268,41 @@ TEST(ReaderProbeTest, AsksForTheLockOfThePort) {
   ASSERT_GE(reader, 0);
   EXPECT_FALSE(probe.has_reader(70000)) << "left behind by a killed process";
   ASSERT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0) << "the probe must not keep the lock";
+  EXPECT_FALSE(probe.has_reader(70000)) << "no memory";
+  std::ofstream(folder.path() / "fastrtps_port70000") << "memory";
   EXPECT_TRUE(probe.has_reader(70000));
   EXPECT_TRUE(probe.has_reader(70000));
   EXPECT_FALSE(probe.has_reader(70001));
   close(reader);
   EXPECT_FALSE(probe.has_reader(70000));
+}
+
+TEST(ReaderProbeTest, DoesNotTrustMemoryThatWasMadeAnew) {
+  const testing::TemporaryFolder folder;
+  const auto lock = folder.path() / "fastrtps_port70000_el";
+  const auto memory = folder.path() / "fastrtps_port70000";
+  // Fast DDS removes the lock of a reader that is gone.
+  const auto start_reader = [&lock] {
+    std::filesystem::remove(lock);
+    const int reader = open(lock.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
+    EXPECT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0);
+    return reader;
+  };
+  std::ofstream(memory) << "first";
+  // As a sender that has it open: its inode is not used again.
+  const std::ifstream sender(memory);
+  ReaderProbe probe(folder.path());
+  const int first = start_reader();
+  EXPECT_TRUE(probe.has_reader(70000));
+  close(first);
+  const int ended_by_itself = start_reader();
+  EXPECT_TRUE(probe.has_reader(70000));
+  close(ended_by_itself);
+  std::filesystem::remove(memory);
+  std::ofstream(memory) << "second";
+  const int after_a_kill = start_reader();
+  EXPECT_FALSE(probe.has_reader(70000));
+  close(after_a_kill);
 }
 
 TEST(SharedMemoryPortTest, IsNoneThatFastDdsUses) {
