@@ -159,7 +159,7 @@ RateFit fit_rates(const std::vector<OdometerRow>& rows, const Means& means, cons
 }
 
 Pairs accelerations(const std::vector<OdometerRow>& rows, const Means& means, const Vector3d& up,
-                    const geometry::SO3& R_level_imu) {
+                    const geometry::SO3& R_level_imu, double delay) {
   Pairs pairs;
   std::size_t from = 0;
   for (std::size_t to = 1; to < rows.size(); ++to) {
@@ -168,7 +168,7 @@ Pairs accelerations(const std::vector<OdometerRow>& rows, const Means& means, co
       continue;
     }
     if (step < 2 * kStep) {
-      if (const auto mean = means.between(rows[from].time, rows[to].time)) {
+      if (const auto mean = means.between(rows[from].time - delay, rows[to].time - delay)) {
         const double along = (rows[to].speed - rows[from].speed) / step;
         const double across = (rows[to].speed + rows[from].speed) / 2 * mean->rate.dot(up);
         const Vector3d level = R_level_imu * mean->force;
@@ -234,7 +234,8 @@ void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& u
   }
   const geometry::SO3 R_level_imu =
       geometry::SO3::from_quaternion(Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()));
-  const Pairs pairs = accelerations(odometer.odometer, means, up, R_level_imu);
+  const Pairs pairs =
+      accelerations(odometer.odometer, means, up, R_level_imu, result.odometer_delay.value_or(0));
   result.intervals = pairs.vehicle.size();
   if (result.intervals < kFewestIntervals || rms(pairs.vehicle) < kLeastAcceleration) {
     return;

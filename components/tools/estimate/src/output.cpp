@@ -132,7 +132,8 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
     const auto source = static_cast<estimation::Source>(i);
     const estimation::SourceStatus& s = trajectory.status.of(source);
-    if (s.accepted + s.gated + s.held + s.refused == 0) {
+    const bool implied = source == estimation::Source::kImu && !trajectory.with_imu;
+    if (implied || s.accepted + s.gated + s.held + s.refused == 0) {
       continue;
     }
     std::string line = text(

@@ -27,11 +27,14 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kOdometerVariance = 1e-4;  // m^2 per m
 constexpr double kUnknownHeight = 1e4;      // m
 constexpr std::size_t kReportEvery = 2000;
+/// Of the way, of dead reckoning with a heading that is just known.
+constexpr double kEarlyDrift = 0.1;
+constexpr double kNever = 1e300;  // s
 /// Without an IMU: readings that the odometer implies, and how far wheels are from what an IMU
 /// says.
 constexpr double kImpliedStep = 0.02;        // s
-constexpr double kImpliedGyroNoise = 0.01;   // rad/s/sqrt(Hz)
-constexpr double kImpliedForceNoise = 0.3;   // m/s^2/sqrt(Hz)
+constexpr double kImpliedGyroNoise = 3e-3;   // rad/s/sqrt(Hz)
+constexpr double kImpliedForceNoise = 0.1;   // m/s^2/sqrt(Hz)
 constexpr double kLongestOdometerGap = 1.0;  // s
 
 struct Event {
@@ -240,7 +243,10 @@ class Watcher {
   /// After a fix at `position` was handed over.
   void compare(double time, const Vector3d& position, const estimation::EstimatorStatus& status,
                const std::optional<estimation::Estimate>& estimate) {
-    const bool out = estimate && estimate->in_map && (status.of(Source::kGps).held > held_);
+    const bool in_map = estimate && estimate->in_map;
+    // Fixes that the start needed for itself are not held out.
+    const bool out = in_map && was_in_map_ && status.of(Source::kGps).held > held_;
+    was_in_map_ = in_map;
     held_ = status.of(Source::kGps).held;
     if (!out) {
       open_ = open_ && time - result_.held.back().end < 1;
@@ -262,8 +268,48 @@ class Watcher {
   SourceState gps_ = SourceState::kAbsent;
   std::size_t restarts_ = 0;
   std::size_t held_ = 0;
+  bool was_in_map_ = false;
   bool open_ = false;
 };
+
+/// A pose before the estimator knew its place in the map, by dead reckoning from the levelling on.
+struct EarlyPose {
+  double time;
+  geometry::SE3 T_odom_body;
+  Vector3d velocity;  // m/s, in `odom`
+};
+
+/// Puts the way before the start in front of the trajectory.
+void prepend(const std::vector<EarlyPose>& early, const estimation::Estimate& first,
+             const Vector3d& deviation, Trajectory& result) {
+  // The errors of dead reckoning grow backwards from the start.
+  double way = 0;
+  std::vector<double> ways(early.size());
+  for (std::size_t i = early.size(); i-- > 0;) {
+    if (i + 1 < early.size()) {
+      way += (early[i + 1].T_odom_body.translation() - early[i].T_odom_body.translation()).norm();
+    }
+    ways[i] = way;
+  }
+  for (std::size_t i = 0; i < early.size(); ++i) {
+    const EarlyPose& pose = early[i];
+    const geometry::SE3 T_map_body = first.T_map_odom * pose.T_odom_body;
+    const Vector3d grown = deviation.array() + kEarlyDrift * ways[i];
+    result.points.push_back({.time = pose.time,
+                             .position = T_map_body.translation(),
+                             .orientation = T_map_body.rotation().quaternion(),
+                             .velocity = first.T_map_odom.rotation() * pose.velocity,
+                             .position_deviation = grown});
+  }
+  if (!early.empty()) {
+    char text[192];
+    std::snprintf(
+        text, sizeof text,
+        "Poses before %.1f s are dead reckoning, put into the map when the start was known.",
+        first.time);
+    result.said.emplace_back(text);
+  }
+}
 
 void run(const std::vector<Event>& events, const estimation::StateEstimatorParameters& parameters,
          bool any_frame, Trajectory& result, const Progress& progress) {
@@ -277,6 +323,7 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
                                         .heading_deviation = 1e-4});
   }
   Watcher watcher(result);
+  std::vector<EarlyPose> early;
   std::uint64_t updates = 0;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const Event& event = events[i];
@@ -297,18 +344,32 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
       watcher.look(event.time, estimator.status());
     }
     const auto estimate = estimator.estimate();
-    if (!estimate || !estimate->in_map ||
-        (!result.points.empty() && estimate->time <= result.points.back().time)) {
+    if (!estimate) {
+      early.clear();
+      continue;
+    }
+    const double newest = result.points.empty() ? early.empty() ? -kNever : early.back().time
+                                                : result.points.back().time;
+    if (estimate->time <= newest) {
+      continue;
+    }
+    if (!estimate->in_map) {
+      if (result.points.empty()) {
+        early.push_back({estimate->time, estimate->T_odom_body, estimate->state.velocity});
+      }
       continue;
     }
     const auto covariance = estimator.covariance();
-    result.points.push_back(
-        {.time = estimate->time,
-         .position = estimate->state.position,
-         .orientation = estimate->state.R_map_body.quaternion(),
-         .velocity = estimate->state.velocity,
-         .position_deviation =
-             covariance.diagonal().segment<3>(estimation::kPosition).cwiseMax(0).cwiseSqrt()});
+    const Vector3d deviation =
+        covariance.diagonal().segment<3>(estimation::kPosition).cwiseMax(0).cwiseSqrt();
+    if (result.points.empty()) {
+      prepend(early, *estimate, deviation, result);
+    }
+    result.points.push_back({.time = estimate->time,
+                             .position = estimate->state.position,
+                             .orientation = estimate->state.R_map_body.quaternion(),
+                             .velocity = estimate->state.velocity,
+                             .position_deviation = deviation});
     result.odometer_scale = estimator.smoother().globals().odometer_scale;
     result.gyro_bias = estimate->state.gyro_bias;
     result.accelerometer_bias = estimate->state.accelerometer_bias;
@@ -405,6 +466,15 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
 
   auto parameters = parameters_for(c, odometer != nullptr, step, gravity, fastest);
   parameters.R_body_imu = R_body_imu;
+  if (gps == nullptr) {
+    // Nothing else measures distances.
+    parameters.smoother.global_deviations.odometer_scale = 0;
+  }
+  if (imu == nullptr) {
+    // Readings that the odometer implies say nothing about its own mounting.
+    parameters.smoother.global_deviations.mount_yaw = 0;
+    parameters.smoother.global_deviations.mount_pitch = 0;
+  }
   if (gps != nullptr) {
     if (c.antenna) {
       parameters.smoother.globals.gps_lever_arm = *c.antenna;
