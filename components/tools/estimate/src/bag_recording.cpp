@@ -10,6 +10,7 @@
 #include <optional>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <set>
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
 
@@ -25,6 +26,8 @@ namespace {
 constexpr std::uint64_t kMessagesPerReport = 5000;
 /// Stamps of one clock differ by less from the times of recording, relative to other topics.
 constexpr double kOtherClock = 2;  // s
+/// Between two messages on /tf, m and rad: more than rounding.
+constexpr double kMoves = 1e-3;
 
 double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) * 1e-9;
@@ -133,7 +136,9 @@ void take_odometer(Topic& topic, std::int64_t log_time) {
   }
 }
 
-void take_transforms(const Topic& topic, Recording& recording) {
+/// Of both /tf_static and /tf, where robots of ROS 1 repeat their fixed transforms: frames that
+/// move are noted.
+void take_transforms(const Topic& topic, Recording& recording, std::set<std::string>& moving) {
   for (const auto& each : as<tf2_msgs::msg::TFMessage>(topic).transforms) {
     const auto& q = each.transform.rotation;
     const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
@@ -143,8 +148,13 @@ void take_transforms(const Topic& topic, Recording& recording) {
                                   " is no unit quaternion; not used.");
       continue;
     }
-    recording.mounts[child] = {.parent = without_slash(each.header.frame_id),
-                               .T_parent_child = from_message(each.transform)};
+    const Mount mount{.parent = without_slash(each.header.frame_id),
+                      .T_parent_child = from_message(each.transform)};
+    const auto [known, is_new] = recording.mounts.try_emplace(child, mount);
+    const geometry::SE3 change = known->second.T_parent_child.inverse() * mount.T_parent_child;
+    if (!is_new && (known->second.parent != mount.parent || change.log().norm() > kMoves)) {
+      moving.insert(child);
+    }
   }
 }
 
@@ -198,9 +208,10 @@ void reconcile_clocks(std::vector<Topic>& topics, std::vector<std::string>& rema
   }
 }
 
-void take(Topic& topic, std::int64_t log_time, Recording& recording) {
+void take(Topic& topic, std::int64_t log_time, Recording& recording,
+          std::set<std::string>& moving) {
   if (topic.transforms) {
-    take_transforms(topic, recording);
+    take_transforms(topic, recording, moving);
     return;
   }
   switch (*topic.kind) {
@@ -225,7 +236,13 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
   for (const bags::BagTopic& each : reader.topics()) {
     Topic topic{.of = each};
     topic.type = each.serialization_format == "cdr" ? find_message_type(each.type) : nullptr;
-    topic.transforms = each.type == "tf2_msgs/msg/TFMessage" && each.name.ends_with("tf_static");
+    // The same fields as in tf2_msgs.
+    const bool old_transforms = each.type == "tf/msg/tfMessage";
+    topic.transforms = (each.type == "tf2_msgs/msg/TFMessage" || old_transforms) &&
+                       (each.name.ends_with("tf_static") || each.name.ends_with("/tf"));
+    if (topic.transforms && old_transforms && topic.type == nullptr) {
+      topic.type = find_message_type("tf2_msgs/msg/TFMessage");
+    }
     topic.kind = kind_of(each.type);
     if (topic.type != nullptr && (topic.kind || topic.transforms)) {
       topic.message = topic.type->create();
@@ -242,6 +259,7 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
   }
   const double expected = static_cast<double>(reader.metadata().messages);
   std::uint64_t read = 0;
+  std::set<std::string> moving;
   try {
     while (const auto message = reader.next()) {
       if (++read % kMessagesPerReport == 0 && expected > 0) {
@@ -255,11 +273,14 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
         ++topic.undecoded;
         continue;
       }
-      take(topic, message->log_time, recording);
+      take(topic, message->log_time, recording, moving);
     }
   } catch (const bags::BagError& error) {
     recording.remarks.push_back(std::string("The bag cannot be read to its end: ") + error.what() +
                                 ". What was read before is used.");
+  }
+  for (const std::string& frame : moving) {
+    recording.mounts.erase(frame);
   }
   reconcile_clocks(topics, recording.remarks);
   for (Topic& topic : topics) {

@@ -24,6 +24,8 @@ constexpr double kLeastAcceleration = 0.08;  // m/s^2, rms
 constexpr double kLeastTurn = 0.03;          // rad/s, rms
 constexpr double kStrongCorrelation = 0.6;
 constexpr double kStrongRateCorrelation = 0.8;
+/// Of the correlation, by a delay that is one: slow turns correlate at any.
+constexpr double kClearGain = 0.02;
 constexpr double kLargestSpread = 15 * kDegree;
 constexpr double kOtherMounting = 10 * kDegree;  // smaller differences are left to the estimator
 constexpr double kToAxes = 12 * kDegree;         // IMUs are mounted along axes, slopes are not
@@ -221,8 +223,8 @@ void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& u
     result.rate_correlation = rates.correlation;
     result.rate_factor = rates.factor;
     if (std::abs(rates.correlation) >= kStrongRateCorrelation) {
-      double best = 0;
-      for (int i = -25; i <= 25; ++i) {
+      double best = std::abs(rates.correlation) + kClearGain;
+      for (int i = -24; i <= 24; ++i) {
         const double delay = 0.02 * i;
         const double c = std::abs(fit_rates(odometer.odometer, means, up, delay).correlation);
         if (c > best) {

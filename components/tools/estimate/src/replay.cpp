@@ -34,6 +34,7 @@ constexpr double kNever = 1e300;  // s
 /// says.
 constexpr double kImpliedStep = 0.02;        // s
 constexpr double kImpliedGyroNoise = 3e-3;   // rad/s/sqrt(Hz)
+constexpr double kImpliedGyroBias = 3e-3;    // rad/s, of wheels that differ
 constexpr double kImpliedForceNoise = 0.1;   // m/s^2/sqrt(Hz)
 constexpr double kLongestOdometerGap = 1.0;  // s
 
@@ -96,13 +97,14 @@ geometry::SO3 imu_mounting(const Recording& recording, const Configuration& c, c
   }
   if (const auto pose = recording.mounting(c.base_frame, imu.frame)) {
     said.push_back(imu.name + ": mounted with " + degrees(pose->rotation()) +
-                   ", from /tf_static (" + c.base_frame + " to " + imu.frame + ").");
+                   ", from the transforms (" + c.base_frame + " to " + imu.frame + ").");
     return pose->rotation();
   }
-  said.push_back(imu.name + ": header.frame_id '" + imu.frame +
-                 "' is not connected to the base frame '" + c.base_frame +
-                 "' in /tf_static; its axes are taken for those of the base. Set imu.rotation if "
-                 "they are not.");
+  said.push_back(
+      imu.name + ": header.frame_id '" + imu.frame + "' is not connected to the base frame '" +
+      c.base_frame +
+      "' by fixed transforms; its axes are taken for those of the base. Set imu.rotation if "
+      "they are not.");
   return {};
 }
 
@@ -472,6 +474,7 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
   }
   if (imu == nullptr) {
     // Readings that the odometer implies say nothing about its own mounting.
+    parameters.start.largest_gyro_bias = kImpliedGyroBias;
     parameters.smoother.global_deviations.mount_yaw = 0;
     parameters.smoother.global_deviations.mount_pitch = 0;
   }
@@ -480,7 +483,7 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
       parameters.smoother.globals.gps_lever_arm = *c.antenna;
     } else if (const auto pose = recording.mounting(c.base_frame, gps->frame)) {
       parameters.smoother.globals.gps_lever_arm = pose->translation();
-      result.said.push_back(gps->name + ": antenna from /tf_static (" + c.base_frame + " to " +
+      result.said.push_back(gps->name + ": antenna from the transforms (" + c.base_frame + " to " +
                             gps->frame + ").");
     } else {
       result.said.push_back(gps->name +

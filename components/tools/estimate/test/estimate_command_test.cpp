@@ -87,7 +87,7 @@ class EstimateOfABag : public ::testing::Test {
     write("/odom", m, t);
   }
   void write_fix(double t, const Eigen::Vector3d& position) {
-    auto m = stamped<sensor_msgs::msg::NavSatFix>(t, "gps");
+    auto m = stamped<sensor_msgs::msg::NavSatFix>(t + fix_clock_, "gps");
     const auto place = map_.geodetic(position);
     m.latitude = place.latitude;
     m.longitude = place.longitude;
@@ -144,6 +144,7 @@ class EstimateOfABag : public ::testing::Test {
     return p;
   }
 
+  double fix_clock_ = 0;  // s, added to the stamps of fixes
   Motion motion_;
   const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
   testing::TemporaryFolder folder_;
@@ -158,7 +159,7 @@ TEST_F(EstimateOfABag, WithImuOdometerAndGpsIsWrittenAndExplained) {
   EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
   const std::string report = testing::content(folder_.path() / "out" / "report.md");
   EXPECT_THAT(report, AllOf(HasSubstr("/imu/data (sensor_msgs/msg/Imu, frame 'imu_link'"),
-                            HasSubstr("yaw 90.0 degrees, from /tf_static"),
+                            HasSubstr("yaw 90.0 degrees, from the transforms"),
                             HasSubstr("the odometer (speed along x, yaw rate)"),
                             Not(HasSubstr("seems to be mounted"))));
   EXPECT_THAT(testing::content(folder_.path() / "out" / "configuration.yaml"),
@@ -171,6 +172,37 @@ TEST_F(EstimateOfABag, WithImuOdometerAndGpsIsWrittenAndExplained) {
   EXPECT_EQ(again.code(), 0) << again.err;
   EXPECT_EQ(testing::content(folder_.path() / "again" / "trajectory.csv"),
             testing::content(folder_.path() / "out" / "trajectory.csv"));
+}
+
+TEST_F(EstimateOfABag, FixedTransformsOnTfAreAMountingAndMovingOnesAreNot) {
+  for (int i = 0; i < 5; ++i) {
+    tf2_msgs::msg::TFMessage m;
+    m.transforms.resize(2);
+    m.transforms[0].header.frame_id = "base_link";
+    m.transforms[0].child_frame_id = "imu_link";
+    m.transforms[0].transform.rotation.z = std::sqrt(0.5);
+    m.transforms[0].transform.rotation.w = std::sqrt(0.5);
+    m.transforms[1].header.frame_id = "base_link";
+    m.transforms[1].child_frame_id = "gps";
+    m.transforms[1].transform.translation.x = i;
+    m.transforms[1].transform.rotation.w = 1;
+    write("/tf", m, 0.01 * i);
+  }
+  drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("yaw 90.0 degrees, from the transforms"),
+                                HasSubstr("where the antenna is on the robot is not known")));
+}
+
+TEST_F(EstimateOfABag, StampsOfAnotherClockAreNamedWithTheirOffsetAndUsed) {
+  write_mounting();
+  fix_clock_ = -3600;
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/fix: header.stamp is of another clock, 3600.000 s behind"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
 }
 
 TEST_F(EstimateOfABag, WithoutImuIsFromWheelsAndGps) {
