@@ -21,13 +21,14 @@ from mission import pipescout
 TIMEOUT = 280  # s, of a run
 ARGUMENTS = {
     "crawler": ["--param", "crawler_simulation.length:=150.0", "rate:=1000.0"],
-    "rack": ["duration:=40.0", "rate:=1000.0"],
+    "rack": ["--param", "visual_servo.way_points:=[0.9, 4.0, 2.6, 1.5707963]", "duration:=40.0",
+             "rate:=1000.0"],
     "patrol": ["--param", "patrol_simulation.row.length:=6.0",
                "--param", "patrol_simulation.leaks:=[3.0, 0.3, 80.0]", "rate:=1000.0"],
 }
 BUSY_LOOPS = 4
 # Of the wall clock, or of the run's place.
-NOT_COMPARED = re.compile(r"mission\.(log|yaml)|summary\.json|.*\.(sqlite|db|db3|html|mcap)")
+NOT_COMPARED = re.compile(r"mission\.(log|yaml)|summary\.json|metadata\.yaml|.*\.(sqlite|db|db3|html|mcap)")
 
 
 def environment():
