@@ -63,17 +63,24 @@ int run(const Options& options) {
     trajectory = estimate_trajectory(recording, configuration, options.apply_mounting, progress);
   } catch (const std::invalid_argument& error) {
     printer.finish();
+    std::string text = "# No trajectory\n\n";
     for (const std::string& each : guessed.said) {
-      std::cerr << each << '\n';
+      text += "- " + each + "\n";
     }
     for (const Stream& stream : recording.streams) {
       for (const auto& [fault, count] : stream.faults) {
-        std::cerr << stream.name << ": " << count << " times: " << fault << '\n';
+        text += "- " + stream.name + ": " + fault + ": " + std::to_string(count) +
+                " of its messages.\n";
       }
     }
     for (const std::string& each : recording.remarks) {
-      std::cerr << each << '\n';
+      text += "- " + each + "\n";
     }
+    text += std::string("- ") + error.what() + "\n";
+    std::cout << text;
+    fs::create_directories(options.out);
+    replace_file(fs::path(options.out) / "configuration.yaml", to_yaml(configuration));
+    replace_file(fs::path(options.out) / "report.md", text);
     throw CommandError(error.what());
   }
   printer.finish();

@@ -252,11 +252,27 @@ TEST_F(EstimateOfABag, BadInputIsCountedAndNamedAndLosesNothingElse) {
   EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
 }
 
+TEST_F(EstimateOfABag, CutShortIsUsedAsFarAsItCanBeRead) {
+  write_mounting();
+  drive(true);
+  writer_.close();
+  for (const auto& entry : fs::directory_iterator(folder_.path() / "bag")) {
+    if (entry.path().extension() == ".db3") {
+      fs::resize_file(entry.path(), fs::file_size(entry.path()) * 7 / 10);
+    }
+  }
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("The bag cannot be read to its end"));
+}
+
 TEST_F(EstimateOfABag, WithoutAnythingToUseFailsAndSaysWhy) {
   write_fix(0, Eigen::Vector3d::Zero());
   const auto result = run();
   EXPECT_EQ(result.code(), 1);
   EXPECT_THAT(result.err, HasSubstr("there is no usable IMU, and no odometer"));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "report.md"),
+              HasSubstr("there is no usable IMU, and no odometer"));
 }
 
 }  // namespace
