@@ -7,6 +7,7 @@
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <memory>
 #include <nav_msgs/msg/odometry.hpp>
+#include <numbers>
 #include <optional>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
@@ -28,6 +29,7 @@ constexpr std::uint64_t kMessagesPerReport = 5000;
 constexpr double kOtherClock = 2;  // s
 /// Between two messages on /tf, m and rad: more than rounding.
 constexpr double kMoves = 1e-3;
+constexpr double kLeastWay = 1;  // m, of poses that move
 
 double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) * 1e-9;
@@ -42,6 +44,13 @@ struct Clock {
   std::vector<double> delays;  // s, recording minus stamp
 };
 
+/// A pose of nav_msgs/Odometry, in the plane.
+struct PlanarPose {
+  double time = 0;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double yaw = 0;
+};
+
 struct Topic {
   bags::BagTopic of;
   const MessageType* type = nullptr;
@@ -49,6 +58,7 @@ struct Topic {
   std::optional<Kind> kind;
   bool transforms = false;
   Stream stream;
+  std::vector<PlanarPose> poses;
   Clock clock;
   std::size_t undecoded = 0;
 };
@@ -126,7 +136,14 @@ void take_odometer(Topic& topic, std::int64_t log_time) {
     if (topic.stream.frame.empty()) {
       topic.stream.frame = without_slash(m.child_frame_id);
     }
-    take_twist(topic, time_of(topic, m.header, log_time), m.twist.twist);
+    const double time = time_of(topic, m.header, log_time);
+    take_twist(topic, time, m.twist.twist);
+    const auto& p = m.pose.pose.position;
+    const auto& q = m.pose.pose.orientation;
+    const double yaw = std::atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z));
+    if (std::isfinite(p.x + p.y + yaw)) {
+      topic.poses.push_back({time, {p.x, p.y}, yaw});
+    }
   } else if (topic.of.type == "geometry_msgs/msg/TwistStamped") {
     const auto& m = as<geometry_msgs::msg::TwistStamped>(topic);
     take_twist(topic, time_of(topic, m.header, log_time), m.twist);
@@ -156,6 +173,39 @@ void take_transforms(const Topic& topic, Recording& recording, std::set<std::str
       moving.insert(child);
     }
   }
+}
+
+/// Some odometries, of lidars and cameras, leave the twist empty: it then comes from the poses.
+void differentiate_poses(Topic& topic, std::vector<std::string>& remarks) {
+  const auto& poses = topic.poses;
+  const bool empty = std::ranges::all_of(topic.stream.odometer, [](const OdometerRow& row) {
+    return row.speed == 0 && row.yaw_rate.value_or(0) == 0;
+  });
+  double way = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    way += (poses[i].position - poses[i - 1].position).norm();
+  }
+  if (!empty || way < kLeastWay) {
+    return;
+  }
+  topic.stream.odometer.clear();
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const PlanarPose& a = poses[i - 1];
+    const PlanarPose& b = poses[i];
+    const double step = b.time - a.time;
+    if (!(step > 0)) {
+      continue;
+    }
+    const double turn = std::remainder(b.yaw - a.yaw, 2 * std::numbers::pi);
+    const double yaw = a.yaw + turn / 2;
+    const Eigen::Vector2d forwards(std::cos(yaw), std::sin(yaw));
+    // The mean over the step holds in its middle.
+    add_odometer(topic.stream, {.time = a.time + step / 2,
+                                .speed = forwards.dot(b.position - a.position) / step,
+                                .yaw_rate = turn / step});
+  }
+  remarks.push_back(topic.of.name +
+                    ": twist is zero in all messages; speed and yaw rate are those of the poses.");
 }
 
 double median(std::vector<double> values) {
@@ -281,6 +331,9 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
   }
   for (const std::string& frame : moving) {
     recording.mounts.erase(frame);
+  }
+  for (Topic& topic : topics) {
+    differentiate_poses(topic, recording.remarks);
   }
   reconcile_clocks(topics, recording.remarks);
   for (Topic& topic : topics) {

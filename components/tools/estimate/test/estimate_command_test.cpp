@@ -82,8 +82,16 @@ class EstimateOfABag : public ::testing::Test {
   void write_odometry(double t) {
     auto m = stamped<nav_msgs::msg::Odometry>(t, "odom");
     m.child_frame_id = "base_link";
-    m.twist.twist.linear.x = motion_.speed(t);
-    m.twist.twist.angular.z = motion_.rate(t);
+    if (twist_) {
+      m.twist.twist.linear.x = motion_.speed(t);
+      m.twist.twist.angular.z = motion_.rate(t);
+    }
+    // In a frame of its own, turned from the map.
+    m.pose.pose.position.x = pose_.y();
+    m.pose.pose.position.y = -pose_.x();
+    const double half = (heading_ - std::numbers::pi / 2) / 2;
+    m.pose.pose.orientation.z = std::sin(half);
+    m.pose.pose.orientation.w = std::cos(half);
     write("/odom", m, t);
   }
   void write_fix(double t, const Eigen::Vector3d& position) {
@@ -107,8 +115,8 @@ class EstimateOfABag : public ::testing::Test {
   }
   /// The whole drive; the last position.
   Eigen::Vector3d drive(bool with_imu) {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    double heading = 0.5;
+    Eigen::Vector3d& position = pose_;
+    double& heading = heading_;
     const int steps = static_cast<int>(kDuration * 100);
     for (int i = 0; i < steps; ++i) {
       const double t = 0.01 * i;
@@ -144,6 +152,9 @@ class EstimateOfABag : public ::testing::Test {
     return p;
   }
 
+  Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
+  double heading_ = 0.5;
+  bool twist_ = true;
   double fix_clock_ = 0;  // s, added to the stamps of fixes
   Motion motion_;
   const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
@@ -264,6 +275,15 @@ TEST_F(EstimateOfABag, CutShortIsUsedAsFarAsItCanBeRead) {
   const auto result = run();
   ASSERT_EQ(result.code(), 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("The bag cannot be read to its end"));
+}
+
+TEST_F(EstimateOfABag, OdometryWithoutTwistIsUsedByItsPoses) {
+  twist_ = false;
+  const Eigen::Vector3d end = drive(false);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/odom: twist is zero in all messages"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
 }
 
 TEST_F(EstimateOfABag, WithoutAnythingToUseFailsAndSaysWhy) {
