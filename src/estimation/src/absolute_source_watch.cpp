@@ -50,12 +50,12 @@ void SourceWatchParameters::validate() const {
   within("confirmation", confirmation, 0, 1e6, "[0, 1e6]");
 }
 
-double covariance_factor(double correlation_time, double spacing, double memory) noexcept {
+double covariance_factor(double correlation_time, double spacing) noexcept {
   if (!(correlation_time > 0)) {
     return 1;
   }
   const double half = 0.5 * spacing / correlation_time;
-  return std::clamp(1 / std::tanh(half), 1.0, std::max(memory / spacing, 1.0));
+  return 1 / std::tanh(half);
 }
 
 AbsoluteSourceWatch::AbsoluteSourceWatch(const SourceWatchParameters& parameters)

@@ -37,11 +37,19 @@ bool ImuIntake::near(const ImuReading& a, const ImuReading& b) const noexcept {
   constexpr double kLeastRate = 0.05;  // rad/s
   constexpr double kLeastForce = 0.5;  // m/s^2
   constexpr double kYielding = 1.3;    // for each reading that was dropped
+  // What a vehicle that turns in or brakes does between two readings of a slow IMU; at 100 Hz it is
+  // the least above.
+  constexpr double kAngularAcceleration = 5;  // rad/s^2
+  constexpr double kJerk = 50;                // m/s^3
+  const double elapsed = std::abs(b.time - a.time);
+  const double least_rate =
+      std::min(std::max(kLeastRate, kAngularAcceleration * elapsed), spike_rate_);
+  const double least_force = std::min(std::max(kLeastForce, kJerk * elapsed), spike_force_);
   const double steps = kSteps * std::pow(kYielding, static_cast<double>(dropped_));
   return (a.angular_rate - b.angular_rate).norm() <=
-             std::clamp(steps * rate_step_, kLeastRate, spike_rate_) &&
+             std::clamp(steps * rate_step_, least_rate, spike_rate_) &&
          (a.specific_force - b.specific_force).norm() <=
-             std::clamp(steps * force_step_, kLeastForce, spike_force_);
+             std::clamp(steps * force_step_, least_force, spike_force_);
 }
 
 void ImuIntake::join(const ImuReading& to, Taken& taken) noexcept {

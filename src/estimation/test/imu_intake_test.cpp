@@ -76,6 +76,24 @@ TEST(ImuIntake, SpikesAreBridged) {
   EXPECT_LT((sum.velocity - Vector3d(1 - std::cos(10), 0, 98.1)).norm(), 0.05);
 }
 
+TEST(ImuIntake, ASlowGyroThatTurnsInIsNoSpike) {
+  // 5 Hz: a mower that stood turns by half a radian per second, from one reading to the next.
+  StateEstimatorParameters parameters;
+  parameters.largest_imu_gap = 0.5;
+  constexpr double kSlow = 0.2;
+  ImuIntake intake(parameters);
+  double duration = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double rate = i % 20 < 10 ? 1e-4 * (i % 3) : 0.5;
+    const auto taken = intake.add({kSlow * i, Vector3d(0, 0, 9.81), Vector3d(0, 0, rate)});
+    EXPECT_NE(taken.outcome, Outcome::kGated) << i;
+    for (std::size_t k = 0; k < taken.count; ++k) {
+      duration += taken.samples[k].duration;
+    }
+  }
+  EXPECT_NEAR(duration, 99 * kSlow, 1e-9);
+}
+
 TEST(ImuIntake, WrongFirstReadingsAreNotJoined) {
   for (int wrong = 1; wrong <= 3; ++wrong) {
     ImuIntake intake({});

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "each_seed.hpp"
@@ -14,6 +16,7 @@
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/estimation_study/car_recording.hpp"
 #include "pipescout/estimation_study/fusion_stream.hpp"
+#include "pipescout/estimation_study/husky_recording.hpp"
 #include "pipescout/estimation_study/lawnmower_recording.hpp"
 #include "pipescout/estimation_study/run_score.hpp"
 #include "reproduce.hpp"
@@ -128,7 +131,8 @@ class Estimator {
          {"false re-acquisitions", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
     add_stream();
     add_car();
-    add_lawnmower();
+    add_lawnmowers();
+    add_husky();
     return std::move(result_);
   }
 
@@ -275,8 +279,9 @@ class Estimator {
   }
 
   /// The contents of files of a data set; nothing, said aloud, where it is not.
-  std::optional<std::vector<std::string>> texts(const std::string& study, const char* data_set,
-                                                const std::vector<const char*>& files) {
+  std::optional<std::vector<std::string>> texts(const std::string& study,
+                                                const std::string& data_set,
+                                                const std::vector<std::string>& files) {
     const std::filesystem::path folder =
         std::filesystem::path(options_.data.empty() ? default_data_folder() : options_.data) /
         data_set;
@@ -287,7 +292,7 @@ class Estimator {
       return std::nullopt;
     }
     std::vector<std::string> result;
-    for (const char* file : files) {
+    for (const std::string& file : files) {
       result.push_back(read_csv_text((folder / file).string()));
     }
     return result;
@@ -389,32 +394,84 @@ class Estimator {
     rows_.add_study(study, measures);
   }
 
-  void add_lawnmower() {
-    const std::string study = "A real lawnmower (Plaza2) by dead reckoning";
-    const auto files = texts(study, "lawnmower_plaza2", {"Plaza2_DR.txt", "Plaza2_GT.csv"});
+  void add_lawnmowers() {
+    using estimation_study::ReferenceHeading;
+    // Plaza1: as good as its gyro, whose steps need but be summed up.
+    add_lawnmower("1", ReferenceHeading::kForwards, at_most(1.94));
+    add_lawnmower("2", ReferenceHeading::kBackwards, at_most(6.3));
+  }
+
+  void add_lawnmower(const std::string& number, estimation_study::ReferenceHeading heading,
+                     const Target& target) {
+    const std::string name = "Plaza" + number;
+    const std::string figure = "plaza" + number + "_";
+    const std::string study = "A real lawnmower (" + name + ") by dead reckoning";
+    const std::string steps = name + "_DR.txt";
+    const std::string reference = name + "_GT.csv";
+    const auto files = texts(study, "lawnmower_plaza" + number, {steps, reference});
     if (!files) {
       return;
     }
-    const auto score = estimation_study::score_lawnmower((*files)[0], (*files)[1]);
+    const auto score = estimation_study::score_lawnmower((*files)[0], (*files)[1], heading);
     rows_.add_study(
-        study, {{"way, m", score.way, {}, kLargeIsGood},
-                {"position, root mean square, m",
-                 score.estimator.rms,
-                 {},
-                 kSmallIsGood,
-                 "lawnmower_position_rmse_m"},
-                {"position, largest, m", score.estimator.largest, {}, kSmallIsGood},
-                {"position error at the end, % of the distance",
-                 100 * score.estimator.end / score.way,
-                 {},
-                 kSmallIsGood,
-                 "lawnmower_end_percent"},
-                {"reference within the 95 % ellipse, share of the time",
-                 score.covered_share,
-                 {},
-                 kLargeIsGood},
-                {"sum of the steps alone: root mean square, m", score.summed.rms, {}, kSmallIsGood},
-                {"sum of the steps alone: largest, m", score.summed.largest, {}, kSmallIsGood}});
+        study,
+        {{"way, m", score.way, {}, kLargeIsGood},
+         {"position, root mean square, m", score.estimator.rms, {}, target, figure + "rms_m"},
+         {"position, largest, m", score.estimator.largest, {}, kSmallIsGood},
+         {"position error at the end, % of the distance",
+          100 * score.estimator.end / score.way,
+          {},
+          kSmallIsGood,
+          figure + "end_percent"},
+         {"reference within the 95 % ellipse, share of the time",
+          score.covered_share,
+          {},
+          kLargeIsGood},
+         {"sum of the steps alone: root mean square, m", score.summed.rms, {}, kSmallIsGood},
+         {"sum of the steps alone: largest, m", score.summed.largest, {}, kSmallIsGood}});
+  }
+
+  void add_husky() {
+    // Of a plain filter with five states (place, heading, speed, gyro bias).
+    constexpr double kFilterRms = 1.65;
+    constexpr double kFilterLargest = 5.2;
+    constexpr std::array kOutages{std::pair(10.0, 2.0), std::pair(20.0, 3.5), std::pair(40.0, 8.1)};
+    constexpr double kFirst = 60;
+    constexpr double kEvery = 20;
+    const std::string study = "A real ground robot (Husky), off its GPS";
+    const auto files =
+        texts(study, "husky_outdoor", {"husky_imu.csv", "husky_odom.csv", "husky_fix.csv"});
+    if (!files) {
+      return;
+    }
+    const estimation_study::HuskyRecording husky =
+        estimation_study::read_husky({.imu = (*files)[0], .odom = (*files)[1], .fix = (*files)[2]});
+    const estimation_study::HuskyScore score = estimation_study::score_husky(husky);
+    std::vector<Measure> measures{
+        {"root mean square, m", score.rms, {}, at_most(kFilterRms), "husky_rms_m"},
+        {"largest, m", score.largest, {}, at_most(kFilterLargest), "husky_max_m"},
+        {"in the map after, s", score.started, {}, kSmallIsGood},
+        {"fixes held out or gated since then",
+         static_cast<double>(score.held_out),
+         {},
+         kSmallIsGood,
+         "husky_held_out"}};
+    for (const auto& [duration, filter] : kOutages) {
+      std::vector<double> errors;
+      for (double begin = kFirst; begin + duration <= husky.end; begin += kEvery) {
+        if (const auto error = estimation_study::score_husky_outage(husky, begin, duration)) {
+          errors.push_back(*error);
+        }
+      }
+      const std::string seconds = std::to_string(std::lround(duration));
+      measures.push_back({"without GPS for " + seconds + " s, " + std::to_string(errors.size()) +
+                              " times: at the end, mean, m",
+                          mean(errors),
+                          {},
+                          at_most(filter),
+                          "husky_outage_" + seconds + "s_m"});
+    }
+    rows_.add_study(study, measures);
   }
 
   const ReproduceOptions& options_;

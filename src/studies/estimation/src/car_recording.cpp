@@ -148,6 +148,7 @@ CarRecording read_car(const CarFiles& files) {
 
 estimation::StateEstimatorParameters car_parameters() {
   auto parameters = estimation::StateEstimatorParameters::ground_robot();
+  parameters.gps.correlation_time = 0;  // see kGpsLevel
   // Forward, right, down.
   parameters.R_body_imu = geometry::SO3::about_x(M_PI);
   parameters.smoother.gravity = 9.80;  // at 38 degrees of latitude

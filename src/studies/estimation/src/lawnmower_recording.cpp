@@ -42,17 +42,18 @@ void add(const Vector2d& error, DeadReckoningScore& score) {
 
 }  // namespace
 
-LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view reference_text) {
-  const auto steps = number_table(steps_text, "Plaza2_DR.txt", false, 3);
-  const auto reference = number_table(reference_text, "Plaza2_GT.csv", true, 4);
+LawnmowerScore score_lawnmower(std::string_view steps_text, std::string_view reference_text,
+                               ReferenceHeading reference_heading) {
+  const auto steps = number_table(steps_text, "the steps", false, 3);
+  const auto reference = number_table(reference_text, "the reference", true, 4);
   if (steps.empty() || reference.empty()) {
     throw std::runtime_error("lawnmower: no rows");
   }
   const estimation::StateEstimatorParameters used = parameters();
   estimation::StateEstimator estimator(used);
   Vector2d summed(reference[0][1], reference[0][2]);
-  // The reference's heading is that of the rear: its track runs the other way.
-  double heading = reference[0][3] + M_PI;
+  double heading =
+      reference[0][3] + (reference_heading == ReferenceHeading::kBackwards ? M_PI : 0.0);
   (void)estimator.add(estimation::GivenPose{.time = steps[0][0],
                                             .position = Eigen::Vector3d(summed.x(), summed.y(), 0),
                                             .position_deviation = 0.05,

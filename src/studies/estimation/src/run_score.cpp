@@ -200,6 +200,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                    ? StateEstimatorParameters::ground_robot()
                                : run.vehicle == Vehicle::kUav ? StateEstimatorParameters::uav()
                                                               : StateEstimatorParameters::crawler();
+  p.gps.correlation_time = 0;  // as told: fixes are independent
   p.R_body_imu = run.R_body_imu;
   p.smoother.gravity = simulation::kGravity;
   p.smoother.imu_noise = imu_noise(options.imu);

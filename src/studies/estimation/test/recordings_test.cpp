@@ -9,6 +9,7 @@
 #include <string>
 
 #include "pipescout/estimation_study/car_recording.hpp"
+#include "pipescout/estimation_study/husky_recording.hpp"
 #include "pipescout/estimation_study/lawnmower_recording.hpp"
 
 namespace pipescout::estimation_study {
@@ -64,11 +65,38 @@ TEST_F(Recordings, CarKeepsItsWayWithoutGps) {
 }
 
 TEST_F(Recordings, LawnmowerKnowsTheBiasOfItsGyroFromStanding) {
-  const LawnmowerScore score = score_lawnmower(text("lawnmower_plaza2/Plaza2_DR.txt"),
-                                               text("lawnmower_plaza2/Plaza2_GT.csv"));
+  const LawnmowerScore score =
+      score_lawnmower(text("lawnmower_plaza2/Plaza2_DR.txt"),
+                      text("lawnmower_plaza2/Plaza2_GT.csv"), ReferenceHeading::kBackwards);
   EXPECT_NEAR(score.way, 1354, 1);
   EXPECT_LT(score.estimator.rms, 0.5 * score.summed.rms);
   EXPECT_LT(score.estimator.largest, 0.5 * score.summed.largest);
+}
+
+TEST_F(Recordings, ASlowGyroWithoutBiasIsBelieved) {
+  if (!std::filesystem::is_directory(folder_ / "lawnmower_plaza1")) {
+    GTEST_SKIP() << "NOT TESTED on Plaza1: there is no folder lawnmower_plaza1";
+  }
+  const LawnmowerScore score =
+      score_lawnmower(text("lawnmower_plaza1/Plaza1_DR.txt"),
+                      text("lawnmower_plaza1/Plaza1_GT.csv"), ReferenceHeading::kForwards);
+  EXPECT_NEAR(score.way, 1861, 1);
+  EXPECT_LT(score.estimator.rms, 5);  // 0.3 % of the way; 31 m when its turns were taken for spikes
+  EXPECT_GT(score.covered_share, 0.9);
+}
+
+TEST_F(Recordings, HuskyIsNotLockedOutOfGpsWhoseErrorsLast) {
+  if (!std::filesystem::is_directory(folder_ / "husky_outdoor")) {
+    GTEST_SKIP() << "NOT TESTED on the Husky: there is no folder husky_outdoor";
+  }
+  const std::string imu = text("husky_outdoor/husky_imu.csv");
+  const std::string odom = text("husky_outdoor/husky_odom.csv");
+  const std::string fix = text("husky_outdoor/husky_fix.csv");
+  const HuskyScore score = score_husky(read_husky({.imu = imu, .odom = odom, .fix = fix}));
+  EXPECT_LT(score.started, 20);
+  EXPECT_LT(score.rms, 3);  // the receiver wanders by as much
+  EXPECT_LT(score.largest, 8);
+  EXPECT_EQ(score.held_out, 0U);
 }
 
 std::string fault_of(const CarFiles& files) {
@@ -96,7 +124,8 @@ TEST(Recording, MalformedFilesAreNamed) {
   broken = files;
   broken.reference = "";
   EXPECT_THAT(fault_of(broken), HasSubstr("reference_pose_20hz.csv: no rows"));
-  EXPECT_THROW((void)score_lawnmower("1 2\n", "t,x,y,h\n"), std::runtime_error);
+  EXPECT_THROW((void)score_lawnmower("1 2\n", "t,x,y,h\n", ReferenceHeading::kForwards),
+               std::runtime_error);
 }
 
 }  // namespace

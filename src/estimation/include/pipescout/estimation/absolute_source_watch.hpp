@@ -71,10 +71,10 @@ struct WatchedFix {
 /// Factor by which the covariance of each measurement in a series, `spacing` seconds apart, has to
 /// be inflated when the errors are a first-order Gauss-Markov process of that correlation time: (1
 /// + a) / (1 - a) with a = exp(-spacing / correlation_time), the ratio of the variance of the mean
-/// of many measurements to that of white ones. Limited so that all measurements within `memory`
-/// seconds together count as at least one. 1 without correlation. `spacing` > 0; not checked.
-[[nodiscard]] double covariance_factor(double correlation_time, double spacing,
-                                       double memory) noexcept;
+/// of many measurements to that of white ones. It holds for correlations longer than the smoother's
+/// lag too: what leaves the lag stays in the state as if it were known from independent
+/// measurements. 1 without correlation. `spacing` > 0; not checked.
+[[nodiscard]] double covariance_factor(double correlation_time, double spacing) noexcept;
 
 /// Use of a measurement.
 enum class Verdict : std::uint8_t {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
-/// A real lawnmower with wheel odometry, a gyro, and RTK-GPS as reference: "Plaza2" of Djugash,
-/// 2010, "Geolocation with range: robustness, efficiency and scalability", as the data set
-/// lawnmower_plaza2 has it.
+/// A real lawnmower with wheel odometry, a gyro, and RTK-GPS as reference: "Plaza1" and "Plaza2" of
+/// Djugash, 2010, "Geolocation with range: robustness, efficiency and scalability", as the data
+/// sets lawnmower_plaza1 and lawnmower_plaza2 have them.
 namespace pipescout::estimation_study {
 
 /// Distances from the reference, m.
@@ -25,6 +26,10 @@ struct LawnmowerScore {
 /// Dead reckoning by the state estimator with the steps only (time, m, rad per row), from the first
 /// pose of the reference (time, x, y, heading per row, one header line). The steps are converted to
 /// an IMU on level ground and an odometer. Throws std::runtime_error naming the file and line.
-[[nodiscard]] LawnmowerScore score_lawnmower(std::string_view steps, std::string_view reference);
+/// `reference_heading`: whether that of the reference points forwards (Plaza1) or backwards
+/// (Plaza2).
+enum class ReferenceHeading : std::uint8_t { kForwards, kBackwards };
+[[nodiscard]] LawnmowerScore score_lawnmower(std::string_view steps, std::string_view reference,
+                                             ReferenceHeading reference_heading);
 
 }  // namespace pipescout::estimation_study

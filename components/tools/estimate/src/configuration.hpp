@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "recording.hpp"
+
+namespace pipescout::estimate {
+
+/// Which source is used as what. Format of the file: docs/estimate.md.
+struct Configuration {
+  std::string imu;       ///< name of a topic or source; empty: none
+  std::string odometer;  ///< the same
+  std::string gps;       ///< the same
+  std::string base_frame = "base_link";
+  /// degrees, roll, pitch, yaw of the IMU in the body; nothing: from /tf_static, else none.
+  std::optional<Eigen::Vector3d> imu_rotation{};
+  double specific_force_scale = 1;  ///< factor to m/s^2
+  /// rad/s/sqrt(Hz) and m/s^2/sqrt(Hz)
+  double gyro_noise = 2e-3;
+  double accelerometer_noise = 5e-2;
+  double odometer_scale = 1;    ///< factor on the speed; -1 turns it round
+  double gps_deviation = 3;     ///< m, per axis, where a fix states no usable covariance
+  double gps_factor = 1;        ///< on stated standard deviations
+  double gps_correlation = 30;  ///< s, correlation time of the errors of GPS
+  /// m, of the antenna in the body; nothing: from /tf_static, else 0.
+  std::optional<Eigen::Vector3d> antenna{};
+  std::string sources;  ///< YAML text of the column mapping, for folders of CSV files
+};
+
+struct Guess {
+  Configuration configuration;
+  std::vector<std::string> said;  ///< what was taken for what, and what was not used
+};
+
+/// Takes the streams that seem best. Never throws: a kind without a stream stays empty.
+[[nodiscard]] Guess guess(const Recording& recording);
+
+/// Reads a configuration. Keys that are absent keep what `defaults` says. Throws YamlError.
+[[nodiscard]] Configuration read_configuration(const std::string& path,
+                                               const Configuration& defaults);
+/// With comments for who edits it.
+[[nodiscard]] std::string to_yaml(const Configuration& configuration);
+
+}  // namespace pipescout::estimate

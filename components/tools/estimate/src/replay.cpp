@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "pipescout/csv/csv_table.hpp"
+
+namespace pipescout::estimate {
+namespace {
+
+using Eigen::Vector3d;
+using estimation::GpsMeasurement;
+using estimation::ImuReading;
+using estimation::OdometerReading;
+using estimation::Source;
+using estimation::SourceState;
+
+constexpr double kDegree = std::numbers::pi / 180;
+/// Of the distance, without slip that lasts: as in car and lawnmower studies.
+constexpr double kOdometerVariance = 1e-4;  // m^2 per m
+constexpr double kUnknownHeight = 1e4;      // m
+constexpr std::size_t kReportEvery = 2000;
+/// Of the way, of dead reckoning with a heading that is just known.
+constexpr double kEarlyDrift = 0.1;
+constexpr double kNever = 1e300;  // s
+/// Without an IMU: readings that the odometer implies, and how far wheels are from what an IMU
+/// says.
+constexpr double kImpliedStep = 0.02;        // s
+constexpr double kImpliedGyroNoise = 3e-3;   // rad/s/sqrt(Hz)
+constexpr double kImpliedGyroBias = 3e-3;    // rad/s, of wheels that differ
+constexpr double kImpliedForceNoise = 0.1;   // m/s^2/sqrt(Hz)
+constexpr double kLongestOdometerGap = 1.0;  // s
+
+struct Event {
+  double time;
+  std::variant<ImuReading, OdometerReading, GpsMeasurement> reading;
+};
+
+/// Normal gravity of GRS80 at the ellipsoid (Moritz 2000, eq. 2-146, in the series of 1967 form),
+/// and its change with height.
+double normal_gravity(const geometry::GeodeticPosition& place) {
+  const double s = std::pow(std::sin(place.latitude * kDegree), 2);
+  const double s2 = std::pow(std::sin(2 * place.latitude * kDegree), 2);
+  return 9.780327 * (1 + 0.0053024 * s - 0.0000058 * s2) - 3.086e-6 * place.altitude;
+}
+
+const Stream* chosen(const Recording& recording, const std::string& name, Kind kind) {
+  if (name.empty()) {
+    return nullptr;
+  }
+  const Stream* found = recording.find(name, kind);
+  if (found == nullptr) {
+    throw std::invalid_argument(std::string(to_string(kind)) + ".source: the recording has no " +
+                                to_string(kind) + " '" + name + "'");
+  }
+  return found->rows() == 0 ? nullptr : found;
+}
+
+double median_step(const std::vector<ImuRow>& rows) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    steps.push_back(rows[i].time - rows[i - 1].time);
+  }
+  if (steps.empty()) {
+    return 0.01;
+  }
+  const auto half = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), half, steps.end());
+  return *half;
+}
+
+std::string degrees(const geometry::SO3& rotation) {
+  char text[96];
+  const Vector3d a = rotation.roll_pitch_yaw() / kDegree;
+  std::snprintf(text, sizeof text, "roll %.1f, pitch %.1f, yaw %.1f degrees", a.x(), a.y(), a.z());
+  return text;
+}
+
+/// The mounting of the IMU: of the configuration, of the transforms, or none.
+geometry::SO3 imu_mounting(const Recording& recording, const Configuration& c, const Stream& imu,
+                           std::vector<std::string>& said) {
+  if (c.imu_rotation) {
+    const auto result = geometry::SO3::from_roll_pitch_yaw(*c.imu_rotation * kDegree);
+    said.push_back(imu.name + ": mounted with " + degrees(result) + ", from the configuration.");
+    return result;
+  }
+  if (imu.frame.empty() || imu.frame == c.base_frame) {
+    said.push_back(imu.name + ": its frame is that of the base, so that no mounting is applied.");
+    return {};
+  }
+  if (const auto pose = recording.mounting(c.base_frame, imu.frame)) {
+    said.push_back(imu.name + ": mounted with " + degrees(pose->rotation()) +
+                   ", from the transforms (" + c.base_frame + " to " + imu.frame + ").");
+    return pose->rotation();
+  }
+  said.push_back(
+      imu.name + ": header.frame_id '" + imu.frame + "' is not connected to the base frame '" +
+      c.base_frame +
+      "' by fixed transforms; its axes are taken for those of the base. Set imu.rotation if "
+      "they are not.");
+  return {};
+}
+
+void add_odometer_events(const Stream& odometer, double scale, std::vector<Event>& events) {
+  double distance = 0;
+  double way = 0;
+  for (std::size_t i = 0; i < odometer.odometer.size(); ++i) {
+    const OdometerRow& row = odometer.odometer[i];
+    if (i > 0) {
+      const OdometerRow& before = odometer.odometer[i - 1];
+      const double step = scale * (row.time - before.time) * (row.speed + before.speed) / 2;
+      distance += step;
+      way += std::abs(step);
+    }
+    events.push_back({row.time, OdometerReading{.time = row.time,
+                                                .distance = distance,
+                                                .variance = kOdometerVariance * way}});
+  }
+}
+
+/// What an IMU on level ground would read when the vehicle moves as its odometer says.
+void add_implied_imu(const Stream& odometer, double scale, double gravity,
+                     std::vector<Event>& events) {
+  const auto& rows = odometer.odometer;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const OdometerRow& a = rows[i - 1];
+    const OdometerRow& b = rows[i];
+    const double length = b.time - a.time;
+    if (length > kLongestOdometerGap) {
+      continue;
+    }
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / kImpliedStep)));
+    const double acceleration = scale * (b.speed - a.speed) / length;
+    const double rate_a = a.yaw_rate.value_or(b.yaw_rate.value_or(0));
+    const double rate_b = b.yaw_rate.value_or(rate_a);
+    for (int k = 0; k < steps; ++k) {
+      const double share = static_cast<double>(k) / steps;
+      const double time = a.time + share * length;
+      const double rate = rate_a + share * (rate_b - rate_a);
+      const double speed = scale * (a.speed + share * (b.speed - a.speed));
+      events.push_back({time, ImuReading{.time = time,
+                                         .specific_force = {acceleration, speed * rate, gravity},
+                                         .angular_rate = {0, 0, rate}}});
+    }
+  }
+}
+
+void add_gps_events(const Stream& gps, const Configuration& c, const geometry::LocalFrame& map,
+                    Trajectory& result, std::vector<Event>& events) {
+  std::size_t unstated = 0;
+  for (const GpsRow& row : gps.gps) {
+    GpsMeasurement m{.time = row.time, .position = map.position(row.place)};
+    if (row.covariance) {
+      const Eigen::Matrix3d axes = map.axes_at(row.place);
+      m.covariance = c.gps_factor * c.gps_factor * axes * *row.covariance * axes.transpose();
+      m.covariance = (0.5 * (m.covariance + m.covariance.transpose())).eval();
+    } else {
+      ++unstated;
+      m.covariance.diagonal() << 1, 1, 4;  // heights are about twice as bad
+      m.covariance *= c.gps_deviation * c.gps_deviation;
+    }
+    if (!row.has_height) {
+      m.position.z() = 0;
+      m.covariance.row(2).setZero();
+      m.covariance.col(2).setZero();
+      m.covariance(2, 2) = kUnknownHeight * kUnknownHeight;
+    }
+    result.fixes.push_back(
+        {.time = row.time,
+         .position = m.position,
+         .deviation = std::sqrt(m.covariance.topLeftCorner<2, 2>().trace() / 2)});
+    events.push_back({row.time, m});
+  }
+  if (unstated > 0) {
+    result.said.push_back(gps.name + ": " + std::to_string(unstated) + " of " +
+                          std::to_string(gps.gps.size()) +
+                          " fixes state no usable covariance; gps.deviation " +
+                          format_csv_number(c.gps_deviation) + " m is used for them.");
+  }
+}
+
+estimation::StateEstimatorParameters parameters_for(const Configuration& c, bool odometer,
+                                                    double imu_step, double gravity,
+                                                    double fastest) {
+  using estimation::StateEstimatorParameters;
+  auto p = odometer ? StateEstimatorParameters::ground_robot() : StateEstimatorParameters::uav();
+  p.smoother.gravity = gravity;
+  p.smoother.imu_noise.gyro = c.gyro_noise;
+  p.smoother.imu_noise.accelerometer = c.accelerometer_noise;
+  p.specific_force_scale = c.specific_force_scale;
+  p.start.hover_speed = 0;
+  p.start.largest_speed = std::clamp(2 * fastest, 5.0, 100.0);
+  p.odometer.largest_speed = std::clamp(3 * fastest, 30.0, 1000.0);
+  p.odometer.largest_gap = kLongestOdometerGap;
+  p.gps.correlation_time = c.gps_correlation;
+  // Nothing is known of how well this robot's dead reckoning works.
+  p.gps.drift_share = 0.05;
+  p.gps.drift_floor = 5;
+  p.gps.confirmed_takeover = p.gps.takeover;
+  // Slow IMUs: a gap is several of their own steps.
+  p.largest_imu_gap = std::clamp(4 * imu_step, p.largest_imu_gap, 1.0);
+  p.imu_silence = std::clamp(6 * imu_step, p.imu_silence, 5.0);
+  p.smoother.max_held_imu = std::clamp(2 * imu_step, p.smoother.max_held_imu, 1.0);
+  p.keyframe_period = std::clamp(imu_step, p.keyframe_period, 1.0);
+  return p;
+}
+
+/// Notes what changes while the estimator runs.
+class Watcher {
+ public:
+  explicit Watcher(Trajectory& result) : result_(result) {}
+
+  void look(double time, const estimation::EstimatorStatus& status) {
+    if (status.phase != phase_) {
+      phase_ = status.phase;
+      std::string what = "the estimator is " + std::string(to_string(phase_));
+      if (!status.text.empty()) {
+        what += ": " + status.text;
+      }
+      result_.changes.push_back({time, std::move(what)});
+    }
+    const SourceState gps = status.of(Source::kGps).state;
+    if (gps != gps_) {
+      gps_ = gps;
+      result_.changes.push_back({time, "GPS is " + std::string(to_string(gps))});
+    }
+    std::size_t restarts = 0;
+    for (const std::size_t n : status.restarts) {
+      restarts += n;
+    }
+    if (restarts != restarts_) {
+      restarts_ = restarts;
+      result_.changes.push_back(
+          {time, "the state was reset: " + std::string(to_string(status.last_restart))});
+    }
+  }
+
+  /// After a fix at `position` was handed over.
+  void compare(double time, const Vector3d& position, const estimation::EstimatorStatus& status,
+               const std::optional<estimation::Estimate>& estimate) {
+    const bool in_map = estimate && estimate->in_map;
+    // Fixes that the start needed for itself are not held out.
+    const bool out = in_map && was_in_map_ && status.of(Source::kGps).held > held_;
+    was_in_map_ = in_map;
+    held_ = status.of(Source::kGps).held;
+    if (!out) {
+      open_ = open_ && time - result_.held.back().end < 1;
+      return;
+    }
+    if (!open_) {
+      result_.held.push_back({.begin = time});
+      open_ = true;
+    }
+    HeldOut& held = result_.held.back();
+    held.end = time;
+    ++held.fixes;
+    held.farthest = std::max(held.farthest, (estimate->state.position - position).head<2>().norm());
+  }
+
+ private:
+  Trajectory& result_;
+  estimation::Phase phase_ = estimation::Phase::kStarting;
+  SourceState gps_ = SourceState::kAbsent;
+  std::size_t restarts_ = 0;
+  std::size_t held_ = 0;
+  bool was_in_map_ = false;
+  bool open_ = false;
+};
+
+/// A pose before the estimator knew its place in the map, by dead reckoning from the levelling on.
+struct EarlyPose {
+  double time;
+  geometry::SE3 T_odom_body;
+  Vector3d velocity;  // m/s, in `odom`
+};
+
+/// Puts the way before the start in front of the trajectory.
+void prepend(const std::vector<EarlyPose>& early, const estimation::Estimate& first,
+             const Vector3d& deviation, Trajectory& result) {
+  // The errors of dead reckoning grow backwards from the start.
+  double way = 0;
+  std::vector<double> ways(early.size());
+  for (std::size_t i = early.size(); i-- > 0;) {
+    if (i + 1 < early.size()) {
+      way += (early[i + 1].T_odom_body.translation() - early[i].T_odom_body.translation()).norm();
+    }
+    ways[i] = way;
+  }
+  for (std::size_t i = 0; i < early.size(); ++i) {
+    const EarlyPose& pose = early[i];
+    const geometry::SE3 T_map_body = first.T_map_odom * pose.T_odom_body;
+    const Vector3d grown = deviation.array() + kEarlyDrift * ways[i];
+    result.points.push_back({.time = pose.time,
+                             .position = T_map_body.translation(),
+                             .orientation = T_map_body.rotation().quaternion(),
+                             .velocity = first.T_map_odom.rotation() * pose.velocity,
+                             .position_deviation = grown});
+  }
+  if (!early.empty()) {
+    char text[192];
+    std::snprintf(
+        text, sizeof text,
+        "Poses before %.1f s are dead reckoning, put into the map when the start was known.",
+        first.time);
+    result.said.emplace_back(text);
+  }
+}
+
+void run(const std::vector<Event>& events, const estimation::StateEstimatorParameters& parameters,
+         bool any_frame, Trajectory& result, const Progress& progress) {
+  estimation::StateEstimator estimator(parameters);
+  if (any_frame) {
+    // Without GPS the map is where and how the vehicle started.
+    estimator.add(estimation::GivenPose{.time = events.front().time,
+                                        .position = Vector3d::Zero(),
+                                        .position_deviation = 1e-3,
+                                        .heading = 0.0,
+                                        .heading_deviation = 1e-4});
+  }
+  Watcher watcher(result);
+  std::vector<EarlyPose> early;
+  std::uint64_t updates = 0;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const Event& event = events[i];
+    if (i % kReportEvery == 0) {
+      progress("estimating", static_cast<double>(i) / static_cast<double>(events.size()));
+    }
+    std::visit([&](const auto& reading) { (void)estimator.add(reading); }, event.reading);
+    if (const auto* fix = std::get_if<GpsMeasurement>(&event.reading)) {
+      const auto status = estimator.status();
+      watcher.look(event.time, status);
+      watcher.compare(event.time, fix->position, status, estimator.estimate());
+    }
+    if (estimator.updates() == updates) {
+      continue;
+    }
+    updates = estimator.updates();
+    if (updates % 10 == 0) {
+      watcher.look(event.time, estimator.status());
+    }
+    const auto estimate = estimator.estimate();
+    if (!estimate) {
+      early.clear();
+      continue;
+    }
+    const double newest = result.points.empty() ? early.empty() ? -kNever : early.back().time
+                                                : result.points.back().time;
+    if (estimate->time <= newest) {
+      continue;
+    }
+    if (!estimate->in_map) {
+      if (result.points.empty()) {
+        early.push_back({estimate->time, estimate->T_odom_body, estimate->state.velocity});
+      }
+      continue;
+    }
+    const auto covariance = estimator.covariance();
+    const Vector3d deviation =
+        covariance.diagonal().segment<3>(estimation::kPosition).cwiseMax(0).cwiseSqrt();
+    if (result.points.empty()) {
+      prepend(early, *estimate, deviation, result);
+    }
+    result.points.push_back({.time = estimate->time,
+                             .position = estimate->state.position,
+                             .orientation = estimate->state.R_map_body.quaternion(),
+                             .velocity = estimate->state.velocity,
+                             .position_deviation = deviation});
+    result.odometer_scale = estimator.smoother().globals().odometer_scale;
+    result.gyro_bias = estimate->state.gyro_bias;
+    result.accelerometer_bias = estimate->state.accelerometer_bias;
+  }
+  result.status = estimator.status();
+}
+
+}  // namespace
+
+Trajectory estimate_trajectory(const Recording& recording, const Configuration& configuration,
+                               bool apply_mounting, const Progress& progress) {
+  Configuration c = configuration;
+  const Stream* imu = chosen(recording, c.imu, Kind::kImu);
+  const Stream* odometer = chosen(recording, c.odometer, Kind::kOdometer);
+  const Stream* gps = chosen(recording, c.gps, Kind::kGps);
+  Trajectory result;
+  geometry::SO3 R_body_imu;
+  if (imu != nullptr) {
+    R_body_imu = imu_mounting(recording, c, *imu, result.said);
+    result.mounting = examine_mounting(*imu, odometer, R_body_imu);
+    if (result.mounting.gravity == Gravity::kUnitG && c.specific_force_scale == 1) {
+      c.specific_force_scale = 9.80665;
+    }
+    if (apply_mounting && result.mounting.R_body_imu) {
+      R_body_imu = *result.mounting.R_body_imu;
+      result.mounting.tilt = 0;
+      result.said.push_back(imu->name + ": as asked by --apply-mounting, mounted with " +
+                            degrees(R_body_imu) + ".");
+    }
+    const double scaled = result.mounting.mean_force * c.specific_force_scale;
+    const bool sound = std::abs(scaled - 9.81) < 1.5 && result.mounting.tilt < 40 * kDegree;
+    if (!sound) {
+      result.said.push_back(imu->name +
+                            ": not used, because its accelerometer contradicts gravity in the "
+                            "assumed mounting or unit; see the findings.");
+      imu = nullptr;
+    }
+  }
+  const bool turns =
+      odometer != nullptr &&
+      std::ranges::any_of(odometer->odometer, [](const auto& r) { return r.yaw_rate.has_value(); });
+  if (imu == nullptr && !turns) {
+    std::string what = "no trajectory: there is no usable IMU, and no odometer with a yaw rate.";
+    for (const std::string& finding : result.mounting.findings) {
+      what += " " + finding;
+    }
+    throw std::invalid_argument(what);
+  }
+  result.with_imu = imu != nullptr;
+
+  double fastest = 0;
+  std::vector<Event> events;
+  std::optional<geometry::LocalFrame> map;
+  double gravity = 9.81;
+  if (gps != nullptr) {
+    geometry::GeodeticPosition datum = gps->gps.front().place;
+    map.emplace(datum);
+    gravity = normal_gravity(datum);
+    result.datum = datum;
+    add_gps_events(*gps, c, *map, result, events);
+    for (std::size_t i = 0, k = 0; i < result.fixes.size(); ++i) {
+      const double step = result.fixes[i].time - result.fixes[k].time;
+      if (step >= 2) {  // shorter differences are those of the noise
+        const double way = (result.fixes[i].position - result.fixes[k].position).head<2>().norm();
+        fastest = std::max(fastest, way / step);
+        k = i;
+      }
+    }
+  }
+  if (odometer != nullptr) {
+    add_odometer_events(*odometer, c.odometer_scale, events);
+    for (const OdometerRow& row : odometer->odometer) {
+      fastest = std::max(fastest, std::abs(c.odometer_scale * row.speed));
+    }
+  }
+  double step = kImpliedStep;
+  if (imu != nullptr) {
+    step = median_step(imu->imu);
+    for (const ImuRow& row : imu->imu) {
+      events.push_back(
+          {row.time,
+           ImuReading{.time = row.time, .specific_force = row.force, .angular_rate = row.rate}});
+    }
+  } else {
+    result.said.emplace_back(
+        "No IMU is used: the motion is taken as planar, with the odometer's speed and yaw rate.");
+    c.specific_force_scale = 1;
+    c.gyro_noise = kImpliedGyroNoise;
+    c.accelerometer_noise = kImpliedForceNoise;
+    R_body_imu = {};
+    add_implied_imu(*odometer, c.odometer_scale, gravity, events);
+  }
+  std::ranges::stable_sort(events, {}, &Event::time);
+
+  auto parameters = parameters_for(c, odometer != nullptr, step, gravity, fastest);
+  parameters.R_body_imu = R_body_imu;
+  if (gps == nullptr) {
+    // Nothing else measures distances.
+    parameters.smoother.global_deviations.odometer_scale = 0;
+  }
+  if (imu == nullptr) {
+    // Readings that the odometer implies say nothing about its own mounting.
+    parameters.start.largest_gyro_bias = kImpliedGyroBias;
+    parameters.smoother.global_deviations.mount_yaw = 0;
+    parameters.smoother.global_deviations.mount_pitch = 0;
+  }
+  if (gps != nullptr) {
+    if (c.antenna) {
+      parameters.smoother.globals.gps_lever_arm = *c.antenna;
+    } else if (const auto pose = recording.mounting(c.base_frame, gps->frame)) {
+      parameters.smoother.globals.gps_lever_arm = pose->translation();
+      result.said.push_back(gps->name + ": antenna from the transforms (" + c.base_frame + " to " +
+                            gps->frame + ").");
+    } else {
+      result.said.push_back(gps->name +
+                            ": where the antenna is on the robot is not known (frame '" +
+                            gps->frame + "'); it is taken to be at the origin of the base.");
+    }
+  } else {
+    result.said.emplace_back(
+        "No GPS: the trajectory begins at the origin, along the x axis, and drifts.");
+  }
+  run(events, parameters, gps == nullptr, result, progress);
+  return result;
+}
+
+}  // namespace pipescout::estimate

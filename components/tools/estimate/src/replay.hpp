@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "configuration.hpp"
+#include "mounting_evidence.hpp"
+#include "pipescout/estimation/state_estimator.hpp"
+#include "recording.hpp"
+
+namespace pipescout::estimate {
+
+struct TrajectoryPoint {
+  double time = 0;                                     ///< s since Recording::origin
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, in the map
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();            ///< m/s, in the map
+  Eigen::Vector3d position_deviation = Eigen::Vector3d::Zero();  ///< m
+};
+
+/// A usable fix in the map, for comparison.
+struct ComparedFix {
+  double time = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  double deviation = 0;  ///< m, as used, horizontal
+};
+
+/// A time in which GPS was there and not used.
+struct HeldOut {
+  double begin = 0;
+  double end = 0;
+  double farthest = 0;  ///< m, between GPS and the state
+  std::size_t fixes = 0;
+};
+
+/// A change of what the estimator believes.
+struct Change {
+  double time = 0;
+  std::string what;
+};
+
+struct Trajectory {
+  bool with_imu = false;          ///< false: from wheels (and GPS) alone, planar
+  std::vector<std::string> said;  ///< how the sources were used: frames, mounting, covariances
+  std::vector<TrajectoryPoint> points;
+  std::vector<ComparedFix> fixes;
+  std::vector<HeldOut> held;
+  std::vector<Change> changes;
+  estimation::EstimatorStatus status{};
+  std::optional<geometry::GeodeticPosition> datum{};  ///< of the map; nothing without GPS
+  MountingEvidence mounting{};
+  double odometer_scale = 1;                                     ///< as estimated
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();           ///< rad/s, at the end
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< m/s^2, at the end
+};
+
+/// Runs the estimator over the recording. `apply_mounting`: with the mounting that the motion
+/// shows, if the evidence is strong. Throws std::invalid_argument, with a sentence for the user,
+/// when the configuration names sources that are not there or do not suffice.
+[[nodiscard]] Trajectory estimate_trajectory(const Recording& recording,
+                                             const Configuration& configuration,
+                                             bool apply_mounting, const Progress& progress);
+
+}  // namespace pipescout::estimate

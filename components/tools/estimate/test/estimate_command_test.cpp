@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// `pipescout estimate` on bags with stock ROS types.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nav_msgs/msg/odometry.hpp>
+#include <numbers>
+#include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <string>
+#include <tf2_msgs/msg/tf_message.hpp>
+#include <vector>
+
+#include "pipescout/bag_topics/bag_topic.hpp"
+#include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/testing/program.hpp"
+
+namespace pipescout::estimate {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+constexpr double kBegin = 1'700'000'000;
+constexpr double kDuration = 90;  // s
+
+/// A robot that drives a figure of eight with changing speed on level ground.
+struct Motion {
+  double speed(double t) const { return t < 5 ? 0 : 1.5 + std::sin(0.6 * t) - std::sin(3.0); }
+  double acceleration(double t) const { return t < 5 ? 0 : 0.6 * std::cos(0.6 * t); }
+  double rate(double t) const { return t < 5 ? 0 : 0.4 * std::sin(0.15 * t); }
+};
+
+class EstimateOfABag : public ::testing::Test {
+ protected:
+  template <class T>
+  void write(const std::string& topic, const T& message, double time) {
+    const MessageType& type = message_type<T>();
+    std::vector<std::byte> data(type.serialized_size(&message));
+    ASSERT_EQ(type.serialize(&message, data), data.size());
+    const auto stamp = static_cast<std::int64_t>((kBegin + time) * 1e9);
+    writer_.write({.topic = writer_.add_topic(make_bag_topic(topic, std::string(type.name), {})),
+                   .log_time = stamp,
+                   .publish_time = stamp,
+                   .data = data});
+  }
+  template <class T>
+  static T stamped(double time, const std::string& frame) {
+    T message;
+    const double whole = std::floor(kBegin + time);
+    message.header.stamp.sec = static_cast<std::int32_t>(whole);
+    message.header.stamp.nanosec = static_cast<std::uint32_t>((kBegin + time - whole) * 1e9);
+    message.header.frame_id = frame;
+    return message;
+  }
+  void write_imu(double t, const sensor_msgs::msg::Imu& like) {
+    auto m = stamped<sensor_msgs::msg::Imu>(t, "imu_link");
+    m.linear_acceleration = like.linear_acceleration;
+    m.angular_velocity = like.angular_velocity;
+    write("/imu/data", m, t);
+  }
+  /// The IMU is turned by 90 degrees to the left: its x axis points along the body's y axis.
+  sensor_msgs::msg::Imu turned_imu(double t) const {
+    sensor_msgs::msg::Imu m;
+    const double left = motion_.speed(t) * motion_.rate(t);
+    // Quantised noise that no clean simulation lacks, so that no reading repeats.
+    const double shake = 0.02 * std::sin(977 * t);
+    m.linear_acceleration.x = left + shake;
+    m.linear_acceleration.y = -motion_.acceleration(t) + shake;
+    m.linear_acceleration.z = 9.807 + shake;
+    m.angular_velocity.z = motion_.rate(t) + 1e-3 * std::sin(1013 * t);
+    return m;
+  }
+  void write_odometry(double t) {
+    auto m = stamped<nav_msgs::msg::Odometry>(t, "odom");
+    m.child_frame_id = "base_link";
+    if (twist_) {
+      m.twist.twist.linear.x = motion_.speed(t);
+      m.twist.twist.angular.z = motion_.rate(t);
+    }
+    // In a frame of its own, turned from the map.
+    m.pose.pose.position.x = pose_.y();
+    m.pose.pose.position.y = -pose_.x();
+    const double half = (heading_ - std::numbers::pi / 2) / 2;
+    m.pose.pose.orientation.z = std::sin(half);
+    m.pose.pose.orientation.w = std::cos(half);
+    write("/odom", m, t);
+  }
+  void write_fix(double t, const Eigen::Vector3d& position) {
+    auto m = stamped<sensor_msgs::msg::NavSatFix>(t + fix_clock_, "gps");
+    const auto place = map_.geodetic(position);
+    m.latitude = place.latitude;
+    m.longitude = place.longitude;
+    m.altitude = place.altitude;
+    m.position_covariance_type = 2;
+    m.position_covariance = {1, 0, 0, 0, 1, 0, 0, 0, 4};
+    write("/fix", m, t);
+  }
+  void write_mounting() {
+    tf2_msgs::msg::TFMessage m;
+    m.transforms.resize(1);
+    m.transforms[0].header.frame_id = "base_link";
+    m.transforms[0].child_frame_id = "imu_link";
+    m.transforms[0].transform.rotation.z = std::sqrt(0.5);
+    m.transforms[0].transform.rotation.w = std::sqrt(0.5);
+    write("/tf_static", m, 0);
+  }
+  /// The whole drive; the last position.
+  Eigen::Vector3d drive(bool with_imu) {
+    Eigen::Vector3d& position = pose_;
+    double& heading = heading_;
+    const int steps = static_cast<int>(kDuration * 100);
+    for (int i = 0; i < steps; ++i) {
+      const double t = 0.01 * i;
+      if (with_imu) {
+        write_imu(t, turned_imu(t));
+      }
+      if (i % 5 == 0) {
+        write_odometry(t);
+      }
+      if (i % 50 == 0) {
+        write_fix(t, position);
+      }
+      position +=
+          0.01 * motion_.speed(t) * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
+      heading += 0.01 * motion_.rate(t);
+    }
+    return position;
+  }
+  [[nodiscard]] auto run(const std::vector<std::string>& more = {}) {
+    writer_.close();
+    std::vector<std::string> arguments{"bag", "--out", "out"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return testing::run_program(ESTIMATE_COMMAND, arguments, folder_.path());
+  }
+  /// Position in the last line of the TUM file.
+  [[nodiscard]] Eigen::Vector3d last_position() const {
+    std::ifstream file(folder_.path() / "out" / "trajectory.tum");
+    Eigen::Vector3d p = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    double time = 0, qx = 0, qy = 0, qz = 0, qw = 0, x = 0, y = 0, z = 0;
+    while (file >> time >> x >> y >> z >> qx >> qy >> qz >> qw) {
+      p = {x, y, z};
+    }
+    return p;
+  }
+
+  Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
+  double heading_ = 0.5;
+  bool twist_ = true;
+  double fix_clock_ = 0;  // s, added to the stamps of fixes
+  Motion motion_;
+  const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
+  testing::TemporaryFolder folder_;
+  bags::BagWriter writer_{folder_.path() / "bag", {}};
+};
+
+TEST_F(EstimateOfABag, WithImuOdometerAndGpsIsWrittenAndExplained) {
+  write_mounting();
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+  const std::string report = testing::content(folder_.path() / "out" / "report.md");
+  EXPECT_THAT(report, AllOf(HasSubstr("/imu/data (sensor_msgs/msg/Imu, frame 'imu_link'"),
+                            HasSubstr("yaw 90.0 degrees, from the transforms"),
+                            HasSubstr("the odometer (speed along x, yaw rate)"),
+                            Not(HasSubstr("seems to be mounted"))));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "configuration.yaml"),
+              HasSubstr("source: \"/imu/data\""));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "trajectory.geojson"),
+              HasSubstr("MultiLineString"));
+  const auto again = testing::run_program(
+      ESTIMATE_COMMAND, {"bag", "--config", "out/configuration.yaml", "--out", "again"},
+      folder_.path());
+  EXPECT_EQ(again.code(), 0) << again.err;
+  EXPECT_EQ(testing::content(folder_.path() / "again" / "trajectory.csv"),
+            testing::content(folder_.path() / "out" / "trajectory.csv"));
+}
+
+TEST_F(EstimateOfABag, FixedTransformsOnTfAreAMountingAndMovingOnesAreNot) {
+  for (int i = 0; i < 5; ++i) {
+    tf2_msgs::msg::TFMessage m;
+    m.transforms.resize(2);
+    m.transforms[0].header.frame_id = "base_link";
+    m.transforms[0].child_frame_id = "imu_link";
+    m.transforms[0].transform.rotation.z = std::sqrt(0.5);
+    m.transforms[0].transform.rotation.w = std::sqrt(0.5);
+    m.transforms[1].header.frame_id = "base_link";
+    m.transforms[1].child_frame_id = "gps";
+    m.transforms[1].transform.translation.x = i;
+    m.transforms[1].transform.rotation.w = 1;
+    write("/tf", m, 0.01 * i);
+  }
+  drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("yaw 90.0 degrees, from the transforms"),
+                                HasSubstr("where the antenna is on the robot is not known")));
+}
+
+TEST_F(EstimateOfABag, StampsOfAnotherClockAreNamedWithTheirOffsetAndUsed) {
+  write_mounting();
+  fix_clock_ = -3600;
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/fix: header.stamp is of another clock, 3600.000 s behind"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, WithoutImuIsFromWheelsAndGps) {
+  const Eigen::Vector3d end = drive(false);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+  EXPECT_THAT(result.out, HasSubstr("No IMU is used"));
+}
+
+TEST_F(EstimateOfABag, MountingFromMotionIsProposedAndAppliedOnlyWhenAsked) {
+  const Eigen::Vector3d end = drive(true);
+  const auto proposed = run();
+  EXPECT_THAT(proposed.out, AllOf(HasSubstr("roll 0, pitch 0, yaw 90 degrees, which is not"),
+                                  HasSubstr("is not connected to the base frame"),
+                                  Not(HasSubstr("as asked by --apply-mounting"))));
+  const auto applied = run({"--apply-mounting"});
+  ASSERT_EQ(applied.code(), 0) << applied.err;
+  EXPECT_THAT(applied.out, HasSubstr("as asked by --apply-mounting"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, BadInputIsCountedAndNamedAndLosesNothingElse) {
+  write_mounting();
+  auto zero = stamped<sensor_msgs::msg::NavSatFix>(0.001, "gps");
+  write("/fix", zero, 0.001);
+  sensor_msgs::msg::Imu dead;
+  dead.angular_velocity.z = 0.1;
+  write_imu(0.001, dead);
+  auto odometry = stamped<nav_msgs::msg::Odometry>(0.001, "odom");
+  odometry.twist.twist.linear.x = std::numeric_limits<double>::quiet_NaN();
+  write("/odom", odometry, 0.001);
+  auto fix = stamped<sensor_msgs::msg::NavSatFix>(0.002, "gps");
+  fix.latitude = 47;
+  fix.longitude = 8;
+  fix.altitude = 400;
+  fix.position_covariance_type = 2;
+  fix.position_covariance[0] = -1;
+  write("/fix", fix, 0.002);
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("the position is exactly 0, 0"), HasSubstr("a dead accelerometer"),
+                    HasSubstr("/odom: twist.linear is not finite; not used: 1 of its messages"),
+                    HasSubstr("position_covariance is not finite, not symmetric, zero or")));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, CutShortIsUsedAsFarAsItCanBeRead) {
+  write_mounting();
+  drive(true);
+  writer_.close();
+  for (const auto& entry : fs::directory_iterator(folder_.path() / "bag")) {
+    if (entry.path().extension() == ".db3") {
+      fs::resize_file(entry.path(), fs::file_size(entry.path()) * 7 / 10);
+    }
+  }
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("The bag cannot be read to its end"));
+}
+
+TEST_F(EstimateOfABag, OdometryWithoutTwistIsUsedByItsPoses) {
+  twist_ = false;
+  const Eigen::Vector3d end = drive(false);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/odom: twist is zero in all messages"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, WithoutAnythingToUseFailsAndSaysWhy) {
+  write_fix(0, Eigen::Vector3d::Zero());
+  const auto result = run();
+  EXPECT_EQ(result.code(), 1);
+  EXPECT_THAT(result.err, HasSubstr("there is no usable IMU, and no odometer"));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "report.md"),
+              HasSubstr("there is no usable IMU, and no odometer"));
+}
+
+}  // namespace
+}  // namespace pipescout::estimate
