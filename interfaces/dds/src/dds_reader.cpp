@@ -72,8 +72,8 @@ void DdsReader::on_data_available(fastdds::DataReader* reader) {
   }
 }
 
-// Whether the sample that the next take returns comes from this process. Fast DDS holds the
-// reader's lock during on_data_available, so no other sample can slip in between.
+// Whether the sample that the next take returns comes from this process. Where samples of this and
+// of other processes come at once, the take may return another one than was looked at.
 bool DdsReader::next_is_own(fastdds::DataReader& reader) const {
   fastdds::SampleInfo info;
   return reader.get_first_untaken_info(&info) == ReturnCode_t::RETCODE_OK &&
@@ -84,7 +84,8 @@ void DdsReader::take_all(fastdds::DataReader& reader) {
   IncomingSample sample{.type = type_, .payloads = participant_->payloads()};
   fastdds::SampleInfo info;
   for (;;) {
-    // The runtime has delivered our own messages already; the bytes of those need no reading.
+    // The runtime has delivered our own messages already; those need no decoding. The sample that
+    // was looked at is mostly, but not always, the one that is taken.
     sample.skip = own_writers_.load(std::memory_order_relaxed) > 0 && next_is_own(reader);
     if (reader.take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK) {
       return;
@@ -98,6 +99,9 @@ void DdsReader::take_all(fastdds::DataReader& reader) {
     }
     // An exception ends this call only: the samples behind it are still waiting.
     contain("a sample", [&] {
+      if (sample.skip) {
+        sample.read(sample.unread);
+      }
       if (sample.lost) {
         listener_.on_samples_lost(1);
       } else if (sample.malformed) {

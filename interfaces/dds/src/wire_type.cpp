@@ -42,29 +42,32 @@ bool WireType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload
 
 bool WireType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) {
   auto& sample = *static_cast<IncomingSample*>(data);
-  sample.malformed = false;
-  sample.lost = false;
-  sample.message.reset();
-  if (sample.skip) {
-    return true;
-  }
   const auto bytes = std::as_bytes(
       std::span<const eprosima::fastrtps::rtps::octet>(payload->data, payload->length));
-  if (const auto reference = decode_reference(bytes)) {
-    sample.lost = !sample.payloads.take(
-        *reference, [&](std::span<const std::byte> shared) { read(shared, sample); });
+  if (sample.skip) {
+    sample.unread.assign(bytes.begin(), bytes.end());
   } else {
-    read(bytes, sample);
+    sample.read(bytes);
   }
   return true;
 }
 
-void WireType::read(std::span<const std::byte> bytes, IncomingSample& sample) {
-  try {
-    sample.message = sample.type.create();
-    sample.malformed = !sample.type.deserialize(bytes, sample.message.get());
-  } catch (...) {  // no memory for what it claims to hold
-    sample.malformed = true;
+void IncomingSample::read(std::span<const std::byte> bytes) {
+  malformed = false;
+  lost = false;
+  message.reset();
+  const auto decode = [&](std::span<const std::byte> content) {
+    try {
+      message = type.create();
+      malformed = !type.deserialize(content, message.get());
+    } catch (...) {  // no memory for what it claims to hold
+      malformed = true;
+    }
+  };
+  if (const auto reference = decode_reference(bytes)) {
+    lost = !payloads.take(*reference, decode);
+  } else {
+    decode(bytes);
   }
 }
 

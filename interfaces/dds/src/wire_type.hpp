@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "pipescout/idl/message_type.hpp"
 #include "shared_payloads.hpp"
@@ -26,10 +27,14 @@ struct OutgoingSample {
 struct IncomingSample {
   const MessageType& type;  ///< of what is to be made of the bytes
   PayloadReader& payloads;  ///< for references
-  bool skip = false;        ///< set by the taker: leave the bytes alone
+  bool skip = false;        ///< set by the taker: only keep the bytes, in `unread`
   bool malformed = false;   ///< the bytes are no message of the type
   bool lost = false;        ///< a reference to what is not there any more
   std::shared_ptr<void> message = nullptr;
+  std::vector<std::byte> unread{};
+
+  /// Makes of the bytes what `type` asks for, or says why not.
+  void read(std::span<const std::byte> bytes);
 };
 
 /// Fast DDS's view of any wire type, of which it has one for each name in a participant: endpoints
@@ -47,10 +52,6 @@ class WireType : public eprosima::fastdds::dds::TopicDataType {
   void deleteData(void* data) override;
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle,
               bool force_md5) override;
-
- private:
-  /// Creates the sample's message from the bytes, or calls it malformed.
-  static void read(std::span<const std::byte> bytes, IncomingSample& sample);
 };
 
 }  // namespace pipescout::dds

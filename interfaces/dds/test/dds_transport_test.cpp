@@ -24,6 +24,7 @@ namespace {
 using dds_test::local_options;
 using dds_test::make_text;
 using dds_test::ReaderRecord;
+using dds_test::ReceivedMessage;
 using dds_test::text_topic;
 using dds_test::WriterRecord;
 using ::testing::ElementsAre;
@@ -117,6 +118,36 @@ TEST_F(DdsTransportTest, BytesOfATypeThatNobodyKnowsArriveAsTheyWereSent) {
   ASSERT_EQ(received->bytes().size(), message.bytes().size());
   EXPECT_TRUE(
       std::equal(message.bytes().begin(), message.bytes().end(), received->bytes().begin()));
+}
+
+TEST_F(DdsTransportTest, ReadsEveryRemoteMessageThatComesAmongItsOwn) {
+  constexpr std::size_t kMessages = 3000;
+  const WireTopic topic = text_topic("own_and_remote");
+  QoS qos = QoS::reliable();
+  qos.depth = 2 * kMessages;
+  ReaderRecord heard;
+  WriterRecord told_here;
+  WriterRecord told_there;
+  const auto reader = here_->create_reader(topic, qos, heard);
+  const auto own = here_->create_writer(topic, qos, told_here);
+  const auto remote = there_->create_writer(topic, qos, told_there);
+  ASSERT_TRUE(told_there.await_matched(1));
+  ASSERT_TRUE(heard.await_matched(1));
+  const auto message = make_text("hello");
+  std::thread others([&] {
+    for (std::size_t i = 0; i < kMessages; ++i) {
+      own->write(&message, {});
+    }
+  });
+  for (std::size_t i = 0; i < kMessages; ++i) {
+    remote->write(&message, {});
+  }
+  others.join();
+  ASSERT_TRUE(heard.await_messages(kMessages));
+  for (const ReceivedMessage& received : heard.monitor.copy(heard.messages)) {
+    ASSERT_NE(received.message, nullptr);
+    EXPECT_EQ(*std::static_pointer_cast<const std_msgs::msg::String>(received.message), message);
+  }
 }
 
 TEST_F(DdsTransportTest, CarriesBestEffortMessages) {
