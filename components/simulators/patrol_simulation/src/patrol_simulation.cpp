@@ -70,7 +70,6 @@ CallbackReturn PatrolSimulation::on_configure() {
                                            (static_cast<double>(steps_per_image_) * step_period_)));
   steps_ = 0;
   images_ = 0;
-  complete_ = false;
   const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
   true_leaks_publisher_ = create_publisher(topics::kTrueLeaks, {.events = {.matched = matched}});
@@ -189,12 +188,12 @@ bool PatrolSimulation::next_step() {
     }
   }
   ++steps_;
-  complete_ = drive_->arrived();
-  if (complete_) {
+  const bool complete = drive_->arrived();
+  if (complete) {
     report_complete("the robot has driven " +
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
   }
-  return !complete_;
+  return !complete;
 }
 
 void PatrolSimulation::publish_joints(Time stamp) {

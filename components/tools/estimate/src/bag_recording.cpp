@@ -19,10 +19,13 @@
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/statistics/median.hpp"
 #include "recording.hpp"
 
 namespace pipescout::estimate {
 namespace {
+
+using statistics::median;
 
 constexpr std::uint64_t kMessagesPerReport = 5000;
 /// Stamps of one clock differ by less from the times of recording, relative to other topics.
@@ -208,12 +211,6 @@ void differentiate_poses(Topic& topic, std::vector<std::string>& remarks) {
                     ": twist is zero in all messages; speed and yaw rate are those of the poses.");
 }
 
-double median(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
-
 /// Moves the topics whose stamps are of another clock than those of most topics onto that clock.
 void reconcile_clocks(std::vector<Topic>& topics, std::vector<std::string>& remarks) {
   std::vector<double> delays;
@@ -246,15 +243,7 @@ void reconcile_clocks(std::vector<Topic>& topics, std::vector<std::string>& rema
                   offset > 0 ? "behind" : "ahead");
     remarks.push_back(topic.of.name + ": header.stamp is of another clock, " + text +
                       " the other topics; it was moved by that, from the times of recording.");
-    for (auto& row : topic.stream.imu) {
-      row.time += offset;
-    }
-    for (auto& row : topic.stream.odometer) {
-      row.time += offset;
-    }
-    for (auto& row : topic.stream.gps) {
-      row.time += offset;
-    }
+    topic.stream.shift(offset);
   }
 }
 

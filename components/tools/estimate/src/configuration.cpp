@@ -10,6 +10,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "known_keys.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
@@ -76,16 +77,9 @@ void say(const Stream& s, const char* use, std::vector<std::string>& said) {
 /// One mapping of the file: unknown keys are errors, and each value is read as what it must be.
 class Section {
  public:
-  Section(const YAML::Node& node, std::string path, std::set<std::string> known)
+  Section(const YAML::Node& node, std::string path, const std::set<std::string>& known)
       : node_(node), path_(std::move(path)) {
-    if (!node_.IsMap()) {
-      throw YamlError(path_, node_.Mark(), "a mapping of keys and values is expected");
-    }
-    for (const auto& each : node_) {
-      if (!known.contains(each.first.Scalar())) {
-        throw YamlError(path_, each.first.Mark(), "unknown key '" + each.first.Scalar() + "'");
-      }
-    }
+    require_known_keys(node_, known, path_);
   }
   [[nodiscard]] YAML::Node at(const char* key) const { return node_[key]; }
   void read(const char* key, std::string& value) const {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "known_keys.hpp"
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/csv/csv_table.hpp"
@@ -255,18 +256,6 @@ std::string text_of(const YAML::Node& source, const char* key, const std::string
     throw YamlError(mapping, source.Mark(), std::string("sources: '") + key + "' is missing");
   }
   return node.Scalar();
-}
-
-void require_known_keys(const YAML::Node& node, const std::set<std::string>& known,
-                        const std::string& mapping) {
-  if (!node.IsMap()) {
-    throw YamlError(mapping, node.Mark(), "a mapping of keys and values is expected");
-  }
-  for (const auto& each : node) {
-    if (!known.contains(each.first.Scalar())) {
-      throw YamlError(mapping, each.first.Mark(), "unknown key '" + each.first.Scalar() + "'");
-    }
-  }
 }
 
 Stream read_source(const YAML::Node& source, const std::filesystem::path& folder,

@@ -64,17 +64,10 @@ int run(const Options& options) {
   } catch (const std::invalid_argument& error) {
     printer.finish();
     std::string text = "# No trajectory\n\n";
-    for (const std::string& each : guessed.said) {
-      text += "- " + each + "\n";
-    }
-    for (const Stream& stream : recording.streams) {
-      for (const auto& [fault, count] : stream.faults) {
-        text += "- " + stream.name + ": " + fault + ": " + std::to_string(count) +
-                " of its messages.\n";
+    for (const auto& sentences : {guessed.said, recording.faults(), recording.remarks}) {
+      for (const std::string& each : sentences) {
+        text += "- " + each + "\n";
       }
-    }
-    for (const std::string& each : recording.remarks) {
-      text += "- " + each + "\n";
     }
     text += std::string("- ") + error.what() + "\n";
     std::cout << text;

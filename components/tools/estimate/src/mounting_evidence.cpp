@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "pipescout/statistics/median.hpp"
+
 namespace pipescout::estimate {
 namespace {
 
@@ -37,12 +39,6 @@ std::string text(const char* format, Values... values) {
   return buffer.data();
 }
 
-double middle(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
-
 Vector3d median_force(const std::vector<ImuRow>& rows) {
   Vector3d result;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -51,7 +47,7 @@ Vector3d median_force(const std::vector<ImuRow>& rows) {
     for (const ImuRow& row : rows) {
       values.push_back(row.force[axis]);
     }
-    result[axis] = middle(std::move(values));
+    result[axis] = statistics::median(std::move(values));
   }
   return result;
 }

@@ -122,13 +122,7 @@ std::vector<std::string> believed(const Trajectory& trajectory) {
 }
 
 std::vector<std::string> refused(const Recording& recording, const Trajectory& trajectory) {
-  std::vector<std::string> lines;
-  for (const Stream& stream : recording.streams) {
-    for (const auto& [fault, count] : stream.faults) {
-      lines.push_back(stream.name + ": " + fault + ": " + std::to_string(count) +
-                      " of its messages.");
-    }
-  }
+  std::vector<std::string> lines = recording.faults();
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
     const auto source = static_cast<estimation::Source>(i);
     const estimation::SourceStatus& s = trajectory.status.of(source);

@@ -7,8 +7,12 @@
 #include <limits>
 #include <utility>
 
+#include "pipescout/statistics/median.hpp"
+
 namespace pipescout::estimate {
 namespace {
+
+using statistics::median;
 
 /// Two fixes further apart belong to no recording of a ground robot or small UAV.
 constexpr double kFarFix = 100e3;  // m
@@ -64,12 +68,6 @@ void remove_frozen(Stream& stream) {
   stream.imu = std::move(kept);
 }
 
-double middle(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
-
 void remove_far_fixes(Stream& stream) {
   if (stream.gps.empty()) {
     return;
@@ -82,7 +80,7 @@ void remove_far_fixes(Stream& stream) {
     y.push_back(row.place.longitude);
     z.push_back(row.place.altitude);
   }
-  const geometry::GeodeticPosition centre{middle(x), middle(y), middle(z)};
+  const geometry::GeodeticPosition centre{median(x), median(y), median(z)};
   const auto count = std::erase_if(stream.gps, [&](const GpsRow& row) {
     return geometry::straight_distance(row.place, centre) > kFarFix;
   });
@@ -103,6 +101,28 @@ const char* to_string(Kind kind) noexcept {
       return "gps";
   }
   return "unknown";
+}
+
+void Stream::shift(double offset) noexcept {
+  const auto move = [offset](auto& rows) {
+    for (auto& row : rows) {
+      row.time += offset;
+    }
+  };
+  move(imu);
+  move(odometer);
+  move(gps);
+}
+
+std::vector<std::string> Recording::faults() const {
+  std::vector<std::string> sentences;
+  for (const Stream& stream : streams) {
+    for (const auto& [fault, count] : stream.faults) {
+      sentences.push_back(stream.name + ": " + fault + ": " + std::to_string(count) +
+                          " of its messages.");
+    }
+  }
+  return sentences;
 }
 
 const Stream* Recording::find(const std::string& name, Kind kind) const noexcept {
@@ -219,14 +239,7 @@ void finish(Recording& recording) {
   }
   recording.origin = first;
   for (Stream& stream : recording.streams) {
-    const auto shift = [&](auto& rows) {
-      for (auto& row : rows) {
-        row.time -= first;
-      }
-    };
-    shift(stream.imu);
-    shift(stream.odometer);
-    shift(stream.gps);
+    stream.shift(-first);
   }
 }
 

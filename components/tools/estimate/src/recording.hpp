@@ -55,6 +55,8 @@ struct Stream {
   [[nodiscard]] std::size_t rows() const noexcept {
     return imu.size() + odometer.size() + gps.size();
   }
+  /// Adds `offset`, s, to the time of each row.
+  void shift(double offset) noexcept;
 };
 
 struct Mount {
@@ -68,6 +70,8 @@ struct Recording {
   std::vector<std::string> remarks;     ///< sentences for the report
   double origin = 0;  ///< s since 1970 or of the recording's clock, added to times
 
+  /// A sentence for each fault of each stream.
+  [[nodiscard]] std::vector<std::string> faults() const;
   [[nodiscard]] const Stream* find(const std::string& name, Kind kind) const noexcept;
   /// Pose of `child` in `parent`; nothing if the static transforms do not connect them.
   [[nodiscard]] std::optional<geometry::SE3> mounting(const std::string& parent,

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/statistics/median.hpp"
 
 namespace pipescout::estimate {
 namespace {
@@ -71,9 +72,7 @@ double median_step(const std::vector<ImuRow>& rows) {
   if (steps.empty()) {
     return 0.01;
   }
-  const auto half = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), half, steps.end());
-  return *half;
+  return statistics::median(std::move(steps));
 }
 
 std::string degrees(const geometry::SO3& rotation) {

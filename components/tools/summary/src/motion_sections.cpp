@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "bag_sections.hpp"
+#include "pipescout/statistics/median.hpp"
 
 namespace pipescout::summary {
 namespace {
@@ -231,10 +232,7 @@ class GpsSection final : public SectionMaker {
     if (fixes.deviations.empty()) {
       return {};
     }
-    std::vector<double> values = fixes.deviations;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return number(*middle, 1000);
+    return number(statistics::median(fixes.deviations), 1000);
   }
 
   std::map<std::string, Fixes> fixes_;

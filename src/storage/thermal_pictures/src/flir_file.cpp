@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base64.hpp"
+#include "pipescout/statistics/median.hpp"
 
 namespace pipescout {
 namespace {
@@ -104,12 +105,6 @@ Pixels<std::uint16_t> raw_picture(const Tags& tags) {
   return std::move(*counts);
 }
 
-double median(std::vector<std::uint16_t> counts) {
-  const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
-  std::nth_element(counts.begin(), middle, counts.end());
-  return *middle;
-}
-
 std::vector<std::uint16_t> swapped(std::vector<std::uint16_t> counts) {
   for (std::uint16_t& count : counts) {
     count = static_cast<std::uint16_t>((count << 8U) | (count >> 8U));
@@ -125,7 +120,7 @@ void order_bytes(std::vector<std::uint16_t>& counts, const Tags& tags,
   const double span = tags.number("RawValueRange").value_or(0);
   const bool tells = told > 0 && span > 0;
   const auto fits = [&](const std::vector<std::uint16_t>& candidate) {
-    return std::abs(median(candidate) - told) <= span;
+    return std::abs(statistics::median(candidate) - told) <= span;
   };
   if (tags.text("RawThermalImageType") == "PNG") {
     std::vector<std::uint16_t> other = swapped(counts);
@@ -134,9 +129,10 @@ void order_bytes(std::vector<std::uint16_t>& counts, const Tags& tags,
     }
   }
   if (tells && !fits(counts)) {
+    const double median = statistics::median(counts);
     std::array<char, 128> text{};
     std::snprintf(text.data(), text.size(),
-                  "counts: their median is %.0f, and the camera noted %.0f", median(counts), told);
+                  "counts: their median is %.0f, and the camera noted %.0f", median, told);
     doubts.emplace_back(text.data());
   }
 }

@@ -85,7 +85,6 @@ class PatrolSimulation final : public Component {
   std::vector<std::uint16_t> counts_;
   std::uint64_t steps_ = 0;
   std::uint64_t images_ = 0;
-  bool complete_ = false;
 
   Publisher<Image> image_publisher_;
   Publisher<CameraInfo> camera_info_publisher_;
