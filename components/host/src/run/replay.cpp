@@ -92,6 +92,10 @@ class Replay {
     failed = !end() || failed;
     return failed ? 1 : stop_.signal() != 0 ? 128 + stop_.signal() : 0;
   }
+  /// Nothing: no mission was begun.
+  [[nodiscard]] std::optional<std::filesystem::path> mission() const {
+    return folder_ ? std::optional(folder_->path()) : std::nullopt;
+  }
 
  private:
   [[nodiscard]] bool stopping() const { return stop_.signal() != 0; }
@@ -341,7 +345,7 @@ class Replay {
         good = false;
       }
     }
-    return (!folder_ || finish_summary(folder_->path())) && good;
+    return good;
   }
 
   const RunOptions& options_;
@@ -371,7 +375,14 @@ class Replay {
 int replay_composition(const RunOptions& options, const ReplayOptions& replay) {
   std::signal(SIGPIPE, SIG_IGN);
   StopSignals::block();
-  return Replay(options, replay).run();
+  std::optional<std::filesystem::path> mission;
+  int code = 0;
+  {
+    Replay run(options, replay);
+    code = run.run();
+    mission = run.mission();
+  }
+  return !mission || summarise_mission(*mission) ? code : 1;
 }
 
 }  // namespace pipescout::host

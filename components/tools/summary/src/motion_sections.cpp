@@ -33,7 +33,9 @@ MissionCell number(double value, double parts) {
 
 class OdometrySection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "nav_msgs/msg/Odometry"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "nav_msgs/msg/Odometry";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     const auto& message = as<nav_msgs::msg::Odometry>(view);
@@ -57,7 +59,7 @@ class OdometrySection final : public SectionMaker {
     way.last = position;
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (ways_.empty()) {
       return;
     }
@@ -96,7 +98,9 @@ class OdometrySection final : public SectionMaker {
 
 class ImuSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "sensor_msgs/msg/Imu"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "sensor_msgs/msg/Imu";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     const auto& message = as<sensor_msgs::msg::Imu>(view);
@@ -119,7 +123,7 @@ class ImuSection final : public SectionMaker {
     readings.fastest = std::max(readings.fastest, rate);
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (readings_.empty()) {
       return;
     }
@@ -165,7 +169,9 @@ class ImuSection final : public SectionMaker {
 
 class GpsSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "sensor_msgs/msg/NavSatFix"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "sensor_msgs/msg/NavSatFix";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     using sensor_msgs::msg::NavSatFix;
@@ -192,7 +198,7 @@ class GpsSection final : public SectionMaker {
     fixes.east = std::max(fixes.east, message.longitude);
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (fixes_.empty()) {
       return;
     }
