@@ -14,6 +14,7 @@
 #include <string>
 
 #include "cli/external_commands.hpp"
+#include "core/versions.hpp"
 #include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
@@ -60,6 +61,14 @@ void check_parameter_arguments(const Composition& composition,
       }
     }
   }
+}
+
+std::string versions_of(const Composition& composition, const ComponentRegistry& registry) {
+  std::set<std::string> packages;
+  for (const auto& entry : composition.components) {
+    packages.insert(registry.find(entry.type).package);
+  }
+  return versions_yaml(packages, ComponentRegistry::default_prefixes());
 }
 
 namespace {

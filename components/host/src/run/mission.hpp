@@ -35,6 +35,10 @@ struct Mission {
 void check_parameter_arguments(const Composition& composition,
                                const std::vector<std::vector<NamedParameter>>& parameters);
 
+/// What versions.yaml of the mission says, see `versions_yaml`.
+[[nodiscard]] std::string versions_of(const Composition& composition,
+                                      const ComponentRegistry& registry);
+
 /// Writes the summary of the sections that components wrote, and prints it. False when it is not
 /// whole or not written; why is on stderr.
 bool finish_summary(const std::filesystem::path& mission_folder);

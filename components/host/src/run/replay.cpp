@@ -147,6 +147,7 @@ class Replay {
   void open_mission() {
     folder_.emplace(mission_.folder);
     folder_->write_composition(to_yaml(mission_.composition, parameters_));
+    folder_->write_versions(versions_of(mission_.composition, registry_));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     std::vector<NodeName> names;
     for (const auto& entry : mission_.composition.components) {

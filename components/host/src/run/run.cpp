@@ -444,6 +444,7 @@ class Run {
       }
     }
     folder_->write_composition(to_yaml(mission_.composition, parameters));
+    folder_->write_versions(versions_of(mission_.composition, registry_));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     HostNode::Callbacks callbacks;
     callbacks.reported = [this](const NodeName& name, ComponentReport report) {

@@ -24,10 +24,10 @@ struct TableOptions {
     std::filesystem::path rack;  ///< file with the pipes, copied to the tables; empty: none
   };
   struct Odometry {
-    std::filesystem::path reference_file;  ///< CSV, a row for each reading; empty: none
+    std::filesystem::path reference_file;        ///< CSV, a row for each reading; empty: none
     std::vector<std::string> reference_columns;  ///< the first of these that it has is taken
-    std::size_t table_rows = 200;    ///< readings in the section; the files have all
-    std::vector<std::string> notes;  ///< sentences below the table
+    std::size_t table_rows = 200;                ///< readings in the section; the files have all
+    std::vector<std::string> notes;              ///< sentences below the table
   };
   struct Tracking {
     double picture_interval = 0.8;  ///< s, from one picture to the next; 0: none
