@@ -169,6 +169,8 @@ class StateEstimator::Implementation {
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
+  [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
+  [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
                                   double prediction_variance) const;
   [[nodiscard]] WatchedFix fix_of(const GpsMeasurement& m) const;
@@ -177,6 +179,9 @@ class StateEstimator::Implementation {
   [[nodiscard]] WatchedFix fix_of(const WeldMeasurement& m) const;
   /// Of the start of a vehicle without odometer.
   void hear_in_motion(GpsMeasurement m);
+  /// Of positions: the watch learns from it if it is accepted.
+  template <class Measurement>
+  void offer(const Measurement& m) noexcept;
   template <class Measurement>
   void judge(const Measurement& m);
   void see(const GpsMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}

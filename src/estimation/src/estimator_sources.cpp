@@ -41,6 +41,7 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
       in_map()
           ? std::sqrt(covariance.diagonal().segment<3>(kPosition).maxCoeff() + prediction_variance)
           : kAnywhere;
+  fix.yaw = odom_.yaw();
   fix.way = odom_.at(time).way;
   fix.witnessed = has_odometer(time);
   fix.shaken = fault_time_ > last_position_ - kShakenBefore;
@@ -48,22 +49,30 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
   return fix;
 }
 
+StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
+    const GpsMeasurement& m) const {
+  return {m.position, odom_.at(m.time).T_odom_body * smoother_.globals().gps_lever_arm,
+          worst_deviation(m.covariance)};
+}
+
+StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
+    const VisualPoseMeasurement& m) const {
+  const GlobalStates& globals = smoother_.globals();
+  return {globals.R_map_rack * m.T_rack_body.translation() + globals.rack_position,
+          odom_.at(m.time).T_odom_body.translation(),
+          worst_deviation(m.covariance.topLeftCorner<3, 3>())};
+}
+
 WatchedFix StateEstimator::Implementation::fix_of(const GpsMeasurement& m) const {
-  const Point point = {m.position, odom_.at(m.time).T_odom_body * smoother_.globals().gps_lever_arm,
-                       worst_deviation(m.covariance)};
-  return fix_of(m.time, point, 0);
+  return fix_of(m.time, point_of(m), 0);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m) const {
-  const GlobalStates& globals = smoother_.globals();
   const GlobalVector known = smoother_.global_covariance().diagonal();
-  const Vector3d& t = m.T_rack_body.translation();
-  const double rack = known.segment<3>(kRackPosition).maxCoeff() +
-                      t.squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
-  const Point point = {globals.R_map_rack * t + globals.rack_position,
-                       odom_.at(m.time).T_odom_body.translation(),
-                       worst_deviation(m.covariance.topLeftCorner<3, 3>())};
-  return fix_of(m.time, point, rack);
+  const double rack =
+      known.segment<3>(kRackPosition).maxCoeff() +
+      m.T_rack_body.translation().squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
+  return fix_of(m.time, point_of(m), rack);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const WeldMeasurement& m) const {
@@ -316,6 +325,21 @@ void StateEstimator::Implementation::hear_in_motion(GpsMeasurement m) {
 }
 
 template <class Measurement>
+void StateEstimator::Implementation::offer(const Measurement& m) noexcept {
+  if constexpr (std::is_same_v<Measurement, GpsMeasurement> ||
+                std::is_same_v<Measurement, VisualPoseMeasurement>) {
+    const Point point = point_of(m);
+    watch_of(source_of(m))
+        .offer({.time = m.time,
+                .measured = point.measured,
+                .reckoned = point.reckoned,
+                .deviation = point.deviation,
+                .way = odom_.at(m.time).way},
+               odom_.yaw());
+  }
+}
+
+template <class Measurement>
 void StateEstimator::Implementation::judge(const Measurement& m) {
   const Source source = source_of(m);
   AbsoluteSourceWatch& watch = watch_of(source);
@@ -337,6 +361,7 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
   }
   watch.expire(m.time);
   if (watch.state() == SourceState::kTrusted) {
+    offer(m);
     use(m);
     return;
   }
@@ -371,6 +396,7 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
     }
   }
   contradicted_[index_of(source)] = false;
+  offer(m);
   use(m);
 }
 
