@@ -120,8 +120,15 @@ class StateEstimator::Implementation {
   /// kWaiting, or why a measurement of that time cannot be.
   [[nodiscard]] Outcome check_time(double time) noexcept;
   void take(const ImuSample& sample);
+  /// How far behind the others the IMU is, from a reading of it.
+  void note_lag(const ImuReading& reading) noexcept;
+  /// Adds keyframes up to a time.
+  void advance(double until);
   void coast();
   void jump(double time);
+  /// Readings of the IMU are missing up to a time.
+  void bridge(double until);
+  [[nodiscard]] std::size_t waiting(Source source) const noexcept;
 
   // estimator_start.cpp
   void gather(const ImuSample& sample);
@@ -212,7 +219,9 @@ class StateEstimator::Implementation {
   std::vector<Pending> pending_{};
   ClockWatch others_;  // of all sensors but the IMU
   double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
-  double imu_end_ = 0;                                            // of the newest sample
+  bool others_jumped_ = false;  // since the last reading of the IMU
+  double imu_lag_ = 0;          // s, behind the others: largest lately
+  double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();

@@ -99,7 +99,8 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   double speed = kStillSpeed;
   double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
   // The part of the levelling that the odometer may be expected to cover.
-  const auto motion = odometer_.motion(0.5 * parameters_.start.levelling);
+  const auto motion =
+      odometer_.motion(std::min(odometer_.newest(), time), 0.5 * parameters_.start.levelling);
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
   seems_still_ = still && !motion && !parameters_.standstill.by_imu;
   Vector3d velocity = Vector3d::Zero();

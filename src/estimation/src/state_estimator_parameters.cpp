@@ -94,6 +94,7 @@ void StateEstimatorParameters::validate() const {
   require("keyframe_period", keyframe_period, keyframe_period <= smoother.max_step,
           "[0.005, smoother.max_step]");
   within("imu_silence", imu_silence, 0.01, 10, "[0.01, 10]");
+  within("longest_wait", longest_wait, 0.1, 60, "[0.1, 60]");
   within("longest_coasting", longest_coasting, 0.1, 1e4, "[0.1, 1e4]");
   within("longest_jump", longest_jump, 0, 1e4, "[0, 1e4]");
   validate_start(start);

@@ -131,6 +131,13 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
     }
     lines.push_back(line + ".");
   }
+  if (const estimation::ImuGaps& gaps = trajectory.status.imu_gaps;
+      gaps.count > 0 && trajectory.with_imu) {
+    lines.push_back(
+        text("The IMU's stamps have %zu gaps of %.1f s in all, %.2f s at most; %.1f s were "
+             "bridged without it.",
+             gaps.count, gaps.total, gaps.longest, gaps.bridged));
+  }
   for (const HeldOut& held : trajectory.held) {
     lines.push_back(
         formatted("GPS was held out from %.1f to %.1f s (%zu fixes); it was up to %.1f m from "
