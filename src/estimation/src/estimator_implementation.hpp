@@ -85,6 +85,7 @@ class StateEstimator::Implementation {
     Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // in the map
     Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();  // in odom
     double deviation = 0;
+    bool has_height = true;
   };
 
   /// Whether the odometer tells how the body moves.
@@ -240,6 +241,7 @@ class StateEstimator::Implementation {
   bool contradicted_in_motion_ = false;
   double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<GivenPose> given_{};
+  bool height_is_known_ = false;  // that of the map: some position had one
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};
   std::optional<Angle> seen_yaw_{};

@@ -76,7 +76,10 @@ Outcomes drive(const SimulatedVehicle& vehicle, const StateEstimatorParameters& 
 
 StateEstimatorParameters robot() {
   StateEstimatorParameters p = StateEstimatorParameters::ground_robot();
+  // As the simulated sensors are. Of wheels that slip more it could not be told whether they drift
+  // off or the positions do.
   p.smoother.imu_noise = test::vehicle_imu_noise();
+  p.odometer.share = 0.005;
   return p;
 }
 
