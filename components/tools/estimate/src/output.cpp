@@ -134,9 +134,9 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
   if (const estimation::ImuGaps& gaps = trajectory.status.imu_gaps;
       gaps.count > 0 && trajectory.with_imu) {
     lines.push_back(
-        text("The IMU's stamps have %zu gaps of %.1f s in all, %.2f s at most; %.1f s were "
-             "bridged without it.",
-             gaps.count, gaps.total, gaps.longest, gaps.bridged));
+        formatted("The IMU's stamps have %zu gaps of %.1f s in all, %.2f s at most; %.1f s were "
+                  "bridged without it.",
+                  gaps.count, gaps.total, gaps.longest, gaps.bridged));
   }
   for (const HeldOut& held : trajectory.held) {
     lines.push_back(

@@ -195,9 +195,6 @@ estimation::StateEstimatorParameters parameters_for(const Configuration& c, bool
   p.odometer.largest_speed = std::clamp(3 * fastest, 30.0, 1000.0);
   p.odometer.largest_gap = kLongestOdometerGap;
   p.gps.correlation_time = c.gps_correlation;
-  // Nothing is known of how well this robot's dead reckoning works.
-  p.gps.drift_share = 0.05;
-  p.gps.drift_floor = 5;
   p.gps.confirmed_takeover = p.gps.takeover;
   // Slow IMUs: a gap is several of their own steps.
   p.largest_imu_gap = std::clamp(4 * imu_step, p.largest_imu_gap, 1.0);
