@@ -22,6 +22,14 @@ double square(double x) {
   return x * x;
 }
 
+TrackPair pair_of(const WatchedFix& fix) {
+  return {.time = fix.time,
+          .measured = fix.measured,
+          .reckoned = fix.reckoned,
+          .deviation = fix.deviation,
+          .way = fix.way};
+}
+
 }  // namespace
 
 std::string_view to_string(SourceState state) noexcept {
@@ -87,6 +95,11 @@ bool AbsoluteSourceWatch::within_reach(const WatchedFix& fix) const noexcept {
          gate_ * (square(fix.deviation) + square(fix.predicted_deviation) + square(drift(fix)));
 }
 
+bool AbsoluteSourceWatch::goes_on(const WatchedFix& fix) const noexcept {
+  return witness_.bears_out(pair_of(fix), fix.yaw, gate_, parameters_.drift_share,
+                            parameters_.drift_floor);
+}
+
 bool AbsoluteSourceWatch::bears_state_out(const WatchedFix& fix) const noexcept {
   return state_ == SourceState::kDoubted && fix.witnessed && !fix.shaken &&
          (fix.measured - fix.predicted).squaredNorm() <=
@@ -102,7 +115,7 @@ bool AbsoluteSourceWatch::agrees_with_motion(const WatchedFix& fix) const noexce
   return square(measured - reckoned) <=
          gate_ * (square(fix.deviation) + square(first_.deviation) +
                   square(parameters_.drift_share * (fix.way - first_.way)) + square(drift) +
-                  square(fix.velocity_deviation * elapsed));
+                  square(fix.velocity_deviation * elapsed) + square(witness_.parts_by(elapsed)));
 }
 
 void AbsoluteSourceWatch::begin_candidate(const WatchedFix& fix) noexcept {
@@ -129,7 +142,7 @@ void AbsoluteSourceWatch::compare(const WatchedFix& fix) noexcept {
   } else {
     return;
   }
-  if (!within_reach(fix)) {
+  if (!within_reach(fix) && !goes_on(fix)) {
     within_ = 0;
   } else if (++within_ == 1) {
     first_within_ = fix.time;
@@ -164,8 +177,19 @@ Verdict AbsoluteSourceWatch::judge(const WatchedFix& fix) noexcept {
   return bears_state_out(fix) ? Verdict::kUse : Verdict::kHold;
 }
 
+void AbsoluteSourceWatch::offer(const TrackPair& pair, double yaw) noexcept {
+  offered_[next_offered_] = {pair, yaw};
+  next_offered_ = (next_offered_ + 1) % offered_.size();
+}
+
 void AbsoluteSourceWatch::note_accepted(double time, double way) noexcept {
   gated_running_ = 0;
+  for (Offered& offered : offered_) {
+    if (offered.pair.time == time && offered.pair.deviation > 0) {
+      witness_.learn(offered.pair, offered.yaw);
+      offered.pair.deviation = 0;
+    }
+  }
   last_accepted_ = std::isfinite(last_accepted_) ? std::max(last_accepted_, time) : time;
   if (state_ == SourceState::kTrusted) {
     trusted_since_ = last_accepted_;
@@ -198,6 +222,7 @@ void AbsoluteSourceWatch::distrust(double time, double way) noexcept {
   gated_running_ = 0;
   track_ = TrackAlignment();
   within_ = 0;
+  witness_.forget();
 }
 
 void AbsoluteSourceWatch::expire(double time) noexcept {

@@ -21,9 +21,9 @@ class ClockWatch {
 
   explicit ClockWatch(double longest_step) : longest_step_(longest_step) {}
 
-  /// `time` must be finite.
-  Step judge(double time) noexcept {
-    constexpr std::size_t kBearingOut = 5;
+  /// `time` must be finite. `bearing_out`: of consecutive times that are far off in the same way,
+  /// the one that is a jump.
+  Step judge(double time, std::size_t bearing_out = 5) noexcept {
     constexpr double kSame = 1e-6;
     const double step = time - newest_;
     if (std::isnan(newest_)) {
@@ -40,7 +40,7 @@ class ClockWatch {
     }
     suspects_ = suspects_ > 0 && std::abs(time - suspect_) <= longest_step_ ? suspects_ + 1 : 1;
     suspect_ = time;
-    if (suspects_ < kBearingOut) {
+    if (suspects_ < bearing_out) {
       return Step::kSuspicious;
     }
     suspects_ = 0;

@@ -85,6 +85,7 @@ class StateEstimator::Implementation {
     Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // in the map
     Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();  // in odom
     double deviation = 0;
+    bool has_height = true;
   };
 
   /// Whether the odometer tells how the body moves.
@@ -120,8 +121,15 @@ class StateEstimator::Implementation {
   /// kWaiting, or why a measurement of that time cannot be.
   [[nodiscard]] Outcome check_time(double time) noexcept;
   void take(const ImuSample& sample);
+  /// How far behind the others the IMU is, from a reading of it.
+  void note_lag(const ImuReading& reading) noexcept;
+  /// Adds keyframes up to a time.
+  void advance(double until);
   void coast();
   void jump(double time);
+  /// Readings of the IMU are missing up to a time.
+  void bridge(double until);
+  [[nodiscard]] std::size_t waiting(Source source) const noexcept;
 
   // estimator_start.cpp
   void gather(const ImuSample& sample);
@@ -169,6 +177,8 @@ class StateEstimator::Implementation {
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
+  [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
+  [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
                                   double prediction_variance) const;
   [[nodiscard]] WatchedFix fix_of(const GpsMeasurement& m) const;
@@ -177,6 +187,9 @@ class StateEstimator::Implementation {
   [[nodiscard]] WatchedFix fix_of(const WeldMeasurement& m) const;
   /// Of the start of a vehicle without odometer.
   void hear_in_motion(GpsMeasurement m);
+  /// Of positions: the watch learns from it if it is accepted.
+  template <class Measurement>
+  void offer(const Measurement& m) noexcept;
   template <class Measurement>
   void judge(const Measurement& m);
   void see(const GpsMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}
@@ -207,7 +220,9 @@ class StateEstimator::Implementation {
   std::vector<Pending> pending_{};
   ClockWatch others_;  // of all sensors but the IMU
   double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
-  double imu_end_ = 0;                                            // of the newest sample
+  bool others_jumped_ = false;  // since the last reading of the IMU
+  double imu_lag_ = 0;          // s, behind the others: largest lately
+  double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
@@ -226,6 +241,7 @@ class StateEstimator::Implementation {
   bool contradicted_in_motion_ = false;
   double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<GivenPose> given_{};
+  bool height_is_known_ = false;  // that of the map: some position had one
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};
   std::optional<Angle> seen_yaw_{};

@@ -9,7 +9,7 @@
 namespace pipescout::estimation {
 namespace {
 
-constexpr std::size_t kMostPending = 256;
+constexpr std::size_t kWaitingSources = 5;  // all but the IMU and the odometer
 /// Longest step of the clock of all sensors but the IMU, s: one of them may be slow.
 constexpr double kOthersStep = 2.5;
 
@@ -44,7 +44,7 @@ StateEstimator::Implementation::Implementation(const StateEstimatorParameters& p
                AbsoluteSourceWatch(parameters.heading),
                AbsoluteSourceWatch(parameters.weld)},
       others_(kOthersStep) {
-  pending_.reserve(kMostPending);
+  pending_.reserve(kWaitingSources * kMostWaiting);
   if (parameters.centre_line) {
     chainage_ = parameters.centre_line->first_chainage();
   }
@@ -59,15 +59,29 @@ Outcome StateEstimator::Implementation::refuse(Source source, Outcome outcome) n
 
 Outcome StateEstimator::Implementation::add(const ImuReading& reading) noexcept {
   try {
-    const ImuIntake::Taken taken = imu_.add(reading);
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    const ImuIntake::Taken taken = imu_.add(reading, others_jumped_ ? kNan : others_.newest());
+    if (taken.gap > 0) {
+      ImuGaps& gaps = status_.imu_gaps;
+      ++gaps.count;
+      gaps.total += taken.gap;
+      gaps.longest = std::max(gaps.longest, taken.gap);
+    }
     if (taken.jumped) {
-      others_.forget();
-      jump(reading.time);
+      if (taken.gap > 0) {
+        bridge(reading.time);
+      } else {
+        others_.forget();
+        imu_lag_ = 0;
+        jump(reading.time);
+      }
     }
     for (std::size_t i = 0; i < taken.count; ++i) {
       take(taken.samples[i]);
     }
-    others_at_imu_ = others_.newest();
+    if (taken.outcome == Outcome::kWaiting) {
+      note_lag(reading);
+    }
     if (taken.outcome == Outcome::kGated || taken.outcome == Outcome::kNotFinite) {
       fault_time_ = imu_end_;
     }
@@ -85,14 +99,17 @@ Outcome StateEstimator::Implementation::add(const ImuReading& reading) noexcept 
 }
 
 void StateEstimator::Implementation::take(const ImuSample& sample) {
-  constexpr double kCovered = 1e-6;
   imu_end_ = sample.time + sample.duration;
   last_rate_ = sample.angular_rate;
   if (!reckons()) {
     gather(sample);
     return;
   }
-  if (phase_ == Phase::kCoasting) {
+  advance(sample.time);  // over what is missing before it
+  if (!reckons()) {
+    return;
+  }
+  if (phase_ == Phase::kCoasting && imu_end_ > newest_time()) {
     phase_ = Phase::kRunning;
   }
   window_.add(sample);
@@ -100,9 +117,28 @@ void StateEstimator::Implementation::take(const ImuSample& sample) {
     in_motion_.add(sample);
   }
   smoother_.add(sample);
-  while (reckons() && imu_end_ >= newest_time() + parameters_.keyframe_period - kCovered) {
+  advance(imu_end_);
+}
+
+void StateEstimator::Implementation::advance(double until) {
+  constexpr double kCovered = 1e-6;
+  while (reckons() && until >= newest_time() + parameters_.keyframe_period - kCovered) {
     keyframe(newest_time() + parameters_.keyframe_period);
   }
+}
+
+void StateEstimator::Implementation::note_lag(const ImuReading& reading) noexcept {
+  // What has come so late may do so again for some time.
+  constexpr double kRemembered = 10;  // s, time constant
+  const double elapsed = others_.newest() - others_at_imu_;
+  others_at_imu_ = others_.newest();
+  others_jumped_ = false;
+  const double lag = others_.newest() - reading.time;
+  if (!std::isfinite(lag)) {
+    return;
+  }
+  imu_lag_ *= elapsed > 0 ? std::exp(-elapsed / kRemembered) : 1;
+  imu_lag_ = std::clamp(lag, imu_lag_, std::max(imu_lag_, parameters_.longest_wait));
 }
 
 Outcome StateEstimator::Implementation::check_time(double time) noexcept {
@@ -115,6 +151,7 @@ Outcome StateEstimator::Implementation::check_time(double time) noexcept {
       return time > others_.newest() ? Outcome::kFuture : Outcome::kLate;
     case ClockWatch::Step::kJump:
       others_at_imu_ = time;
+      others_jumped_ = true;
       break;
   }
   if (std::isnan(others_at_imu_)) {
@@ -122,10 +159,6 @@ Outcome StateEstimator::Implementation::check_time(double time) noexcept {
   }
   if (!reckons()) {
     return Outcome::kUninitialised;
-  }
-  const double ahead = time - std::max(newest_time(), imu_end_);
-  if (ahead > parameters_.smoother.max_step + parameters_.imu_silence) {
-    return Outcome::kFuture;
   }
   return newest_time() - time > parameters_.smoother.lag ? Outcome::kLate : Outcome::kWaiting;
 }
@@ -137,6 +170,9 @@ Outcome StateEstimator::Implementation::add(const OdometerReading& reading) noex
   const Outcome in_time = check_time(reading.time);
   if (in_time != Outcome::kWaiting && in_time != Outcome::kUninitialised) {
     return refuse(Source::kOdometer, in_time);
+  }
+  if (reckons() && odometer_.is_full_after(odometer_until_)) {
+    return refuse(Source::kOdometer, Outcome::kFull);
   }
   const Outcome outcome = odometer_.add(reading);
   if (outcome != Outcome::kWaiting) {
@@ -161,7 +197,7 @@ Outcome StateEstimator::Implementation::add_measurement(const Measurement& m) no
   if (in_time != Outcome::kWaiting) {
     return refuse(source, in_time);
   }
-  if (pending_.size() == kMostPending) {
+  if (waiting(source) >= kMostWaiting) {
     return refuse(source, Outcome::kFull);
   }
   pending_.push_back({time_of(m), m});
@@ -196,32 +232,51 @@ Outcome StateEstimator::Implementation::add(const GivenPose& pose) noexcept {
   return Outcome::kWaiting;
 }
 
+std::size_t StateEstimator::Implementation::waiting(Source source) const noexcept {
+  if (source == Source::kOdometer) {
+    return reckons() ? odometer_.after(newest_time()) : 0;
+  }
+  return static_cast<std::size_t>(std::ranges::count_if(pending_, [&](const Pending& pending) {
+    return std::visit([](const auto& m) { return source_of(m); }, pending.measurement) == source;
+  }));
+}
+
 void StateEstimator::Implementation::coast() {
   if (!reckons()) {
     return;
   }
   const double now = others_.newest();
-  if (!(now - others_at_imu_ > parameters_.imu_silence)) {
-    return;
-  }
+  const bool silent = now - others_at_imu_ > parameters_.imu_silence;
+  // A late IMU may still come for what is not longer ago than it has been late.
+  const double until = now - (silent ? imu_lag_ : parameters_.longest_wait);
+  const bool aligning = phase_ == Phase::kAligning;
   try {
-    const bool aligning = phase_ == Phase::kAligning;
-    const double longest = aligning ? parameters_.smoother.max_step : parameters_.longest_coasting;
-    if (now - imu_end_ > longest) {
-      lose(RestartReason::kLost);
-      return;
+    if (silent) {
+      const double longest =
+          aligning ? parameters_.smoother.max_step : parameters_.longest_coasting;
+      if (until - imu_end_ > longest) {
+        lose(RestartReason::kLost);
+        return;
+      }
     }
-    if (aligning) {
+    if (aligning || !(until >= newest_time() + parameters_.keyframe_period)) {
       return;
     }
     phase_ = Phase::kCoasting;
     fault_time_ = now;
-    while (reckons() && now >= newest_time() + parameters_.keyframe_period) {
-      keyframe(newest_time() + parameters_.keyframe_period);
-    }
+    advance(until);
   } catch (const std::exception&) {
     lose(RestartReason::kNumericalFailure);
   }
+}
+
+void StateEstimator::Implementation::bridge(double until) {
+  if (phase_ == Phase::kAligning) {
+    lose(RestartReason::kLost);
+    return;
+  }
+  fault_time_ = until;
+  advance(until);
 }
 
 void StateEstimator::Implementation::jump(double time) {
@@ -234,12 +289,12 @@ void StateEstimator::Implementation::jump(double time) {
   if (step > 0 && step <= parameters_.smoother.max_step) {
     return;  // keyframes have gone on without the IMU
   }
+  odometer_.forget();
   if (std::abs(step) > parameters_.longest_jump || phase_ == Phase::kAligning) {
     lose(RestartReason::kLost);
     return;
   }
   pending_.clear();
-  odometer_.forget();
   window_.forget();
   odometer_until_ = time;
   last_position_ = std::min(last_position_, time);

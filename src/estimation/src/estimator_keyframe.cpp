@@ -70,6 +70,7 @@ void StateEstimator::Implementation::keyframe(double time) {
 
   report_ = &smoother_.update(time);
   ++updates_;
+  status_.imu_gaps.bridged += report_->coasted;
   if (report_->reset != ResetReason::kNone || smoother_.keyframes() < 2 ||
       !newest_state().is_finite()) {
     recover(pose);
@@ -101,8 +102,8 @@ void StateEstimator::Implementation::add_own_factors(double time) {
   if (status_.standing_still) {
     // An odometer is late, and tells a motion some way after it has begun.
     const StandstillUse& use = parameters_.standstill;
-    const double stood = odometer_.newest() - 0.5 * use.window;
-    smoother_.add(ZeroVelocityMeasurement{use.by_odometer && stood < time ? stood : time,
+    const double stood = std::min(odometer_.newest(), time) - 0.5 * use.window;
+    smoother_.add(ZeroVelocityMeasurement{use.by_odometer && std::isfinite(stood) ? stood : time,
                                           use.velocity_deviation});
     smoother_.add(ZeroAngularRateMeasurement{time, window_.sums().mean_rate(),
                                              parameters_.standstill.rate_deviation});
@@ -162,7 +163,8 @@ bool StateEstimator::Implementation::stands_still(double time) const {
   if (sums.rate_deviation() > use.still_rate || turning.norm() > use.still_rate) {
     return false;
   }
-  const double newest = odometer_.newest();
+  // Those that wait for the IMU tell of a later time.
+  const double newest = std::min(odometer_.newest(), time);
   const auto moved = odometer_.between(newest - use.window, newest);
   const bool odometer_there = moved && time - newest < kFresh;
   if (odometer_there && std::abs(moved->distance) > use.still_distance) {

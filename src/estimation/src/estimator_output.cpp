@@ -52,6 +52,10 @@ EstimatorStatus StateEstimator::Implementation::status() const {
     const bool unheard = source == Source::kWeld && one.accepted + one.gated + one.held == 0;
     one.state = unheard ? SourceState::kAbsent : watch_of(source).state();
   }
+  for (std::size_t i = 0; i < kSources; ++i) {
+    status.sources[i].waiting = waiting(static_cast<Source>(i));
+  }
+  status.imu_gaps.behind = imu_lag_;
   const double now = reckons() ? newest_time() : imu_end_;
   for (const Source source : {Source::kImu, Source::kOdometer, Source::kRelativePose}) {
     SourceStatus& one = status.sources[index_of(source)];
@@ -65,10 +69,25 @@ EstimatorStatus StateEstimator::Implementation::status() const {
   switch (phase_) {
     case Phase::kRunning:
       status.waits_for = WaitsFor::kNothing;
+      // What is contradicted may be right, and the state wrong.
+      for (const Source source : {Source::kGps, Source::kVisualPose, Source::kHeading}) {
+        const SourceStatus& one = status.of(source);
+        if ((one.state == SourceState::kDoubted || one.state == SourceState::kCandidate) &&
+            std::isfinite(one.held_distance)) {
+          text << (text.str().empty() ? "" : "; ") << to_string(source) << " is held out, "
+               << std::round(10 * one.held_distance) / 10
+               << (source == Source::kHeading ? " rad" : " m") << " from the state";
+        }
+      }
       break;
     case Phase::kCoasting:
       status.waits_for = WaitsFor::kImu;
-      text << "the IMU is silent: coasting for " << parameters_.longest_coasting << " s at most";
+      if (others_.newest() - others_at_imu_ > parameters_.imu_silence) {
+        text << "the IMU is silent: coasting for " << parameters_.longest_coasting << " s at most";
+      } else {
+        text << "the IMU is more than " << parameters_.longest_wait
+             << " s behind the other sources: coasting until it catches up";
+      }
       break;
     case Phase::kFault:
       status.waits_for = WaitsFor::kMounting;

@@ -99,7 +99,8 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   double speed = kStillSpeed;
   double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
   // The part of the levelling that the odometer may be expected to cover.
-  const auto motion = odometer_.motion(0.5 * parameters_.start.levelling);
+  const auto motion =
+      odometer_.motion(std::min(odometer_.newest(), time), 0.5 * parameters_.start.levelling);
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
   seems_still_ = still && !motion && !parameters_.standstill.by_imu;
   Vector3d velocity = Vector3d::Zero();
@@ -295,6 +296,7 @@ void StateEstimator::Implementation::align() {
   if (!placement) {
     return;
   }
+  height_is_known_ |= given_ && given_->position;
   place(*placement, RestartReason::kNone);
   if (seems_still_) {
     const StartParameters& start = parameters_.start;

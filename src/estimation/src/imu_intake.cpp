@@ -56,7 +56,9 @@ void ImuIntake::join(const ImuReading& to, Taken& taken) noexcept {
   constexpr double kLearning = 0.02;
   constexpr double kMost = 3;  // times the mean: what is not much of a step may still be wrong
   const double duration = to.time - last_->time;
-  if (duration <= largest_gap_) {
+  if (duration > largest_gap_) {
+    taken.gap = duration;
+  } else {
     taken.samples[taken.count++] = {last_->time, duration,
                                     0.5 * (last_->angular_rate + to.angular_rate),
                                     0.5 * (last_->specific_force + to.specific_force)};
@@ -87,7 +89,12 @@ void ImuIntake::begin(const ImuReading& now, Taken& taken) noexcept {
   join(now, taken);
 }
 
-ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
+bool ImuIntake::is_gap(double from, double to, double others) noexcept {
+  constexpr double kShare = 0.5;  // of the step: a sensor may be slow, and late
+  return to > from && others - from > kShare * (to - from);
+}
+
+ImuIntake::Taken ImuIntake::add(const ImuReading& reading, double others) noexcept {
   if (!(std::isfinite(reading.time) && reading.angular_rate.allFinite() &&
         reading.specific_force.allFinite())) {
     return {.outcome = Outcome::kNotFinite};
@@ -97,8 +104,13 @@ ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
   if (now.specific_force.norm() > largest_force_ || now.angular_rate.norm() > largest_rate_) {
     return {.outcome = Outcome::kGated};
   }
+  // One stamp may be wrong, two in a row are not while other sensors agree.
+  constexpr std::size_t kConfirmedByOthers = 2;
+  constexpr std::size_t kConfirmed = 5;
+  const double before = clock_.newest();
+  const bool gap = is_gap(before, now.time, others);
   Taken taken;
-  switch (clock_.judge(now.time)) {
+  switch (clock_.judge(now.time, gap ? kConfirmedByOthers : kConfirmed)) {
     case ClockWatch::Step::kNext:
       break;
     case ClockWatch::Step::kLate:
@@ -112,6 +124,7 @@ ImuIntake::Taken ImuIntake::add(const ImuReading& reading) noexcept {
       held_ = now;
       dropped_ = 0;
       taken.jumped = true;
+      taken.gap = gap ? now.time - before : 0;
       return taken;
   }
   if (!last_) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 
 #include "clock_watch.hpp"
@@ -20,10 +21,17 @@ class ImuIntake {
   struct Taken {
     Outcome outcome = Outcome::kWaiting;  // kGated: a spike, the reading before this one, or this
     bool jumped = false;                  // of time, to this reading; there are no samples
+    double gap = 0;                       // s, before this reading, if too long to be joined
     std::size_t count = 0;
     std::array<ImuSample, 2> samples{};  // `count` of them
   };
-  Taken add(const ImuReading& reading) noexcept;
+  /// `others`: the newest time of other sensors, whose clocks have not jumped since the last
+  /// reading; NaN: none. A long step of time that they have gone along with is a gap, see is_gap.
+  Taken add(const ImuReading& reading,
+            double others = std::numeric_limits<double>::quiet_NaN()) noexcept;
+  /// Whether a step from one reading to another is one of readings that are missing, not of the
+  /// clock: other sensors have gone on meanwhile.
+  [[nodiscard]] static bool is_gap(double from, double to, double others) noexcept;
 
   /// Time goes on from the next reading.
   void forget() noexcept;

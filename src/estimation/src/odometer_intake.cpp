@@ -7,7 +7,9 @@
 namespace pipescout::estimation {
 namespace {
 
-constexpr std::size_t kMostReadings = 512;
+constexpr std::size_t kMostReadings = 8 * StateEstimator::kMostWaiting;
+/// Forgotten at once, so that few are moved on average.
+constexpr std::size_t kForgotten = kMostReadings / 8;
 
 /// Part of the way from a to b at `time`.
 double part(const OdometerReading& a, const OdometerReading& b, double time) {
@@ -39,6 +41,9 @@ Outcome OdometerIntake::add(const OdometerReading& reading) noexcept {
   if (reading.variance < 0) {
     return Outcome::kBadCovariance;
   }
+  if (reading.time <= forgotten_ + kSame) {
+    return Outcome::kLate;
+  }
   auto place = readings_.end();
   while (place != readings_.begin() && (place - 1)->time > reading.time + kSame) {
     --place;
@@ -47,15 +52,15 @@ Outcome OdometerIntake::add(const OdometerReading& reading) noexcept {
     return Outcome::kDuplicate;
   }
   if (readings_.size() == kMostReadings) {
-    if (place == readings_.begin()) {
+    constexpr auto kFew = static_cast<std::ptrdiff_t>(kForgotten);
+    if (place - readings_.begin() < kFew) {
       return Outcome::kLate;
     }
-    const auto moved = place - 1;
-    std::move(readings_.begin() + 1, place, readings_.begin());
-    *moved = reading;
-  } else {
-    readings_.insert(place, reading);
+    forgotten_ = readings_[kForgotten - 1].time;
+    place = readings_.erase(readings_.begin(), readings_.begin() + kFew) +
+            (place - readings_.begin() - kFew);
   }
+  readings_.insert(place, reading);
   return Outcome::kWaiting;
 }
 
@@ -143,8 +148,17 @@ std::optional<OdometerIntake::Increment> OdometerIntake::between(double from,
   return std::nullopt;
 }
 
-std::optional<OdometerIntake::Motion> OdometerIntake::motion(double window) const noexcept {
-  const double now = newest();
+std::size_t OdometerIntake::after(double time) const noexcept {
+  const auto first = std::ranges::upper_bound(readings_, time, {}, &OdometerReading::time);
+  return static_cast<std::size_t>(readings_.end() - first);
+}
+
+bool OdometerIntake::is_full_after(double time) const noexcept {
+  return readings_.size() == kMostReadings && readings_[kForgotten - 1].time > time;
+}
+
+std::optional<OdometerIntake::Motion> OdometerIntake::motion(double now,
+                                                             double window) const noexcept {
   const auto before = between(now - window, now - 0.5 * window);
   const auto after = between(now - 0.5 * window, now);
   if (!before || !after) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,14 @@ class OdometerIntake {
   explicit OdometerIntake(const OdometerUse& use);
 
   Outcome add(const OdometerReading& reading) noexcept;
-  void forget() noexcept { readings_.clear(); }
+  void forget() noexcept {
+    readings_.clear();
+    forgotten_ = -std::numeric_limits<double>::infinity();
+  }
+  /// How many are later.
+  [[nodiscard]] std::size_t after(double time) const noexcept;
+  /// Whether one more makes it forget a reading of after this time.
+  [[nodiscard]] bool is_full_after(double time) const noexcept;
 
   struct Increment {
     double distance = 0;       // m
@@ -29,12 +37,12 @@ class OdometerIntake {
   };
   /// Nothing where a reading is missing, the counter was reset or there is no data.
   [[nodiscard]] std::optional<Increment> between(double from, double to) const noexcept;
-  /// m/s and m/s^2 over the last `window` seconds; nothing as above.
+  /// m/s and m/s^2 over the last `window` seconds before `end`; nothing as above.
   struct Motion {
     double speed = 0;
     double acceleration = 0;
   };
-  [[nodiscard]] std::optional<Motion> motion(double window) const noexcept;
+  [[nodiscard]] std::optional<Motion> motion(double end, double window) const noexcept;
   /// Of the newest that is not left out; NaN before the first.
   [[nodiscard]] double newest() const noexcept;
 
@@ -48,7 +56,8 @@ class OdometerIntake {
   [[nodiscard]] bool joined(const OdometerReading& a, const OdometerReading& b) const noexcept;
 
   OdometerUse use_;
-  std::vector<OdometerReading> readings_{};  // oldest first
+  std::vector<OdometerReading> readings_{};                      // oldest first
+  double forgotten_ = -std::numeric_limits<double>::infinity();  // s, the newest that is not kept
 };
 
 }  // namespace pipescout::estimation

@@ -292,6 +292,9 @@ void EstimatorParameters::declare_smoother() {
       "imu_silence", [](auto& p) -> double& { return p.imu_silence; }, {0.01, 10},
       "s without readings of the IMU after which the state coasts on the other sensors");
   bound_->real(
+      "longest_wait", [](auto& p) -> double& { return p.longest_wait; }, {0.1, 60},
+      "s for which measurements that are ahead of the IMU wait for it");
+  bound_->real(
       "longest_coasting", [](auto& p) -> double& { return p.longest_coasting; }, {0.1, 1e4},
       "s of coasting after which the state is discarded");
   bound_->real(

@@ -462,7 +462,7 @@ void StateEstimator::tell_status() {
           "imu.specific_force_scale)";
       report_fault("start.fault", fault);
       diagnostics().set_status(DiagnosticLevel::kError, fault);
-    } else if (status_.phase == Phase::kRunning) {
+    } else if (status_.phase == Phase::kRunning && status_.text.empty()) {
       diagnostics().set_status(DiagnosticLevel::kOk, text);
     } else {
       diagnostics().set_status(DiagnosticLevel::kWarn, text);
@@ -478,6 +478,16 @@ void StateEstimator::tell_status() {
       diagnostics().count("restart." + reason, more - 1);
     }
   }
+  const estimation::ImuGaps& gaps = status_.imu_gaps;
+  if (const std::size_t more = gaps.count - told_.imu_gaps.count; more > 0) {
+    report_fault("imu.gap", "readings of the IMU are missing: up to " + seconds(gaps.longest) +
+                                " between two stamps");
+    diagnostics().count("imu.gap", more - 1);
+  }
+  diagnostics().set_value("imu.longest_gap", seconds(gaps.longest));
+  diagnostics().set_value("imu.missing", seconds(gaps.total));
+  diagnostics().set_value("imu.bridged", seconds(gaps.bridged));
+  diagnostics().set_value("imu.behind", seconds(gaps.behind));
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
     const std::string source(to_string(static_cast<Source>(i)));
     const estimation::SourceStatus& now_so = status_.sources[i];
@@ -496,6 +506,10 @@ void StateEstimator::tell_status() {
     }
     diagnostics().set_value(source + ".state", std::string(to_string(now_so.state)));
     diagnostics().set_value(source + ".accepted", std::to_string(now_so.accepted));
+    if (now_so.held > 0) {
+      diagnostics().set_value(source + ".held", std::to_string(now_so.held));
+    }
+    diagnostics().set_value(source + ".waiting", std::to_string(now_so.waiting));
   }
   told_ = status_;
 }

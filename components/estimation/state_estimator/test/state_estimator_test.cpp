@@ -218,6 +218,16 @@ TEST_F(StateEstimatorTest, GoesOnWithoutGps) {
   EXPECT_GT(states_.back().since_absolute_position, 30);
 }
 
+TEST_F(StateEstimatorTest, TellsThatReadingsOfTheImuAreMissing) {
+  const StateEstimator& estimator = start(known_start());
+  drive(0, 8);
+  EXPECT_EQ(estimator.diagnostics().counter("imu.gap"), 0U);
+  drive(8.8, 12);
+  EXPECT_EQ(estimator.diagnostics().counter("imu.gap"), 1U);
+  EXPECT_EQ(states_.back().phase, "running");
+  EXPECT_EQ(states_.back().restarts, 0U);
+}
+
 TEST_F(StateEstimatorTest, ShowsWhichMeasurementsItBelieves) {
   start(known_start());
   drive(0, 10);

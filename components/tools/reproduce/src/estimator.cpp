@@ -95,7 +95,7 @@ class Estimator {
       : options_(options),
         extent_(extent),
         out_(out),
-        seeds_(unseen_seeds(options.seeds)),
+        seeds_(seeds_of(options, options.seeds)),
         rows_(result_, out),
         progress_(options) {}
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,7 +34,7 @@ class InPipe {
       : options_(options),
         extent_(extent),
         out_(out),
-        seeds_(unseen_seeds(options.seeds)),
+        seeds_(seeds_of(options, options.seeds)),
         rows_(result_, out),
         progress_(options) {}
 
@@ -301,13 +300,6 @@ std::string default_data_folder() {
   const char* shared = std::getenv("PIPESCOUT_SHARED_DATA");
   const std::filesystem::path folder = shared != nullptr ? shared : "../shared/data";
   return is_directory(folder) ? folder.string() : "";
-}
-
-std::vector<std::uint64_t> unseen_seeds(std::size_t count) {
-  constexpr std::uint64_t kFirst = 1001;
-  std::vector<std::uint64_t> seeds(count);
-  std::iota(seeds.begin(), seeds.end(), kFirst);
-  return seeds;
 }
 
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out) {

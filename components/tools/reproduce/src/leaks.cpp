@@ -41,7 +41,7 @@ class Leaks {
       : options_(options),
         extent_(extent),
         out_(out),
-        seeds_(unseen_seeds(std::min(options.seeds, extent.largest_seeds))),
+        seeds_(seeds_of(options, std::min(options.seeds, extent.largest_seeds))),
         rows_(result_, out),
         progress_(options) {}
 

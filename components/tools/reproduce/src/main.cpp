@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
+#include <cstdint>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "reproduce.hpp"
+#include "revision.hpp"
 
 namespace pipescout::reproduce {
 namespace {
@@ -29,9 +32,26 @@ struct Arguments {
   std::string table;
   std::string json;
   std::size_t seeds = ReproduceOptions::kAllSeeds;
+  std::optional<std::uint64_t> seed_base;
   std::string data;
-  bool simulation_asked_for = false;  ///< --seeds or --data is given
+  bool simulation_asked_for = false;  ///< --seeds, --seed-base or --data is given
 };
+
+/// Where the seeds of a score begin, said aloud.
+std::uint64_t first_seed(const Arguments& arguments) {
+  if (arguments.seed_base) {
+    std::cerr << "Seeds from " << *arguments.seed_base << " on, as asked for.\n";
+    return *arguments.seed_base;
+  }
+  const auto base = seed_base_of(PIPESCOUT_REVISION);
+  if (!base) {
+    throw CommandError(
+        "this program was not built from a git revision, from which it would draw its seeds: give "
+        "--seed-base");
+  }
+  std::cerr << "Seeds from " << *base << " on, drawn from revision " PIPESCOUT_REVISION ".\n";
+  return *base;
+}
 
 int reproduce(const Arguments& arguments) {
   const std::string& name = arguments.table;
@@ -45,13 +65,16 @@ int reproduce(const Arguments& arguments) {
       throw CommandError("table '" + name + "' has no --seeds and no --data");
     }
     const auto result = table.reproduce({.seeds = arguments.seeds,
+                                         .seed_base = table.simulates ? first_seed(arguments) : 0,
                                          .data = arguments.data,
                                          .progress = &std::cerr,
                                          .progress_on_terminal = isatty(STDERR_FILENO) == 1},
                                         std::cout);
     if (!arguments.json.empty()) {
-      const nlohmann::json json{
-          {"figures", result.figures}, {"rows", result.rows}, {"seeds", result.seeds}};
+      const nlohmann::json json{{"figures", result.figures},
+                                {"rows", result.rows},
+                                {"seeds", result.seeds},
+                                {"revision", PIPESCOUT_REVISION}};
       replace_file(arguments.json, json.dump(2) + "\n");
     }
     return kExitOk;
@@ -62,19 +85,26 @@ int reproduce(const Arguments& arguments) {
 
 void add_command(CLI::App& app, Action& action) {
   constexpr std::size_t kMostSeeds = 1000;
+  constexpr std::uint64_t kLargestSeed = 4'000'000'000;
   auto arguments = std::make_shared<Arguments>();
   app.add_option("table", arguments->table, "Name of the table");
   app.add_option("--json", arguments->json, "Also write figures, rows and seeds to this file");
   const auto* seeds = app.add_option("--seeds", arguments->seeds,
-                                     "Number of seeds to simulate, from 1001 on; " +
+                                     "Number of seeds to simulate; " +
                                          std::to_string(arguments->seeds) + " unless given")
                           ->check(CLI::Range(std::size_t{1}, kMostSeeds));
+  const auto* seed_base =
+      app.add_option("--seed-base", arguments->seed_base,
+                     "First seed; default: drawn from the git revision that this was built from. "
+                     "Development uses seeds up to 999")
+          ->check(CLI::Range(std::uint64_t{1}, kLargestSeed));
   const auto* data =
       app.add_option("--data", arguments->data,
                      "Folder of real data; default: $PIPESCOUT_SHARED_DATA or ../shared/data");
   app.footer("Tables:" + known_tables());
   app.callback([=, &action] {
-    arguments->simulation_asked_for = seeds->count() > 0 || data->count() > 0;
+    arguments->simulation_asked_for =
+        seeds->count() > 0 || seed_base->count() > 0 || data->count() > 0;
     action = [=] { return reproduce(*arguments); };
   });
 }

@@ -18,7 +18,7 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
                        .result = result,
                        .rows = rows,
                        .progress = progress,
-                       .seeds = unseen_seeds(options.seeds)};
+                       .seeds = seeds_of(options, options.seeds)};
   out << "Lippiello and Cacace: a UAV over a pipe rack. Seeds " << run.seeds.front() << " to "
       << run.seeds.back() << ", not used for tuning.\n\n";
   result.seeds = run.seeds;

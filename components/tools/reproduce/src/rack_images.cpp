@@ -50,8 +50,9 @@ ImageFlightScore pooled(const std::vector<ImageFlightScore>& scores) {
 class RackImages {
  public:
   explicit RackImages(RackReproduction& run)
-      : extent_(run.extent.images),
-        seeds_(unseen_seeds(std::min(run.seeds.size(), extent_.largest_seeds))),
+      : options_(run.options),
+        extent_(run.extent.images),
+        seeds_(seeds_of(options_, std::min(run.seeds.size(), extent_.largest_seeds))),
         rows_(run.rows),
         out_(run.out),
         progress_(run.progress) {}
@@ -185,7 +186,7 @@ class RackImages {
   }
 
   void start_in_clutter() {
-    const auto seeds = unseen_seeds(extent_.clutter_starts * seeds_.size());
+    const auto seeds = seeds_of(options_, extent_.clutter_starts * seeds_.size());
     const std::string study = std::to_string(seeds.size()) +
                               " flights that begin in such clutter, " +
                               seconds(extent_.clutter_start);
@@ -331,7 +332,7 @@ class RackImages {
   }
 
   void start_wrong() {
-    const auto seeds = unseen_seeds(extent_.places * seeds_.size());
+    const auto seeds = seeds_of(options_, extent_.places * seeds_.size());
     const std::size_t all_trials = 2 * extent_.trials * seeds.size();
     const std::string study =
         std::to_string(all_trials) + " initial poses and predictions wrong by 5 cm and 5 degrees";
@@ -377,6 +378,7 @@ class RackImages {
   static std::string seconds(double duration) {
     return std::to_string(std::lround(duration)) + " s";
   }
+  const ReproduceOptions& options_;
   const RackImageExtent& extent_;
   std::vector<std::uint64_t> seeds_;
   FigureRows& rows_;

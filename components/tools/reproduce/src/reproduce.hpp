@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string>
@@ -28,6 +29,8 @@ struct Reproduction {
 struct ReproduceOptions {
   static constexpr std::size_t kAllSeeds = 20;
   std::size_t seeds = kAllSeeds;  ///< how many are simulated, at least 1
+  /// The first of them. Development uses those up to 999; the command takes those of its revision.
+  std::uint64_t seed_base = 1001;
   /// Folder of the real data, which must be there. Empty: see
   /// `default_data_folder`.
   std::string data{};
@@ -51,8 +54,14 @@ struct ReproducibleTable {
 /// when it is not there.
 [[nodiscard]] std::string default_data_folder();
 
-/// The seeds not used for tuning (which is done on 1 to 100): 1001, 1002, ...
-[[nodiscard]] std::vector<std::uint64_t> unseen_seeds(std::size_t count);
+/// `count` seeds from `options.seed_base` on.
+[[nodiscard]] std::vector<std::uint64_t> seeds_of(const ReproduceOptions& options,
+                                                  std::size_t count);
+
+/// The first seed of a revision of the sources, its hash in hexadecimal digits: another one for
+/// each, at least 1000, so that nobody can have tuned to what follows from it. Nothing for a text
+/// that does not begin with 8 such digits.
+[[nodiscard]] std::optional<std::uint64_t> seed_base_of(std::string_view revision);
 
 /// How much is simulated for the figures of work in a pipe, for each seed.
 struct InPipeExtent {

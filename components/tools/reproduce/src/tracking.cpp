@@ -50,9 +50,10 @@ struct Scores {
 class Tracking {
  public:
   Tracking(const ReproduceOptions& options, const TrackingExtent& extent, std::ostream& out)
-      : extent_(extent),
+      : options_(options),
+        extent_(extent),
         out_(out),
-        seeds_(unseen_seeds(std::min(options.seeds, extent.largest_seeds))),
+        seeds_(seeds_of(options, std::min(options.seeds, extent.largest_seeds))),
         rows_(result_, out),
         progress_(options) {}
 
@@ -177,7 +178,7 @@ class Tracking {
   void add_long_sequences() {
     tracking_study::RecordingSettings settings = extent_.recording;
     settings.frames = extent_.long_frames;
-    const auto seeds = unseen_seeds(extent_.long_sequences);
+    const auto seeds = seeds_of(options_, extent_.long_sequences);
     const std::string study = std::to_string(extent_.long_sequences) + " sequences of " +
                               std::to_string(extent_.long_frames) + " pictures";
     const auto each = for_each_seed(progress_, study, seeds, [&](std::uint64_t seed) {
@@ -244,6 +245,7 @@ class Tracking {
     return digits.substr(0, digits.find('.') + 3);
   }
 
+  const ReproduceOptions& options_;
   const TrackingExtent& extent_;
   std::ostream& out_;
   std::vector<std::uint64_t> seeds_;

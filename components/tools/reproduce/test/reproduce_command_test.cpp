@@ -18,6 +18,11 @@ TEST(ReproduceCommand, RefusesWhatMakesNoSense) {
   EXPECT_EQ(no_seeds.code(), 2);
   EXPECT_THAT(no_seeds.err, HasSubstr("--seeds"));
 
+  const auto no_base =
+      run_program(REPRODUCE_COMMAND, {"in-pipe", "--seed-base", "0"}, folder.path());
+  EXPECT_EQ(no_base.code(), 2);
+  EXPECT_THAT(no_base.err, HasSubstr("--seed-base"));
+
   const auto paper = run_program(REPRODUCE_COMMAND, {"odometry", "--seeds", "3"}, folder.path());
   EXPECT_EQ(paper.code(), 1);
   EXPECT_THAT(paper.err, HasSubstr("has no --seeds"));

@@ -57,6 +57,18 @@ TEST(Reproduce, ListsItsTables) {
   EXPECT_TRUE(reproducible_tables()[5].simulates);
 }
 
+TEST(Reproduce, EachRevisionHasSeedsOfItsOwnBeyondThoseOfDevelopment) {
+  EXPECT_EQ(seed_base_of("00000000f5"), 1000U);
+  EXPECT_EQ(seed_base_of("0000000a"), 11'000U);
+  EXPECT_NE(seed_base_of("a711c0b93a03"), seed_base_of("a711c0ba3a03"));
+  EXPECT_LE(*seed_base_of("ffffffff-changed"), 1'000'000'000U);
+  EXPECT_FALSE(seed_base_of(""));
+  EXPECT_FALSE(seed_base_of("a711c0b"));
+  EXPECT_FALSE(seed_base_of("release"));
+  const std::vector<std::uint64_t> expected{11'000, 11'001, 11'002};
+  EXPECT_EQ(seeds_of({.seed_base = 11'000}, 3), expected);
+}
+
 TEST(Reproduce, LeaksGiveTheirFigures) {
   std::ostringstream out;
   LeaksExtent extent;

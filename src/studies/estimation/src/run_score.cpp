@@ -7,6 +7,7 @@
 #include <map>
 
 #include "innovation.hpp"
+#include "pipescout/estimation_study/sensor_loss.hpp"
 #include "pipescout/simulation/uav.hpp"
 #include "pipescout/statistics/chi_square.hpp"
 
@@ -53,7 +54,9 @@ class Scorer {
       if (const auto* reading = std::get_if<estimation::ImuReading>(&event.reading)) {
         innovations_.add(*reading);
       }
-      std::visit([&](const auto& reading) { (void)estimator_.add(reading); }, event.reading);
+      const estimation::Outcome outcome =
+          std::visit([&](const auto& reading) { return estimator_.add(reading); }, event.reading);
+      judge_refusal(event, outcome);
       if (estimator_.updates() != updates_) {
         updates_ = estimator_.updates();
         take_down();
@@ -69,6 +72,24 @@ class Scorer {
   }
 
  private:
+  void judge_refusal(const Event& event, estimation::Outcome outcome) {
+    const auto sensor = sensor_of(event.reading);
+    const double time = time_of(event.reading);
+    if (!sensor || !(time >= result_.started + score_.settling)) {
+      return;
+    }
+    const auto index = static_cast<std::size_t>(*sensor);
+    if (outcome == estimation::Outcome::kWaiting) {
+      refused_since_[index].reset();
+      return;
+    }
+    RefusalScore& refusal = result_.refusals[index];
+    ++refusal.count;
+    const double since = refused_since_[index].value_or(time);
+    refused_since_[index] = since;
+    refusal.longest = std::max(refusal.longest, time - since);
+  }
+
   void judge_innovation(const Event& event) {
     if (time_of(event.reading) < result_.started + score_.settling) {
       return;
@@ -142,6 +163,7 @@ class Scorer {
   RunScore result_;
   std::uint64_t updates_ = 0;
   double next_nees_ = 0;
+  std::array<std::optional<double>, kSensors> refused_since_{};  // s
 };
 
 struct Share {
@@ -234,6 +256,19 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
     deviations.odometer_scale = run.odometer_scale_deviation;
   }
   return p;
+}
+
+double RunScore::position_coverage() const {
+  static const double kQuantile = statistics::chi_square_quantile(0.95, 3);
+  std::size_t all = 0;
+  std::size_t within = 0;
+  for (const EstimateScore& estimate : estimates) {
+    if (std::isfinite(estimate.nees_parts[0])) {
+      ++all;
+      within += estimate.nees_parts[0] <= kQuantile ? 1U : 0U;
+    }
+  }
+  return static_cast<double>(within) / static_cast<double>(all);
 }
 
 double RunScore::position_rmse() const {

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string_view>
 
 #include "pipescout/estimation/start_alignment.hpp"
+#include "pipescout/estimation/track_witness.hpp"
 
 /// Monitoring of a source of absolute measurements: after an outage, or after it was doubted, it is
 /// used again only when its measurements have proved consistent.
@@ -61,6 +63,7 @@ struct WatchedFix {
   Eigen::Vector3d predicted =
       Eigen::Vector3d::Zero();     ///< m, the same point according to the state
   double predicted_deviation = 1;  ///< m, of `predicted`, the worst axis
+  double yaw = 0;                  ///< rad, of the map from `odom`
   double way = 0;                  ///< m, travelled so far by dead reckoning
   bool witnessed = true;           ///< an odometer is available
   bool shaken = false;             ///< IMU or odometer had faults since the last accepted position
@@ -98,7 +101,9 @@ enum class Verdict : std::uint8_t {
 /// source is locked out permanently.
 ///
 /// A fix of a doubted source that is consistent with state and odometer is used: then the previous
-/// fixes were wrong, not the state.
+/// fixes were wrong, not the state. And fixes that go on from those that were believed, as dead
+/// reckoning says, are within reach wherever the state is: see TrackWitness. Then it is the state
+/// that is off, or surer than it should be.
 ///
 /// Pure; no allocation.
 class AbsoluteSourceWatch {
@@ -110,6 +115,8 @@ class AbsoluteSourceWatch {
   Verdict judge(const WatchedFix& fix) noexcept;
   /// Before initialisation: compares the fix with previous ones and the motion.
   void compare(const WatchedFix& fix) noexcept;
+  /// A measurement of a trusted source is on its way to the smoother.
+  void offer(const TrackPair& pair, double yaw) noexcept;
   /// Reports the result of the smoother's gate for a measurement to be used.
   void note_accepted(double time, double way) noexcept;
   void note_gated() noexcept;
@@ -137,6 +144,7 @@ class AbsoluteSourceWatch {
   [[nodiscard]] double drift_speed(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
+  [[nodiscard]] bool goes_on(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool bears_state_out(const WatchedFix& fix) const noexcept;
 
   SourceWatchParameters parameters_;
@@ -147,6 +155,13 @@ class AbsoluteSourceWatch {
   double trusted_since_ = std::numeric_limits<double>::quiet_NaN();  // or since the state was reset
   double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
+  TrackWitness witness_{};
+  struct Offered {
+    TrackPair pair{};
+    double yaw = 0;
+  };
+  std::array<Offered, 8> offered_{};  // the newest, in a ring: the gate has not told of them yet
+  std::size_t next_offered_ = 0;
   // Of the candidate.
   TrackAlignment track_{};
   WatchedFix first_{};

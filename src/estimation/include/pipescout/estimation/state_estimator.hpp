@@ -132,9 +132,12 @@ struct StateEstimatorParameters {
   double largest_imu_gap = 0.05;  ///< s between readings that are joined, in [1e-4, 1]
   double keyframe_period = 0.1;   ///< s, in [0.005, 10]
   double imu_silence = 0.3;       ///< s without readings until coasting; in [0.01, 10]
-  double longest_coasting = 30;   ///< s of coasting until the state is discarded; in [0.1, 1e4]
-  double longest_jump = 10;  ///< s, jump in time after which the state is kept with an inflated
-                             ///< covariance; in [0, 1e4]
+  /// s, for which measurements that are ahead of the IMU wait for it. Of those that are further
+  /// ahead the state makes use without the IMU, whose readings then come too late; in [0.1, 60].
+  double longest_wait = 5;
+  double longest_coasting = 30;  ///< s of coasting until the state is discarded; in [0.1, 1e4]
+  double longest_jump = 10;      ///< s, jump in time after which the state is kept with an inflated
+                                 ///< covariance; in [0, 1e4]
   StartParameters start{};
   OdometerUse odometer{};
   StandstillUse standstill{};
@@ -215,18 +218,34 @@ struct SourceStatus {
   std::size_t gated = 0;
   /// Welds that were gated or held, and then associated with another weld of the tally.
   std::size_t reassigned = 0;
-  std::size_t held = 0;     ///< not used, because the source was not trusted
+  std::size_t held = 0;  ///< not used, because the source was not trusted
+  /// m (rad for headings), of the newest one that was held while running, from the state.
+  double held_distance = std::numeric_limits<double>::quiet_NaN();
   std::size_t refused = 0;  ///< invalid values, late, duplicate, no space, quarantined
+  std::size_t waiting = 0;  ///< now, for the IMU to reach their time
   Outcome last_refusal = Outcome::kAccepted;                          ///< reason of the newest one
   double last_accepted = std::numeric_limits<double>::quiet_NaN();    ///< s, its time
   double last_chi_square = std::numeric_limits<double>::quiet_NaN();  ///< accepted or gated
 };
 
+/// Intervals longer than `largest_imu_gap` between the stamps of readings of the IMU, and how late
+/// these come.
+struct ImuGaps {
+  std::size_t count = 0;
+  double total = 0;    ///< s
+  double longest = 0;  ///< s
+  double bridged = 0;  ///< s of keyframes without the IMU: by the other sources, or by dead motion
+  double behind = 0;  ///< s, of the IMU behind the newest other stamp: most within the last seconds
+};
+
 struct EstimatorStatus {
   Phase phase = Phase::kStarting;
   WaitsFor waits_for = WaitsFor::kImu;
-  std::string text{};  ///< the missing input, or the fault and the parameter that corrects it
+  /// The missing input, the fault and the parameter that corrects it, or what is held out and how
+  /// far it is from the state. Empty when all is well.
+  std::string text{};
   std::array<SourceStatus, kSources> sources{};  ///< by Source
+  ImuGaps imu_gaps{};
   std::array<std::size_t, kRestartReasons> restarts{};
   RestartReason last_restart = RestartReason::kNone;
   double last_restart_time = std::numeric_limits<double>::quiet_NaN();
@@ -253,13 +272,20 @@ struct Estimate {
 
 /// Runs a FixedLagSmoother: initialisation, keyframes, monitoring of absolute sources, restarts.
 ///
-/// Driven by the times of measurements alone. A keyframe is added once the IMU covers its time, or
-/// once other measurements are `imu_silence` later than the last reading. Measurements may be late
-/// by up to the smoother's lag.
+/// Driven by the times of measurements alone. A keyframe is added once the IMU covers its time.
+/// What is ahead of the IMU waits for it, at most `longest_wait` and kMostWaiting of each source
+/// (beyond that: kFull); an IMU that is known to come late is waited for that long. A keyframe is
+/// added without the IMU once other measurements are `imu_silence` later than they were at its last
+/// reading, or `longest_wait` later than that: it coasts, by the other sources or, without any, by
+/// dead motion. Gaps between readings are bridged in the same way. Measurements may be late by up
+/// to the smoother's lag.
 ///
 /// Only the constructor throws. Deterministic. Not thread-safe: one thread at a time.
 class StateEstimator {
  public:
+  /// Measurements of one source that wait for the IMU; of the odometer, eight times as many.
+  static constexpr std::size_t kMostWaiting = 256;
+
   /// Throws as StateEstimatorParameters::validate.
   explicit StateEstimator(const StateEstimatorParameters& parameters);
   ~StateEstimator();

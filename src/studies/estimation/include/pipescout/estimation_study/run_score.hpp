@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -51,6 +52,12 @@ struct ScoreOptions {
   double captured_at = 0.2;  ///< share of a trap's offset: closer to the trap counts as captured
 };
 
+/// A stretch of time in which readings of a sensor were refused, one after the other.
+struct RefusalScore {
+  std::size_t count = 0;  ///< readings, in all
+  double longest = 0;     ///< s, from the first to the last of a stretch
+};
+
 struct RunScore {
   double started = std::numeric_limits<double>::quiet_NaN();  ///< s, first estimate in the map
   std::vector<EstimateScore> estimates{};                     ///< that count
@@ -59,8 +66,12 @@ struct RunScore {
   /// Traps in which, or within 30 s of which, the estimate was off by more than
   /// `1 - captured_at` of the trap's offset.
   std::size_t false_reacquisitions = 0;
-  estimation::EstimatorStatus status{};  ///< at the end
+  std::array<RefusalScore, kSensors> refusals{};  ///< by Sensor, after the start and settling
+  estimation::EstimatorStatus status{};           ///< at the end
 
+  /// Share of the times for which NEES was computed at which the true position was within the
+  /// stated 95 % ellipsoid; NaN without any.
+  [[nodiscard]] double position_coverage() const;
   [[nodiscard]] double position_rmse() const;           ///< m
   [[nodiscard]] double rotation_rmse() const;           ///< rad
   [[nodiscard]] double velocity_rmse() const;           ///< m/s

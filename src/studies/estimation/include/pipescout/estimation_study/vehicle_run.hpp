@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <variant>
@@ -23,6 +24,7 @@ enum class Vehicle : std::uint8_t {
 };
 
 enum class Sensor : std::uint8_t { kImu, kOdometer, kGps, kVisualPose, kWeld };
+inline constexpr std::size_t kSensors = 5;
 
 /// Outage of a sensor in [begin, begin + duration).
 struct Silence {
