@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipescout/bag_topics/header_stamp.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 namespace {
@@ -17,11 +18,6 @@ constexpr double kOtherClock = 60.0;  // s
 
 double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) / kNanoseconds;
-}
-
-/// To so many parts of the unit: thousandths stay thousandths when they are printed.
-double rounded(double value, double parts) {
-  return std::round(value * parts) / parts;
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-/// The lines of the recorder's files, docs/components/crawler_recorder.md. Pure.
+/// The lines of a crawler's data files, docs/tables.md. Pure.
 namespace pipescout::summary {
 
 [[nodiscard]] std::string fused_csv_header(const std::vector<std::string>& columns);

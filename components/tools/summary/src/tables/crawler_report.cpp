@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipescout/statistics/normal.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -12,13 +13,6 @@ namespace {
 
 /// m; at a weld the two joints that it bounds are equally right.
 constexpr double kAtWeld = 0.5;
-
-MissionCell rounded(double value, double parts) {
-  if (!std::isfinite(value)) {
-    return std::monostate{};
-  }
-  return std::round(value * parts) / parts;
-}
 
 }  // namespace
 
@@ -115,10 +109,10 @@ MissionSection CrawlerReport::section(const std::string& figure_prefix) const {
   section.columns = {"weld",       "chainage [m]", "odometer [m]", "standard deviation [m]",
                      "confidence", "probability"};
   for (const Weld& weld : rows_) {
-    section.rows.push_back({weld.id.empty() ? MissionCell() : MissionCell(weld.id),
-                            rounded(weld.chainage, 1e3), rounded(weld.distance, 1e3),
-                            rounded(weld.standard_deviation, 1e4), rounded(weld.confidence, 1e4),
-                            rounded(weld.probability, 1e4)});
+    section.rows.push_back(
+        {weld.id.empty() ? MissionCell() : MissionCell(weld.id), rounded_cell(weld.chainage, 1e3),
+         rounded_cell(weld.distance, 1e3), rounded_cell(weld.standard_deviation, 1e4),
+         rounded_cell(weld.confidence, 1e4), rounded_cell(weld.probability, 1e4)});
   }
   const auto set = [&](const char* name, double value) {
     section.figures[figure_prefix + "crawler_" + name] = value;

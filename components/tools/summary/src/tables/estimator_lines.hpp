@@ -12,7 +12,7 @@
 #include "pipescout/runtime/time.hpp"
 #include "tables/estimator_report.hpp"
 
-/// The lines of the recorder's files, docs/components/estimator_recorder.md. Pure.
+/// The lines of an estimator's data files, docs/tables.md. Pure.
 namespace pipescout::summary {
 
 [[nodiscard]] std::string estimate_csv_header();

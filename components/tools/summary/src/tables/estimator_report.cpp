@@ -7,6 +7,7 @@
 
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/statistics/chi_square.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -15,16 +16,8 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kSourcesFollowed = 32;
 
-double rounded(double value, double parts) {
-  return std::round(value * parts) / parts;
-}
-
 double percent(std::uint64_t part, std::uint64_t whole) {
   return rounded(100.0 * static_cast<double>(part) / static_cast<double>(whole), 1e2);
-}
-
-MissionCell number(std::uint64_t value) {
-  return static_cast<std::int64_t>(value);
 }
 
 }  // namespace
@@ -142,8 +135,8 @@ void EstimatorReport::add_table(MissionSection& section) const {
   section.columns = {"source", "state", "accepted", "gated", "held", "refused", "trusted [%]"};
   for (const auto& [name, source] : sources_) {
     section.rows.push_back(
-        {name, source.state, number(source.accepted.total()), number(source.gated.total()),
-         number(source.held.total()), number(source.refused.total()),
+        {name, source.state, count_cell(source.accepted.total()), count_cell(source.gated.total()),
+         count_cell(source.held.total()), count_cell(source.refused.total()),
          keyframes_ > 0 ? MissionCell(percent(source.trusted, keyframes_)) : MissionCell()});
   }
 }

@@ -20,6 +20,7 @@
 #include "tables/estimator_lines.hpp"
 #include "tables/estimator_report.hpp"
 #include "tables/makers.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -29,12 +30,6 @@ namespace {
 constexpr std::size_t kMaximumSources = 32;
 constexpr std::size_t kMaximumFactors = 4096;
 constexpr std::size_t kLongestName = 40;
-
-void require(bool good, const char* what) {
-  if (!good) {
-    throw std::invalid_argument(what);
-  }
-}
 
 /// Names of sources become names of figures.
 bool is_name(const std::string& text) {

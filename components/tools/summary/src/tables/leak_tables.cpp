@@ -13,6 +13,7 @@
 #include "pipescout/runtime/conversions.hpp"
 #include "tables/leak_tally.hpp"
 #include "tables/makers.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -24,12 +25,6 @@ using pipescout_msgs::msg::LeakFinding;
 /// In one message; more than any camera sees.
 constexpr std::size_t kMaximumPipes = 1000;
 constexpr std::size_t kMaximumLeaks = 10000;
-
-void require(bool good, const char* what) {
-  if (!good) {
-    throw std::invalid_argument(what);
-  }
-}
 
 const char* kind_name(std::uint8_t kind) {
   switch (kind) {
@@ -67,15 +62,6 @@ std::string events_header() {
 
 std::string truth_header() {
   return "stamp,leak,x,y,z,length,delta";
-}
-
-/// Nothing for a value that there is not.
-void add_or_empty(CsvLine& line, double value) {
-  if (std::isfinite(value)) {
-    line.add(value);
-  } else {
-    line.add_empty();
-  }
 }
 
 double seconds(const builtin_interfaces::msg::Time& stamp) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipescout/statistics/chi_square.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -19,18 +20,6 @@ using pipescout_msgs::msg::LeakFinding;
 
 Eigen::Vector3d position(const LeakFinding& finding) {
   return {finding.position.x, finding.position.y, finding.position.z};
-}
-
-double rounded(double value, double steps) {
-  return std::round(value * steps) / steps;
-}
-
-MissionCell cell(double value, double steps) {
-  return std::isfinite(value) ? MissionCell(rounded(value, steps)) : MissionCell();
-}
-
-MissionCell number(std::uint64_t value) {
-  return static_cast<std::int64_t>(value);
 }
 
 double percent(std::size_t part, std::size_t whole) {
@@ -75,14 +64,14 @@ MissionSection LeakTally::section(const std::string& figure_prefix) const {
   std::uint64_t raised = 0;
   for (const auto& [id, finding] : findings_) {
     raised += finding.state == "raised" ? 1 : 0;
-    std::vector<MissionCell> row{number(id), finding.state, finding.severity};
+    std::vector<MissionCell> row{count_cell(id), finding.state, finding.severity};
     for (const double coordinate : position(finding)) {
-      row.push_back(finding.position_known ? cell(coordinate, 100) : MissionCell());
+      row.push_back(finding.position_known ? rounded_cell(coordinate, 100) : MissionCell());
     }
-    row.insert(row.end(),
-               {cell(finding.length, 100), cell(finding.delta, 10), cell(finding.delta_low, 10),
-                cell(finding.delta_high, 10), number(finding.passes), number(finding.frames),
-                cell(finding.delta_growth, 10)});
+    row.insert(row.end(), {rounded_cell(finding.length, 100), rounded_cell(finding.delta, 10),
+                           rounded_cell(finding.delta_low, 10),
+                           rounded_cell(finding.delta_high, 10), count_cell(finding.passes),
+                           count_cell(finding.frames), rounded_cell(finding.delta_growth, 10)});
     section.rows.push_back(std::move(row));
   }
   const auto set = [&](const std::string& name, std::uint64_t value) {

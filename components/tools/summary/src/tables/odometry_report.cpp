@@ -5,17 +5,14 @@
 #include <limits>
 #include <utility>
 
+#include "tables/values.hpp"
+
 namespace pipescout::summary {
 
 namespace {
 
-/// To 0.1 mm: below what an odometer resolves.
-MissionCell rounded(double metres) {
-  if (!std::isfinite(metres)) {
-    return std::monostate{};
-  }
-  return std::round(metres * 1e4) / 1e4;
-}
+/// 0.1 mm: below what an odometer resolves.
+constexpr double kParts = 1e4;
 
 /// Takes the value that has waited longest under a key.
 template <class Value>
@@ -103,16 +100,16 @@ MissionSection OdometryReport::section(const std::string& figure_prefix) const {
     const Row& row = rows_[i];
     std::vector<MissionCell> cells{static_cast<std::int64_t>(i + 1)};
     for (const double distance : row.distance) {
-      cells.push_back(rounded(distance));
+      cells.push_back(rounded_cell(distance, kParts));
     }
     cells.emplace_back(row.fused ? MissionCell(row.fused->fusion_set) : MissionCell());
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double fused = row.fused ? row.fused->distance : nan;
-    cells.push_back(rounded(fused));
-    cells.push_back(rounded(row.fused ? row.fused->standard_deviation : nan));
+    cells.push_back(rounded_cell(fused, kParts));
+    cells.push_back(rounded_cell(row.fused ? row.fused->standard_deviation : nan, kParts));
     if (has_reference) {
-      cells.push_back(rounded(reference(i + 1)));
-      cells.push_back(rounded(fused - reference(i + 1)));
+      cells.push_back(rounded_cell(reference(i + 1), kParts));
+      cells.push_back(rounded_cell(fused - reference(i + 1), kParts));
     }
     section.rows.push_back(std::move(cells));
   }

@@ -13,7 +13,7 @@
 
 namespace pipescout::summary {
 
-/// The recorder's table: puts each fused distance beside the readings of the same stamp, in
+/// The table of the section: puts each fused distance beside the readings of the same stamp, in
 /// whatever order the two arrive, and beside a reference. Bounded in memory however long it runs:
 /// rows beyond a limit are counted but not kept. Pure; not thread-safe.
 class OdometryReport {

@@ -9,7 +9,7 @@
 
 #include "pipescout/runtime/time.hpp"
 
-/// The lines of the recorder's files beside poses, docs/components/rack_recorder.md. Pure.
+/// The lines of a flight's data files other than poses, docs/tables.md. Pure.
 namespace pipescout::summary {
 
 [[nodiscard]] std::string state_csv_header();

@@ -6,19 +6,13 @@
 #include <numbers>
 
 #include "pipescout/statistics/normal.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-MissionCell rounded(double value, double parts) {
-  if (!std::isfinite(value)) {
-    return std::monostate{};
-  }
-  return std::round(value * parts) / parts;
-}
 
 }  // namespace
 
@@ -121,11 +115,11 @@ void RackReport::add_table(MissionSection& section) const {
     constexpr double kParts = 1e5;
     section.rows.push_back(
         {std::string(name), std::string(unit_name),
-         rounded(measure.errors.quantile(0.5) / unit, kParts),
-         rounded(measure.errors.quantile(0.95) / unit, kParts),
-         rounded(measure.errors.largest() / unit, kParts),
-         rounded(std::sqrt(measure.sum_of_variances / count) / unit, kParts),
-         of_one_axis ? rounded(100.0 * static_cast<double>(measure.covered) / count, 10.0)
+         rounded_cell(measure.errors.quantile(0.5) / unit, kParts),
+         rounded_cell(measure.errors.quantile(0.95) / unit, kParts),
+         rounded_cell(measure.errors.largest() / unit, kParts),
+         rounded_cell(std::sqrt(measure.sum_of_variances / count) / unit, kParts),
+         of_one_axis ? rounded_cell(100.0 * static_cast<double>(measure.covered) / count, 10.0)
                      : MissionCell()});
   };
   row("position", "m", position_, 1.0, false);

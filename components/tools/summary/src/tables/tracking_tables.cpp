@@ -19,6 +19,7 @@
 #include "tables/makers.hpp"
 #include "tables/picture_file.hpp"
 #include "tables/tracking_tally.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 
@@ -73,16 +74,7 @@ std::string pictures_header() {
   return "stamp,file";
 }
 
-/// Nothing for a value that there is not.
-void add_or_empty(CsvLine& line, double value) {
-  if (std::isfinite(value)) {
-    line.add(value);
-  } else {
-    line.add_empty();
-  }
-}
-
-void add_or_empty(CsvLine& line, const TrackedSection& section) {
+void add_section(CsvLine& line, const TrackedSection& section) {
   for (const double value : {section.u, section.v, section.length, section.angle}) {
     add_or_empty(line, value);
   }
@@ -149,7 +141,7 @@ void TrackingTables::on_track(const Track& message) {
   if (message.state == PipeTrack::STATE_DETECTING) {
     line.add_empty(8);
   } else {
-    add_or_empty(line, message.estimate);
+    add_section(line, message.estimate);
     for (std::size_t i = 0; i < 4; ++i) {
       add_or_empty(line, std::sqrt(message.covariance[5 * i]));
     }
@@ -160,9 +152,9 @@ void TrackingTables::on_track(const Track& message) {
   if (message.state == PipeTrack::STATE_DETECTING) {
     line.add_empty(12);
   } else {
-    add_or_empty(line, message.best_particle);
-    add_or_empty(line, message.robust_mean);
-    add_or_empty(line, message.weighted_mean);
+    add_section(line, message.best_particle);
+    add_section(line, message.robust_mean);
+    add_section(line, message.weighted_mean);
   }
   line.add(message.effective_samples).add(std::uint64_t{message.regions});
   file("track.csv", track_header).write(line.text());
@@ -174,7 +166,7 @@ void TrackingTables::on_truth(const Track& message) {
   CsvLine line(from_message(message.header.stamp));
   line.add(message.track > 0).add(in_view);
   if (in_view) {
-    add_or_empty(line, message.estimate);
+    add_section(line, message.estimate);
   } else {
     line.add_empty(4);
   }

@@ -7,6 +7,8 @@
 
 #include "pipescout/runtime/conversions.hpp"
 
+#include "tables/values.hpp"
+
 namespace pipescout::summary {
 
 namespace {
@@ -21,9 +23,7 @@ constexpr std::size_t kMostTruths = 100;
 constexpr std::array kEstimateNames{"estimate", "best_particle", "robust_mean", "weighted_mean"};
 constexpr std::array kErrorNames{"position_px", "angle_deg", "length_px"};
 
-MissionCell cell(double value) {
-  return std::isfinite(value) ? MissionCell(std::round(value * 1e3) / 1e3) : MissionCell();
-}
+constexpr double kParts = 1e3;
 
 double percent(std::uint64_t part, std::uint64_t whole) {
   return std::round(1e5 * static_cast<double>(part) / static_cast<double>(whole)) / 1e3;
@@ -139,9 +139,9 @@ MissionSection TrackingTally::section(const std::string& figure_prefix) const {
       std::vector<MissionCell> row{std::string(kEstimateNames[i])};
       for (std::size_t k = 0; k < kErrorNames.size(); ++k) {
         const double mean = errors_[i].sum[k] / count;
-        row.push_back(cell(mean));
-        row.push_back(
-            cell(std::sqrt(std::max(0.0, errors_[i].sum_of_squares[k] / count - mean * mean))));
+        row.push_back(rounded_cell(mean, kParts));
+        row.push_back(rounded_cell(
+            std::sqrt(std::max(0.0, errors_[i].sum_of_squares[k] / count - mean * mean)), kParts));
         set("track_" + std::string(kEstimateNames[i]) + "_" + kErrorNames[k], mean);
       }
       section.rows.push_back(std::move(row));
