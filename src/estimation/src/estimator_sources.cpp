@@ -300,7 +300,7 @@ double StateEstimator::Implementation::covariance_factor_of(Source source, doubl
                                  ? parameters_.visual_pose.correlation_time
                              : source == Source::kHeading ? parameters_.heading.correlation_time
                                                           : parameters_.weld.correlation_time;
-  return covariance_factor(correlation, spacing);
+  return covariance_factor(correlation, spacing) * watch_of(source).covariance_scale();
 }
 
 template <class Measurement>

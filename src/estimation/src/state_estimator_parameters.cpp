@@ -147,6 +147,7 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   // independent turn the heading and the gyro's bias. What lasts longer cannot be told from the
   // map's own error: the state follows it.
   p.gps.correlation_time = 1;
+  p.gps.largest_deviation_factor = 5;
   return p;
 }
 
