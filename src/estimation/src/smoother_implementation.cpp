@@ -22,6 +22,7 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   // One more than stay: the newest comes before the oldest goes.
   ring_.resize(parameters.max_keyframes + 1);
   old_deltas_.resize(ring_.size());
+  watched_states_.resize(ring_.size());
   for (Keyframe& keyframe : ring_) {
     keyframe.factors.reserve(parameters.max_factors_per_keyframe);
   }
@@ -87,6 +88,7 @@ void FixedLagSmoother::Implementation::begin(double time, const NavState& mean,
   first.delta.setZero();
   first.linearised_delta.setZero();
   first.link.reset();
+  first.coasted = 0;
   first.factors.clear();
   globals_ = linear_globals_ = parameters_.globals;
   global_delta_.setZero();

@@ -29,8 +29,9 @@ struct PlacedFactor {
   std::uint64_t fingerprint = 0;  // of its numbers
   CarryingMotions motions{};
   bool to_next = false;
-  bool fresh = true;  // came in with this update
-  double weight = 1;  // as linearised
+  bool fresh = true;    // came in with this update
+  bool judged = false;  // by its kernel, not only fitted
+  double weight = 1;    // as linearised
 };
 
 [[nodiscard]] inline FactorKind kind_of(const AnyFactor& factor) {
@@ -56,6 +57,7 @@ struct Keyframe {
   StateVector delta = StateVector::Zero();
   StateVector linearised_delta = StateVector::Zero();  // `delta` when the residuals were taken
   std::optional<ImuFactor> link{};                     // to the next keyframe
+  double coasted = 0;                                  // s of it without the IMU
   std::vector<PlacedFactor> factors{};
   Clique clique{};
   Message in{};  // from the keyframes before, or what is known beforehand
@@ -125,6 +127,7 @@ class FixedLagSmoother::Implementation {
   /// Integrates from `begin` to `end` after `start`, the state at which the integration began.
   /// Returns the time of which the IMU says nothing.
   double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
+  [[nodiscard]] ImuIntegration integration() const noexcept;
   void drop_oldest();
   /// Those that a clique which leaves has tied to others.
   void bind_globals(const Clique& clique);
@@ -136,6 +139,10 @@ class FixedLagSmoother::Implementation {
   /// Squared norm of its residual at the estimate.
   [[nodiscard]] double chi_square(const PlacedFactor& factor, std::size_t k) const;
   [[nodiscard]] statistics::KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
+  /// Whether its kernel may weigh it down.
+  [[nodiscard]] bool may_judge(const PlacedFactor& factor) const noexcept;
+  /// Whether a part of the window is without the IMU.
+  [[nodiscard]] bool has_coasted() const noexcept;
   void linearise_prior();
   void linearise_clique(std::size_t k);
   [[nodiscard]] CornerVector estimated_part(const GlobalVector& all) const;
@@ -165,6 +172,8 @@ class FixedLagSmoother::Implementation {
   [[nodiscard]] bool step();
   void remember();
   void go_back();
+  /// To where the watchdog began.
+  void go_back_to_watched();
   /// J P J^T, with P the joint covariance of a keyframe's state and the estimated globals, from the
   /// transposed derivatives by both.
   template <int N>
@@ -204,6 +213,17 @@ class FixedLagSmoother::Implementation {
   // For steps that are taken back.
   std::vector<StateVector> old_deltas_{};
   GlobalVector old_global_delta_ = GlobalVector::Zero();
+
+  // Where the first of two steps began that are judged together.
+  enum class Watchdog : std::uint8_t { kIdle, kWatching, kFailed };
+  Watchdog watchdog_ = Watchdog::kIdle;
+  double watched_cost_ = 0;
+  std::vector<NavState> watched_states_{};
+  GlobalStates watched_globals_{};
+
+  // How it turned when the IMU told it last.
+  double turning_ = 0;  // rad/s, about z
+  double turning_time_ = 0;
 
   ImuPreintegration ahead_{};  // from the newest keyframe
   double ahead_time_ = 0;

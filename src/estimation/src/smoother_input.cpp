@@ -159,7 +159,16 @@ std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noe
 
 double FixedLagSmoother::Implementation::integrate(const NavState& start, double begin, double end,
                                                    ImuPreintegration& sum) const {
-  return imu_.integrate(parameters_.imu_integration(), start.R_map_body, begin, end, sum);
+  return imu_.integrate(integration(), start.R_map_body, begin, end, sum);
+}
+
+ImuIntegration FixedLagSmoother::Implementation::integration() const noexcept {
+  constexpr double kTurnEnds = 1;  // s
+  ImuIntegration how = parameters_.imu_integration();
+  how.turning = turning_;
+  how.turning_time = turning_time_;
+  how.turning_ends = kTurnEnds;
+  return how;
 }
 
 ImuPreintegration FixedLagSmoother::Implementation::no_motion(const NavState& start,
@@ -183,6 +192,7 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   Keyframe& from = newest();
   ImuPreintegration link = no_motion(from.estimate, globals_.imu_scale);
   report_.coasted = integrate(from.estimate, from.time, time, link);
+  from.coasted = report_.coasted;
   from.link.emplace(link, parameters_.gravity);
   from.dirty = true;
   eliminated_ = std::min(eliminated_, count_ - 1);
@@ -194,9 +204,16 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   added.delta.setZero();
   added.linearised_delta.setZero();
   added.link.reset();
+  added.coasted = 0;
   added.factors.clear();
   added.dirty = true;
   report_.new_keyframe = true;
+  if (report_.coasted == 0) {
+    const double duration = time - from.time;
+    const Eigen::Vector3d turned = from.estimate.R_map_body * from.link->motion().rotation().log();
+    turning_ = turned.z() / duration;
+    turning_time_ = time;
+  }
 }
 
 double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, std::size_t k,

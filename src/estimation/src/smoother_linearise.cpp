@@ -94,6 +94,22 @@ GlobalVector FixedLagSmoother::Implementation::whole(const CornerVector& part) c
   return all;
 }
 
+bool FixedLagSmoother::Implementation::may_judge(const PlacedFactor& placed) const noexcept {
+  // A kernel judges by the residual alone. After some time without the IMU it is the velocity that
+  // is uncertain, and what measures it would be rejected for contradicting a guess: it is fitted
+  // first, and judged by what remains.
+  return placed.judged || !placed.to_next || !has_coasted();
+}
+
+bool FixedLagSmoother::Implementation::has_coasted() const noexcept {
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (keyframe(k).coasted > 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
 void FixedLagSmoother::Implementation::linearise_prior() {
   Message& in = keyframe(0).in;
   const auto globals = static_cast<int>(estimated_.size());
@@ -162,7 +178,8 @@ void FixedLagSmoother::Implementation::linearise_clique(std::size_t k) {
   LinearFactor linear;
   for (PlacedFactor& placed : from.factors) {
     linearise(placed, k, linear);
-    placed.weight = kernel(placed, linear.chi_square).weight;
+    placed.weight = may_judge(placed) ? kernel(placed, linear.chi_square).weight : 1;
+    placed.judged = true;
     const double scale = std::sqrt(placed.weight);
     if (!std::isfinite(scale) || !linear.residual.head(linear.rows).allFinite() ||
         !linear.from.topRows(linear.rows).allFinite()) {
