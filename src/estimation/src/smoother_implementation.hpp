@@ -4,8 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "chain_elimination.hpp"
@@ -26,28 +24,11 @@ inline constexpr double kSameTime = 1e-4;
 /// A measurement with what ties it to the keyframes.
 struct PlacedFactor {
   AnyFactor factor;
-  std::uint64_t fingerprint = 0;  // of its numbers
   CarryingMotions motions{};
   bool to_next = false;
   bool fresh = true;    // came in with this update
   bool judged = false;  // by its kernel, not only fitted
   double weight = 1;    // as linearised
-};
-
-[[nodiscard]] inline FactorKind kind_of(const AnyFactor& factor) {
-  return std::visit([](const auto& f) { return std::decay_t<decltype(f)>::kKind; }, factor);
-}
-
-/// What a factor says at one place. Rows beyond `rows` are not set.
-struct LinearFactor {
-  static constexpr int kMaxRows = 6;
-  int rows = 0;
-  double chi_square = 0;  // at the estimate
-  Eigen::Matrix<double, kMaxRows, 1> residual;
-  // By rows, so that a row is 15 neighbours in memory.
-  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> from;
-  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> to;
-  Eigen::Matrix<double, kMaxRows, kGlobalSize> globals;
 };
 
 struct Keyframe {
@@ -76,8 +57,7 @@ class FixedLagSmoother::Implementation {
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
   void restart(double time, const NavState& mean, const StateMatrix& covariance);
   Outcome add_imu(const ImuSample& sample) noexcept;
-  template <class Factor>
-  Outcome add(const typename Factor::MeasurementType& measurement) noexcept;
+  Outcome add(const AnyFactor& factor) noexcept;
   void update(double time) noexcept;
 
   // smoother_output.cpp
@@ -129,13 +109,21 @@ class FixedLagSmoother::Implementation {
   double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
   [[nodiscard]] ImuIntegration integration() const noexcept;
   void drop_oldest();
+  /// Own states have walked since they did so last.
+  void walk_own_states();
   /// Those that a clique which leaves has tied to others.
   void bind_globals(const Clique& clique);
   void carry_ahead(double until);
+  /// The chi-square above which it is rejected; 0: no gate.
+  [[nodiscard]] double gate_of(const PlacedFactor& factor) const noexcept {
+    return gates_[index_of(factor.factor.kind())]
+                 [static_cast<std::size_t>(factor.factor.rows() - 1)];
+  }
 
   // smoother_linearise.cpp
   /// The factor of keyframe `k`: derivatives where it is linearised, the residual as of there too.
-  void linearise(const PlacedFactor& factor, std::size_t k, LinearFactor& linear) const;
+  /// Returns the squared norm of its residual at the estimate.
+  double linearise(const PlacedFactor& factor, std::size_t k, FactorValue& linear) const;
   /// Squared norm of its residual at the estimate.
   [[nodiscard]] double chi_square(const PlacedFactor& factor, std::size_t k) const;
   [[nodiscard]] statistics::KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
@@ -181,7 +169,7 @@ class FixedLagSmoother::Implementation {
       std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state, GlobalRows<N> by_globals) const;
 
   FixedLagSmootherParameters parameters_;
-  std::array<double, kFactorKinds> gates_{};  // chi-squares
+  std::array<std::array<double, kMaxFactorRows>, kFactorKinds> gates_{};  // chi-squares, by rows
   std::array<OutcomeCounts, kFactorKinds> counts_{};
   std::vector<PlacedFactor> waiting_{};
   ImuTimeline imu_;
@@ -208,6 +196,7 @@ class FixedLagSmoother::Implementation {
   // Which globals keep the place where they are linearised: a factor of theirs has left, or they
   // are not estimated.
   Eigen::Array<bool, kGlobalSize, 1> bound_ = Eigen::Array<bool, kGlobalSize, 1>::Constant(false);
+  double walked_until_ = 0;  // s
   bool imu_scaled_ = false;  // the scale of the IMU is estimated, or known not to be one
 
   // For steps that are taken back.

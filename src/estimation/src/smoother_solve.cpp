@@ -28,7 +28,8 @@ bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
          d.segment<3>(kRackRotation).norm() > most.rotation ||
          d.segment<3>(kGpsLeverArm).norm() > most.position ||
          std::abs(d[kGpsTimeOffset]) > most.gps_time_offset ||
-         d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale;
+         d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale ||
+         (d.segment<kOwnSize>(kOwnStates).array().abs() > most.own.array()).any();
 }
 
 }  // namespace
@@ -66,7 +67,7 @@ void FixedLagSmoother::Implementation::relinearise() {
       ++report_.relinearised;
     }
     for (const PlacedFactor& placed : here.factors) {
-      if (parameters_.robustness[index_of(kind_of(placed.factor))].kernel !=
+      if (parameters_.robustness[index_of(placed.factor.kind())].kernel !=
               statistics::RobustKernel::kNone &&
           !here.dirty) {
         const double weight = kernel(placed, chi_square(placed, k)).weight;
@@ -243,7 +244,7 @@ bool FixedLagSmoother::Implementation::blame_a_factor(Blame blame) {
   std::size_t frame = count_;
   std::size_t worst = 0;
   double most = -1;
-  LinearFactor linear;
+  FactorValue linear;
   for (std::size_t k = 0; k < count_; ++k) {
     for (std::size_t i = 0; i < keyframe(k).factors.size(); ++i) {
       const PlacedFactor& placed = keyframe(k).factors[i];
@@ -279,7 +280,7 @@ bool FixedLagSmoother::Implementation::drop_contradicted() {
   for (std::size_t k = 0; k < count_; ++k) {
     for (std::size_t i = 0; i < keyframe(k).factors.size(); ++i) {
       const PlacedFactor& placed = keyframe(k).factors[i];
-      const double gate = gates_[index_of(kind_of(placed.factor))];
+      const double gate = gate_of(placed);
       if (!placed.fresh || gate == 0) {
         continue;
       }

@@ -74,6 +74,7 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
   declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
   declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
   declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
+  sources_.emplace(parameters);
 }
 
 void EstimatorParameters::declare_frames(Parameters& parameters) {
@@ -477,6 +478,7 @@ EstimatorSettings EstimatorParameters::read() const {
     estimator.smoother.robustness[static_cast<std::size_t>(bound.kind)].kernel =
         kernel(bound.parameter.name(), bound.parameter.get());
   }
+  result.sources = sources_->read(estimator);
   estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
   estimator.odometer.sensor = three_or_zero(odometer_) - result.imu;
   if (const auto& deviations = estimator.smoother.global_deviations;
