@@ -113,8 +113,6 @@ if [ -n "$readings" ]; then
   arguments=("readings:=$(text "$readings")")
   if [ -n "$reference" ]; then
     arguments+=("reference_file:=$(text "$readings")" "reference_column:=$reference")
-    # By itself the name could be a number to YAML.
-    parameters+=(--param "odometry_recorder.reference_column:=$(text "$reference")")
   fi
 fi
 now=$(date -u +%Y-%m-%dT%H-%M-%SZ)
@@ -154,13 +152,11 @@ else
     source launch_scripts/build_environment.sh
     colcon build \
       --packages-up-to pipescout_host pipescout_ledger pipescout_plot pipescout_inspect pipescout_reproduce \
-      pipescout_odometer_replay \
-      pipescout_odometry_fusion pipescout_odometry_recorder pipescout_weld_locator \
-      pipescout_crawler_simulation pipescout_crawler_recorder pipescout_rack_localizer \
-      pipescout_visual_servo pipescout_rack_simulation pipescout_rack_recorder \
-      pipescout_state_estimator pipescout_estimator_recorder pipescout_patrol_simulation \
-      pipescout_leak_inspector pipescout_leak_recorder pipescout_thermal_tracker \
-      pipescout_camera_arm pipescout_tracking_recorder \
+      pipescout_summary pipescout_bag pipescout_bag_recording pipescout_odometer_replay \
+      pipescout_odometry_fusion pipescout_weld_locator pipescout_crawler_simulation \
+      pipescout_rack_localizer pipescout_visual_servo pipescout_rack_simulation \
+      pipescout_state_estimator pipescout_patrol_simulation pipescout_leak_inspector \
+      pipescout_thermal_tracker pipescout_camera_arm \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -195,7 +191,7 @@ pictures=("$out")
 if $with_simulations; then
   step "Mission: a crawler in a pipe"
   tally=$(share pipescout_crawler_simulation)/tally.csv
-  columns=$(share pipescout_crawler_recorder)/welds.yaml
+  columns=$(share pipescout_summary)/welds.yaml
   pipescout run "$root/launch_scripts/crawler.yaml" --out "$crawler_out"
   echo
   echo "The welds that the crawler saw, aligned with the ledger of the pipe:"

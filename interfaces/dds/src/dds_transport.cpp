@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fastrtps/config.h>
+
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -81,6 +83,10 @@ class DdsTransport : public Transport {
 
 std::unique_ptr<Transport> create_dds_transport(const DdsOptions& options) {
   return std::make_unique<dds::DdsTransport>(options);
+}
+
+std::string fast_dds_version() {
+  return FASTRTPS_VERSION_STR;
 }
 
 }  // namespace pipescout

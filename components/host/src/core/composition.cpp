@@ -88,11 +88,11 @@ class Reader {
     if (!root.IsMap()) {
       fail(root,
            "a composition is a map with the keys name, arguments, executor, robot_description, "
-           "include, components, complete_when");
+           "include, components, complete_when, summary");
     }
     check_keys(root, "the composition",
                {"name", "arguments", "executor", "robot_description", "include", "components",
-                "complete_when"});
+                "complete_when", "summary"});
   }
 
   void read_contents(const YAML::Node& root) {
@@ -104,6 +104,9 @@ class Reader {
       fail(root, "key 'components' is missing");
     }
     read_complete_when(root["complete_when"]);
+    if (root["summary"] && !root["summary"].IsNull()) {
+      read_summary(root["summary"]);
+    }
   }
 
   /// What `if` and `unless` of an entry say.
@@ -402,7 +405,7 @@ class Reader {
     }
     check_keys(node, "a component",
                {"type", "name", "namespace", "if", "unless", "parameters", "parameter_files",
-                "remappings", "log_level", "executor", "isolate", "restart"});
+                "remappings", "log_level", "executor", "stops_last", "isolate", "restart"});
     for (const char* key : {"type", "name"}) {
       if (!node[key]) {
         fail(node, std::string("key '") + key + "' of a component is missing");
@@ -435,6 +438,9 @@ class Reader {
     }
     if (node["executor"]) {
       entry.executor = read_executor(node["executor"]);
+    }
+    if (node["stops_last"]) {
+      entry.stops_last = boolean(node["stops_last"], "'stops_last'");
     }
     if (node["isolate"]) {
       entry.isolate = boolean(node["isolate"], "'isolate'");
@@ -486,13 +492,27 @@ class Reader {
   }
 
   void read_parameters(const YAML::Node& node, ComponentEntry& entry) const {
+    append(entry, substituted_map(node));
+  }
+
+  [[nodiscard]] std::vector<ParameterOverride> substituted_map(const YAML::Node& node) const {
     auto overrides = read_parameter_map(node, path_);
     for (auto& parameter : overrides) {
       const auto value = find_parameter(node, parameter.name);
       parameter.source = location(path_, value.Mark());
       parameter.value = substituted_value(value, parameter);
     }
-    append(entry, std::move(overrides));
+    return overrides;
+  }
+
+  /// What stands in this file counts more than what an included one says. The names are known to
+  /// `pipescout summary` only.
+  void read_summary(const YAML::Node& node) {
+    for (auto& option : substituted_map(node)) {
+      std::erase_if(composition_.summary,
+                    [&](const ParameterOverride& other) { return other.name == option.name; });
+      composition_.summary.push_back(std::move(option));
+    }
   }
 
   /// A value that is one argument or environment variable gets the type that it would have if it
@@ -741,6 +761,18 @@ Composition load_composition(const std::string& path, const CompositionInputs& i
 Composition parse_composition(const std::string& text, const std::string& path,
                               const CompositionInputs& inputs) {
   return read_composition(parse_yaml(text, path), path, inputs);
+}
+
+std::vector<std::size_t> stop_order(const std::vector<ComponentEntry>& components) {
+  std::vector<std::size_t> order;
+  for (const bool last : {false, true}) {
+    for (std::size_t k = components.size(); k-- > 0;) {
+      if (components[k].stops_last == last) {
+        order.push_back(k);
+      }
+    }
+  }
+  return order;
 }
 
 }  // namespace pipescout::host

@@ -42,6 +42,7 @@ struct ComponentEntry {
   RemapRules remappings;
   std::optional<LogSeverity> log_level;      ///< nothing: info
   std::optional<ExecutorSettings> executor;  ///< of its own; nothing: that of the composition
+  bool stops_last = false;  ///< after all that do not say so: a recorder hears their end
   bool isolate = false;
   RestartPolicy restart;
   std::string location;       ///< "file:line:column" of the entry
@@ -56,6 +57,7 @@ struct Composition {
   ExecutorSettings executor;
   std::vector<ComponentEntry> components;  ///< in the order in which they start, included ones too
   std::vector<NodeName> complete_when;     ///< empty: runs until it is stopped
+  std::vector<ParameterOverride> summary;  ///< options of the mission's tables; each name once
 };
 
 /// What the command line adds to the file.
@@ -97,5 +99,9 @@ class CompositionError : public std::invalid_argument {
 
 /// Splits "name:=value". Throws CompositionError.
 [[nodiscard]] std::pair<std::string, std::string> parse_argument(const std::string& text);
+
+/// The order in which components stop, as indices: the reverse of that in which they start, and
+/// those with `stops_last` behind the others.
+[[nodiscard]] std::vector<std::size_t> stop_order(const std::vector<ComponentEntry>& components);
 
 }  // namespace pipescout::host

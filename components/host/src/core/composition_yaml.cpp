@@ -65,6 +65,9 @@ std::string to_yaml(const Composition& composition,
     if (entry.executor) {
       out += "    executor: " + to_yaml(*entry.executor) + "\n";
     }
+    if (entry.stops_last) {
+      out += "    stops_last: true\n";
+    }
     if (entry.isolate) {
       out += "    isolate: true\n";
       out += "    restart: {limit: " + std::to_string(entry.restart.limit) +
@@ -75,6 +78,12 @@ std::string to_yaml(const Composition& composition,
     out += "complete_when:\n";
     for (const auto& name : composition.complete_when) {
       out += "  - " + quoted(name.fully_qualified()) + "\n";
+    }
+  }
+  if (!composition.summary.empty()) {
+    out += "summary:\n";
+    for (const auto& option : composition.summary) {
+      out += "  " + quoted(option.name) + ": " + to_yaml(option.value) + "\n";
     }
   }
   return out;

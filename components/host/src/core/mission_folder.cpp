@@ -97,6 +97,10 @@ void MissionFolder::write_composition(const std::string& yaml) const {
   replace_file(path_ / "mission.yaml", yaml);
 }
 
+void MissionFolder::write_versions(const std::string& yaml) const {
+  replace_file(path_ / "versions.yaml", yaml);
+}
+
 void MissionFolder::log(LogSeverity severity, Time stamp, std::string_view name,
                         std::string_view text) {
   const auto since_epoch = stamp.time_since_epoch().count();

@@ -44,6 +44,8 @@ class MissionFolder {
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   /// Throws std::system_error naming the file.
   void write_composition(const std::string& yaml) const;
+  /// Throws std::system_error naming the file.
+  void write_versions(const std::string& yaml) const;
   /// Adds a line to `mission.log`, at once, as the console shows it. A full disk is not reported:
   /// there is nowhere to say it.
   void log(LogSeverity severity, Time stamp, std::string_view name, std::string_view text);

@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/mission.hpp"
 
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <chrono>
+#include <csignal>
+#include <cstring>
 #include <iostream>
 #include <set>
 #include <string>
 
+#include "cli/external_commands.hpp"
+#include "core/versions.hpp"
 #include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
@@ -52,6 +61,63 @@ void check_parameter_arguments(const Composition& composition,
       }
     }
   }
+}
+
+std::string versions_of(const Composition& composition, const ComponentRegistry& registry) {
+  std::set<std::string> packages;
+  for (const auto& entry : composition.components) {
+    packages.insert(registry.find(entry.type).package);
+  }
+  return versions_yaml(packages, ComponentRegistry::default_prefixes());
+}
+
+namespace {
+
+/// Runs a program to its end. False when it failed or cannot be run, which it or stderr says.
+bool run_program(const fs::path& program, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{program.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (auto& word : words) {
+    pointers.push_back(word.data());
+  }
+  pointers.push_back(nullptr);
+  std::cout.flush();
+  pid_t child = 0;
+  if (const int error =
+          posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ);
+      error != 0) {
+    std::cerr << "error: cannot run " << program.string() << ": " << std::strerror(error) << '\n';
+    return false;
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status)) {
+    std::cerr << "error: " << program.string() << " was ended by signal " << WTERMSIG(status)
+              << '\n';
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+
+bool summarise_mission(const fs::path& mission_folder) {
+  if (!fs::exists(mission_folder / "bag")) {
+    return finish_summary(mission_folder);
+  }
+  const auto command = find_external_command("summary", external_command_places());
+  if (!command) {
+    std::cerr << "warning: the command 'summary' is not installed: there are no tables of what was "
+                 "recorded\n";
+    return finish_summary(mission_folder);
+  }
+  sigset_t none;
+  sigemptyset(&none);
+  pthread_sigmask(SIG_SETMASK, &none, nullptr);
+  const bool good = run_program(command->executable, {mission_folder.string()});
+  std::cout << "\nmission folder: " << mission_folder.string() << std::endl;
+  return good;
 }
 
 bool finish_summary(const fs::path& mission_folder) {

@@ -35,7 +35,17 @@ struct Mission {
 void check_parameter_arguments(const Composition& composition,
                                const std::vector<std::vector<NamedParameter>>& parameters);
 
-/// Writes the summary and prints it. False when it is not whole or not written; why is on stderr.
+/// What versions.yaml of the mission says, see `versions_yaml`.
+[[nodiscard]] std::string versions_of(const Composition& composition,
+                                      const ComponentRegistry& registry);
+
+/// Writes the summary of the sections that components wrote, and prints it. False when it is not
+/// whole or not written; why is on stderr.
 bool finish_summary(const std::filesystem::path& mission_folder);
+
+/// The same with the tables of the mission's bags, which the command `summary` makes in a process
+/// of its own; without bags or that command only that of the sections. For the end of the process:
+/// signals that were blocked end it from now on.
+bool summarise_mission(const std::filesystem::path& mission_folder);
 
 }  // namespace pipescout::host

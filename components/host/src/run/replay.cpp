@@ -92,6 +92,10 @@ class Replay {
     failed = !end() || failed;
     return failed ? 1 : stop_.signal() != 0 ? 128 + stop_.signal() : 0;
   }
+  /// Nothing: no mission was begun.
+  [[nodiscard]] std::optional<std::filesystem::path> mission() const {
+    return folder_ ? std::optional(folder_->path()) : std::nullopt;
+  }
 
  private:
   [[nodiscard]] bool stopping() const { return stop_.signal() != 0; }
@@ -143,6 +147,7 @@ class Replay {
   void open_mission() {
     folder_.emplace(mission_.folder);
     folder_->write_composition(to_yaml(mission_.composition, parameters_));
+    folder_->write_versions(versions_of(mission_.composition, registry_));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     std::vector<NodeName> names;
     for (const auto& entry : mission_.composition.components) {
@@ -341,7 +346,7 @@ class Replay {
         good = false;
       }
     }
-    return (!folder_ || finish_summary(folder_->path())) && good;
+    return good;
   }
 
   const RunOptions& options_;
@@ -371,7 +376,14 @@ class Replay {
 int replay_composition(const RunOptions& options, const ReplayOptions& replay) {
   std::signal(SIGPIPE, SIG_IGN);
   StopSignals::block();
-  return Replay(options, replay).run();
+  std::optional<std::filesystem::path> mission;
+  int code = 0;
+  {
+    Replay run(options, replay);
+    code = run.run();
+    mission = run.mission();
+  }
+  return !mission || summarise_mission(*mission) ? code : 1;
 }
 
 }  // namespace pipescout::host

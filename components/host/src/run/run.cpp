@@ -102,7 +102,14 @@ class Run {
             [] { ChildProcess::signal_all(SIGKILL); }),
         progress_printer_(std::cout, isatty(STDOUT_FILENO) == 1) {}
 
-  int run() {
+  /// What is left to be done when nothing runs any more.
+  struct End {
+    int code = 0;
+    /// Folder of the mission that is to be summarised; nothing: there is none, or it has been.
+    std::optional<std::filesystem::path> mission{};
+  };
+
+  End run() {
     loop_.watch(child_signal_.fd(), [this] { reap_children(); });
     loop_.on_turn([this](SteadyTime now) { return on_turn(now); });
     bool failed = false;
@@ -126,8 +133,12 @@ class Run {
     watchdog_.reset();
     const auto stopped = stop_components(ends_by_itself ? kGraceAfterTheEnd : kComponentGrace);
     signals_.expect_end();
-    failed = !end_mission() || !stopped.in_time || failed;
+    failed = !stopped.in_time || failed;
+    finish_log();
     if (stopped.hangs_here) {
+      if (folder_) {
+        finish_summary(folder_->path());
+      }
       std::cout.flush();
       std::cerr.flush();
       ChildProcess::signal_all(SIGKILL);
@@ -136,7 +147,15 @@ class Run {
     if (executors_) {
       executors_->stop();
     }
-    return failed ? 1 : exit_code();
+    End end{.code = failed ? 1 : exit_code()};
+    // Who stops a service does not wait for the tables of hours: `pipescout summary` makes them.
+    const bool is_hurried = stopping() && stop_signal_ != SIGINT;
+    if (folder_ && !is_hurried) {
+      end.mission = folder_->path();
+    } else if (folder_ && !finish_summary(folder_->path())) {
+      end.code = 1;
+    }
+    return end;
   }
 
  private:
@@ -425,6 +444,7 @@ class Run {
       }
     }
     folder_->write_composition(to_yaml(mission_.composition, parameters));
+    folder_->write_versions(versions_of(mission_.composition, registry_));
     std::cout << "mission folder: " << folder_->path().string() << std::endl;
     HostNode::Callbacks callbacks;
     callbacks.reported = [this](const NodeName& name, ComponentReport report) {
@@ -555,8 +575,8 @@ class Run {
     return component.has_stopped() || (!component.supervisor && executors_->failed());
   }
 
-  /// In reverse order. Each component has its share of the time that is left to itself; if it takes
-  /// longer, the next ones are stopped beside it.
+  /// In the order of `stop_order`. Each component has its share of the time that is left to itself;
+  /// if it takes longer, the next ones are stopped beside it.
   StopOutcome stop_components(Duration grace) {
     StopOutcome outcome;
     if (!container_) {
@@ -565,7 +585,11 @@ class Run {
     const auto deadline = steady_now() + grace;
     auto left = static_cast<std::int64_t>(components_.size()) + 1;
     bool executor_hangs = false;
-    for (auto component = components_.rbegin(); component != components_.rend(); ++component) {
+    for (const std::size_t k : stop_order(mission_.composition.components)) {
+      if (k >= components_.size()) {
+        continue;  // the start did not get that far
+      }
+      Running* const component = &components_[k];
       const auto now = steady_now();
       const auto share = now + (deadline - now) / left--;
       request_stop(*component);
@@ -607,17 +631,13 @@ class Run {
     return outcome;
   }
 
-  /// False when the summary is not whole or not written.
-  bool end_mission() {
-    if (!folder_) {
-      return true;
-    }
+  /// Waits for what the components logged at their end.
+  void finish_log() {
     auto logged = std::make_shared<bool>(false);
     if (host_) {
       host_->when_logged([this, logged] { loop_.post([logged] { *logged = true; }); });
       loop_.run_until([&] { return *logged; }, steady_now() + std::chrono::milliseconds(100));
     }
-    return finish_summary(folder_->path());
   }
 
   const RunOptions& options_;
@@ -663,7 +683,8 @@ int run_composition(const RunOptions& options) {
   // A reader of our output that goes away must not end the mission.
   std::signal(SIGPIPE, SIG_IGN);
   StopSignals::block();
-  return Run(options).run();
+  const auto end = Run(options).run();
+  return !end.mission || summarise_mission(*end.mission) ? end.code : 1;
 }
 
 }  // namespace pipescout::host

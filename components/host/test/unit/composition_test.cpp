@@ -322,6 +322,39 @@ TEST(Composition, WritesItselfAsItWasRun) {
             ParameterValue(std::vector<std::string>{"x", "1"}));
 }
 
+TEST(Composition, OptionsOfTheSummaryAreSubstitutedAndWrittenAsTheyWereRun) {
+  const auto composition = parse(R"(
+name: c
+arguments: {file: "true", rows: 7}
+components: []
+summary:
+  odometry:
+    reference_columns: ["$(arg file)"]
+    table_rows: $(arg rows)
+  rack.rack: $(share pipescout_odometry)/rack.yaml
+)");
+  const std::string text = to_yaml(composition, {});
+  EXPECT_THAT(text, HasSubstr("summary:\n"));
+  const auto again = parse(text);
+  ASSERT_EQ(again.summary.size(), 3U);
+  EXPECT_EQ(again.summary[0].name, "odometry.reference_columns");
+  EXPECT_EQ(again.summary[0].value, ParameterValue(std::vector<std::string>{"true"}));
+  EXPECT_EQ(again.summary[1].value, ParameterValue(std::int64_t{7}));
+  EXPECT_EQ(again.summary[2].value, ParameterValue("/prefix/share/x/rack.yaml"));
+}
+
+TEST(Composition, ComponentsStopInReverseWithThoseThatStopLastBehindTheOthers) {
+  const auto composition = parse(R"(
+name: c
+components:
+  - {type: T, name: a}
+  - {type: T, name: recorder, stops_last: true}
+  - {type: T, name: b}
+)");
+  EXPECT_THAT(stop_order(composition.components), ElementsAre(2U, 0U, 1U));
+  EXPECT_TRUE(parse(to_yaml(composition, {})).components.at(1).stops_last);
+}
+
 TEST(ParseArgument, SplitsAtTheFirstSeparator) {
   EXPECT_EQ(parse_argument("a:=b:=c"), std::pair(std::string("a"), std::string("b:=c")));
   EXPECT_EQ(parse_argument("a:=").second, "");

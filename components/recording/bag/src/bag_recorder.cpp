@@ -5,26 +5,38 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <ctime>
 #include <deque>
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <diagnostic_msgs/msg/diagnostic_status.hpp>
+#include <diagnostic_msgs/msg/key_value.hpp>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <pipescout_msgs/msg/mission_status.hpp>
 #include <regex>
 #include <rosbag2_interfaces/msg/write_split_event.hpp>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "pipescout/bag_topics/bag_topic.hpp"
+#include "pipescout/bag_topics/header_stamp.hpp"
 #include "pipescout/bag_topics/qos_profiles.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/mission_tables/thinning.hpp"
+#include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
+#include "pipescout/runtime/timer.hpp"
 #include "recording_queue.hpp"
 #include "topic_selection.hpp"
 
@@ -32,11 +44,16 @@ namespace pipescout {
 
 namespace {
 
+using pipescout_msgs::msg::MissionStatus;
 using rosbag2_interfaces::msg::WriteSplitEvent;
 
 /// What a latched topic may have kept for us; other messages never wait in a queue of the runtime.
 constexpr std::size_t kDepth = 1000;
 constexpr Duration kStatisticsPeriod = std::chrono::seconds(1);
+/// Silence is noticed by a quarter of itself late.
+constexpr int kLooksPerSilence = 4;
+/// Times settle_time after which a recording is complete although messages go on.
+constexpr int kMostSettles = 10;
 constexpr std::int64_t kLargest = std::int64_t{1} << 60;
 
 /// "rosbag2_2026_11_25-17_45_12", as rosbag2 names a bag that nobody named.
@@ -74,6 +91,12 @@ Value one_of(const Parameter<std::string>& parameter,
     names += (names.empty() ? "" : ", ") + name;
   }
   throw std::invalid_argument(parameter.name() + " = '" + text + "' is none of " + names);
+}
+
+/// Not what nodes publish by the clock, whatever happens.
+bool tells_of_progress(const std::string& topic) {
+  const std::string_view name = std::string_view(topic).substr(topic.rfind('/') + 1);
+  return name != "clock" && name != "rosout" && name != "diagnostics" && name != "parameter_events";
 }
 
 std::string joined(const std::set<std::string>& names) {
@@ -136,6 +159,30 @@ class BagRecorder::Settings {
         {.description = "publishers wait while the cache is full, and nothing is written because "
                         "of the time: the same messages give the same bytes. For simulated "
                         "missions"});
+    next_free_name_ = parameters.declare<bool>(
+        "next_free_name", false,
+        {.description = "when the folder output is there, record into output_2, output_3, ...: a "
+                        "recorder that is restarted goes on in another bag"});
+    thinned_topics_ = parameters.declare<std::vector<std::string>>(
+        "thinned_topics", {}, {.description = "topics of which not all messages are recorded"});
+    thinned_periods_ = parameters.declare<std::vector<double>>(
+        "thinned_periods", {},
+        {.description = "s, for each of thinned_topics: the least from one recorded message to the "
+                        "next, by their stamps"});
+    source_ = parameters.declare<std::string>(
+        "source", "",
+        {.description = "node whose completion on mission/status makes the recording complete, "
+                        "relative to the namespace; empty: it ends with the process"});
+    settle_time_ = parameters.declare<double>(
+        "settle_time", 0.5,
+        {.description = "s of the wall clock without a message, after the source is complete, "
+                        "until the recording is",
+         .floating_point_range = FloatingPointRange{0.01, 3600.0}});
+    silent_after_ = parameters.declare<double>(
+        "silent_after", 30.0,
+        {.description = "s of the wall clock without a message after which a recording whose "
+                        "source is not complete fails; 0: no limit",
+         .floating_point_range = FloatingPointRange{0.0, 86400.0}});
     use_sim_time_ = parameters.handle<bool>("use_sim_time");
   }
 
@@ -170,6 +217,11 @@ class BagRecorder::Settings {
     if (!selection.all && selection.topics.empty() && !selection.regex) {
       throw std::invalid_argument("no topic is to be recorded: set all, topics or regex");
     }
+    read_thinning();
+    const std::string node = source_.get();
+    source = node.empty() ? "" : expand_topic_name(node, recorder_.node_name());
+    settle = from_seconds(settle_time_.get());
+    silence = from_seconds(silent_after_.get());
     qos_overrides.clear();
     if (const auto path = qos_overrides_.get(); !path.empty()) {
       for (const auto& [topic, qos] : read_qos_overrides(path)) {
@@ -180,7 +232,12 @@ class BagRecorder::Settings {
 
   [[nodiscard]] std::filesystem::path folder() const {
     const std::string output = output_.get();
-    return output.empty() ? default_folder() : output;
+    const std::filesystem::path wanted = output.empty() ? default_folder() : output;
+    std::filesystem::path folder = wanted;
+    for (int i = 2; next_free_name_.get() && std::filesystem::exists(folder); ++i) {
+      folder = wanted.string() + "_" + std::to_string(i);
+    }
+    return folder;
   }
   [[nodiscard]] bool simulated_time() const { return use_sim_time_.get(); }
 
@@ -188,8 +245,31 @@ class BagRecorder::Settings {
   RecordingQueue::Options queue;
   TopicSelection selection;
   std::map<std::string, QoS> qos_overrides;
+  std::map<std::string, Duration> thinning;  // period by topic
+  std::string source;                        // fully qualified, or empty
+  Duration settle{};
+  Duration silence{};  // zero: no limit
 
  private:
+  void read_thinning() {
+    const auto topics = thinned_topics_.get();
+    const auto periods = thinned_periods_.get();
+    if (topics.size() != periods.size()) {
+      throw std::invalid_argument("thinned_topics has " + std::to_string(topics.size()) +
+                                  " names and thinned_periods " + std::to_string(periods.size()) +
+                                  " numbers");
+    }
+    thinning.clear();
+    for (std::size_t i = 0; i < topics.size(); ++i) {
+      constexpr double kLongest = 1e6;
+      if (!(periods[i] >= 0.0 && periods[i] <= kLongest)) {
+        throw std::invalid_argument("thinned_periods has " + std::to_string(periods[i]) +
+                                    "; it must be in [0, 1e6] s");
+      }
+      thinning[expand_topic_name(topics[i], recorder_.node_name())] = from_seconds(periods[i]);
+    }
+  }
+
   BagRecorder& recorder_;
   Parameter<std::string> output_;
   Parameter<std::string> storage_;
@@ -206,6 +286,12 @@ class BagRecorder::Settings {
   Parameter<std::string> qos_overrides_;
   Parameter<bool> snapshot_mode_;
   Parameter<bool> repeatable_;
+  Parameter<bool> next_free_name_;
+  Parameter<std::vector<std::string>> thinned_topics_;
+  Parameter<std::vector<double>> thinned_periods_;
+  Parameter<std::string> source_;
+  Parameter<double> settle_time_;
+  Parameter<double> silent_after_;
   Parameter<bool> use_sim_time_;
 };
 
@@ -218,6 +304,7 @@ class BagRecorder::Recording {
         settings_(settings),
         split_events_(
             recorder.create_publisher<WriteSplitEvent>("events/write_split", QoS::reliable(1))),
+        diagnostics_(recorder.create_publisher(topics::kDiagnostics, {.managed = false})),
         folder_(settings.folder()),
         queue_(std::make_unique<bags::BagWriter>(folder_, settings.writer), settings.queue,
                {.split =
@@ -240,6 +327,9 @@ class BagRecorder::Recording {
     });
     find_topics();
     statistics_timer_ = recorder.create_timer(kStatisticsPeriod, [this] { show_counts(); });
+    if (!settings.source.empty()) {
+      watch_source();
+    }
     recorder.logger().info("the bag is " + folder_.string());
   }
   Recording(const Recording&) = delete;
@@ -250,6 +340,13 @@ class BagRecorder::Recording {
   void finish() {
     graph_changes_.reset();
     statistics_timer_.reset();
+    settle_timer_.reset();
+    silence_timer_.reset();
+    status_subscription_ = {};
+    if (!subscriptions_.empty()) {
+      // What this recording lost is a part of it.
+      publish_diagnostics();
+    }
     subscriptions_.clear();
     queue_.finish();
     show_counts();
@@ -268,7 +365,81 @@ class BagRecorder::Recording {
     const std::string name;
     const bags::TopicIndex index;
     std::atomic<bool> dropped{false};
+    bool tells_of_progress = true;
+    // Of a topic that is thinned; a topic may have several publishers, each on its own thread.
+    bool has_header = false;
+    std::mutex thinning_mutex;
+    std::optional<Thinning> thinning;
   };
+
+  /// Whether the message is to be recorded, by the period of its topic.
+  [[nodiscard]] static bool is_due(Topic& topic, const SerializedMessage& message,
+                                   std::int64_t log_time) {
+    if (!topic.thinning) {
+      return true;
+    }
+    const auto stamp = topic.has_header ? header_stamp(message.bytes()) : std::nullopt;
+    const Time time{Duration(stamp.value_or(log_time))};
+    const std::lock_guard lock(topic.thinning_mutex);
+    if (!topic.thinning->due(time)) {
+      return false;
+    }
+    topic.thinning->keep(time);
+    return true;
+  }
+
+  void watch_source() {
+    status_subscription_ = recorder_.create_subscription(
+        topics::kMissionStatus, [this](const MissionStatus& status) { on_status(status); },
+        {.managed = false});
+    if (settings_.silence > Duration::zero()) {
+      // Measured by the wall clock: simulated time stands still when nothing happens.
+      silence_timer_.emplace(recorder_.default_group(), settings_.silence / kLooksPerSilence,
+                             [this] { look_for_silence(); });
+    }
+  }
+
+  void on_status(const MissionStatus& status) {
+    if (status.node != settings_.source || settle_timer_ || has_ended_) {
+      return;
+    }
+    if (status.state == MissionStatus::FAILED) {
+      has_ended_ = true;
+      silence_timer_.reset();
+      recorder_.report_failed(settings_.source + " failed: " + status.message);
+    } else if (status.state == MissionStatus::COMPLETE) {
+      silence_timer_.reset();
+      messages_before_ = messages_;
+      settle_timer_.emplace(recorder_.default_group(), settings_.settle, [this] { settle(); });
+    } else if (status.total != 0) {
+      recorder_.report_progress(status.done, status.total);
+    }
+  }
+
+  /// Messages may still be under way when the source says that it is complete; of a robot that goes
+  /// on there is no last one.
+  void settle() {
+    const bool is_quiet = messages_before_ == messages_;
+    messages_before_ = messages_;
+    if (has_ended_ || (!is_quiet && ++settles_ < kMostSettles)) {
+      return;
+    }
+    has_ended_ = true;
+    recorder_.report_complete(std::to_string(messages_) + " messages recorded");
+  }
+
+  void look_for_silence() {
+    const std::uint64_t messages = messages_;
+    if (messages == 0 || std::exchange(messages_before_, messages) != messages) {
+      silent_looks_ = 0;
+    } else if (++silent_looks_ == kLooksPerSilence && !has_ended_) {
+      has_ended_ = true;
+      std::array<char, 64> seconds{};
+      std::snprintf(seconds.data(), seconds.size(), "%g", to_seconds(settings_.silence));
+      recorder_.report_failed(std::string("no message has arrived for ") + seconds.data() +
+                              " s, and '" + settings_.source + "' has not reported completion");
+    }
+  }
 
   /// Runs in the default group, unless the recording has gone by then. From any thread.
   void post(std::function<void()> function) const {
@@ -281,10 +452,32 @@ class BagRecorder::Recording {
   }
 
   void fail(const std::string& why) {
+    has_ended_ = true;
     graph_changes_.reset();
     subscriptions_.clear();
     recorder_.report_failed("the recording has ended: " + why +
                             "; the bag is closed, and lacks the last second at most");
+  }
+
+  /// The component does so within a second: too late for this bag.
+  void publish_diagnostics() {
+    show_counts();
+    diagnostic_msgs::msg::DiagnosticStatus status;
+    auto snapshot = recorder_.diagnostics().take();
+    status.level = static_cast<std::uint8_t>(snapshot.level);
+    status.name = recorder_.node_name().fully_qualified().substr(1) + ": status";
+    status.hardware_id = "none";
+    status.message = std::move(snapshot.message);
+    for (const auto& [key, value] : snapshot.values) {
+      diagnostic_msgs::msg::KeyValue pair;
+      pair.key = key;
+      pair.value = value;
+      status.values.push_back(std::move(pair));
+    }
+    diagnostic_msgs::msg::DiagnosticArray array;
+    array.header.stamp = to_message(recorder_.now());
+    array.status.push_back(std::move(status));
+    diagnostics_.publish(std::move(array));
   }
 
   void show_counts() const {
@@ -338,6 +531,11 @@ class BagRecorder::Recording {
       return;  // its subscription could not be made
     }
     auto& topic = topics_.emplace_back(name, queue_.add_topic(make_bag_topic(name, type, offered)));
+    topic.tells_of_progress = tells_of_progress(name);
+    if (const auto thinned = settings_.thinning.find(name); thinned != settings_.thinning.end()) {
+      topic.has_header = begins_with_header(find_message_type(type));
+      topic.thinning.emplace(thinned->second);
+    }
     try {
       subscriptions_.emplace(
           name, recorder_.create_generic_subscription(
@@ -364,7 +562,11 @@ class BagRecorder::Recording {
       log_time = recorder_.now().time_since_epoch().count();
       publish_time = log_time;
     }
-    if (queue_.push(topic.index, log_time, publish_time, message)) {
+    if (topic.tells_of_progress) {
+      ++messages_;
+    }
+    if (!is_due(topic, *message, log_time) ||
+        queue_.push(topic.index, log_time, publish_time, message)) {
       return;
     }
     recorder_.diagnostics().count("dropped." + topic.name);
@@ -404,11 +606,20 @@ class BagRecorder::Recording {
   std::atomic<bool> is_looking_{false};
   std::deque<Topic> topics_;  // addresses are kept by callbacks
   std::set<std::string> warned_;
+  std::atomic<std::uint64_t> messages_{0};  // that tell of progress
+  std::uint64_t messages_before_ = 0;       // when it was last looked at
+  int silent_looks_ = 0;
+  int settles_ = 0;
+  bool has_ended_ = false;  // complete or failed, as far as the source is concerned
   Publisher<WriteSplitEvent> split_events_;
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_;
   const std::filesystem::path folder_;
   RecordingQueue queue_;
   std::map<std::string, GenericSubscription> subscriptions_;  // before the queue ends
   std::shared_ptr<Timer> statistics_timer_;
+  Subscription<MissionStatus> status_subscription_;
+  std::optional<Timer> settle_timer_;
+  std::optional<Timer> silence_timer_;
   std::shared_ptr<void> graph_changes_;
 };
 

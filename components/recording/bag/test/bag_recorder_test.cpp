@@ -4,13 +4,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <diagnostic_msgs/msg/diagnostic_status.hpp>
 #include <fstream>
+#include <pipescout_msgs/msg/mission_status.hpp>
 #include <rosbag2_interfaces/msg/write_split_event.hpp>
+#include <sensor_msgs/msg/imu.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 #include "pipescout/testing/component_harness.hpp"
 #include "pipescout/testing/fake_transport.hpp"
 #include "support.hpp"
@@ -21,6 +26,7 @@ namespace {
 using bag_test::read_bag;
 using bag_test::text_message;
 using bag_test::WholeBag;
+using pipescout_msgs::msg::MissionStatus;
 using std_msgs::msg::String;
 using testing::ComponentHarness;
 using ::testing::ElementsAre;
@@ -225,7 +231,125 @@ TEST_F(BagRecorderTest, QosOverridesComeFromAFile) {
   EXPECT_THAT(end(harness, recorder).messages, IsEmpty());
 }
 
+/// What the recorder says of itself on mission/status.
+std::vector<MissionStatus> reports(const testing::Collector<MissionStatus>& statuses) {
+  std::vector<MissionStatus> found;
+  for (std::size_t i = 0; i < statuses.size(); ++i) {
+    if (statuses.at(i).node == "/recorder") {
+      found.push_back(statuses.at(i));
+    }
+  }
+  return found;
+}
+
+MissionStatus source_status(std::uint8_t state, std::uint32_t done = 0, std::uint32_t total = 0) {
+  MissionStatus status;
+  status.node = "/source";
+  status.state = state;
+  status.done = done;
+  status.total = total;
+  status.message = "its wheels are off";
+  return status;
+}
+
+TEST_F(BagRecorderTest, ItIsCompleteWhenItsSourceIsAndNothingComesAnyMore) {
+  ComponentHarness harness(HarnessOptions{.simulated_time = true});
+  auto& recorder =
+      make(harness, {{"all", true}, {"source", std::string("source")}, {"settle_time", 0.01}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  harness.publish(topics::kMissionStatus, source_status(MissionStatus::RUNNING, 3, 4));
+  auto other = source_status(MissionStatus::COMPLETE);
+  other.node = "/another";
+  harness.publish(topics::kMissionStatus, other);
+  // Simulated time stands still at the end.
+  harness.publish(topics::kMissionStatus, source_status(MissionStatus::COMPLETE));
+  ASSERT_TRUE(harness.spin_until([&] { return reports(statuses).size() >= 2; }));
+  EXPECT_EQ(reports(statuses)[0].state, MissionStatus::RUNNING);
+  EXPECT_EQ(reports(statuses)[0].done, 3U);
+  EXPECT_EQ(reports(statuses)[1].state, MissionStatus::COMPLETE);
+  const auto bag = end(harness, recorder);
+  // It stands in the bag itself.
+  EXPECT_THAT(bag.topic("/mission/status"), ::testing::NotNull());
+}
+
+TEST_F(BagRecorderTest, ItFailsWithItsSource) {
+  ComponentHarness harness;
+  auto& recorder = make(harness, {{"all", true}, {"source", std::string("source")}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  harness.publish(topics::kMissionStatus, source_status(MissionStatus::FAILED));
+  ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
+  EXPECT_EQ(reports(statuses)[0].state, MissionStatus::FAILED);
+  EXPECT_EQ(reports(statuses)[0].message, "/source failed: its wheels are off");
+}
+
+TEST_F(BagRecorderTest, ItFailsWhenItsSourceFallsSilent) {
+  ComponentHarness harness;
+  auto& recorder =
+      make(harness, {{"all", true}, {"source", std::string("source")}, {"silent_after", 0.02}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  harness.publish(topics::kMissionStatus, source_status(MissionStatus::RUNNING));
+  ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
+  EXPECT_EQ(reports(statuses)[0].state, MissionStatus::FAILED);
+  EXPECT_THAT(reports(statuses)[0].message,
+              HasSubstr("no message has arrived for 0.02 s, and '/source' has not reported"));
+}
+
+TEST_F(BagRecorderTest, ThinnedTopicsAreRecordedOncePerPeriodOfTheirStamps) {
+  ComponentHarness harness;
+  auto& recorder = make(harness, {{"all", true},
+                                  {"thinned_topics", std::vector<std::string>{"imu"}},
+                                  {"thinned_periods", std::vector<double>{1.0}}});
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  auto readings = harness.peer().create_publisher<sensor_msgs::msg::Imu>("imu", QoS::reliable());
+  harness.spin();
+  sensor_msgs::msg::Imu reading;
+  for (int i = 0; i < 30; ++i) {
+    reading.header.stamp.sec = 100 + i / 10;
+    reading.header.stamp.nanosec = static_cast<std::uint32_t>(i % 10) * 100'000'000U;
+    readings.publish(reading);
+  }
+  EXPECT_THAT(end(harness, recorder).of("/imu"), SizeIs(3));
+}
+
+TEST_F(BagRecorderTest, ARestartedRecorderGoesOnInAnotherBag) {
+  for (const char* name : {"bag", "bag_2", "bag_3"}) {
+    ComponentHarness harness;
+    auto& recorder = make(harness, {{"all", true}, {"next_free_name", true}});
+    ASSERT_TRUE(harness.bring_up(recorder).success);
+    EXPECT_TRUE(harness.deactivate(recorder).success);
+    EXPECT_TRUE(std::filesystem::exists(temporary_.path() / name)) << name;
+  }
+}
+
+TEST_F(BagRecorderTest, TheLastDiagnosticsOfNodesAndOfItselfAreInTheBag) {
+  ComponentHarness harness;
+  // The recorder's own topics alone are not recorded.
+  const auto other = harness.peer().create_publisher(topics::kDiagnostics);
+  auto& recorder = make(harness, {{"all", true}});
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  harness.spin();
+  recorder.diagnostics().count("dropped./words", 12);
+  // No second has passed since.
+  std::string last;
+  for (const auto& message : end(harness, recorder).of("/diagnostics")) {
+    const auto decoded =
+        deserialize(message_type<diagnostic_msgs::msg::DiagnosticArray>(), message.bytes);
+    ASSERT_TRUE(decoded);
+    const auto& array = *static_cast<const diagnostic_msgs::msg::DiagnosticArray*>(decoded.get());
+    for (const auto& value : array.status.at(0).values) {
+      last = value.key == "dropped./words" ? value.value : last;
+    }
+  }
+  EXPECT_EQ(last, "12");
+}
+
 TEST_F(BagRecorderTest, WhatCannotBeIsRefusedByName) {
+  EXPECT_THAT(refusal({{"all", true}, {"thinned_topics", std::vector<std::string>{"words"}}}),
+              HasSubstr("thinned_topics has 1 names and thinned_periods 0 numbers"));
+
   EXPECT_THAT(refusal({}), HasSubstr("set all, topics or regex"));
   EXPECT_THAT(refusal({{"all", true}, {"compression_mode", "some"}}),
               HasSubstr("compression_mode = 'some' is none of none, message, file"));

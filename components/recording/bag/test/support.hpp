@@ -60,6 +60,15 @@ struct WholeBag {
     }
     return nullptr;
   }
+  [[nodiscard]] std::vector<Recorded> of(const std::string& topic) const {
+    std::vector<Recorded> found;
+    for (const auto& message : messages) {
+      if (message.topic == topic) {
+        found.push_back(message);
+      }
+    }
+    return found;
+  }
   [[nodiscard]] std::vector<std::string> texts(const std::string& topic) const {
     std::vector<std::string> texts;
     for (const auto& message : messages) {

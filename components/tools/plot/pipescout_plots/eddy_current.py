@@ -19,7 +19,7 @@ HALF_LOOP = 0.08
 MOST_NAMED = 32
 """Names that there is room for; of more welds only every second, third, ... is named."""
 
-_WHY = "the recorder of a crawler writes it when its record_signal is true"
+_WHY = "the tables of a crawler have it unless crawler.signal is false"
 
 
 def draw(recording: Recording) -> Figure:

@@ -18,7 +18,7 @@ _NO_TRUTH = "ground truth is available in simulated runs only"
 
 def draw(recording: Recording) -> Figure:
     positions = recording.table(
-        "positions.csv", "the recorder of a crawler writes it",
+        "positions.csv", "the tables of a crawler have it",
         [*_COLUMNS, "known", "locked", "standard_deviation", "double_slip_detected",
          "tally_error_detected"])
     truth = recording.table("truth.csv", _NO_TRUTH, _COLUMNS, ["orientation"])
@@ -124,7 +124,7 @@ def _line(axes: Axes, x: numpy.ndarray, y: numpy.ndarray, limit: float, colour: 
 
 def _draw_welds(axes: Axes, recording: Recording, truth: Table) -> None:
     try:
-        welds = recording.table("welds.csv", "the recorder of a crawler writes it", ["stamp"])
+        welds = recording.table("welds.csv", "the tables of a crawler have it", ["stamp"])
     except Missing as reason:
         recording.notes.append(f"position_error has no welds: {reason}")
         return

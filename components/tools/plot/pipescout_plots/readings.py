@@ -14,7 +14,7 @@ from .csv_table import Table, read_header
 from .recording import Missing, Recording
 from .support_graph import REJECTIONS
 
-_WHY = "the recorder of single readings writes it"
+_WHY = "the tables of consensus fusion have it"
 
 
 def draw(recording: Recording) -> Figure:

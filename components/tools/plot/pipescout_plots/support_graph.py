@@ -43,7 +43,7 @@ _SHADES = ("white", "#C3CCD4", "#93A0AC", "#66737F", "#38434E")
 """From no agreement to full."""
 _COLUMNS = 400
 """Pieces of time that the agreement is averaged over."""
-_WHY = "the recorder of a crawler writes it"
+_WHY = "the tables of a crawler have it"
 
 
 def draw(recording: Recording) -> Figure:

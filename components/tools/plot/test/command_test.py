@@ -100,7 +100,7 @@ class Drawing(PlotCommand):
 
 @needs_matplotlib
 class RackDrawing(PlotCommand):
-    """A flight over a rack of two pipes, as its recorder writes it."""
+    """A flight over a rack of two pipes, as its tables have it."""
 
     POSES = 25
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flights over a rack, made as the recorder of the project makes them, with images of a small ray caster."""
+"""Flights over a rack, made as `pipescout summary` makes them, with images of a small ray caster."""
 
 from __future__ import annotations
 
@@ -82,10 +82,9 @@ def flight(mission: Path, **how) -> Path:
         "components:\n"
         "  - type: \"pipescout::RackSimulation\"\n    name: rack_simulation\n    parameters:\n"
         f"      rack: r.yaml\n      offsets: {list(TRUE_OFFSETS.values())}\n"
-        "  - type: \"pipescout::RackRecorder\"\n    name: rack_recorder\n    parameters:\n"
-        "      rack: r.yaml\n"
         "  - type: \"pipescout::VisualServo\"\n    name: visual_servo\n    parameters:\n"
-        f"      way_points: {[value for point in WAY_POINTS for value in point]}\n")
+        f"      way_points: {[value for point in WAY_POINTS for value in point]}\n"
+        "summary:\n  rack.rack: r.yaml\n")
     (data / "rack.yaml").write_text(RACK)
     camera = {"width": options.width, "height": options.width * 2 // 3, "f": options.width * 0.875,
               "cu": options.width / 2, "cv": options.width / 3, "k1": options.k1}

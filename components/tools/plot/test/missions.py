@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small mission folders, made as the recorders of the project make them."""
+"""Small mission folders, made as `pipescout summary` makes them."""
 
 import json
 import math

@@ -125,7 +125,7 @@ class Rack(unittest.TestCase):
         (self.mission / "mission.yaml").unlink()
         files, err = self.plot(self.mission)
         self.assertEqual(set(files), WITHOUT_RACK)
-        for words in ("its recorder had no rack file", "drawn without commands",
+        for words in ("its composition names none", "drawn without commands",
                       "way-points are not marked", "losses are not marked", "drawn without the rack"):
             self.assertIn(words, err)
         self.assertEqual(err.count("losses are not marked"), 1, "once, not for each picture")

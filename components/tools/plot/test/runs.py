@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a state estimator, made as the recorder of the project makes them."""
+"""Runs of a state estimator, made as `pipescout summary` makes them."""
 
 from __future__ import annotations
 

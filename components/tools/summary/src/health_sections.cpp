@@ -15,13 +15,31 @@ namespace {
 
 constexpr const char* kLostFigure = "inputs_lost";
 
-/// "subscription /imu/data: dropped_queue_full", as components write on /diagnostics.
+/// "subscription /imu/data: dropped_queue_full", as all components write on /diagnostics, and
+/// "dropped./imu/data", "not_recorded./imu/data", as BagRecorder does.
 struct LossKey {
   std::string topic;
   std::string kind;
 };
 
+std::optional<LossKey> loss_of_recorder(std::string_view key) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 2> kCounters{{
+      {"dropped.", "dropped_by_recorder"},
+      {"not_recorded.", "not_recorded"},
+  }};
+  for (const auto& [prefix, kind] : kCounters) {
+    // Counters of other components have no topic behind the dot.
+    if (key.starts_with(prefix) && key.substr(prefix.size()).starts_with('/')) {
+      return LossKey{std::string(key.substr(prefix.size())), kind};
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<LossKey> loss_of(std::string_view key) {
+  if (auto loss = loss_of_recorder(key)) {
+    return loss;
+  }
   constexpr std::string_view kPrefix = "subscription ";
   constexpr std::string_view kSeparator = ": ";
   const auto separator = key.rfind(kSeparator);
@@ -41,8 +59,8 @@ std::optional<LossKey> loss_of(std::string_view key) {
 
 class DiagnosticsSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override {
-    return type == "diagnostic_msgs/msg/DiagnosticArray";
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "diagnostic_msgs/msg/DiagnosticArray";
   }
 
   void add(const bags::BagTopic& /*topic*/, MessageView view) override {
@@ -72,7 +90,7 @@ class DiagnosticsSection final : public SectionMaker {
     }
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     MissionSection section;
     section.title = "Inputs lost";
     section.columns = {"node", "topic", "how", "messages"};
@@ -92,9 +110,10 @@ class DiagnosticsSection final : public SectionMaker {
       return;
     }
     section.figures[kLostFigure] = static_cast<double>(lost);
-    section.notes.push_back(lost == 0 ? "No input was lost, by the diagnostics of " +
-                                            std::to_string(nodes_.size()) + " parts."
-                                      : "Results that came of these inputs are not to be trusted.");
+    section.notes.push_back(lost == 0
+                                ? "No input was lost, by the diagnostics of " +
+                                      std::to_string(nodes_.size()) + " parts."
+                                : "Results that depend on these inputs are not to be trusted.");
     sections["inputs"] = std::move(section);
 
     if (warnings_.empty()) {
@@ -121,8 +140,11 @@ class DiagnosticsSection final : public SectionMaker {
 
 class MissionsSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override {
-    return type == "pipescout_msgs/msg/MissionStatus";
+  explicit MissionsSection(const std::vector<std::string>& complete_when)
+      : complete_when_(complete_when.begin(), complete_when.end()) {}
+
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "pipescout_msgs/msg/MissionStatus";
   }
 
   void add(const bags::BagTopic& /*topic*/, MessageView view) override {
@@ -130,7 +152,7 @@ class MissionsSection final : public SectionMaker {
     reports_[message.node] = message;
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (reports_.empty()) {
       return;
     }
@@ -145,18 +167,25 @@ class MissionsSection final : public SectionMaker {
                                                                         : "running";
       section.rows.push_back({node, state, static_cast<std::int64_t>(report.done),
                               static_cast<std::int64_t>(report.total), report.message});
-      if (report.state != MissionStatus::COMPLETE) {
+      if (report.state != MissionStatus::COMPLETE &&
+          (complete_when_.empty() || complete_when_.contains(node))) {
         unfinished += (unfinished.empty() ? "" : ", ") + node;
       }
     }
-    const auto inputs = sections.find("inputs");
-    const double lost = inputs != sections.end() && inputs->second.figures.contains(kLostFigure)
-                            ? inputs->second.figures.at(kLostFigure)
-                            : 0.0;
-    if (lost > 0) {
+    for (const std::string& node : complete_when_) {
+      if (!reports_.contains(node)) {
+        unfinished += (unfinished.empty() ? "" : ", ") + node;
+      }
+    }
+    const auto lost = inputs_lost(sections);
+    if (lost.value_or(0) > 0) {
       section.notes.emplace_back("Not complete: inputs were lost, see there.");
     } else if (!unfinished.empty()) {
       section.notes.push_back("Not complete: " + unfinished + ".");
+    } else if (!lost) {
+      section.notes.emplace_back(
+          "All nodes are complete; whether inputs were lost is not known, since the bag has no "
+          "/diagnostics.");
     } else {
       section.notes.emplace_back("Complete.");
     }
@@ -164,17 +193,26 @@ class MissionsSection final : public SectionMaker {
   }
 
  private:
+  std::set<std::string> complete_when_;
   std::map<std::string, pipescout_msgs::msg::MissionStatus> reports_;  // the last of each node
 };
 
 }  // namespace
 
+std::optional<std::uint64_t> inputs_lost(const Sections& sections) {
+  const auto inputs = sections.find("inputs");
+  if (inputs == sections.end() || !inputs->second.figures.contains(kLostFigure)) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint64_t>(inputs->second.figures.at(kLostFigure));
+}
+
 std::unique_ptr<SectionMaker> diagnostics_section() {
   return std::make_unique<DiagnosticsSection>();
 }
 
-std::unique_ptr<SectionMaker> mission_section() {
-  return std::make_unique<MissionsSection>();
+std::unique_ptr<SectionMaker> mission_section(const std::vector<std::string>& complete_when) {
+  return std::make_unique<MissionsSection>(complete_when);
 }
 
 }  // namespace pipescout::summary

@@ -7,8 +7,10 @@
 #include <iostream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bag_sections.hpp"
+#include "mission_info.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/mission_summary.hpp"
@@ -25,6 +27,7 @@ using command_line::Summary;
 struct Options {
   std::string path;
   std::string json;
+  std::string tables;
 };
 
 /// What the host wrote makes a folder that of a mission.
@@ -32,16 +35,24 @@ bool is_mission_folder(const fs::path& path) {
   return fs::exists(path / "mission.yaml") || fs::is_directory(path / "sections");
 }
 
-void add_bag(Summary& summary, const fs::path& bag) {
+void add_bags(Summary& summary, const std::vector<fs::path>& bags, const Mission& mission) {
   command_line::ProgressPrinter progress(std::cerr, isatty(STDERR_FILENO) != 0);
+  const std::string& name = bags.front().string();
   const BagSections found = summarise(
-      bag, [&](double share) { progress.show("reading " + bag.string(), share, steady_now()); });
+      bags, mission, [&](double share) { progress.show("reading " + name, share, steady_now()); });
   progress.finish();
-  for (const auto& [name, section] : found.sections) {
-    summary.add("bag." + name, section);
+  for (const auto& [section, content] : found.sections) {
+    summary.add("bag." + section, content);
+  }
+  for (const auto& [section, content] : found.tables) {
+    summary.add(section, content);
   }
   for (const std::string& problem : found.problems) {
-    summary.problems.push_back(bag.string() + ": " + problem);
+    summary.problems.push_back(name + ": " + problem);
+  }
+  if (const auto lost = inputs_lost(found.sections); lost.value_or(0) > 0) {
+    summary.problems.push_back(name + ": " + std::to_string(*lost) +
+                               " inputs were lost: the mission is not complete");
   }
 }
 
@@ -54,13 +65,18 @@ int run(const Options& options) {
   try {
     if (is_mission_folder(path)) {
       summary = command_line::read_summary(path);
-      if (const fs::path bag = path / "bag"; fs::exists(bag)) {
-        add_bag(summary, bag);
+      const fs::path folder = options.tables.empty() ? path : fs::path(options.tables);
+      if (const auto bags = bags_of(path); !bags.empty()) {
+        add_bags(summary, bags, {.info = read_mission_info(path), .folder = folder});
       }
       command_line::write_summary(path, summary);
     } else {
       summary.mission = fs::absolute(path).lexically_normal().filename().string();
-      add_bag(summary, path);
+      Mission mission;
+      if (!options.tables.empty()) {
+        mission.folder = options.tables;
+      }
+      add_bags(summary, {path}, mission);
     }
   } catch (const bags::BagError& error) {
     throw command_line::CommandError(error.what());
@@ -80,9 +96,12 @@ void add_commands(CLI::App& app, Action& action) {
   app.add_option(
          "path", options->path,
          "A bag (folder, .db3, .mcap, .bag), of stock ROS 2 too; or a mission folder, whose "
-         "summary.json is written anew")
+         "summary.json and data files are written anew")
       ->required();
   app.add_option("--json", options->json, "File for the tables and figures");
+  app.add_option("--tables", options->tables,
+                 "Folder for the data files (CSV, pictures), one folder for each subject; "
+                 "default: the mission folder, and none for a bag");
   app.callback([=, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -13,6 +13,7 @@
 
 #include "bag_sections.hpp"
 #include "pipescout/statistics/median.hpp"
+#include "tables/values.hpp"
 
 namespace pipescout::summary {
 namespace {
@@ -22,18 +23,11 @@ const T& as(MessageView message) {
   return *static_cast<const T*>(message.message);
 }
 
-MissionCell count(std::uint64_t value) {
-  return static_cast<std::int64_t>(value);
-}
-
-/// To so many parts of the unit.
-MissionCell number(double value, double parts) {
-  return std::isfinite(value) ? MissionCell(std::round(value * parts) / parts) : MissionCell();
-}
-
 class OdometrySection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "nav_msgs/msg/Odometry"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "nav_msgs/msg/Odometry";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     const auto& message = as<nav_msgs::msg::Odometry>(view);
@@ -57,7 +51,7 @@ class OdometrySection final : public SectionMaker {
     way.last = position;
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (ways_.empty()) {
       return;
     }
@@ -67,9 +61,9 @@ class OdometrySection final : public SectionMaker {
                        "from start [m]", "fastest [m/s]", "not finite"};
     for (const auto& [name, way] : ways_) {
       section.rows.push_back(
-          {name, way.frames, count(way.messages), number(way.length, 100),
-           way.last ? number(distance(*way.last, way.first), 100) : MissionCell(),
-           number(way.fastest, 1000), count(way.not_finite)});
+          {name, way.frames, count_cell(way.messages), rounded_cell(way.length, 100),
+           way.last ? rounded_cell(distance(*way.last, way.first), 100) : MissionCell(),
+           rounded_cell(way.fastest, 1000), count_cell(way.not_finite)});
     }
     section.notes.emplace_back(
         "Way: the sum of the steps between positions, so that noise and corrections add to it.");
@@ -96,7 +90,9 @@ class OdometrySection final : public SectionMaker {
 
 class ImuSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "sensor_msgs/msg/Imu"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "sensor_msgs/msg/Imu";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     const auto& message = as<sensor_msgs::msg::Imu>(view);
@@ -119,7 +115,7 @@ class ImuSection final : public SectionMaker {
     readings.fastest = std::max(readings.fastest, rate);
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (readings_.empty()) {
       return;
     }
@@ -135,9 +131,10 @@ class ImuSection final : public SectionMaker {
     for (const auto& [name, readings] : readings_) {
       const double mean = readings.used == 0 ? std::numeric_limits<double>::quiet_NaN()
                                              : readings.force / static_cast<double>(readings.used);
-      section.rows.push_back({name, readings.frame, count(readings.messages), number(mean, 1000),
-                              number(readings.fastest * 180.0 / std::numbers::pi, 100),
-                              count(readings.dead), count(readings.not_finite)});
+      section.rows.push_back({name, readings.frame, count_cell(readings.messages),
+                              rounded_cell(mean, 1000),
+                              rounded_cell(readings.fastest * 180.0 / std::numbers::pi, 100),
+                              count_cell(readings.dead), count_cell(readings.not_finite)});
       // Between gravity and nothing: neither is what a slow robot's accelerometer reads.
       constexpr double kLeast = 9.0;
       constexpr double kMost = 10.6;
@@ -165,7 +162,9 @@ class ImuSection final : public SectionMaker {
 
 class GpsSection final : public SectionMaker {
  public:
-  bool takes(std::string_view type) const override { return type == "sensor_msgs/msg/NavSatFix"; }
+  bool takes(const bags::BagTopic& topic) const override {
+    return topic.type == "sensor_msgs/msg/NavSatFix";
+  }
 
   void add(const bags::BagTopic& topic, MessageView view) override {
     using sensor_msgs::msg::NavSatFix;
@@ -192,7 +191,7 @@ class GpsSection final : public SectionMaker {
     fixes.east = std::max(fixes.east, message.longitude);
   }
 
-  void add_to(Sections& sections) const override {
+  void add_to(Sections& sections) override {
     if (fixes_.empty()) {
       return;
     }
@@ -207,10 +206,13 @@ class GpsSection final : public SectionMaker {
       const bool has_area = fixes.north >= fixes.south;
       const double middle = 0.5 * (fixes.north + fixes.south) * std::numbers::pi / 180.0;
       section.rows.push_back(
-          {name, count(fixes.messages), count(fixes.without), count(fixes.zero), median(fixes),
-           has_area ? number((fixes.north - fixes.south) * kMetresPerDegree, 10) : MissionCell(),
-           has_area ? number((fixes.east - fixes.west) * kMetresPerDegree * std::cos(middle), 10)
-                    : MissionCell()});
+          {name, count_cell(fixes.messages), count_cell(fixes.without), count_cell(fixes.zero),
+           median(fixes),
+           has_area ? rounded_cell((fixes.north - fixes.south) * kMetresPerDegree, 10)
+                    : MissionCell(),
+           has_area
+               ? rounded_cell((fixes.east - fixes.west) * kMetresPerDegree * std::cos(middle), 10)
+               : MissionCell()});
     }
     section.notes.emplace_back(
         "Stated deviation: of the east, the median of what the receiver says; none: unknown.");
@@ -232,7 +234,7 @@ class GpsSection final : public SectionMaker {
     if (fixes.deviations.empty()) {
       return {};
     }
-    return number(statistics::median(fixes.deviations), 1000);
+    return rounded_cell(statistics::median(fixes.deviations), 1000);
   }
 
   std::map<std::string, Fixes> fixes_;

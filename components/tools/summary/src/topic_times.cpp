@@ -6,6 +6,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "pipescout/bag_topics/header_stamp.hpp"
+#include "tables/values.hpp"
+
 namespace pipescout::summary {
 namespace {
 
@@ -17,39 +20,7 @@ double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) / kNanoseconds;
 }
 
-/// To so many parts of the unit: thousandths stay thousandths when they are printed.
-double rounded(double value, double parts) {
-  return std::round(value * parts) / parts;
-}
-
-bool begins_with_header(const MessageType* type) {
-  return type != nullptr && !type->fields.empty() && type->fields[0].name == "header" &&
-         type->fields[0].kind == FieldKind::kMessage &&
-         type->fields[0].message().name == "std_msgs/msg/Header";
-}
-
-std::uint32_t word(std::span<const std::byte> bytes, std::size_t at, bool little_endian) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t k = little_endian ? 3 - i : i;
-    value = value << 8U | std::to_integer<std::uint32_t>(bytes[at + k]);
-  }
-  return value;
-}
-
 }  // namespace
-
-std::optional<std::int64_t> header_stamp(std::span<const std::byte> cdr) {
-  // Encapsulation (4 bytes, the lowest bit of the second says little-endian), sec, nanosec.
-  constexpr std::size_t kNeeded = 12;
-  if (cdr.size() < kNeeded) {
-    return std::nullopt;
-  }
-  const bool little_endian = (std::to_integer<unsigned>(cdr[1]) & 1U) != 0;
-  const auto sec = static_cast<std::int32_t>(word(cdr, 4, little_endian));
-  const std::uint32_t nanosec = word(cdr, 8, little_endian);
-  return static_cast<std::int64_t>(sec) * 1'000'000'000 + static_cast<std::int64_t>(nanosec);
-}
 
 TopicTimes::TopicTimes(bags::BagTopic topic, const MessageType* type)
     : topic_(std::move(topic)), has_header_(begins_with_header(type)) {}
@@ -83,7 +54,11 @@ std::vector<MissionCell> TopicTimes::row() const {
   const double duration = seconds(last_ - first_);
   std::vector<MissionCell> cells{topic_.name, topic_.type, static_cast<std::int64_t>(messages_)};
   const auto number_or_none = [&](bool known, double value, double parts) {
-    cells.push_back(known ? MissionCell(rounded(value, parts)) : MissionCell());
+    if (known) {
+      cells.emplace_back(rounded(value, parts));
+    } else {
+      cells.emplace_back();
+    }
   };
   const bool has_rate = messages_ > 1 && duration > 0;
   number_or_none(has_rate, static_cast<double>(messages_ - 1) / duration, 100);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -13,10 +10,6 @@
 #include "pipescout/mission_folder/mission_section.hpp"
 
 namespace pipescout::summary {
-
-/// header.stamp in ns of a message in CDR whose first field is a std_msgs/Header; none when it is
-/// cut short.
-[[nodiscard]] std::optional<std::int64_t> header_stamp(std::span<const std::byte> cdr);
 
 /// When the messages of one topic came.
 class TopicTimes {

@@ -22,7 +22,6 @@
 #include "pipescout/bags/bag_writer.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/testing/program.hpp"
-#include "topic_times.hpp"
 
 namespace pipescout::summary {
 namespace {
@@ -64,12 +63,15 @@ class SummaryOfABag : public ::testing::Test {
     return message;
   }
   void lose(const std::string& node, const std::string& topic, int messages, double seconds) {
+    diagnose(node, "subscription " + topic + ": dropped_queue_full", messages, seconds);
+  }
+  void diagnose(const std::string& node, const std::string& key, int value, double seconds) {
     diagnostic_msgs::msg::DiagnosticArray array;
     array.status.resize(1);
     array.status[0].name = node;
     array.status[0].values.resize(1);
-    array.status[0].values[0].key = "subscription " + topic + ": dropped_queue_full";
-    array.status[0].values[0].value = std::to_string(messages);
+    array.status[0].values[0].key = key;
+    array.status[0].values[0].value = std::to_string(value);
     write("/diagnostics", array, seconds);
   }
   void report(const std::string& node, std::uint8_t state, double seconds) {
@@ -80,7 +82,7 @@ class SummaryOfABag : public ::testing::Test {
   }
   [[nodiscard]] BagSections sections() {
     writer_.close();
-    return summarise(bag_, [](double) {});
+    return summarise({bag_}, {}, [](double) {});
   }
 
   testing::TemporaryFolder folder_;
@@ -181,6 +183,37 @@ TEST_F(SummaryOfABag, AMissionThatLostInputsIsNotCalledComplete) {
   EXPECT_THAT(found.sections.at("mission").notes, Contains(HasSubstr("Not complete: inputs")));
 }
 
+TEST_F(SummaryOfABag, WhatTheRecorderCouldNotTakeIsLostToo) {
+  report("/simulation", MissionStatus::COMPLETE, 0.0);
+  diagnose("bag_recorder: status", "dropped./camera/image_raw", 4, 1.0);
+  diagnose("bag_recorder: status", "dropped./camera/image_raw", 6, 2.0);
+  diagnose("bag_recorder: status", "not_recorded./words", 1, 2.0);
+  diagnose("other: status", "dropped.for_another_reason", 9, 2.0);
+  const auto found = sections();
+  const auto& inputs = found.sections.at("inputs");
+  EXPECT_EQ(inputs.figures.at("inputs_lost"), 7.0);
+  ASSERT_THAT(inputs.rows, SizeIs(2));
+  EXPECT_EQ(inputs.rows[0][1], MissionCell("/camera/image_raw"));
+  EXPECT_EQ(inputs.rows[0][2], MissionCell("dropped_by_recorder"));
+  EXPECT_EQ(inputs.rows[1][2], MissionCell("not_recorded"));
+  EXPECT_THAT(found.sections.at("mission").notes, Contains(HasSubstr("Not complete: inputs")));
+}
+
+TEST_F(SummaryOfABag, WithoutDiagnosticsItIsNotKnownWhetherAMissionIsComplete) {
+  report("/simulation", MissionStatus::COMPLETE, 0.0);
+  EXPECT_THAT(sections().sections.at("mission").notes,
+              Contains(HasSubstr("whether inputs were lost is not known")));
+}
+
+TEST_F(SummaryOfABag, TheCommandFailsForAMissionThatLostInputs) {
+  report("/simulation", MissionStatus::COMPLETE, 0.0);
+  lose("fusion", "/readings", 3, 1.0);
+  writer_.close();
+  const auto result = testing::run_program(SUMMARY_COMMAND, {"bag"}, folder_.path());
+  EXPECT_EQ(result.code(), 1);
+  EXPECT_THAT(result.err, HasSubstr("3 inputs were lost: the mission is not complete"));
+}
+
 TEST_F(SummaryOfABag, AMissionIsCompleteWhenAllItsNodesAre) {
   report("/simulation", MissionStatus::RUNNING, 0.0);
   report("/simulation", MissionStatus::COMPLETE, 1.0);
@@ -225,19 +258,6 @@ TEST_F(SummaryOfABag, TheCommandPrintsAndWritesThem) {
   EXPECT_THAT(mission.out, AllOf(HasSubstr("Mission survey"), HasSubstr("Topics (bag.topics)")));
   EXPECT_THAT(testing::content(folder_.path() / "mission" / "summary.json"),
               HasSubstr("bag.topics"));
-}
-
-TEST(HeaderStamp, IsReadInBothByteOrdersAndNotBeyondTheEnd) {
-  const auto bytes = [](std::initializer_list<int> values) {
-    std::vector<std::byte> result;
-    for (const int value : values) {
-      result.push_back(static_cast<std::byte>(value));
-    }
-    return result;
-  };
-  EXPECT_EQ(header_stamp(bytes({0, 1, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0})), 2 * kSecond + 3);
-  EXPECT_EQ(header_stamp(bytes({0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 3})), 2 * kSecond + 3);
-  EXPECT_EQ(header_stamp(bytes({0, 1, 0, 0, 2, 0, 0, 0, 3, 0, 0})), std::nullopt);
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ fs::path make_mission_data_folder(const fs::path& mission_folder, const std::str
   if (error) {
     throw std::system_error(error, "cannot make folder " + parent.string());
   }
-  // Asking and making in one step: another recorder may want the same name.
+  // Asking and making in one step: another component may want the same name.
   for (int attempt = 1;; ++attempt) {
     const fs::path folder = parent / (attempt == 1 ? name : name + "_" + std::to_string(attempt));
     if (fs::create_directory(folder, error)) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the recorder of a state estimator wrote (docs/components/estimator_recorder.md)."""
+"""The tables of a state estimator (docs/tables.md)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..recording import Missing, Recording
 from ..time_axis import TimeAxis
 
 AXES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
-_WHY = "the recorder of a state estimator writes it"
+_WHY = "the tables of a state estimator have it"
 _NO_TRUTH = "ground truth is available in simulated runs only"
 SAME_TIME = 1e-3
 """Seconds: a measurement and what became of it have stamps that rounding sets apart by less."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the recorder of a flight over a rack wrote (docs/components/rack_recorder.md)."""
+"""The tables of a flight over a rack (docs/tables.md)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from . import rotations
 
 AXES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
 _QUATERNION = ("qx", "qy", "qz", "qw")
-_WHY = "the recorder of a flight over a rack writes it"
+_WHY = "the tables of a flight over a rack have it"
 _NO_TRUTH = "ground truth is available in simulated flights only"
 MISSING_FOR = 0.5
 """Seconds without a sample that are drawn as a gap."""
@@ -181,8 +181,7 @@ def read_true_offsets(recording: Recording, pipes: list[str]) -> dict[str, float
     of the rack file, in its order."""
     try:
         simulation = _parameters(recording, "pipescout::RackSimulation")
-        told = _parameters(recording, "pipescout::RackRecorder")
-        if not simulation or simulation.get("rack") != told.get("rack"):
+        if not simulation or simulation.get("rack") != _mission(recording)["summary"]["rack.rack"]:
             return {}
         offsets = [float(value) for value in simulation.get("offsets") or [0.0] * len(pipes)]
         return dict(zip(pipes, offsets)) if len(offsets) == len(pipes) else {}
@@ -197,13 +196,17 @@ _NOT_READ = (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, V
 def _parameters(recording: Recording, component_class: str) -> dict:
     """What mission.yaml says of the one component of this class; empty without such or with several.
     Raises _NOT_READ."""
-    path = recording.mission / "mission.yaml"
-    if not path.is_file():
-        return {}
-    mission = yaml.safe_load(path.read_text(encoding="utf-8"))
-    found = [_flat(component.get("parameters") or {}) for component in mission["components"]
+    found = [_flat(component.get("parameters") or {}) for component in _mission(recording)["components"]
              if component["type"] == component_class]
     return found[0] if len(found) == 1 else {}
+
+
+def _mission(recording: Recording) -> dict:
+    """The components and the options of the tables, by their names with dots. Raises _NOT_READ."""
+    path = recording.mission / "mission.yaml"
+    mission = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return {"components": mission.get("components", []),
+            "summary": {"rack.rack": None, **_flat(mission.get("summary") or {})}}
 
 
 def _flat(parameters: dict, prefix: str = "") -> dict:

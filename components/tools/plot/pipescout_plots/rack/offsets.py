@@ -14,7 +14,7 @@ from .flight_data import read_true_offsets
 from .rack_file import Rack, read_rack
 from .timeline import Timeline
 
-_WHY = "the recorder of a flight over a rack writes it"
+_WHY = "the tables of a flight over a rack have it"
 MOST_PIPES = 8
 """Colours that there are."""
 

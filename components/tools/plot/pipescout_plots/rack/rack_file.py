@@ -75,7 +75,7 @@ class Rack:
 
 def read_rack(recording: Recording) -> Rack:
     """Raises Missing, and BadData naming file and line."""
-    return parse_rack(recording.path("rack.yaml", "its recorder had no rack file"))
+    return parse_rack(recording.path("rack.yaml", "its composition names none under summary.rack.rack"))
 
 
 class _Mapping(dict):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `TrackingRecorder` wrote (docs/components/tracking_recorder.md)."""
+"""The tables of a tracked pipe (docs/tables.md)."""
 
 from __future__ import annotations
 

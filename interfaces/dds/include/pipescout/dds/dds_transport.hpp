@@ -32,4 +32,7 @@ struct DdsOptions {
 /// Joins the DDS network with one participant. Throws TransportError.
 [[nodiscard]] std::unique_ptr<Transport> create_dds_transport(const DdsOptions& options);
 
+/// Of the Fast DDS that this was built with: "2.9.1".
+[[nodiscard]] std::string fast_dds_version();
+
 }  // namespace pipescout

@@ -8,7 +8,7 @@
 #include "pipescout/csv/csv_stamp.hpp"
 #include "pipescout/geometry/se3.hpp"
 
-/// Poses in data files: the same columns in the file of every recorder. Pure.
+/// Poses in data files: the same columns in every subject. Pure.
 namespace pipescout {
 
 /// Names of the degrees of freedom of a pose in the order of ROS covariances: the rotations are

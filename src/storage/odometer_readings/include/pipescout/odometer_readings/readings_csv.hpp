@@ -12,7 +12,7 @@
 #include "pipescout/csv/csv_stamp.hpp"
 #include "pipescout/csv/csv_table.hpp"
 
-/// Odometer readings as CSV, the format of replay and recorder. Columns:
+/// Odometer readings as CSV, the format of the replay and of a mission's data files. Columns:
 ///
 ///   stamp                      optional: time of measurement, s since the Unix epoch or any other
 ///                              start, 0 <= stamp < 2^31, strictly increasing
