@@ -132,8 +132,8 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
   how_.coasting.gyro = parameters.coasting_angular_rate;
   how_.coasting.accelerometer = parameters.coasting_acceleration;
   static_cast<void>(PriorFactor(recording_.first, recording_.first_covariance));
-  for (const AnyMeasurement& measurement : recording_.measurements) {
-    measurements_.push_back(placed(measurement, recording_.times));
+  for (const AnyFactor& factor : recording_.measurements) {
+    measurements_.push_back(placed(factor, recording_.times));
   }
   for (const Robustness& one : parameters.robustness) {
     losses_.push_back(one.kernel == statistics::RobustKernel::kNone
@@ -188,25 +188,20 @@ ceres::LossFunction* BatchSmoother::Implementation::loss(FactorKind kind) {
 }
 
 void BatchSmoother::Implementation::add_measurement(const PlacedMeasurement& m) {
-  std::visit(
-      [&](const auto& factor) {
-        using Factor = std::decay_t<decltype(factor)>;
-        using Cost = FactorCost<Factor>;
-        const typename Cost::Ties ties{
-            .two_keyframes = Factor::kRelative && m.from != m.to,
-            .globals = (kUsesGlobals<Factor> || imu_scaled_) && !estimated_.empty()};
-        std::vector<double*> blocks = {state_blocks_[m.from].data()};
-        if (ties.two_keyframes) {
-          blocks.push_back(state_blocks_[m.to].data());
-        }
-        if (ties.globals) {
-          blocks.push_back(global_block_.data());
-        }
-        problem_->AddResidualBlock(
-            new Cost(factor, m.motions, parameters_.gravity, parameters_.globals, ties),
-            loss(Factor::kKind), blocks);
-      },
-      *m.factor);
+  const AnyFactor& factor = *m.factor;
+  const FactorCost::Ties ties{
+      .two_keyframes = factor.is_of_two_times() && m.from != m.to,
+      .globals = (factor.uses_globals() || imu_scaled_) && !estimated_.empty()};
+  std::vector<double*> blocks = {state_blocks_[m.from].data()};
+  if (ties.two_keyframes) {
+    blocks.push_back(state_blocks_[m.to].data());
+  }
+  if (ties.globals) {
+    blocks.push_back(global_block_.data());
+  }
+  problem_->AddResidualBlock(
+      new FactorCost(factor, m.motions, parameters_.gravity, parameters_.globals, ties),
+      loss(factor.kind()), blocks);
 }
 
 void BatchSmoother::Implementation::build() {
@@ -302,13 +297,8 @@ void BatchSmoother::Implementation::report_factors() {
   for (const PlacedMeasurement& m : measurements_) {
     FactorReport one = m.report;
     if (m.factor) {
-      one.chi_square = std::visit(
-          [&](const auto& factor) {
-            return evaluate_carried(factor, m.motions, states_[m.from], states_[m.to], globals_,
-                                    parameters_.gravity)
-                .squaredNorm();
-          },
-          *m.factor);
+      one.chi_square = chi_square(*m.factor, m.motions, states_[m.from], states_[m.to], globals_,
+                                  parameters_.gravity);
       const Robustness& robustness = parameters_.robustness[static_cast<std::size_t>(one.kind)];
       one.weight =
           std::isfinite(one.chi_square)

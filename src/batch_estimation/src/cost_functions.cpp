@@ -5,6 +5,63 @@
 #include <cmath>
 
 namespace pipescout::estimation {
+namespace {
+
+/// As `set_jacobian`, of the rows of a factor.
+template <int Columns>
+void set_rows(int rows, const FactorValue::Rows<Columns>& derivative, double* block) {
+  if (block == nullptr) {
+    return;
+  }
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Columns + 1, Eigen::RowMajor>> out(block, rows,
+                                                                                      Columns + 1);
+  out.template leftCols<Columns>() = derivative.topRows(rows);
+  out.col(Columns).setZero();
+}
+
+}  // namespace
+
+FactorCost::FactorCost(const AnyFactor& factor, const CarryingMotions& motions, double gravity,
+                       const GlobalStates& globals, const Ties& ties)
+    : factor_(factor), motions_(motions), gravity_(gravity), globals_(globals), ties_(ties) {
+  set_num_residuals(factor.rows());
+  mutable_parameter_block_sizes()->assign(ties.two_keyframes ? 2 : 1, kStateNumbers);
+  if (ties.globals) {
+    mutable_parameter_block_sizes()->push_back(kGlobalNumbers);
+  }
+}
+
+bool FactorCost::Evaluate(const double* const* parameters, double* residuals,
+                          double** jacobians) const {
+  const std::size_t last = ties_.two_keyframes ? 1 : 0;
+  const bool derive = jacobians != nullptr;
+  FactorValue value;
+  evaluate_carried(factor_, motions_, unpack_state(parameters[0]), unpack_state(parameters[last]),
+                   ties_.globals ? unpack_globals(parameters[last + 1]) : globals_, gravity_,
+                   derive, value);
+  const int rows = value.rows;
+  if (!value.residual.head(rows).allFinite() || (derive && !value.from.topRows(rows).allFinite())) {
+    // Undefined here, a heading of a body that points up: it says nothing.
+    value.residual.setZero();
+    value.from.setZero();
+    value.to.setZero();
+    value.globals.setZero();
+  }
+  std::copy_n(value.residual.data(), rows, residuals);
+  if (derive) {
+    if (factor_.is_of_two_times() && !ties_.two_keyframes) {
+      value.from.topRows(rows) += value.to.topRows(rows);
+    }
+    set_rows(rows, value.from, jacobians[0]);
+    if (ties_.two_keyframes) {
+      set_rows(rows, value.to, jacobians[1]);
+    }
+    if (ties_.globals) {
+      set_rows(rows, value.globals, jacobians[last + 1]);
+    }
+  }
+  return true;
+}
 
 ImuCost::ImuCost(const ImuFactor& factor, const GlobalStates& globals, bool estimated)
     : factor_(factor), globals_(globals), tied_(estimated && factor.motion().scaled()) {

@@ -4,7 +4,6 @@
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,11 +15,6 @@
 /// The factors of pipescout_estimation as Ceres asks for them. Derivatives are over the tangent
 /// space: see manifolds.hpp.
 namespace pipescout::estimation {
-
-template <class Factor>
-inline constexpr bool kUsesGlobals =
-    std::is_same_v<Factor, GpsFactor> || std::is_same_v<Factor, VisualPoseFactor> ||
-    std::is_same_v<Factor, NonHolonomicFactor> || std::is_same_v<Factor, OdometerFactor>;
 
 /// Fills a block of Ceres's with derivatives by a tangent vector; null: it does not ask.
 template <int Rows, int Columns, class Derivative>
@@ -35,7 +29,6 @@ void set_jacobian(const Derivative& derivative, double* block) {
 
 /// Blocks: the keyframe of the measurement; that of its end, when that is another one; the globals,
 /// when they are estimated and count.
-template <class Factor>
 class FactorCost final : public ceres::CostFunction {
  public:
   struct Ties {
@@ -44,48 +37,13 @@ class FactorCost final : public ceres::CostFunction {
   };
 
   /// `globals` are those of a factor that is not tied to them; they must outlive it.
-  FactorCost(const Factor& factor, const CarryingMotions& motions, double gravity,
-             const GlobalStates& globals, const Ties& ties)
-      : factor_(factor), motions_(motions), gravity_(gravity), globals_(globals), ties_(ties) {
-    set_num_residuals(Factor::kRows);
-    mutable_parameter_block_sizes()->assign(ties.two_keyframes ? 2 : 1, kStateNumbers);
-    if (ties.globals) {
-      mutable_parameter_block_sizes()->push_back(kGlobalNumbers);
-    }
-  }
-
+  FactorCost(const AnyFactor& factor, const CarryingMotions& motions, double gravity,
+             const GlobalStates& globals, const Ties& ties);
   bool Evaluate(const double* const* parameters, double* residuals,
-                double** jacobians) const override {
-    constexpr int kRows = Factor::kRows;
-    const std::size_t last = ties_.two_keyframes ? 1 : 0;
-    typename Factor::Derivatives d;
-    typename Factor::Residual r = evaluate_carried(
-        factor_, motions_, unpack_state(parameters[0]), unpack_state(parameters[last]),
-        ties_.globals ? unpack_globals(parameters[last + 1]) : globals_, gravity_,
-        jacobians != nullptr ? &d : nullptr);
-    if (!r.allFinite() || !d.from.allFinite()) {
-      // Undefined here, a heading of a body that points up: it says nothing.
-      r.setZero();
-      d = {};
-    }
-    Eigen::Map<typename Factor::Residual>(residuals, kRows) = r;
-    if (jacobians != nullptr) {
-      if (Factor::kRelative && !ties_.two_keyframes) {
-        d.from += d.to;
-      }
-      set_jacobian<kRows, kStateSize>(d.from, jacobians[0]);
-      if (ties_.two_keyframes) {
-        set_jacobian<kRows, kStateSize>(d.to, jacobians[1]);
-      }
-      if (ties_.globals) {
-        set_jacobian<kRows, kGlobalSize>(d.globals, jacobians[last + 1]);
-      }
-    }
-    return true;
-  }
+                double** jacobians) const override;
 
  private:
-  Factor factor_;
+  AnyFactor factor_;
   CarryingMotions motions_;
   double gravity_;
   const GlobalStates& globals_;

@@ -12,6 +12,7 @@ using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 using Quaternion = Eigen::Map<Eigen::Quaterniond>;
 
 constexpr int kQuaternion = kGlobalNumbers - 4;  // of the rack, in the globals
+constexpr int kOwnNumbers = 10 + kImuScaleSize;
 
 /// Normalised, so that the rounding of many steps does not add up.
 geometry::SO3 rotation_at(const double* numbers) {
@@ -62,6 +63,7 @@ void pack(const GlobalStates& globals, double* numbers) {
   Vector{numbers + 6} = globals.gps_lever_arm;
   numbers[9] = globals.gps_time_offset;
   Eigen::Map<ImuScaleVector>(numbers + 10) = ImuScale{}.local(globals.imu_scale);
+  Eigen::Map<OwnVector>(numbers + kOwnNumbers) = globals.own;
   Quaternion{numbers + kQuaternion} = globals.R_map_rack.quaternion();
 }
 
@@ -73,7 +75,8 @@ GlobalStates unpack_globals(const double* numbers) {
           .R_map_rack = rotation_at(numbers + kQuaternion),
           .gps_lever_arm = ConstVector(numbers + 6),
           .gps_time_offset = numbers[9],
-          .imu_scale = ImuScale{}.retract(Eigen::Map<const ImuScaleVector>(numbers + 10))};
+          .imu_scale = ImuScale{}.retract(Eigen::Map<const ImuScaleVector>(numbers + 10)),
+          .own = Eigen::Map<const OwnVector>(numbers + kOwnNumbers)};
 }
 
 bool StateManifold::Plus(const double* x, const double* delta, double* moved) const {

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <tuple>
-#include <type_traits>
 
 namespace pipescout::estimation {
 namespace {
@@ -21,18 +19,6 @@ void require_guesses(const std::string& name, const std::vector<Guess>& guesses,
   if (!std::ranges::all_of(guesses, &Guess::is_finite)) {
     throw std::invalid_argument(name + ": one is not finite");
   }
-}
-
-template <class Measurement, class... Factors>
-auto factor_of(const std::variant<Factors...>* /*which*/, const Measurement& m) {
-  std::optional<AnyFactor> made;
-  const auto try_one = [&]<class Factor>(std::type_identity<Factor>) {
-    if constexpr (std::is_same_v<typename Factor::MeasurementType, Measurement>) {
-      made.emplace(Factor(m));
-    }
-  };
-  (try_one(std::type_identity<Factors>{}), ...);
-  return made;
 }
 
 std::size_t keyframe_at(const std::vector<double>& times, double time) {
@@ -58,43 +44,27 @@ void require_sound(const Recording& recording) {
                   recording.times.size());
 }
 
-PlacedMeasurement placed(const AnyMeasurement& measurement, const std::vector<double>& times) {
-  return std::visit(
-      [&](const auto& m) {
-        PlacedMeasurement all;
-        const AnyFactor* const kinds = nullptr;
-        std::optional<AnyFactor> factor = factor_of(kinds, m);
-        std::visit(
-            [&](const auto& f) {
-              using Factor = std::decay_t<decltype(f)>;
-              all.report.kind = Factor::kKind;
-              all.report.degrees = Factor::kRows;
-            },
-            *factor);
-        if constexpr (requires { m.to_time; }) {
-          all.from_time = m.from_time;
-          all.to_time = m.to_time;
-        } else {
-          all.from_time = all.to_time = m.time;
-        }
-        all.report.time = all.to_time;
-        all.report.outcome = outcome_of(check(m), Outcome::kAccepted);
-        if (all.report.outcome == Outcome::kAccepted && all.from_time < times.front() - kSameTime) {
-          all.report.outcome = Outcome::kLate;
-        } else if (all.report.outcome == Outcome::kAccepted &&
-                   all.to_time > times.back() + kSameTime) {
-          all.report.outcome = Outcome::kFuture;
-        }
-        if (all.report.outcome == Outcome::kAccepted) {
-          all.factor = std::move(factor);
-          all.from = keyframe_at(times, all.from_time);
-          all.to = keyframe_at(times, all.to_time);
-        } else {
-          all.report.weight = 0;
-        }
-        return all;
-      },
-      measurement);
+PlacedMeasurement placed(const AnyFactor& factor, const std::vector<double>& times) {
+  PlacedMeasurement all;
+  all.report.kind = factor.kind();
+  all.report.degrees = factor.rows();
+  all.from_time = factor.from_time();
+  all.to_time = factor.to_time();
+  all.report.time = all.to_time;
+  all.report.outcome = outcome_of(factor.fault(), Outcome::kAccepted);
+  if (all.report.outcome == Outcome::kAccepted && all.from_time < times.front() - kSameTime) {
+    all.report.outcome = Outcome::kLate;
+  } else if (all.report.outcome == Outcome::kAccepted && all.to_time > times.back() + kSameTime) {
+    all.report.outcome = Outcome::kFuture;
+  }
+  if (all.report.outcome == Outcome::kAccepted) {
+    all.factor = factor;
+    all.from = keyframe_at(times, all.from_time);
+    all.to = keyframe_at(times, all.to_time);
+  } else {
+    all.report.weight = 0;
+  }
+  return all;
 }
 
 ImuTimeline timeline_of(const std::vector<ImuSample>& samples, std::size_t& refused) {

@@ -29,8 +29,7 @@ struct PlacedMeasurement {
 };
 
 /// Those keyframes: `times` in order, not empty.
-[[nodiscard]] PlacedMeasurement placed(const AnyMeasurement& measurement,
-                                       const std::vector<double>& times);
+[[nodiscard]] PlacedMeasurement placed(const AnyFactor& factor, const std::vector<double>& times);
 
 /// Samples that a timeline can take, in order; what overlaps is cut off.
 [[nodiscard]] ImuTimeline timeline_of(const std::vector<ImuSample>& samples, std::size_t& refused);

@@ -58,20 +58,11 @@ void feed(FixedLagSmoother& smoother, Recording& recording) {
     for (; next < recording.imu.size() && recording.imu[next].time < time - 1e-6; ++next) {
       smoother.add(recording.imu[next]);
     }
-    for (const AnyMeasurement& measurement : recording.measurements) {
-      std::visit(
-          [&](const auto& m) {
-            double at = 0;
-            if constexpr (requires { m.to_time; }) {
-              at = m.to_time;
-            } else {
-              at = m.time;
-            }
-            if (at <= time + 1e-6 && at > time - 0.1 + 1e-6) {
-              ASSERT_EQ(smoother.add(m), Outcome::kWaiting);
-            }
-          },
-          measurement);
+    for (const AnyFactor& factor : recording.measurements) {
+      const double at = factor.to_time();
+      if (at <= time + 1e-6 && at > time - 0.1 + 1e-6) {
+        ASSERT_EQ(smoother.add(factor), Outcome::kWaiting);
+      }
     }
     ASSERT_EQ(smoother.update(time).reset, ResetReason::kNone);
     recording.guesses.push_back(smoother.state(smoother.keyframes() - 1));
@@ -337,17 +328,8 @@ TEST(BatchSmootherTest, SmoothsTheFusionStream) {
   const double end = recording.times[kKeyframes - 1];
   recording.times.resize(kKeyframes);
   std::erase_if(recording.imu, [&](const ImuSample& sample) { return sample.time > end; });
-  std::erase_if(recording.measurements, [&](const AnyMeasurement& measurement) {
-    return std::visit(
-        [&](const auto& m) {
-          if constexpr (requires { m.to_time; }) {
-            return m.to_time > end + 1e-6;
-          } else {
-            return m.time > end + 1e-6;
-          }
-        },
-        measurement);
-  });
+  std::erase_if(recording.measurements,
+                [&](const AnyFactor& factor) { return factor.to_time() > end + 1e-6; });
   expect_agreement("fusion stream", recording,
                    without_end(estimation_study::fusion_stream_parameters()));
 }

@@ -119,42 +119,40 @@ class CostFunctionsTest : public testing::TestWithParam<std::uint64_t> {
 };
 
 TEST_P(CostFunctionsTest, BetweenKeyframes) {
-  const OdometerFactor factor({.from_time = 0,
-                               .to_time = 1,
-                               .distance = 1 + draw(0.3),
-                               .standard_deviation = 0.1,
-                               .across_deviation = 0.1,
-                               .sensor = vector(0.5)});
+  const OdometerMeasurement factor{.from_time = 0,
+                                   .to_time = 1,
+                                   .distance = 1 + draw(0.3),
+                                   .standard_deviation = 0.1,
+                                   .across_deviation = 0.1,
+                                   .sensor = vector(0.5)};
   const GlobalStates none;
-  expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none,
-                                                {.two_keyframes = true, .globals = true}),
-                     {block(state()), block(state()), block(globals())});
-  expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none, {.globals = true}),
+  expect_derivatives(
+      FactorCost(factor, motions(), 9.81, none, {.two_keyframes = true, .globals = true}),
+      {block(state()), block(state()), block(globals())});
+  expect_derivatives(FactorCost(factor, motions(), 9.81, none, {.globals = true}),
                      {block(state()), block(globals())});
-  expect_derivatives(FactorCost<OdometerFactor>(factor, motions(), 9.81, none, {}),
-                     {block(state())});
+  expect_derivatives(FactorCost(factor, motions(), 9.81, none, {}), {block(state())});
 }
 
 TEST_P(CostFunctionsTest, OfOneTime) {
-  const GpsFactor gps({.time = 0,
-                       .position = vector(3),
-                       .covariance = 0.04 * Eigen::Matrix3d::Identity(),
-                       .angular_rate = vector(0.5)});
+  const GpsMeasurement gps{.time = 0,
+                           .position = vector(3),
+                           .covariance = 0.04 * Eigen::Matrix3d::Identity(),
+                           .angular_rate = vector(0.5)};
   const GlobalStates none;
-  expect_derivatives(FactorCost<GpsFactor>(gps, motions(), 9.81, none, {.globals = true}),
+  expect_derivatives(FactorCost(gps, motions(), 9.81, none, {.globals = true}),
                      {block(state()), block(globals())});
-  const NonHolonomicFactor rolling({.time = 0,
-                                    .lateral_deviation = 0.1,
-                                    .vertical_deviation = 0.2,
-                                    .sensor = vector(0.5),
-                                    .angular_rate = vector(0.5)});
-  expect_derivatives(
-      FactorCost<NonHolonomicFactor>(rolling, motions(), 9.81, none, {.globals = true}),
-      {block(state()), block(globals())});
-  const VisualPoseFactor pose({.time = 0,
-                               .T_rack_body = geometry::SE3(geometry::SO3(), vector(1)),
-                               .covariance = 0.01 * geometry::Matrix6d::Identity()});
-  expect_derivatives(FactorCost<VisualPoseFactor>(pose, {}, 9.81, none, {.globals = true}),
+  const NonHolonomicMeasurement rolling{.time = 0,
+                                        .lateral_deviation = 0.1,
+                                        .vertical_deviation = 0.2,
+                                        .sensor = vector(0.5),
+                                        .angular_rate = vector(0.5)};
+  expect_derivatives(FactorCost(rolling, motions(), 9.81, none, {.globals = true}),
+                     {block(state()), block(globals())});
+  const VisualPoseMeasurement pose{.time = 0,
+                                   .T_rack_body = geometry::SE3(geometry::SO3(), vector(1)),
+                                   .covariance = 0.01 * geometry::Matrix6d::Identity()};
+  expect_derivatives(FactorCost(pose, {}, 9.81, none, {.globals = true}),
                      {block(state()), block(globals())});
 }
 
@@ -201,9 +199,9 @@ TEST_P(CostFunctionsTest, ManifoldsComeBack) {
 INSTANTIATE_TEST_SUITE_P(Seeds, CostFunctionsTest, testing::Range<std::uint64_t>(1, 11));
 
 TEST(FactorCostTest, WhatIsUndefinedSaysNothing) {
-  const HeadingFactor heading({.time = 0, .heading = 0, .standard_deviation = 0.1});
+  const HeadingMeasurement heading{.time = 0, .heading = 0, .standard_deviation = 0.1};
   const GlobalStates none;
-  const FactorCost<HeadingFactor> cost(heading, {}, 9.81, none, {});
+  const FactorCost cost(heading, {}, 9.81, none, {});
   NavState up;
   up.R_map_body = geometry::SO3::about_y(-std::acos(0.0));
   StateBlock numbers;

@@ -44,6 +44,7 @@ void SourceWatchParameters::validate() const {
     require(field, value, value >= low && value <= high, range);
   };
   within("correlation_time", correlation_time, 0, 1000, "[0, 1000]");
+  within("largest_deviation_factor", largest_deviation_factor, 1, 100, "[1, 100]");
   within("outage", outage, 0.1, 1000, "[0.1, 1000]");
   within("doubt_after", static_cast<double>(doubt_after), 1, 1e4, "[1, 10000]");
   within("agreeing", static_cast<double>(agreeing), 2, 1e4, "[2, 10000]");
@@ -96,8 +97,12 @@ bool AbsoluteSourceWatch::within_reach(const WatchedFix& fix) const noexcept {
 }
 
 bool AbsoluteSourceWatch::goes_on(const WatchedFix& fix) const noexcept {
-  return witness_.bears_out(pair_of(fix), fix.yaw, gate_, parameters_.drift_share,
-                            parameters_.drift_floor);
+  return ask_witness(pair_of(fix), fix.yaw).value_or(false);
+}
+
+std::optional<bool> AbsoluteSourceWatch::ask_witness(const TrackPair& pair,
+                                                     double yaw) const noexcept {
+  return witness_.bears_out(pair, yaw, gate_, parameters_.drift_share, parameters_.drift_floor);
 }
 
 bool AbsoluteSourceWatch::bears_state_out(const WatchedFix& fix) const noexcept {
@@ -185,9 +190,8 @@ void AbsoluteSourceWatch::offer(const TrackPair& pair, double yaw) noexcept {
 void AbsoluteSourceWatch::note_accepted(double time, double way) noexcept {
   gated_running_ = 0;
   for (Offered& offered : offered_) {
-    if (offered.pair.time == time && offered.pair.deviation > 0) {
+    if (offered.pair.time == time) {
       witness_.learn(offered.pair, offered.yaw);
-      offered.pair.deviation = 0;
     }
   }
   last_accepted_ = std::isfinite(last_accepted_) ? std::max(last_accepted_, time) : time;
@@ -203,6 +207,25 @@ void AbsoluteSourceWatch::note_gated() noexcept {
     track_ = TrackAlignment();
     gated_running_ = 0;
   }
+}
+
+void AbsoluteSourceWatch::note_misfit(double time, double chi_square_per_degree) noexcept {
+  // Slow, so that a few outliers change little; what is expected is below 1.
+  constexpr double kRate = 0.05;
+  constexpr double kUsual = 2;
+  constexpr double kLargest = 5;
+  const auto offered =
+      std::ranges::find(offered_, time, [](const Offered& one) { return one.pair.time; });
+  if (offered != offered_.end() && !ask_witness(offered->pair, offered->yaw).value_or(true)) {
+    return;  // it goes elsewhere: that is no noise
+  }
+  const double misfit = std::min(chi_square_per_degree, kLargest);
+  log_scale_ = std::clamp(log_scale_ + kRate * (misfit - kUsual), 0.0,
+                          2 * std::log(parameters_.largest_deviation_factor));
+}
+
+double AbsoluteSourceWatch::covariance_scale() const noexcept {
+  return std::exp(log_scale_);
 }
 
 void AbsoluteSourceWatch::trust(double time, double way) noexcept {

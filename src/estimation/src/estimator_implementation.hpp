@@ -37,6 +37,14 @@ namespace pipescout::estimation {
   return Source::kRelativePose;
 }
 
+/// Place of a kind in `own_sources`.
+[[nodiscard]] constexpr std::size_t own_index_of(FactorKind kind) {
+  return static_cast<std::size_t>(kind) - static_cast<std::size_t>(FactorKind::kOwn);
+}
+[[nodiscard]] constexpr bool is_own(FactorKind kind) {
+  return kind >= FactorKind::kOwn && own_index_of(kind) < kOwnFactorKinds;
+}
+
 [[nodiscard]] inline double yaw_of(const geometry::SO3& rotation) noexcept {
   return rotation.roll_pitch_yaw().z();
 }
@@ -49,6 +57,7 @@ class StateEstimator::Implementation {
   Outcome add(const ImuReading& reading) noexcept;
   Outcome add(const OdometerReading& reading) noexcept;
   Outcome add(const GivenPose& pose) noexcept;
+  Outcome add(const AnyFactor& factor) noexcept;
   template <class Measurement>
   Outcome add_measurement(const Measurement& m) noexcept;
   void restart() noexcept;
@@ -108,6 +117,8 @@ class StateEstimator::Implementation {
   [[nodiscard]] SourceStatus& status_of(Source source) noexcept {
     return status_.sources[index_of(source)];
   }
+  /// Of a source or an own source, by the kind of its factors; null: of neither.
+  [[nodiscard]] SourceStatus* status_of(FactorKind kind) noexcept;
   /// By Source; those of sources that are not watched are not used.
   [[nodiscard]] AbsoluteSourceWatch& watch_of(Source source) noexcept {
     return watches_[index_of(source)];
@@ -117,7 +128,10 @@ class StateEstimator::Implementation {
   }
 
   // estimator_input.cpp
-  Outcome refuse(Source source, Outcome outcome) noexcept;
+  Outcome refuse(Source source, Outcome outcome) noexcept {
+    return refuse(status_of(source), outcome);
+  }
+  static Outcome refuse(SourceStatus& status, Outcome outcome) noexcept;
   /// kWaiting, or why a measurement of that time cannot be.
   [[nodiscard]] Outcome check_time(double time) noexcept;
   void take(const ImuSample& sample);
@@ -162,6 +176,7 @@ class StateEstimator::Implementation {
   /// where the state has its sensor, if there is just one.
   void reassign(const WeldMeasurement& m);
   void note(const UpdateReport& report);
+  static void note_own(SourceStatus& status, const FactorReport& factor);
   /// After a failed update: from the last sound keyframe, with odom going on at `pose`.
   void recover(const geometry::SE3& pose);
   /// Goes on from this; the body stays where it is in odom.
@@ -173,6 +188,7 @@ class StateEstimator::Implementation {
 
   // estimator_sources.cpp
   void feed(const Pending& pending);
+  void feed(const AnyFactor& factor);
   template <class Measurement>
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
@@ -218,6 +234,7 @@ class StateEstimator::Implementation {
   std::array<AbsoluteSourceWatch, kSources> watches_;
   std::array<bool, kSources> contradicted_{};  // since it was last accepted
   std::vector<Pending> pending_{};
+  std::vector<AnyFactor> own_pending_{};
   ClockWatch others_;  // of all sensors but the IMU
   double others_at_imu_ = std::numeric_limits<double>::quiet_NaN();
   bool others_jumped_ = false;  // since the last reading of the IMU
@@ -225,6 +242,7 @@ class StateEstimator::Implementation {
   double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
+  std::array<double, kOwnFactorKinds> own_last_used_{};
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
 
   Phase phase_ = Phase::kStarting;

@@ -45,13 +45,13 @@ StateEstimator::Implementation::Implementation(const StateEstimatorParameters& p
                AbsoluteSourceWatch(parameters.weld)},
       others_(kOthersStep) {
   pending_.reserve(kWaitingSources * kMostWaiting);
+  own_pending_.reserve(parameters.own_sources.size() * kMostWaiting);
   if (parameters.centre_line) {
     chainage_ = parameters.centre_line->first_chainage();
   }
 }
 
-Outcome StateEstimator::Implementation::refuse(Source source, Outcome outcome) noexcept {
-  SourceStatus& status = status_of(source);
+Outcome StateEstimator::Implementation::refuse(SourceStatus& status, Outcome outcome) noexcept {
   ++status.refused;
   status.last_refusal = outcome;
   return outcome;
@@ -232,6 +232,33 @@ Outcome StateEstimator::Implementation::add(const GivenPose& pose) noexcept {
   return Outcome::kWaiting;
 }
 
+Outcome StateEstimator::Implementation::add(const AnyFactor& factor) noexcept {
+  const FactorKind kind = factor.kind();
+  if (!is_own(kind) || own_index_of(kind) >= parameters_.own_sources.size()) {
+    return Outcome::kUninitialised;
+  }
+  SourceStatus& status = *status_of(kind);
+  const InputFault fault = factor.fault();
+  if (fault != InputFault::kNone) {
+    return refuse(status, outcome_of(fault, Outcome::kWaiting));
+  }
+  const Outcome in_time = check_time(factor.to_time());
+  if (in_time == Outcome::kUninitialised) {
+    ++status.held;
+    return in_time;
+  }
+  if (in_time != Outcome::kWaiting) {
+    return refuse(status, in_time);
+  }
+  const auto waiting = std::ranges::count(own_pending_, kind, &AnyFactor::kind);
+  if (static_cast<std::size_t>(waiting) >= kMostWaiting) {
+    return refuse(status, Outcome::kFull);
+  }
+  own_pending_.push_back(factor);
+  coast();
+  return Outcome::kWaiting;
+}
+
 std::size_t StateEstimator::Implementation::waiting(Source source) const noexcept {
   if (source == Source::kOdometer) {
     return reckons() ? odometer_.after(newest_time()) : 0;
@@ -295,6 +322,7 @@ void StateEstimator::Implementation::jump(double time) {
     return;
   }
   pending_.clear();
+  own_pending_.clear();
   window_.forget();
   odometer_until_ = time;
   last_position_ = std::min(last_position_, time);

@@ -22,6 +22,14 @@ bool is_possible(const NavState& state) {
   return state.gyro_bias.norm() < kGyroBias && state.accelerometer_bias.norm() < kAccelerometerBias;
 }
 
+void note_accepted(SourceStatus& status, const FactorReport& factor) {
+  ++status.accepted;
+  status.last_accepted = std::isfinite(status.last_accepted)
+                             ? std::max(status.last_accepted, factor.time)
+                             : factor.time;
+  status.last_chi_square = factor.chi_square;
+}
+
 std::optional<Source> source_of(FactorKind kind) {
   switch (kind) {
     case FactorKind::kGps:
@@ -43,19 +51,31 @@ std::optional<Source> source_of(FactorKind kind) {
 
 }  // namespace
 
-void StateEstimator::Implementation::keyframe(double time) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < pending_.size(); ++i) {
-    if (pending_[i].time <= time + kSameTime) {
-      feed(pending_[i]);
-    } else {
-      if (kept != i) {
-        pending_[kept] = pending_[i];
-      }
-      ++kept;
-    }
+SourceStatus* StateEstimator::Implementation::status_of(FactorKind kind) noexcept {
+  if (const auto source = source_of(kind)) {
+    return &status_of(*source);
   }
-  pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(kept), pending_.end());
+  return is_own(kind) ? &status_.own_sources[own_index_of(kind)] : nullptr;
+}
+
+void StateEstimator::Implementation::keyframe(double time) {
+  // What has come up to that time, in the order in which it came; the rest stays.
+  const auto feed_due = [&](auto& waiting, auto&& time_of) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < waiting.size(); ++i) {
+      if (time_of(waiting[i]) <= time + kSameTime) {
+        feed(waiting[i]);
+      } else {
+        if (kept != i) {
+          waiting[kept] = waiting[i];
+        }
+        ++kept;
+      }
+    }
+    waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(kept), waiting.end());
+  };
+  feed_due(pending_, [](const Pending& pending) { return pending.time; });
+  feed_due(own_pending_, [](const AnyFactor& factor) { return factor.to_time(); });
   if (!reckons()) {
     return;
   }
@@ -191,11 +211,28 @@ void StateEstimator::Implementation::add_centre_line(double time) {
   }
 }
 
+void StateEstimator::Implementation::note_own(SourceStatus& status, const FactorReport& factor) {
+  switch (factor.outcome) {
+    case Outcome::kAccepted:
+      note_accepted(status, factor);
+      break;
+    case Outcome::kGated:
+      ++status.gated;
+      status.last_chi_square = factor.chi_square;
+      break;
+    default:
+      refuse(status, factor.outcome);
+  }
+}
+
 void StateEstimator::Implementation::note(const UpdateReport& report) {
   constexpr double kLongest = 1;  // s, that one position stands for
   for (const FactorReport& factor : report.factors) {
     const auto source = source_of(factor.kind);
     if (!source) {
+      if (is_own(factor.kind)) {
+        note_own(*status_of(factor.kind), factor);
+      }
       continue;
     }
     SourceStatus& status = status_of(*source);
@@ -206,11 +243,8 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
     }
     switch (factor.outcome) {
       case Outcome::kAccepted:
-        ++status.accepted;
-        status.last_accepted = std::isfinite(status.last_accepted)
-                                   ? std::max(status.last_accepted, factor.time)
-                                   : factor.time;
-        status.last_chi_square = factor.chi_square;
+        note_accepted(status, factor);
+        watch_of(*source).note_misfit(factor.time, factor.chi_square / factor.degrees);
         watch_of(*source).note_accepted(factor.time, odom_.way());
         if (*source == Source::kGps || *source == Source::kVisualPose || *source == Source::kWeld) {
           const double since = std::clamp(factor.time - last_position_, 0.0, kLongest);
@@ -223,6 +257,7 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
         ++status.gated;
         status.last_chi_square = factor.chi_square;
         watch_of(*source).note_gated();
+        watch_of(*source).note_misfit(factor.time, factor.chi_square / factor.degrees);
         contradicted_[index_of(*source)] |= watch_of(*source).state() == SourceState::kDoubted;
         if (*source == Source::kWeld && claimed_weld_ && factor.time == claimed_weld_->time) {
           reassign(*claimed_weld_);
@@ -301,6 +336,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   status_.standing_still = false;
   levelling_ = {};
   pending_.clear();
+  own_pending_.clear();
   in_motion_.end();
   given_.reset();
   seen_place_.reset();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What comes out.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -59,6 +60,13 @@ EstimatorStatus StateEstimator::Implementation::status() const {
   const double now = reckons() ? newest_time() : imu_end_;
   for (const Source source : {Source::kImu, Source::kOdometer, Source::kRelativePose}) {
     SourceStatus& one = status.sources[index_of(source)];
+    const bool there = now - one.last_accepted < parameters_.smoother.max_step;
+    one.state = there ? SourceState::kTrusted : SourceState::kAbsent;
+  }
+  for (std::size_t i = 0; i < status.own_sources.size(); ++i) {
+    SourceStatus& one = status.own_sources[i];
+    one.waiting =
+        static_cast<std::size_t>(std::ranges::count(own_pending_, own_kind(i), &AnyFactor::kind));
     const bool there = now - one.last_accepted < parameters_.smoother.max_step;
     one.state = there ? SourceState::kTrusted : SourceState::kAbsent;
   }

@@ -25,6 +25,14 @@ double worst_deviation(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.diagonal().maxCoeff());
 }
 
+/// s, of a measurement from the one that was used before it.
+double spacing_of(double& last, double time) {
+  constexpr double kLeast = 1e-3;  // s
+  const double spacing = std::max(std::abs(time - last), kLeast);
+  last = time;
+  return spacing;
+}
+
 }  // namespace
 
 WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& point,
@@ -291,16 +299,13 @@ void StateEstimator::Implementation::reassign(const WeldMeasurement& m) {
 }
 
 double StateEstimator::Implementation::covariance_factor_of(Source source, double time) noexcept {
-  constexpr double kLeast = 1e-3;  // s
-  double& last = last_used_[index_of(source)];
-  const double spacing = std::max(std::abs(time - last), kLeast);
-  last = time;
+  const double spacing = spacing_of(last_used_[index_of(source)], time);
   const double correlation = source == Source::kGps ? parameters_.gps.correlation_time
                              : source == Source::kVisualPose
                                  ? parameters_.visual_pose.correlation_time
                              : source == Source::kHeading ? parameters_.heading.correlation_time
                                                           : parameters_.weld.correlation_time;
-  return covariance_factor(correlation, spacing);
+  return covariance_factor(correlation, spacing) * watch_of(source).covariance_scale();
 }
 
 template <class Measurement>
@@ -431,6 +436,25 @@ void StateEstimator::Implementation::feed(const Pending& pending) {
         }
       },
       pending.measurement);
+}
+
+void StateEstimator::Implementation::feed(const AnyFactor& factor) {
+  SourceStatus& status = *status_of(factor.kind());
+  if (factor.needs_map() && !in_map()) {
+    ++status.held;
+    return;
+  }
+  const std::size_t source = own_index_of(factor.kind());
+  AnyFactor used = factor;
+  if (const double correlation = parameters_.own_sources[source].correlation_time;
+      correlation > 0) {
+    used.scale_covariance(
+        covariance_factor(correlation, spacing_of(own_last_used_[source], factor.to_time())));
+  }
+  const Outcome outcome = smoother_.add(used);
+  if (outcome != Outcome::kWaiting) {
+    refuse(status, outcome);
+  }
 }
 
 }  // namespace pipescout::estimation

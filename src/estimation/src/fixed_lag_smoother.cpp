@@ -2,6 +2,8 @@
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
 
 #include <array>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "pipescout/validation/check.hpp"
@@ -21,7 +23,7 @@ GlobalVector GlobalDeviations::tangent() const {
   all << odometer_scale, mount_yaw, mount_pitch, Eigen::Vector3d::Constant(rack_position),
       Eigen::Vector3d::Constant(rack_rotation), Eigen::Vector3d::Constant(gps_lever_arm),
       gps_time_offset, by_rows(gyro_scale, gyro_misalignment),
-      by_rows(accelerometer_scale, accelerometer_misalignment);
+      by_rows(accelerometer_scale, accelerometer_misalignment), own;
   return all;
 }
 
@@ -40,11 +42,17 @@ void GlobalDeviations::validate() const {
   deviation("global_deviations.gyro_misalignment", gyro_misalignment);
   deviation("global_deviations.accelerometer_scale", accelerometer_scale);
   deviation("global_deviations.accelerometer_misalignment", accelerometer_misalignment);
+  for (const double one : own) {
+    deviation("global_deviations.own", one);
+  }
 }
 
 std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
   constexpr double kGate = 0.9999;
   std::array<Robustness, kFactorKinds> all{};
+  for (std::size_t i = 0; i < kOwnFactorKinds; ++i) {
+    all[index_of(own_kind(i))].gate_probability = kGate;
+  }
   for (const FactorKind kind : {FactorKind::kGps, FactorKind::kHeading, FactorKind::kVisualPose,
                                 FactorKind::kWeld, FactorKind::kCentreLine}) {
     all[index_of(kind)].gate_probability = kGate;
@@ -81,6 +89,9 @@ void FixedLagSmootherParameters::validate() const {
     throw std::invalid_argument("globals: one is not finite");
   }
   global_deviations.validate();
+  for (const double walk : own_walks) {
+    require("own_walks", walk, walk == 0 || (walk >= 1e-9 && walk <= 1e6), "{0} or [1e-9, 1e6]");
+  }
   for (const Robustness& one : robustness) {
     one.validate();
   }
@@ -94,6 +105,12 @@ void FixedLagSmootherParameters::validate() const {
   within("relinearisation.mount", relinearisation.mount, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.gps_time_offset", relinearisation.gps_time_offset, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.imu_scale", relinearisation.imu_scale, 1e-9, 1, "[1e-9, 1]");
+  for (const double most : relinearisation.own) {
+    if (!(most >= 1e-9)) {  // `require` allows no infinity
+      throw std::invalid_argument("relinearisation.own: " + std::to_string(most) +
+                                  " is outside [1e-9, inf]");
+    }
+  }
   within("max_iterations", max_iterations, 1, 100, "[1, 100]");
 }
 
@@ -154,35 +171,8 @@ void FixedLagSmoother::restart(double time, const NavState& mean, const StateMat
 Outcome FixedLagSmoother::add(const ImuSample& sample) noexcept {
   return implementation_->add_imu(sample);
 }
-Outcome FixedLagSmoother::add(const GpsMeasurement& m) noexcept {
-  return implementation_->add<GpsFactor>(m);
-}
-Outcome FixedLagSmoother::add(const HeadingMeasurement& m) noexcept {
-  return implementation_->add<HeadingFactor>(m);
-}
-Outcome FixedLagSmoother::add(const VisualPoseMeasurement& m) noexcept {
-  return implementation_->add<VisualPoseFactor>(m);
-}
-Outcome FixedLagSmoother::add(const WeldMeasurement& m) noexcept {
-  return implementation_->add<WeldFactor>(m);
-}
-Outcome FixedLagSmoother::add(const CentreLineMeasurement& m) noexcept {
-  return implementation_->add<CentreLineFactor>(m);
-}
-Outcome FixedLagSmoother::add(const NonHolonomicMeasurement& m) noexcept {
-  return implementation_->add<NonHolonomicFactor>(m);
-}
-Outcome FixedLagSmoother::add(const ZeroVelocityMeasurement& m) noexcept {
-  return implementation_->add<ZeroVelocityFactor>(m);
-}
-Outcome FixedLagSmoother::add(const OdometerMeasurement& m) noexcept {
-  return implementation_->add<OdometerFactor>(m);
-}
-Outcome FixedLagSmoother::add(const RelativePoseMeasurement& m) noexcept {
-  return implementation_->add<RelativePoseFactor>(m);
-}
-Outcome FixedLagSmoother::add(const ZeroAngularRateMeasurement& m) noexcept {
-  return implementation_->add<ZeroAngularRateFactor>(m);
+Outcome FixedLagSmoother::add(const AnyFactor& factor) noexcept {
+  return implementation_->add(factor);
 }
 const UpdateReport& FixedLagSmoother::update(double time) noexcept {
   implementation_->update(time);

@@ -1,15 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/estimation/imu_timeline.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace pipescout::estimation {
 
 void ImuTimeline::push(const ImuSample& sample) noexcept {
+  constexpr double kRising = 1e-3;  // of the usual duration, for each sample that is longer
+  usual_ = std::min(sample.duration, (1 + kRising) * usual_);
   if (count_ == samples_.size()) {
     first_ = (first_ + 1) % samples_.size();
     --count_;
   }
   samples_[(first_ + count_) % samples_.size()] = sample;
   ++count_;
+}
+
+double ImuTimeline::noise_factor(const ImuSample& sample) const noexcept {
+  // White noise of one reading lasts as long as the reading is used.
+  constexpr double kMissing = 1.5;  // times the usual duration
+  return sample.duration > kMissing * usual_ ? std::sqrt(sample.duration / usual_) : 1;
 }
 
 std::size_t ImuTimeline::first_ending_after(double time) const noexcept {
@@ -29,16 +40,25 @@ std::size_t ImuTimeline::first_ending_after(double time) const noexcept {
 double ImuTimeline::integrate(const ImuIntegration& how, const geometry::SO3& R_map_body,
                               double begin, double end, ImuPreintegration& sum) const {
   double coasted = 0;
+  double time = begin;
   walk(begin, end, how.max_held, [&](const ImuSample* sample, double duration) {
+    const double middle = time + 0.5 * duration;
+    time += duration;
     if (sample != nullptr) {
-      sum.integrate(sample->angular_rate, sample->specific_force, duration, how.noise);
+      const double factor = noise_factor(*sample);
+      ImuNoise noise = how.noise;
+      noise.gyro *= factor;
+      noise.accelerometer *= factor;
+      sum.integrate(sample->angular_rate, sample->specific_force, duration, noise);
       return;
     }
-    // As an IMU would measure a body that neither turns nor changes its velocity.
+    // As an IMU would measure a body that keeps its velocity and turns as before.
     const ImuMotion& motion = sum.motion();
-    sum.integrate(motion.gyro_bias(),
-                  motion.accelerometer_bias() + (R_map_body * motion.rotation()).inverse() *
-                                                    Eigen::Vector3d(0, 0, how.gravity),
+    const Eigen::Vector3d up =
+        (R_map_body * motion.rotation()).inverse() * Eigen::Vector3d::UnitZ();
+    const double turning =
+        how.turning * std::exp(-std::max(middle - how.turning_time, 0.0) / how.turning_ends);
+    sum.integrate(motion.gyro_bias() + turning * up, motion.accelerometer_bias() + how.gravity * up,
                   duration, how.coasting);
     coasted += duration;
   });

@@ -12,8 +12,8 @@ namespace {
 
 using validation::require;
 
-/// Rows of the factors of one time, by kind; the gates' degrees.
-constexpr std::array<int, kFactorKinds> kRows = {15, 15, 3, 1, 6, 3, 2, 3, 3, 6, 3, 2};
+/// Own states walk in steps of this share of the lag: each is a new elimination of the whole chain.
+constexpr double kWalkShare = 0.25;
 
 }  // namespace
 
@@ -22,6 +22,7 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   // One more than stay: the newest comes before the oldest goes.
   ring_.resize(parameters.max_keyframes + 1);
   old_deltas_.resize(ring_.size());
+  watched_states_.resize(ring_.size());
   for (Keyframe& keyframe : ring_) {
     keyframe.factors.reserve(parameters.max_factors_per_keyframe);
   }
@@ -29,7 +30,9 @@ FixedLagSmoother::Implementation::Implementation(const FixedLagSmootherParameter
   report_.factors.reserve(parameters.max_waiting);
   for (std::size_t kind = 0; kind < kFactorKinds; ++kind) {
     const double probability = parameters.robustness[kind].gate_probability;
-    gates_[kind] = probability < 1 ? statistics::chi_square_quantile(probability, kRows[kind]) : 0;
+    for (std::size_t i = 0; i < gates_[kind].size() && probability < 1; ++i) {
+      gates_[kind][i] = statistics::chi_square_quantile(probability, static_cast<int>(i) + 1);
+    }
   }
   const GlobalVector deviations = parameters.global_deviations.tangent();
   for (int i = 0; i < kGlobalSize; ++i) {
@@ -79,6 +82,7 @@ void FixedLagSmoother::Implementation::restart(double time, const NavState& mean
 void FixedLagSmoother::Implementation::begin(double time, const NavState& mean,
                                              const PriorFactor& prior) {
   prior_ = prior;
+  walked_until_ = time;
   first_ = 0;
   count_ = 1;
   Keyframe& first = newest();
@@ -87,6 +91,7 @@ void FixedLagSmoother::Implementation::begin(double time, const NavState& mean,
   first.delta.setZero();
   first.linearised_delta.setZero();
   first.link.reset();
+  first.coasted = 0;
   first.factors.clear();
   globals_ = linear_globals_ = parameters_.globals;
   global_delta_.setZero();
@@ -149,6 +154,50 @@ void FixedLagSmoother::Implementation::drop_oldest() {
     prior_.reset();
     ++report_.marginalised;
   }
+  if (report_.marginalised > 0 &&
+      keyframe(0).time - walked_until_ >= kWalkShare * parameters_.lag) {
+    walk_own_states();
+  }
+}
+
+void FixedLagSmoother::Implementation::walk_own_states() {
+  const double elapsed = keyframe(0).time - walked_until_;
+  walked_until_ = keyframe(0).time;
+  bool any = false;
+  for (std::size_t i = 0; i < estimated_.size(); ++i) {
+    const int place = estimated_[i];
+    const double walk = place >= kOwnStates ? parameters_.own_walks[place - kOwnStates] : 0;
+    if (walk == 0) {
+      continue;
+    }
+    any = true;
+    const double variance = walk * walk * elapsed;
+    double& before = global_information_[place];
+    if (!bound_[place]) {
+      before = before / (1 + variance * before);  // all that is known of it
+      continue;
+    }
+    // What is known beforehand of a state to which independent noise is added, H - H e (1 / q + e^T
+    // H e)^-1 e^T H, with q its variance.
+    Message& in = keyframe(0).in;
+    const auto g = static_cast<Eigen::Index>(i);
+    const StateVector by_state = in.border.col(g);
+    const CornerVector by_globals = in.corner.col(g);
+    const double residual = in.corner_b[g];
+    const double gain = variance / (1 + variance * by_globals[g]);
+    in.h -= gain * by_state * by_state.transpose();
+    in.border -= gain * by_state * by_globals.transpose();
+    in.corner -= gain * by_globals * by_globals.transpose();
+    in.b -= gain * residual * by_state;
+    in.corner_b -= gain * residual * by_globals;
+  }
+  if (any) {
+    linearise_prior();
+    eliminated_ = 0;
+    if (!eliminate_chain(0)) {
+      reset(ResetReason::kNumericalFailure);
+    }
+  }
 }
 
 void FixedLagSmoother::Implementation::update(double time) noexcept {
@@ -183,6 +232,9 @@ void FixedLagSmoother::Implementation::update(double time) noexcept {
     }
     note_fresh();
     drop_oldest();
+    if (count_ == 0) {
+      return;
+    }
     ahead_ = no_motion(newest().estimate, globals_.imu_scale);
     ahead_time_ = newest().time;
     if (!imu_.empty() && imu_.end() > ahead_time_) {

@@ -4,8 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "chain_elimination.hpp"
@@ -26,27 +24,11 @@ inline constexpr double kSameTime = 1e-4;
 /// A measurement with what ties it to the keyframes.
 struct PlacedFactor {
   AnyFactor factor;
-  std::uint64_t fingerprint = 0;  // of its numbers
   CarryingMotions motions{};
   bool to_next = false;
-  bool fresh = true;  // came in with this update
-  double weight = 1;  // as linearised
-};
-
-[[nodiscard]] inline FactorKind kind_of(const AnyFactor& factor) {
-  return std::visit([](const auto& f) { return std::decay_t<decltype(f)>::kKind; }, factor);
-}
-
-/// What a factor says at one place. Rows beyond `rows` are not set.
-struct LinearFactor {
-  static constexpr int kMaxRows = 6;
-  int rows = 0;
-  double chi_square = 0;  // at the estimate
-  Eigen::Matrix<double, kMaxRows, 1> residual;
-  // By rows, so that a row is 15 neighbours in memory.
-  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> from;
-  Eigen::Matrix<double, kMaxRows, kStateSize, Eigen::RowMajor> to;
-  Eigen::Matrix<double, kMaxRows, kGlobalSize> globals;
+  bool fresh = true;    // came in with this update
+  bool judged = false;  // by its kernel, not only fitted
+  double weight = 1;    // as linearised
 };
 
 struct Keyframe {
@@ -56,6 +38,7 @@ struct Keyframe {
   StateVector delta = StateVector::Zero();
   StateVector linearised_delta = StateVector::Zero();  // `delta` when the residuals were taken
   std::optional<ImuFactor> link{};                     // to the next keyframe
+  double coasted = 0;                                  // s of it without the IMU
   std::vector<PlacedFactor> factors{};
   Clique clique{};
   Message in{};  // from the keyframes before, or what is known beforehand
@@ -74,8 +57,7 @@ class FixedLagSmoother::Implementation {
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
   void restart(double time, const NavState& mean, const StateMatrix& covariance);
   Outcome add_imu(const ImuSample& sample) noexcept;
-  template <class Factor>
-  Outcome add(const typename Factor::MeasurementType& measurement) noexcept;
+  Outcome add(const AnyFactor& factor) noexcept;
   void update(double time) noexcept;
 
   // smoother_output.cpp
@@ -125,17 +107,30 @@ class FixedLagSmoother::Implementation {
   /// Integrates from `begin` to `end` after `start`, the state at which the integration began.
   /// Returns the time of which the IMU says nothing.
   double integrate(const NavState& start, double begin, double end, ImuPreintegration& sum) const;
+  [[nodiscard]] ImuIntegration integration() const noexcept;
   void drop_oldest();
+  /// Own states have walked since they did so last.
+  void walk_own_states();
   /// Those that a clique which leaves has tied to others.
   void bind_globals(const Clique& clique);
   void carry_ahead(double until);
+  /// The chi-square above which it is rejected; 0: no gate.
+  [[nodiscard]] double gate_of(const PlacedFactor& factor) const noexcept {
+    return gates_[index_of(factor.factor.kind())]
+                 [static_cast<std::size_t>(factor.factor.rows() - 1)];
+  }
 
   // smoother_linearise.cpp
   /// The factor of keyframe `k`: derivatives where it is linearised, the residual as of there too.
-  void linearise(const PlacedFactor& factor, std::size_t k, LinearFactor& linear) const;
+  /// Returns the squared norm of its residual at the estimate.
+  double linearise(const PlacedFactor& factor, std::size_t k, FactorValue& linear) const;
   /// Squared norm of its residual at the estimate.
   [[nodiscard]] double chi_square(const PlacedFactor& factor, std::size_t k) const;
   [[nodiscard]] statistics::KernelValue kernel(const PlacedFactor& factor, double chi_square) const;
+  /// Whether its kernel may weigh it down.
+  [[nodiscard]] bool may_judge(const PlacedFactor& factor) const noexcept;
+  /// Whether a part of the window is without the IMU.
+  [[nodiscard]] bool has_coasted() const noexcept;
   void linearise_prior();
   void linearise_clique(std::size_t k);
   [[nodiscard]] CornerVector estimated_part(const GlobalVector& all) const;
@@ -165,6 +160,8 @@ class FixedLagSmoother::Implementation {
   [[nodiscard]] bool step();
   void remember();
   void go_back();
+  /// To where the watchdog began.
+  void go_back_to_watched();
   /// J P J^T, with P the joint covariance of a keyframe's state and the estimated globals, from the
   /// transposed derivatives by both.
   template <int N>
@@ -172,7 +169,7 @@ class FixedLagSmoother::Implementation {
       std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state, GlobalRows<N> by_globals) const;
 
   FixedLagSmootherParameters parameters_;
-  std::array<double, kFactorKinds> gates_{};  // chi-squares
+  std::array<std::array<double, kMaxFactorRows>, kFactorKinds> gates_{};  // chi-squares, by rows
   std::array<OutcomeCounts, kFactorKinds> counts_{};
   std::vector<PlacedFactor> waiting_{};
   ImuTimeline imu_;
@@ -199,11 +196,23 @@ class FixedLagSmoother::Implementation {
   // Which globals keep the place where they are linearised: a factor of theirs has left, or they
   // are not estimated.
   Eigen::Array<bool, kGlobalSize, 1> bound_ = Eigen::Array<bool, kGlobalSize, 1>::Constant(false);
+  double walked_until_ = 0;  // s
   bool imu_scaled_ = false;  // the scale of the IMU is estimated, or known not to be one
 
   // For steps that are taken back.
   std::vector<StateVector> old_deltas_{};
   GlobalVector old_global_delta_ = GlobalVector::Zero();
+
+  // Where the first of two steps began that are judged together.
+  enum class Watchdog : std::uint8_t { kIdle, kWatching, kFailed };
+  Watchdog watchdog_ = Watchdog::kIdle;
+  double watched_cost_ = 0;
+  std::vector<NavState> watched_states_{};
+  GlobalStates watched_globals_{};
+
+  // How it turned when the IMU told it last.
+  double turning_ = 0;  // rad/s, about z
+  double turning_time_ = 0;
 
   ImuPreintegration ahead_{};  // from the newest keyframe
   double ahead_time_ = 0;

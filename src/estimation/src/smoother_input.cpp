@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "fingerprint.hpp"
 #include "pipescout/linear_algebra/cholesky.hpp"
 #include "smoother_implementation.hpp"
 
@@ -16,35 +15,13 @@ namespace {
 constexpr double kMostRate = 1e4;   // rad/s
 constexpr double kMostForce = 1e6;  // m/s^2
 
-struct Span {
-  double from;
-  double to;
-};
-
-template <class Measurement>
-Span span_of(const Measurement& m) {
-  if constexpr (requires { m.from_time; }) {
-    return {m.from_time, m.to_time};
-  } else {
-    return {m.time, m.time};
-  }
-}
-
-Span span_of(const AnyFactor& factor) {
-  return std::visit([](const auto& f) { return span_of(f.measurement()); }, factor);
-}
-
-int rows_of(const AnyFactor& factor) {
-  return std::visit([](const auto& f) { return std::decay_t<decltype(f)>::kRows; }, factor);
-}
-
 /// Beside those of the IMU.
 constexpr int kMaxRelativeRows = Clique::kMaxRows - ImuFactor::kRows;
 
 int rows_to_next(const Keyframe& keyframe) {
   int rows = 0;
   for (const PlacedFactor& placed : keyframe.factors) {
-    rows += placed.to_next ? rows_of(placed.factor) : 0;
+    rows += placed.to_next ? placed.factor.rows() : 0;
   }
   return rows;
 }
@@ -88,55 +65,33 @@ Outcome FixedLagSmoother::Implementation::add_imu(const ImuSample& given) noexce
   return count(kKind, Outcome::kAccepted);
 }
 
-template <class Factor>
-Outcome FixedLagSmoother::Implementation::add(
-    const typename Factor::MeasurementType& measurement) noexcept {
-  const InputFault fault = check(measurement);
+Outcome FixedLagSmoother::Implementation::add(const AnyFactor& factor) noexcept {
+  const FactorKind kind = factor.kind();
+  const InputFault fault = factor.fault();
   if (fault != InputFault::kNone) {
-    return count(Factor::kKind, outcome_of(fault, Outcome::kWaiting));
+    return count(kind, outcome_of(fault, Outcome::kWaiting));
   }
   if (count_ == 0) {
-    return count(Factor::kKind, Outcome::kUninitialised);
+    return count(kind, Outcome::kUninitialised);
   }
-  const Span span = span_of(measurement);
-  if (span.from < keyframe(0).time - kSameTime) {
-    return count(Factor::kKind, Outcome::kLate);
+  if (factor.from_time() < keyframe(0).time - kSameTime) {
+    return count(kind, Outcome::kLate);
   }
-  if (span.to > newest().time + parameters_.max_step) {
-    return count(Factor::kKind, Outcome::kFuture);
+  if (factor.to_time() > newest().time + parameters_.max_step) {
+    return count(kind, Outcome::kFuture);
   }
-  const std::uint64_t fingerprint = fingerprint_of(measurement);
-  if (is_known(fingerprint)) {
-    return count(Factor::kKind, Outcome::kDuplicate);
+  if (is_known(factor.fingerprint())) {
+    return count(kind, Outcome::kDuplicate);
   }
   if (waiting_.size() == parameters_.max_waiting) {
-    return count(Factor::kKind, Outcome::kFull);
+    return count(kind, Outcome::kFull);
   }
-  waiting_.push_back({.factor = Factor(measurement), .fingerprint = fingerprint});
+  waiting_.push_back({.factor = factor});
   return Outcome::kWaiting;
 }
 
-template Outcome FixedLagSmoother::Implementation::add<GpsFactor>(const GpsMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<HeadingFactor>(
-    const HeadingMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<VisualPoseFactor>(
-    const VisualPoseMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<WeldFactor>(const WeldMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<CentreLineFactor>(
-    const CentreLineMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<NonHolonomicFactor>(
-    const NonHolonomicMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<ZeroVelocityFactor>(
-    const ZeroVelocityMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<OdometerFactor>(
-    const OdometerMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<RelativePoseFactor>(
-    const RelativePoseMeasurement&) noexcept;
-template Outcome FixedLagSmoother::Implementation::add<ZeroAngularRateFactor>(
-    const ZeroAngularRateMeasurement&) noexcept;
-
 bool FixedLagSmoother::Implementation::is_known(std::uint64_t fingerprint) const noexcept {
-  const auto same = [&](const PlacedFactor& f) { return f.fingerprint == fingerprint; };
+  const auto same = [&](const PlacedFactor& f) { return f.factor.fingerprint() == fingerprint; };
   if (std::any_of(waiting_.begin(), waiting_.end(), same)) {
     return true;
   }
@@ -159,7 +114,16 @@ std::size_t FixedLagSmoother::Implementation::keyframe_at(double time) const noe
 
 double FixedLagSmoother::Implementation::integrate(const NavState& start, double begin, double end,
                                                    ImuPreintegration& sum) const {
-  return imu_.integrate(parameters_.imu_integration(), start.R_map_body, begin, end, sum);
+  return imu_.integrate(integration(), start.R_map_body, begin, end, sum);
+}
+
+ImuIntegration FixedLagSmoother::Implementation::integration() const noexcept {
+  constexpr double kTurnEnds = 1;  // s
+  ImuIntegration how = parameters_.imu_integration();
+  how.turning = turning_;
+  how.turning_time = turning_time_;
+  how.turning_ends = kTurnEnds;
+  return how;
 }
 
 ImuPreintegration FixedLagSmoother::Implementation::no_motion(const NavState& start,
@@ -183,6 +147,7 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   Keyframe& from = newest();
   ImuPreintegration link = no_motion(from.estimate, globals_.imu_scale);
   report_.coasted = integrate(from.estimate, from.time, time, link);
+  from.coasted = report_.coasted;
   from.link.emplace(link, parameters_.gravity);
   from.dirty = true;
   eliminated_ = std::min(eliminated_, count_ - 1);
@@ -194,9 +159,16 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   added.delta.setZero();
   added.linearised_delta.setZero();
   added.link.reset();
+  added.coasted = 0;
   added.factors.clear();
   added.dirty = true;
   report_.new_keyframe = true;
+  if (report_.coasted == 0) {
+    const double duration = time - from.time;
+    const Eigen::Vector3d turned = from.estimate.R_map_body * from.link->motion().rotation().log();
+    turning_ = turned.z() / duration;
+    turning_time_ = time;
+  }
 }
 
 double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, std::size_t k,
@@ -204,8 +176,8 @@ double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, 
   // Whitened, so that the measurement's own covariance is 1. What the estimate has already learnt
   // from it comes off: r^T (1 - J P J^T)^-1 r is by how much the least cost falls without it.
   constexpr double kLeast = 1e-9;
-  constexpr int kMost = LinearFactor::kMaxRows;
-  LinearFactor linear;
+  constexpr int kMost = kMaxFactorRows;
+  FactorValue linear;
   linear.from.setZero();
   linear.globals.setZero();
   linearise(placed, k, linear);
@@ -235,12 +207,13 @@ double FixedLagSmoother::Implementation::innovation(const PlacedFactor& placed, 
 }
 
 Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
-  const Span span = span_of(placed.factor);
-  if (span.from < keyframe(0).time - kSameTime) {
+  const double from_time = placed.factor.from_time();
+  const double to_time = placed.factor.to_time();
+  if (from_time < keyframe(0).time - kSameTime) {
     return Outcome::kLate;
   }
-  const std::size_t from = keyframe_at(span.from);
-  const std::size_t to = keyframe_at(span.to);
+  const std::size_t from = keyframe_at(from_time);
+  const std::size_t to = keyframe_at(to_time);
   if (to > from + 1) {
     return Outcome::kBadInterval;
   }
@@ -249,22 +222,21 @@ Outcome FixedLagSmoother::Implementation::place(PlacedFactor& placed) {
     return Outcome::kFull;
   }
   placed.to_next = to != from;
-  if (placed.to_next && rows_to_next(place) + rows_of(placed.factor) > kMaxRelativeRows) {
+  if (placed.to_next && rows_to_next(place) + placed.factor.rows() > kMaxRelativeRows) {
     return Outcome::kFull;
   }
-  placed.motions.from = motion_to(from, span.from);
-  if (span.to != span.from) {
-    placed.motions.to = motion_to(to, span.to);
+  placed.motions.from = motion_to(from, from_time);
+  if (to_time != from_time) {
+    placed.motions.to = motion_to(to, to_time);
   }
-  const FactorKind kind = kind_of(placed.factor);
   const double chi_square = this->chi_square(placed, from);
   if (!std::isfinite(chi_square)) {
     note(placed, Outcome::kQuarantined, chi_square);
     return Outcome::kQuarantined;
   }
-  if (parameters_.robustness[index_of(kind)].gate_probability < 1 && span.from == span.to) {
+  if (gate_of(placed) > 0 && from_time == to_time) {
     const double difference = innovation(placed, from, false);
-    if (difference > gates_[index_of(kind)]) {
+    if (difference > gate_of(placed)) {
       note(placed, Outcome::kGated, difference);
       return Outcome::kGated;
     }
@@ -296,11 +268,10 @@ void FixedLagSmoother::Implementation::place_waiting() {
   };
   // What measures motion first: gates judge by it.
   place_those([&](const PlacedFactor& f) {
-    const Span span = span_of(f.factor);
-    return span.to <= latest && span.from != span.to;
+    return f.factor.to_time() <= latest && f.factor.from_time() != f.factor.to_time();
   });
   const bool gates = std::any_of(waiting_.begin(), waiting_.end(), [&](const PlacedFactor& f) {
-    return span_of(f.factor).to <= latest;
+    return f.factor.to_time() <= latest;
   });
   if (gates) {
     prepare();
@@ -313,7 +284,7 @@ void FixedLagSmoother::Implementation::place_waiting() {
       throw std::runtime_error("the equations cannot be solved");
     }
   }
-  place_those([&](const PlacedFactor& f) { return span_of(f.factor).to <= latest; });
+  place_those([&](const PlacedFactor& f) { return f.factor.to_time() <= latest; });
 }
 
 void FixedLagSmoother::Implementation::carry_ahead(double until) {

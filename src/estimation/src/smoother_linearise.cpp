@@ -1,80 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 // From factors to normal equations.
 #include <cmath>
-#include <type_traits>
-#include <variant>
 
 #include "pipescout/linear_algebra/products.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
-namespace {
 
-/// What is the same for all factors of as many rows: the residual at the place of linearisation,
-/// and derivatives by the states of two keyframes, or by one where both are the same.
-template <int Rows>
-void set_linear(Jacobians<Rows>& d, Eigen::Matrix<double, Rows, 1> r, const StateVector& from_delta,
-                const StateVector* to_delta, const GlobalVector* global_delta, bool both_are_same,
-                LinearFactor& linear) {
-  linear.chi_square = r.squaredNorm();
-  r.noalias() -= d.from * from_delta;
-  if (to_delta != nullptr) {
-    r.noalias() -= d.to * *to_delta;
-  }
-  if (global_delta != nullptr) {
-    r.noalias() -= d.globals * *global_delta;
-  }
-  if (both_are_same) {
-    d.from += d.to;
-    d.to.setZero();
-  }
-  linear.rows = Rows;
-  linear.residual.head<Rows>() = r;
-  linear.from.template topRows<Rows>() = d.from;
-  linear.to.template topRows<Rows>() = d.to;
-  linear.globals.template topRows<Rows>() = d.globals;
-}
-
-}  // namespace
-
-void FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std::size_t k,
-                                                 LinearFactor& linear) const {
+double FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, std::size_t k,
+                                                   FactorValue& linear) const {
   const Keyframe& from = keyframe(k);
   const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
-  const double gravity = parameters_.gravity;
-  std::visit(
-      [&](const auto& factor) {
-        using Factor = std::decay_t<decltype(factor)>;
-        typename Factor::Derivatives d;
-        evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_, gravity,
-                         &d);
-        set_linear<Factor::kRows>(
-            d,
-            evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_, gravity),
-            from.delta, Factor::kRelative ? &to.delta : nullptr,
-            estimated_.empty() ? nullptr : &global_delta_, Factor::kRelative && !placed.to_next,
-            linear);
-      },
-      placed.factor);
+  const AnyFactor& factor = placed.factor;
+  evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_,
+                   parameters_.gravity, true, linear);
+  FactorValue there;
+  evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_,
+                   parameters_.gravity, false, there);
+  for (int row = 0; row < linear.rows; ++row) {
+    linear.residual[row] = there.residual[row] - linear.from.row(row).dot(from.delta);
+    if (factor.is_of_two_times()) {
+      linear.residual[row] -= linear.to.row(row).dot(to.delta);
+    }
+    if (!estimated_.empty()) {
+      linear.residual[row] -= linear.globals.row(row).dot(global_delta_);
+    }
+  }
+  if (factor.is_of_two_times() && !placed.to_next) {
+    linear.from.topRows(linear.rows) += linear.to.topRows(linear.rows);
+    linear.to.topRows(linear.rows).setZero();
+  }
+  return there.residual.head(there.rows).squaredNorm();
 }
 
 double FixedLagSmoother::Implementation::chi_square(const PlacedFactor& placed,
                                                     std::size_t k) const {
   const Keyframe& from = keyframe(k);
   const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
-  const double gravity = parameters_.gravity;
-  return std::visit(
-      [&](const auto& factor) {
-        return evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_,
-                                gravity)
-            .squaredNorm();
-      },
-      placed.factor);
+  return estimation::chi_square(placed.factor, placed.motions, from.estimate, to.estimate, globals_,
+                                parameters_.gravity);
 }
 
 statistics::KernelValue FixedLagSmoother::Implementation::kernel(const PlacedFactor& placed,
                                                                  double chi_square) const {
-  const Robustness& robustness = parameters_.robustness[index_of(kind_of(placed.factor))];
+  const Robustness& robustness = parameters_.robustness[index_of(placed.factor.kind())];
   return evaluate(robustness.kernel, std::sqrt(chi_square), robustness.width);
 }
 
@@ -92,6 +61,22 @@ GlobalVector FixedLagSmoother::Implementation::whole(const CornerVector& part) c
     all[estimated_[static_cast<std::size_t>(i)]] = part[i];
   }
   return all;
+}
+
+bool FixedLagSmoother::Implementation::may_judge(const PlacedFactor& placed) const noexcept {
+  // A kernel judges by the residual alone. After some time without the IMU it is the velocity that
+  // is uncertain, and what measures it would be rejected for contradicting a guess: it is fitted
+  // first, and judged by what remains.
+  return placed.judged || !placed.to_next || !has_coasted();
+}
+
+bool FixedLagSmoother::Implementation::has_coasted() const noexcept {
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (keyframe(k).coasted > 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void FixedLagSmoother::Implementation::linearise_prior() {
@@ -159,10 +144,11 @@ void FixedLagSmoother::Implementation::linearise_clique(std::size_t k) {
               by_globals, r[row]);
     }
   }
-  LinearFactor linear;
+  FactorValue linear;
   for (PlacedFactor& placed : from.factors) {
-    linearise(placed, k, linear);
-    placed.weight = kernel(placed, linear.chi_square).weight;
+    const double chi_square = linearise(placed, k, linear);
+    placed.weight = may_judge(placed) ? kernel(placed, chi_square).weight : 1;
+    placed.judged = true;
     const double scale = std::sqrt(placed.weight);
     if (!std::isfinite(scale) || !linear.residual.head(linear.rows).allFinite() ||
         !linear.from.topRows(linear.rows).allFinite()) {

@@ -52,7 +52,7 @@ StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noex
   if (imu_scaled_) {
     for (Eigen::Index i = 0; i < by_globals.rows(); ++i) {
       const int place = estimated_[static_cast<std::size_t>(i)];
-      if (place >= kImuScale) {
+      if (place >= kImuScale && place < kOwnStates) {
         by_globals.row(i).head<9>() = by_scale.col(place - kImuScale).transpose();
       }
     }
@@ -62,18 +62,9 @@ StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noex
 }
 
 FactorReport FixedLagSmoother::Implementation::report_of(const PlacedFactor& placed) const {
-  return std::visit(
-      [&](const auto& factor) {
-        using Factor = std::decay_t<decltype(factor)>;
-        FactorReport report{.kind = Factor::kKind, .degrees = Factor::kRows};
-        if constexpr (Factor::kRelative) {
-          report.time = factor.measurement().to_time;
-        } else {
-          report.time = factor.measurement().time;
-        }
-        return report;
-      },
-      placed.factor);
+  return {.kind = placed.factor.kind(),
+          .time = placed.factor.to_time(),
+          .degrees = placed.factor.rows()};
 }
 
 void FixedLagSmoother::Implementation::note(const PlacedFactor& placed, Outcome outcome,

@@ -28,7 +28,8 @@ bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
          d.segment<3>(kRackRotation).norm() > most.rotation ||
          d.segment<3>(kGpsLeverArm).norm() > most.position ||
          std::abs(d[kGpsTimeOffset]) > most.gps_time_offset ||
-         d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale;
+         d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale ||
+         (d.segment<kOwnSize>(kOwnStates).array().abs() > most.own.array()).any();
 }
 
 }  // namespace
@@ -66,7 +67,7 @@ void FixedLagSmoother::Implementation::relinearise() {
       ++report_.relinearised;
     }
     for (const PlacedFactor& placed : here.factors) {
-      if (parameters_.robustness[index_of(kind_of(placed.factor))].kernel !=
+      if (parameters_.robustness[index_of(placed.factor.kind())].kernel !=
               statistics::RobustKernel::kNone &&
           !here.dirty) {
         const double weight = kernel(placed, chi_square(placed, k)).weight;
@@ -172,6 +173,17 @@ void FixedLagSmoother::Implementation::go_back() {
   globals_ = linear_globals_.retract(global_delta_);
 }
 
+void FixedLagSmoother::Implementation::go_back_to_watched() {
+  for (std::size_t k = 0; k < count_; ++k) {
+    Keyframe& here = keyframe(k);
+    here.delta = here.linear.local(watched_states_[k]);
+    here.estimate = watched_states_[k];
+    here.dirty = true;
+  }
+  global_delta_ = linear_globals_.local(watched_globals_);
+  globals_ = watched_globals_;
+}
+
 bool FixedLagSmoother::Implementation::step() {
   constexpr double kFirstDamping = 1e-5;
   constexpr double kLastDamping = 1e5;
@@ -185,14 +197,35 @@ bool FixedLagSmoother::Implementation::step() {
   for (std::size_t k = 0; k < count_ && !far; ++k) {
     far = exceeds(StateVector(keyframe(k).delta - old_deltas_[k]), most);
   }
-  if (!far) {
+  if (!far && watchdog_ != Watchdog::kWatching) {
     return true;  // the linear cost is as good as the true one
   }
   const double after = cost();
   go_back();
   const double before = cost();
   const double allowed = before + kRounding * (1 + std::abs(before));
+  if (watchdog_ == Watchdog::kWatching) {
+    if (after <= watched_cost_) {
+      watchdog_ = Watchdog::kIdle;
+      return substitute_all();
+    }
+    watchdog_ = Watchdog::kFailed;
+    go_back_to_watched();
+    return true;
+  }
   if (after <= allowed) {
+    return substitute_all();
+  }
+  if (watchdog_ == Watchdog::kIdle && has_coasted()) {
+    // An attitude that is uncertain after some time without the IMU turns all later ones with it,
+    // along a curve: the first step leaves it, the next one returns to it (the watchdog technique
+    // of Nocedal and Wright, 2006, "Numerical Optimization", 15.6). Damping would only creep.
+    watchdog_ = Watchdog::kWatching;
+    watched_cost_ = allowed;
+    for (std::size_t k = 0; k < count_; ++k) {
+      watched_states_[k] = keyframe(k).estimate;
+    }
+    watched_globals_ = globals_;
     return substitute_all();
   }
   for (double damping = kFirstDamping; damping <= kLastDamping; damping *= 10) {
@@ -211,7 +244,7 @@ bool FixedLagSmoother::Implementation::blame_a_factor(Blame blame) {
   std::size_t frame = count_;
   std::size_t worst = 0;
   double most = -1;
-  LinearFactor linear;
+  FactorValue linear;
   for (std::size_t k = 0; k < count_; ++k) {
     for (std::size_t i = 0; i < keyframe(k).factors.size(); ++i) {
       const PlacedFactor& placed = keyframe(k).factors[i];
@@ -247,7 +280,7 @@ bool FixedLagSmoother::Implementation::drop_contradicted() {
   for (std::size_t k = 0; k < count_; ++k) {
     for (std::size_t i = 0; i < keyframe(k).factors.size(); ++i) {
       const PlacedFactor& placed = keyframe(k).factors[i];
-      const double gate = gates_[index_of(kind_of(placed.factor))];
+      const double gate = gate_of(placed);
       if (!placed.fresh || gate == 0) {
         continue;
       }
@@ -296,7 +329,9 @@ bool FixedLagSmoother::Implementation::go_back_and_blame() {
 }
 
 void FixedLagSmoother::Implementation::solve() {
-  for (report_.iterations = 0; report_.iterations < parameters_.max_iterations;) {
+  watchdog_ = Watchdog::kIdle;
+  for (report_.iterations = 0;
+       report_.iterations < parameters_.max_iterations || watchdog_ == Watchdog::kWatching;) {
     if (!prepare() && report_.iterations > 0) {
       report_.converged = true;
       break;

@@ -55,7 +55,8 @@ GlobalStates GlobalStates::retract(const GlobalVector& d) const {
           .R_map_rack = R_map_rack * SO3::exp(d.segment<3>(kRackRotation)),
           .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm),
           .gps_time_offset = gps_time_offset + d[kGpsTimeOffset],
-          .imu_scale = imu_scale.retract(d.segment<kImuScaleSize>(kImuScale))};
+          .imu_scale = imu_scale.retract(d.segment<kImuScaleSize>(kImuScale)),
+          .own = own + d.segment<kOwnSize>(kOwnStates)};
 }
 
 GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
@@ -68,13 +69,15 @@ GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
   d.segment<3>(kGpsLeverArm) = other.gps_lever_arm - gps_lever_arm;
   d[kGpsTimeOffset] = other.gps_time_offset - gps_time_offset;
   d.segment<kImuScaleSize>(kImuScale) = imu_scale.local(other.imu_scale);
+  d.segment<kOwnSize>(kOwnStates) = other.own - own;
   return d;
 }
 
 bool GlobalStates::is_finite() const noexcept {
   return std::isfinite(odometer_scale) && std::isfinite(mount_yaw) && std::isfinite(mount_pitch) &&
          rack_position.allFinite() && R_map_rack.quaternion().coeffs().allFinite() &&
-         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset) && imu_scale.is_finite();
+         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset) && imu_scale.is_finite() &&
+         own.allFinite();
 }
 
 }  // namespace pipescout::estimation

@@ -34,6 +34,9 @@ Outcome StateEstimator::add(const WeldMeasurement& m) noexcept {
 Outcome StateEstimator::add(const RelativePoseMeasurement& m) noexcept {
   return implementation_->add_measurement(m);
 }
+Outcome StateEstimator::add(const AnyFactor& factor) noexcept {
+  return implementation_->add(factor);
+}
 Outcome StateEstimator::add(const GivenPose& pose) noexcept {
   return implementation_->add(pose);
 }

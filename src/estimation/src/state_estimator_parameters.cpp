@@ -126,6 +126,12 @@ void StateEstimatorParameters::validate() const {
                                   " is not after the weld before it, or beyond the centre_line");
     }
   }
+  require("own_sources", static_cast<double>(own_sources.size()),
+          own_sources.size() <= kOwnFactorKinds, "at most 16");
+  for (const OwnSource& source : own_sources) {
+    require("own_sources.correlation_time", source.correlation_time,
+            source.correlation_time >= 0 && source.correlation_time <= 1000, "[0, 1000]");
+  }
 }
 
 StateEstimatorParameters StateEstimatorParameters::ground_robot() {
@@ -147,6 +153,7 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   // independent turn the heading and the gyro's bias. What lasts longer cannot be told from the
   // map's own error: the state follows it.
   p.gps.correlation_time = 1;
+  p.gps.largest_deviation_factor = 5;
   return p;
 }
 

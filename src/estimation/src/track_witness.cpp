@@ -75,9 +75,9 @@ double TrackWitness::parts_by(double elapsed) const noexcept {
   return known * std::max(1.0, elapsed / length);
 }
 
-bool TrackWitness::bears_out(const TrackPair& pair, double yaw, double gate, double share,
-                             double floor) const noexcept {
-  bool any = false;
+std::optional<bool> TrackWitness::bears_out(const TrackPair& pair, double yaw, double gate,
+                                            double share, double floor) const noexcept {
+  std::optional<bool> result;
   for (const Span& span : spans_) {
     const std::optional<TrackPair>& from = span.anchor ? span.anchor : span.next;
     if (!from || from->time >= pair.time) {
@@ -90,9 +90,9 @@ bool TrackWitness::bears_out(const TrackPair& pair, double yaw, double gate, dou
     if (parted(*from, pair, yaw) > gate * variance) {
       return false;
     }
-    any = true;
+    result = true;
   }
-  return any;
+  return result;
 }
 
 }  // namespace pipescout::estimation

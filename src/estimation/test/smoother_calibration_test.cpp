@@ -106,7 +106,7 @@ TEST_P(SmootherCalibrationTest, FindsTheScaleOfTheGyroAboutTheAxisItTurnsAbout) 
   const FixedLagSmoother smoother = driven(drive, parameters);
   const GlobalVector error = smoother.globals().local(truth);
   const GlobalVector deviations = smoother.global_covariance().diagonal().cwiseSqrt();
-  for (int i = kImuScale; i < kGlobalSize; ++i) {
+  for (int i = kImuScale; i < kOwnStates; ++i) {
     EXPECT_LT(std::abs(error[i]), 4 * deviations[i]) << i;
   }
   EXPECT_LT(deviations[kImuScale + 8], 0.25 * parameters.global_deviations.gyro_scale);

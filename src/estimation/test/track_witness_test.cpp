@@ -26,7 +26,7 @@ TrackPair pair(double time, double yaw, double off = 0) {
 }
 
 TEST(TrackWitnessTest, NothingBearsOutBeforeAnythingWasBelieved) {
-  EXPECT_FALSE(TrackWitness().bears_out(pair(1, 0), 0, kGate, kShare, kFloor));
+  EXPECT_FALSE(TrackWitness().bears_out(pair(1, 0), 0, kGate, kShare, kFloor).has_value());
   EXPECT_EQ(TrackWitness().parts_by(10), 0);
 }
 
@@ -36,9 +36,9 @@ TEST(TrackWitnessTest, WhatGoesOnIsBorneOutWhereverTheMapIsTurned) {
     for (double time = 0; time < 100; time += 0.5) {
       witness.learn(pair(time, yaw), yaw);
     }
-    EXPECT_TRUE(witness.bears_out(pair(100, yaw), yaw, kGate, kShare, kFloor));
-    EXPECT_FALSE(witness.bears_out(pair(100, yaw, 10), yaw, kGate, kShare, kFloor));
-    EXPECT_FALSE(witness.bears_out(pair(100, yaw), yaw + 0.3, kGate, kShare, kFloor));
+    EXPECT_EQ(witness.bears_out(pair(100, yaw), yaw, kGate, kShare, kFloor), true);
+    EXPECT_EQ(witness.bears_out(pair(100, yaw, 10), yaw, kGate, kShare, kFloor), false);
+    EXPECT_EQ(witness.bears_out(pair(100, yaw), yaw + 0.3, kGate, kShare, kFloor), false);
   }
 }
 
@@ -49,7 +49,7 @@ TEST(TrackWitnessTest, LearnsByHowMuchBothPart) {
   }
   // Half of the pairs part by 4 m along y, the others do not.
   EXPECT_NEAR(witness.parts_by(8), 2, 0.2);
-  EXPECT_TRUE(witness.bears_out(pair(2000, 0, 8), 0, kGate, kShare, kFloor));
+  EXPECT_EQ(witness.bears_out(pair(2000, 0, 8), 0, kGate, kShare, kFloor), true);
   witness.forget();
   EXPECT_EQ(witness.parts_by(8), 0);
 }
@@ -61,7 +61,7 @@ TEST(TrackWitnessTest, ADriftIsContradictedOverLongSpans) {
     witness.learn(pair(time, 0), 0);
   }
   double off = 0;
-  while (off < 50 && witness.bears_out(pair(time, 0, off), 0, kGate, kShare, kFloor)) {
+  while (off < 50 && witness.bears_out(pair(time, 0, off), 0, kGate, kShare, kFloor).value()) {
     witness.learn(pair(time, 0, off), 0);
     time += 0.5;
     off += 0.25;  // half a metre per second
@@ -83,7 +83,7 @@ TEST(TrackWitnessTest, PairsThatAreNotNewerAreIgnored) {
   TrackWitness witness;
   witness.learn(pair(10, 0), 0);
   witness.learn(pair(5, 0, 100), 0);
-  EXPECT_TRUE(witness.bears_out(pair(11, 0), 0, kGate, kShare, kFloor));
+  EXPECT_EQ(witness.bears_out(pair(11, 0), 0, kGate, kShare, kFloor), true);
 }
 
 }  // namespace

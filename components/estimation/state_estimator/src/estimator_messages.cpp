@@ -31,23 +31,39 @@ geometry_msgs::msg::Vector3 deviations(const Eigen::Vector3d& variances) {
   return to_message(Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt()));
 }
 
-void add_sources(const estimation::EstimatorStatus& status,
+void add_sources(const estimation::EstimatorStatus& status, const std::vector<NamedSource>& named,
                  pipescout_msgs::msg::EstimatorState& message) {
-  for (std::size_t i = 0; i < estimation::kSources; ++i) {
-    const SourceStatus& source = status.sources[i];
-    message.source.emplace_back(to_string(static_cast<Source>(i)));
+  const auto add = [&](std::string_view name, const SourceStatus& source) {
+    message.source.emplace_back(name);
     message.source_state.emplace_back(to_string(source.state));
     message.source_accepted.push_back(source.accepted);
     message.source_gated.push_back(source.gated);
     message.source_held.push_back(source.held);
     message.source_refused.push_back(source.refused);
+  };
+  for (std::size_t i = 0; i < estimation::kSources; ++i) {
+    add(to_string(static_cast<Source>(i)), status.sources[i]);
+  }
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    add(named[i].name, status.own_sources[i]);
   }
 }
 
+/// Of a kind of factors: that of the named source whose they are.
+std::string_view name_of(estimation::FactorKind kind, const std::vector<NamedSource>& named) {
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    if (kind == estimation::own_kind(i)) {
+      return named[i].name;
+    }
+  }
+  return to_string(kind);
+}
+
 void add_factors(const estimation::UpdateReport& report, Time origin,
+                 const std::vector<NamedSource>& named,
                  pipescout_msgs::msg::EstimatorState& message) {
   for (const FactorReport& factor : report.factors) {
-    message.factor.emplace_back(to_string(factor.kind));
+    message.factor.emplace_back(name_of(factor.kind, named));
     message.factor_stamp.push_back(to_message(origin + from_seconds(factor.time)));
     message.factor_outcome.emplace_back(to_string(factor.outcome));
     message.factor_chi_square.push_back(factor.chi_square);
@@ -183,7 +199,8 @@ geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_chi
 
 pipescout_msgs::msg::EstimatorState state_message(const estimation::StateEstimator& estimator,
                                                   const estimation::EstimatorStatus& status,
-                                                  Time origin) {
+                                                  Time origin,
+                                                  const std::vector<NamedSource>& named) {
   pipescout_msgs::msg::EstimatorState message;
   message.phase = std::string(to_string(status.phase));
   message.waits_for = status.text;
@@ -192,8 +209,8 @@ pipescout_msgs::msg::EstimatorState state_message(const estimation::StateEstimat
   message.restarts =
       std::accumulate(status.restarts.begin(), status.restarts.end(), std::size_t{0});
   message.restart_reason = std::string(to_string(status.last_restart));
-  add_sources(status, message);
-  add_factors(estimator.last_update(), origin, message);
+  add_sources(status, named, message);
+  add_factors(estimator.last_update(), origin, named, message);
   if ((status.phase == Phase::kRunning || status.phase == Phase::kCoasting) &&
       estimator.smoother().initialised()) {
     add_states(estimator.smoother(), message);

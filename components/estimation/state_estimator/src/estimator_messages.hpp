@@ -45,9 +45,9 @@ namespace pipescout {
                                                              Time stamp, const std::string& parent,
                                                              const std::string& child);
 
-/// All but the header. `origin`: the time of 0.
+/// All but the header. `origin`: the time of 0; `named`: own sources, in their order.
 [[nodiscard]] pipescout_msgs::msg::EstimatorState state_message(
     const estimation::StateEstimator& estimator, const estimation::EstimatorStatus& status,
-    Time origin);
+    Time origin, const std::vector<NamedSource>& named = {});
 
 }  // namespace pipescout

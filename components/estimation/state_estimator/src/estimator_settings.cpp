@@ -74,6 +74,7 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
   declare_watch(parameters, "gps", &Estimator::gps, FactorKind::kGps);
   declare_watch(parameters, "visual_pose", &Estimator::visual_pose, FactorKind::kVisualPose);
   declare_watch(parameters, "heading", &Estimator::heading, FactorKind::kHeading);
+  sources_.emplace(parameters);
 }
 
 void EstimatorParameters::declare_frames(Parameters& parameters) {
@@ -393,6 +394,10 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
       "s, correlation time of the measurement errors, such as multipath; 0: white");
   bound_->real(
+      source + ".largest_deviation_factor",
+      [watch](auto& p) -> double& { return (p.*watch).largest_deviation_factor; }, {1, 100},
+      "standard deviations are taken for up to this factor larger than stated; 1: as stated");
+  bound_->real(
       source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; }, {0.1, 1000},
       "s without a measurement after which the source must prove consistent again");
   bound_->count(
@@ -477,6 +482,7 @@ EstimatorSettings EstimatorParameters::read() const {
     estimator.smoother.robustness[static_cast<std::size_t>(bound.kind)].kernel =
         kernel(bound.parameter.name(), bound.parameter.get());
   }
+  result.sources = sources_->read(estimator);
   estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
   estimator.odometer.sensor = three_or_zero(odometer_) - result.imu;
   if (const auto& deviations = estimator.smoother.global_deviations;

@@ -116,6 +116,7 @@ CallbackReturn StateEstimator::on_configure() {
       create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });
   initial_pose_subscription_ = create_subscription(
       topics::kInitialPose, [this](const Pose& message) { on_initial_pose(message); });
+  subscribe_to_sources();
   silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
     if (!std::exchange(imu_heard_, false)) {
       report_fault("imu.silent",
@@ -136,6 +137,7 @@ CallbackReturn StateEstimator::on_cleanup() {
   rack_state_subscription_ = {};
   weld_subscription_ = {};
   initial_pose_subscription_ = {};
+  named_.clear();
   odometry_publisher_ = {};
   state_publisher_ = {};
   tf_publisher_ = {};
@@ -164,13 +166,16 @@ Time StateEstimator::stamp_of(double time) const {
 }
 
 void StateEstimator::report_outcome(Source source, Outcome outcome) {
+  report_outcome(std::string(to_string(source)), outcome);
+}
+
+void StateEstimator::report_outcome(const std::string& source, Outcome outcome) {
   // Before the first attitude nothing is wrong with what cannot be used yet.
   if (outcome != Outcome::kAccepted && outcome != Outcome::kWaiting &&
       outcome != Outcome::kUninitialised) {
-    const std::string name(to_string(source));
     const std::string reason(to_string(outcome));
-    report_fault(name + "." + reason,
-                 "a measurement of source '" + name + "' is refused: " + reason);
+    report_fault(source + "." + reason,
+                 "a measurement of source '" + source + "' is refused: " + reason);
   }
 }
 
@@ -405,7 +410,8 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
 
 void StateEstimator::publish_state() {
   const estimation::FixedLagSmoother& smoother = estimator_->smoother();
-  auto message = std::make_unique<State>(state_message(*estimator_, status_, *origin_));
+  auto message =
+      std::make_unique<State>(state_message(*estimator_, status_, *origin_, settings_.sources));
   if (smoother.initialised()) {
     message->header.stamp = to_message(stamp_of(smoother.time(smoother.keyframes() - 1)));
   } else if (last_reading_) {
@@ -511,6 +517,7 @@ void StateEstimator::tell_status() {
     }
     diagnostics().set_value(source + ".waiting", std::to_string(now_so.waiting));
   }
+  tell_sources();
   told_ = status_;
 }
 

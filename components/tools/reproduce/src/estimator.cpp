@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "each_seed.hpp"
+#include "estimator_losses.hpp"
+#include "estimator_robots.hpp"
 #include "figure_rows.hpp"
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/estimation_study/car_recording.hpp"
@@ -37,53 +39,6 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// Of the times, that the mean over the seeds must be within its 95 % bounds.
 constexpr double kLeastShareInBounds = 0.9;
-
-struct Robot {
-  Vehicle vehicle;
-  const char* name;     ///< of figures
-  const char* article;  ///< of studies
-  std::vector<Sensor> sensors;
-};
-
-const std::vector<Robot>& robots() {
-  static const std::vector<Robot> all{{Vehicle::kGroundRobot,
-                                       "ground_robot",
-                                       "A ground robot cross-country",
-                                       {Sensor::kImu, Sensor::kOdometer, Sensor::kGps}},
-                                      {Vehicle::kUav,
-                                       "uav",
-                                       "A UAV that flies to a rack and stays over it",
-                                       {Sensor::kImu, Sensor::kGps, Sensor::kVisualPose}},
-                                      {Vehicle::kCrawler,
-                                       "crawler",
-                                       "A crawler in a pipe",
-                                       {Sensor::kImu, Sensor::kOdometer, Sensor::kWeld}}};
-  return all;
-}
-
-const char* name_of(Sensor sensor) {
-  switch (sensor) {
-    case Sensor::kImu:
-      return "IMU";
-    case Sensor::kOdometer:
-      return "odometer";
-    case Sensor::kGps:
-      return "GPS";
-    case Sensor::kVisualPose:
-      return "visual pose";
-    case Sensor::kWeld:
-      return "welds";
-  }
-  return "";
-}
-
-double pooled(const std::vector<double>& root_mean_squares) {
-  double sum = 0;
-  for (const double value : root_mean_squares) {
-    sum += value * value;
-  }
-  return std::sqrt(sum / static_cast<double>(root_mean_squares.size()));
-}
 
 std::vector<double> position_errors(const std::vector<RunScore>& runs) {
   return each(runs, [](const RunScore& run) { return run.position_rmse(); });
@@ -129,6 +84,7 @@ class Estimator {
           {.most = 1.2},
           "outlier_rmse_ratio"},
          {"false re-acquisitions", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
+    reproduce_losses(options_, extent_, rows_, progress_);
     add_stream();
     add_car();
     add_lawnmowers();

@@ -97,8 +97,11 @@ struct RackExtent {
 
 /// How much is driven, flown and crawled for the figures of the state estimator, for each seed.
 struct EstimatorExtent {
-  double duration = 180;  ///< s, of a run
-  double outage = 60;     ///< s, without GPS
+  double duration = 180;       ///< s, of a run
+  double outage = 60;          ///< s, without GPS
+  double loss_duration = 120;  ///< s, of a run with losses
+  /// Of the runs with losses, however many are asked for: 66 of each seed.
+  std::size_t largest_loss_seeds = 10;
 };
 
 /// How many patrols along collectors there are, for each seed.

@@ -164,8 +164,8 @@ TEST(Reproduce, FliesOverTheRack) {
 
 TEST(ReproduceEstimator, GivesAllFigures) {
   std::ostringstream out;
-  const auto result =
-      reproduce_estimator({.seeds = 1}, EstimatorExtent{.duration = 80, .outage = 15}, out);
+  const auto result = reproduce_estimator(
+      {.seeds = 1}, EstimatorExtent{.duration = 80, .outage = 15, .loss_duration = 50}, out);
   for (const char* figure :
        {"ground_robot_position_rmse_m", "ground_robot_orientation_rmse_deg", "uav_position_rmse_m",
         "crawler_position_rmse_m", "crawler_nees", "outage_drift_percent", "outage_rack_drift_m",

@@ -86,5 +86,18 @@ TEST(SensorLoss, SensorsThatLoseAndLagAreStillFollowed) {
   }
 }
 
+/// After a gap of the IMU the attitude is uncertain by some degrees. What the wheels then say of
+/// the velocity must turn it, and is no slip.
+TEST(SensorLoss, AfterAGapOfTheImuTheWheelsOfACrawlerAreBelieved) {
+  const RunOptions options{.duration = 100};
+  const VehicleRun whole = crawler_run(options, 1);
+  const auto parameters = estimator_parameters(whole, options);
+  const VehicleRun run =
+      with_loss(whole, {.sensor = Sensor::kImu, .share = 0.1, .longest_burst = 2}, 20, 1);
+  const RunScore score = score_run(run, options, parameters);
+  EXPECT_LT(score.position_rmse(), 1.5 * score_run(whole, options, parameters).position_rmse());
+  EXPECT_LT(score.largest_position_error(), 0.1);
+}
+
 }  // namespace
 }  // namespace pipescout::estimation_study

@@ -8,7 +8,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
@@ -16,11 +15,6 @@
 /// Batch smoothing of a whole recording by Ceres, with the factors of pipescout_estimation, for
 /// reference trajectories and calibration. Frames and units as there.
 namespace pipescout::estimation {
-
-using AnyMeasurement =
-    std::variant<GpsMeasurement, HeadingMeasurement, VisualPoseMeasurement, WeldMeasurement,
-                 NonHolonomicMeasurement, ZeroVelocityMeasurement, OdometerMeasurement,
-                 RelativePoseMeasurement, ZeroAngularRateMeasurement, CentreLineMeasurement>;
 
 struct Recording {
   std::vector<double> times{};  ///< s, of the keyframes, each more than 1e-4 s after the last
@@ -31,8 +25,9 @@ struct Recording {
   /// Scale of the first integration of the IMU from each keyframe; the biases are those of the
   /// initial values. If empty, that of BatchSmootherParameters::globals.
   std::vector<ImuScale> imu_scale_guesses{};
-  std::vector<ImuSample> imu{};                ///< in order of time
-  std::vector<AnyMeasurement> measurements{};  ///< in any order, between the keyframes
+  std::vector<ImuSample> imu{};  ///< in order of time
+  /// In any order, between the keyframes: measurements of factors.hpp, and factors of the user.
+  std::vector<AnyFactor> measurements{};
 };
 
 enum class LinearSolver : std::uint8_t {

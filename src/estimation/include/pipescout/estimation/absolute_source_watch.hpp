@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "pipescout/estimation/start_alignment.hpp"
@@ -29,6 +30,9 @@ struct SourceWatchParameters {
   /// Correlation time of the measurement errors; s, in [0, 1000]. 0: white. See
   /// `covariance_factor`.
   double correlation_time = 0;
+  /// Standard deviations are taken for up to this factor larger than stated, while measurements
+  /// turn out to be that far off the state; in [1, 100]. 1: as stated, always.
+  double largest_deviation_factor = 1;
   double outage = 5;            ///< s without an accepted measurement; in [0.1, 1000]
   std::size_t doubt_after = 8;  ///< measurements gated in a row; in [1, 10000]
   std::size_t agreeing = 5;     ///< measurements that must agree to be trusted; in [2, 10000]
@@ -120,6 +124,12 @@ class AbsoluteSourceWatch {
   /// Reports the result of the smoother's gate for a measurement to be used.
   void note_accepted(double time, double way) noexcept;
   void note_gated() noexcept;
+  /// Learns how far measurements are off, accepted or gated, from their chi-squares. Before
+  /// `note_accepted`.
+  void note_misfit(double time, double chi_square_per_degree) noexcept;
+  /// Factor on the stated covariances, in [1, largest_deviation_factor^2]: what the misfits showed
+  /// so far.
+  [[nodiscard]] double covariance_scale() const noexcept;
   /// The state was initialised from this source.
   void trust(double time, double way) noexcept;
   /// The state was reset by another source; measurements of this one have to be compared again.
@@ -144,6 +154,7 @@ class AbsoluteSourceWatch {
   [[nodiscard]] double drift_speed(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
+  [[nodiscard]] std::optional<bool> ask_witness(const TrackPair& pair, double yaw) const noexcept;
   [[nodiscard]] bool goes_on(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool bears_state_out(const WatchedFix& fix) const noexcept;
 
@@ -156,11 +167,13 @@ class AbsoluteSourceWatch {
   double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
   TrackWitness witness_{};
+  double log_scale_ = 0;  // of the covariances
   struct Offered {
     TrackPair pair{};
     double yaw = 0;
   };
-  std::array<Offered, 8> offered_{};  // the newest, in a ring: the gate has not told of them yet
+  std::array<Offered, 8>
+      offered_{};  // the newest, in a ring: the gate may not have told of them yet
   std::size_t next_offered_ = 0;
   // Of the candidate.
   TrackAlignment track_{};

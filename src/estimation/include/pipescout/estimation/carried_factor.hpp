@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "pipescout/estimation/factors.hpp"
+#include "pipescout/estimation/factor.hpp"
 #include "pipescout/estimation/imu_preintegration.hpp"
 
 namespace pipescout::estimation {
@@ -13,14 +13,15 @@ struct CarryingMotions {
   ImuMotion to{};    ///< to its `to_time`; from the next keyframe, or from the same one
 };
 
-/// The residual of a factor of factors.hpp whose measurement lies after the keyframes, and its
-/// derivatives by the states there and the globals: equation (44) chained with the factor's own.
-/// Derivatives as in factors.hpp. A factor of one time leaves `to` alone. `gravity` m/s^2.
-/// Compiled for the alternatives of AnyFactor.
-template <class Factor>
-typename Factor::Residual evaluate_carried(const Factor& factor, const CarryingMotions& motions,
-                                           const NavState& from, const NavState& to,
-                                           const GlobalStates& globals, double gravity,
-                                           typename Factor::Derivatives* derivatives = nullptr);
+/// The residual of a factor whose measurement lies after the keyframes, and its derivatives by the
+/// states there and the globals: equation (44) chained with the factor's own. `gravity` m/s^2.
+void evaluate_carried(const AnyFactor& factor, const CarryingMotions& motions, const NavState& from,
+                      const NavState& to, const GlobalStates& globals, double gravity,
+                      bool with_derivatives, FactorValue& value);
+
+/// The squared norm of that residual.
+[[nodiscard]] double chi_square(const AnyFactor& factor, const CarryingMotions& motions,
+                                const NavState& from, const NavState& to,
+                                const GlobalStates& globals, double gravity);
 
 }  // namespace pipescout::estimation

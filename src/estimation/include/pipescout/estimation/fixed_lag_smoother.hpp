@@ -32,6 +32,7 @@ struct GlobalDeviations {
   double gyro_misalignment = 0;  ///< rad, of each axis towards each of the others
   double accelerometer_scale = 0;
   double accelerometer_misalignment = 0;  ///< rad
+  OwnVector own = OwnVector::Zero();      ///< of GlobalStates::own, one by one
 
   /// In the order of the tangent space of GlobalStates.
   [[nodiscard]] GlobalVector tangent() const;
@@ -51,6 +52,8 @@ struct RelinearisationThresholds {
   double mount = 1e-3;              ///< rad, yaw and pitch, in [1e-9, 1]
   double gps_time_offset = 0.01;    ///< s, in [1e-9, 1]
   double imu_scale = 0.005;         ///< and misalignment, in [1e-9, 1]
+  /// Of GlobalStates::own, one by one; at least 1e-9. Infinite: factors are linear in it.
+  OwnVector own = OwnVector::Constant(std::numeric_limits<double>::infinity());
 };
 
 struct FixedLagSmootherParameters {
@@ -69,13 +72,17 @@ struct FixedLagSmootherParameters {
   double coasting_angular_rate = 0.3;  ///< rad/s/sqrt(Hz), in [1e-6, 1000]
   GlobalStates globals{};              ///< their initial values
   GlobalDeviations global_deviations{};
+  /// Random walks of GlobalStates::own, per sqrt(s); 0: constant. In {0} or [1e-9, 1e6]. Within the
+  /// lag a state is taken for constant: it walks when keyframes leave.
+  OwnVector own_walks = OwnVector::Zero();
   /// By FactorKind. Kernels apply to all factors of measurements, gates to those of one time.
   std::array<Robustness, kFactorKinds> robustness = default_robustness();
   RelinearisationThresholds relinearisation{};
   /// linearisations in one update; remaining ones follow in the next. In [1, 100]
   int max_iterations = 3;
 
-  /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds and centre lines.
+  /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds, centre lines and factors
+  /// of the user.
   [[nodiscard]] static std::array<Robustness, kFactorKinds> default_robustness();
   [[nodiscard]] ImuIntegration imu_integration() const noexcept;
   /// Throws std::invalid_argument naming the field, the value and the range.
@@ -182,17 +189,9 @@ class FixedLagSmoother {
   /// (kFuture). Samples before a keyframe must be added before its update; later they have no
   /// effect.
   Outcome add(const ImuSample& sample) noexcept;
-  /// kWaiting, or the reason of a refusal.
-  Outcome add(const GpsMeasurement& m) noexcept;
-  Outcome add(const HeadingMeasurement& m) noexcept;
-  Outcome add(const VisualPoseMeasurement& m) noexcept;
-  Outcome add(const WeldMeasurement& m) noexcept;
-  Outcome add(const CentreLineMeasurement& m) noexcept;
-  Outcome add(const NonHolonomicMeasurement& m) noexcept;
-  Outcome add(const ZeroVelocityMeasurement& m) noexcept;
-  Outcome add(const OdometerMeasurement& m) noexcept;
-  Outcome add(const RelativePoseMeasurement& m) noexcept;
-  Outcome add(const ZeroAngularRateMeasurement& m) noexcept;
+  /// Any measurement of factors.hpp, and factors of the user, see factor.hpp. kWaiting, or the
+  /// reason of a refusal.
+  Outcome add(const AnyFactor& factor) noexcept;
 
   /// Adds a keyframe at `time` and all waiting measurements up to it, marginalises keyframes older
   /// than the lag, and solves. Less than 1e-4 s after the newest keyframe, or before it but within
@@ -210,7 +209,7 @@ class FixedLagSmoother {
   [[nodiscard]] StateMatrix covariance(std::size_t keyframe) const noexcept;
 
   [[nodiscard]] const GlobalStates& globals() const noexcept;
-  /// 31 x 31; zero rows and columns for states that are not estimated.
+  /// In the order of GlobalVector; zero rows and columns for states that are not estimated.
   [[nodiscard]] Eigen::Matrix<double, kGlobalSize, kGlobalSize> global_covariance() const noexcept;
 
   /// The newest keyframe propagated by all later IMU samples; its time. Nothing when not

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "pipescout/estimation/imu_preintegration.hpp"
@@ -16,6 +17,11 @@ struct ImuIntegration {
   ImuNoise coasting{};
   double max_held = 0;    ///< s, for which a sample replaces missing ones after it
   double gravity = 9.81;  ///< m/s^2
+  /// While samples are missing, a turn about the vertical goes on: at this rate (rad/s) at this
+  /// time (s), then falling with this time constant (s, above 0).
+  double turning = 0;
+  double turning_time = 0;
+  double turning_ends = 1;
 };
 
 /// Ring buffer of the newest samples of an IMU, in order and without overlap. Nothing allocates
@@ -25,7 +31,10 @@ class ImuTimeline {
   /// Capacity for `capacity` samples, at least 1; not checked.
   explicit ImuTimeline(std::size_t capacity) : samples_(capacity) {}
 
-  void clear() noexcept { count_ = 0; }
+  void clear() noexcept {
+    count_ = 0;
+    usual_ = std::numeric_limits<double>::infinity();
+  }
   /// Not checked: begins at or after the end of the newest.
   void push(const ImuSample& sample) noexcept;
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
@@ -50,7 +59,11 @@ class ImuTimeline {
   }
   [[nodiscard]] std::size_t first_ending_after(double time) const noexcept;
 
+  /// Of the noise densities, for a sample that stands for others that are missing too.
+  [[nodiscard]] double noise_factor(const ImuSample& sample) const noexcept;
+
   std::vector<ImuSample> samples_;
+  double usual_ = std::numeric_limits<double>::infinity();  // s, duration of a sample
   std::size_t first_ = 0;
   std::size_t count_ = 0;
 };

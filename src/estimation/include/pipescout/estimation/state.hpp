@@ -19,7 +19,9 @@ inline constexpr int kVelocity = 6;
 inline constexpr int kGyroBias = 9;
 inline constexpr int kAccelerometerBias = 12;
 
-inline constexpr int kGlobalSize = 31;
+/// Global states of the user, see GlobalStates::own.
+inline constexpr int kOwnSize = 8;
+inline constexpr int kGlobalSize = 31 + kOwnSize;
 /// Indices of the parts of the global states in their tangent space.
 inline constexpr int kOdometerScale = 0;
 inline constexpr int kMountYaw = 1;
@@ -30,10 +32,12 @@ inline constexpr int kGpsLeverArm = 9;
 inline constexpr int kGpsTimeOffset = 12;
 inline constexpr int kImuScale = 13;
 inline constexpr int kImuScaleSize = 18;
+inline constexpr int kOwnStates = 31;
 
 using StateVector = Eigen::Matrix<double, kStateSize, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateSize, kStateSize>;
 using ImuScaleVector = Eigen::Matrix<double, kImuScaleSize, 1>;
+using OwnVector = Eigen::Matrix<double, kOwnSize, 1>;
 using GlobalVector = Eigen::Matrix<double, kGlobalSize, 1>;
 
 /// The body at one time. Tangent space: [position; rotation; velocity; gyro bias; accelerometer
@@ -69,7 +73,7 @@ struct ImuScale {
 
 /// Slow states that all keyframes share. Tangent space: [odometer scale; mount yaw; mount pitch;
 /// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna; time
-/// offset of the GPS; scale of the IMU].
+/// offset of the GPS; scale of the IMU; own states].
 struct GlobalStates {
   double odometer_scale = 1;  ///< true distance / that of the fused odometer
   /// rad, direction of travel in the body, Rz(yaw) Ry(pitch) x
@@ -80,6 +84,8 @@ struct GlobalStates {
   Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
   double gps_time_offset = 0;  ///< s, delay of a position relative to its stamp
   ImuScale imu_scale{};
+  /// Scalars that only factors of the user give a meaning, such as the bias of a sensor of his.
+  OwnVector own = OwnVector::Zero();
 
   /// As those of NavState.
   [[nodiscard]] GlobalStates retract(const GlobalVector& d) const;

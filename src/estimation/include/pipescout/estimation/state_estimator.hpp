@@ -118,6 +118,15 @@ struct StandstillUse {
   double rate_deviation = 2e-3;      ///< rad/s, of the zero angular rate; in [1e-6, 10]
 };
 
+/// A source of factors that this library has no watch for: magnetometers, barometers, beacons, the
+/// velocity of a GPS receiver, or whatever a user measures. Its factors are of `own_kind(i)`, with
+/// i its place in `StateEstimatorParameters::own_sources`, by which `smoother.robustness` holds its
+/// gate and kernel.
+struct OwnSource {
+  /// s, correlation time of the measurement errors: `covariance_factor` applies; in [0, 1000]
+  double correlation_time = 0;
+};
+
 struct StateEstimatorParameters {
   FixedLagSmootherParameters smoother{};
   geometry::SO3 R_body_imu{};       ///< from the axes of the IMU to those of the body
@@ -162,6 +171,9 @@ struct StateEstimatorParameters {
   /// is associated again: if exactly one of these welds is within the uncertainty of the state, it
   /// is used as that one. Empty: such a weld is not used.
   std::vector<double> tally{};
+
+  /// At most kOwnFactorKinds.
+  std::vector<OwnSource> own_sources{};
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -245,6 +257,8 @@ struct EstimatorStatus {
   /// far it is from the state. Empty when all is well.
   std::string text{};
   std::array<SourceStatus, kSources> sources{};  ///< by Source
+  /// As StateEstimatorParameters::own_sources; absent or trusted.
+  std::array<SourceStatus, kOwnFactorKinds> own_sources{};
   ImuGaps imu_gaps{};
   std::array<std::size_t, kRestartReasons> restarts{};
   RestartReason last_restart = RestartReason::kNone;
@@ -300,6 +314,9 @@ class StateEstimator {
   Outcome add(const VisualPoseMeasurement& m) noexcept;
   Outcome add(const WeldMeasurement& m) noexcept;
   Outcome add(const RelativePoseMeasurement& m) noexcept;
+  /// A factor of an own source. Held until the state is in the map if the factor needs that.
+  /// kUninitialised: of no such source, or as for the others.
+  Outcome add(const AnyFactor& factor) noexcept;
   Outcome add(const GivenPose& pose) noexcept;
   /// Discards the state, not the counts, and initialises again.
   void restart() noexcept;

@@ -30,10 +30,10 @@ class TrackWitness {
   /// newer than the last one are ignored.
   void learn(const TrackPair& pair, double yaw) noexcept;
   /// Whether the pair lies where those that were believed and dead reckoning have it, over every
-  /// span of which there is one; false before any. `gate` is that of the squared distance over the
-  /// variance per axis; dead reckoning is off by `share` of the way and `floor` m at least.
-  [[nodiscard]] bool bears_out(const TrackPair& pair, double yaw, double gate, double share,
-                               double floor) const noexcept;
+  /// span of which there is one; nothing before any. `gate` is that of the squared distance over
+  /// the variance per axis; dead reckoning is off by `share` of the way and `floor` m at least.
+  [[nodiscard]] std::optional<bool> bears_out(const TrackPair& pair, double yaw, double gate,
+                                              double share, double floor) const noexcept;
   /// m, one standard deviation per axis: how far both usually part in `elapsed` s; 0 when that is
   /// not known. Beyond the spans that were seen it grows with the time.
   [[nodiscard]] double parts_by(double elapsed) const noexcept;

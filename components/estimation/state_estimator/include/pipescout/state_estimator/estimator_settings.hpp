@@ -11,6 +11,7 @@
 #include "pipescout/runtime/bound_parameters.hpp"
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
+#include "pipescout/state_estimator/named_sources.hpp"
 
 namespace pipescout {
 
@@ -36,6 +37,7 @@ struct EstimatorSettings {
   Eigen::Vector3d imu;          ///< m, in the base frame
   geometry::SE3 T_base_camera;
   std::optional<estimation::GivenPose> start;
+  std::vector<NamedSource> sources;
 
   estimation::StateEstimatorParameters estimator;  ///< valid
 };
@@ -70,6 +72,7 @@ class EstimatorParameters {
     Parameter<std::string> parameter;
   };
   std::vector<Kernel> kernels_;
+  std::optional<NamedSourceParameters> sources_;
 
   Parameter<std::string> map_frame_;
   Parameter<std::string> odom_frame_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
+#include <map>
 #include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
@@ -63,7 +64,27 @@ class StateEstimator final : public Component {
                                               const builtin_interfaces::msg::Time& stamp);
   [[nodiscard]] Time stamp_of(double time) const;
   void report_outcome(estimation::Source source, estimation::Outcome outcome);
+  void report_outcome(const std::string& source, estimation::Outcome outcome);
   void give_start();
+
+  // state_estimator_sources.cpp
+  void subscribe_to_sources();
+  template <class Message>
+  void subscribe_to_source(std::size_t source);
+  template <class Message>
+  void on_source(std::size_t source, const Message& message);
+  /// The factor in it; nothing where it holds no measurement. Throws std::invalid_argument naming
+  /// what is wrong with it.
+  template <class Message>
+  [[nodiscard]] std::optional<estimation::AnyFactor> factor_of(std::size_t source,
+                                                               const Message& message, double time,
+                                                               const geometry::SE3& T_body_sensor);
+  [[nodiscard]] std::optional<estimation::AnyFactor> relative_pose(
+      std::size_t source, const Odometry& message, double time, const geometry::SE3& T_body_sensor);
+  /// Where the sensor is: from parameters, else from tf. Nothing, and the fault is counted, where
+  /// tf does not know the frame.
+  [[nodiscard]] std::optional<geometry::SE3> place_of(std::size_t source, const std::string& frame);
+  void tell_sources();
 
   void publish_news();
   [[nodiscard]] bool is_due(Time stamp) const;
@@ -72,6 +93,13 @@ class StateEstimator final : public Component {
   [[nodiscard]] bool may_hint_place(Time stamp) const;
   void publish_pose_hint();
   void tell_status();
+
+  /// What was heard of a named source.
+  struct NamedInput {
+    std::shared_ptr<void> subscription;
+    std::map<std::string, geometry::SE3> places;  // T_base_sensor, by frame
+    std::optional<TimedPose> last_pose;
+  };
 
   EstimatorParameters declared_;
 
@@ -102,6 +130,7 @@ class StateEstimator final : public Component {
   Subscription<Weld> weld_subscription_;
   Subscription<Pose> initial_pose_subscription_;
   std::shared_ptr<Timer> silence_timer_;
+  std::vector<NamedInput> named_;  // as settings_.sources
 };
 
 }  // namespace pipescout

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Factors between two times.
+#include "pipescout/estimation/odometer_factor.hpp"
+
 #include <cmath>
 
 #include "direction_of_travel.hpp"
-#include "pipescout/estimation/factors.hpp"
-#include "square_root_information.hpp"
+#include "measurement_check.hpp"
 
 namespace pipescout::estimation {
-namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geometry::skew;
-using geometry::SO3;
+
+namespace {
 
 /// sin(a) / a and (d/da of it) / a, a >= 0.
 struct Sinc {
@@ -31,6 +31,18 @@ Sinc sinc(double a) {
 }
 
 }  // namespace
+
+InputFault check(const OdometerMeasurement& m) noexcept {
+  const InputFault fault = verdict(
+      finite({m.from_time, m.to_time, m.distance, m.standard_deviation, m.across_deviation}) &&
+          m.sensor.allFinite(),
+      is_deviation(m.standard_deviation) && is_deviation(m.across_deviation));
+  return fault == InputFault::kNone && m.to_time <= m.from_time ? InputFault::kBadInterval : fault;
+}
+
+void add_values(const OdometerMeasurement& m, Fingerprint& fingerprint) {
+  fingerprint.add(m.distance);
+}
 
 OdometerFactor::OdometerFactor(const OdometerMeasurement& measurement)
     : MeasuredFactor(measurement) {
@@ -75,36 +87,6 @@ OdometerFactor::Residual OdometerFactor::evaluate(const NavState& from, const Na
     derivatives->globals(0, kOdometerScale) = -whitening_(0, 0) * travelled.x() / (scale * scale);
     derivatives->globals.col(kMountYaw) = scaled * travel.by_yaw * in_body;
     derivatives->globals.col(kMountPitch) = scaled * travel.by_pitch * in_body;
-  }
-  return whitening_ * r;
-}
-
-RelativePoseFactor::RelativePoseFactor(const RelativePoseMeasurement& measurement)
-    : MeasuredFactor(measurement) {
-  whitening_ = whitening_of(measurement.covariance);
-}
-
-RelativePoseFactor::Residual RelativePoseFactor::evaluate(const NavState& from, const NavState& to,
-                                                          const GlobalStates& /*globals*/,
-                                                          Derivatives* derivatives) const {
-  const SO3 R_to_from = measurement_.T_from_to.rotation().inverse();
-  const Vector3d seen = from.R_map_body.inverse() * (to.position - from.position);
-  const SO3 between = from.R_map_body.inverse() * to.R_map_body;
-  const Vector3d angle = (R_to_from * between).log();
-  Residual r;
-  r << R_to_from * (seen - measurement_.T_from_to.translation()), angle;
-  if (derivatives != nullptr) {
-    const Matrix3d inverse = SO3::right_jacobian_inverse(angle);
-    const Eigen::Matrix<double, 6, 3> by_translation =
-        whitening_.leftCols<3>() * R_to_from.matrix();
-    const Eigen::Matrix<double, 6, 3> by_angle = whitening_.rightCols<3>() * inverse;
-    const Eigen::Matrix<double, 6, 3> by_position =
-        by_translation * from.R_map_body.matrix().transpose();
-    derivatives->from.middleCols<3>(kPosition) = -by_position;
-    derivatives->to.middleCols<3>(kPosition) = by_position;
-    derivatives->from.middleCols<3>(kRotation) =
-        by_translation * skew(seen) - by_angle * between.matrix().transpose();
-    derivatives->to.middleCols<3>(kRotation) = by_angle;
   }
   return whitening_ * r;
 }
