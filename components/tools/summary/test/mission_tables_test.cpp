@@ -5,6 +5,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nav_msgs/msg/odometry.hpp>
+#include <pipescout_msgs/msg/estimator_state.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/leak_detections.hpp>
 #include <pipescout_msgs/msg/mission_status.hpp>
@@ -206,6 +208,18 @@ TEST_F(TablesOfAMission, OdometersThatAreFollowedOverTimeHaveNoTableOfReadings) 
   write("/odometer/fused", message);
   EXPECT_THAT(tables().tables, IsEmpty());
   EXPECT_FALSE(fs::exists(folder_ / "odometry"));
+}
+
+TEST_F(TablesOfAMission, AnEstimatorThatNeverRanSaysWhatItWaitedFor) {
+  compose(kCrawler);
+  auto state = at<pipescout_msgs::msg::EstimatorState>(1);
+  state.waits_for = "a position and a heading";
+  write("/estimator/state", state);
+  write("/odometry/filtered", nav_msgs::msg::Odometry{});  // malformed: no orientation
+  write("/mission/status", status("/simulation", MissionStatus::COMPLETE, 2));
+  const auto found = tables();
+  EXPECT_THAT(found.tables.at("estimator").notes.front(), HasSubstr("Failed: 0 estimates"));
+  EXPECT_THAT(content("estimator/state.csv"), HasSubstr("a position and a heading"));
 }
 
 TEST_F(TablesOfAMission, BagsOfARecorderThatWasRestartedAreReadAsOne) {

@@ -75,7 +75,8 @@ class EstimatorTables final : public TableMaker {
            std::to_string(report_.keyframes()) + " keyframes received";
   }
   bool has_data() const override { return report_.estimates() > 0; }
-  bool has_section() const override { return report_.estimates() > 0 || report_.keyframes() > 0; }
+  /// An estimator that never got to run says why not.
+  bool has_section() const override { return report_.estimates() > 0 || has_states_; }
   std::string file_names() const override {
     return "estimate.csv, state.csv, factors.csv, sources.csv, truth.csv, errors.csv, gps.csv";
   }
@@ -92,6 +93,7 @@ class EstimatorTables final : public TableMaker {
   void begin_map(const std::vector<double>& datum);
 
   EstimatorReport report_;
+  bool has_states_ = false;
   Thinning estimate_thinning_;
   Thinning truth_thinning_;
   std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fix, on
@@ -157,6 +159,7 @@ void EstimatorTables::on_truth(const Odometry& message) {
 
 void EstimatorTables::on_state(const State& message) {
   require_lists(message);
+  has_states_ = true;
   file("state.csv", estimator_state_csv_header).write(estimator_state_csv_line(message));
   for (std::size_t factor = 0; factor < message.factor.size(); ++factor) {
     file("factors.csv", factor_csv_header).write(factor_csv_line(message, factor));
