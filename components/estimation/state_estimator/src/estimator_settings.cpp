@@ -394,6 +394,10 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
       "s, correlation time of the measurement errors, such as multipath; 0: white");
   bound_->real(
+      source + ".largest_deviation_factor",
+      [watch](auto& p) -> double& { return (p.*watch).largest_deviation_factor; }, {1, 100},
+      "standard deviations are taken for up to this factor larger than stated; 1: as stated");
+  bound_->real(
       source + ".outage", [watch](auto& p) -> double& { return (p.*watch).outage; }, {0.1, 1000},
       "s without a measurement after which the source must prove consistent again");
   bound_->count(
