@@ -22,6 +22,14 @@ double square(double x) {
   return x * x;
 }
 
+TrackPair pair_of(const WatchedFix& fix) {
+  return {.time = fix.time,
+          .measured = fix.measured,
+          .reckoned = fix.reckoned,
+          .deviation = fix.deviation,
+          .way = fix.way};
+}
+
 }  // namespace
 
 std::string_view to_string(SourceState state) noexcept {
@@ -36,6 +44,7 @@ void SourceWatchParameters::validate() const {
     require(field, value, value >= low && value <= high, range);
   };
   within("correlation_time", correlation_time, 0, 1000, "[0, 1000]");
+  within("largest_deviation_factor", largest_deviation_factor, 1, 100, "[1, 100]");
   within("outage", outage, 0.1, 1000, "[0.1, 1000]");
   within("doubt_after", static_cast<double>(doubt_after), 1, 1e4, "[1, 10000]");
   within("agreeing", static_cast<double>(agreeing), 2, 1e4, "[2, 10000]");
@@ -87,6 +96,15 @@ bool AbsoluteSourceWatch::within_reach(const WatchedFix& fix) const noexcept {
          gate_ * (square(fix.deviation) + square(fix.predicted_deviation) + square(drift(fix)));
 }
 
+bool AbsoluteSourceWatch::goes_on(const WatchedFix& fix) const noexcept {
+  return ask_witness(pair_of(fix), fix.yaw).value_or(false);
+}
+
+std::optional<bool> AbsoluteSourceWatch::ask_witness(const TrackPair& pair,
+                                                     double yaw) const noexcept {
+  return witness_.bears_out(pair, yaw, gate_, parameters_.drift_share, parameters_.drift_floor);
+}
+
 bool AbsoluteSourceWatch::bears_state_out(const WatchedFix& fix) const noexcept {
   return state_ == SourceState::kDoubted && fix.witnessed && !fix.shaken &&
          (fix.measured - fix.predicted).squaredNorm() <=
@@ -102,7 +120,7 @@ bool AbsoluteSourceWatch::agrees_with_motion(const WatchedFix& fix) const noexce
   return square(measured - reckoned) <=
          gate_ * (square(fix.deviation) + square(first_.deviation) +
                   square(parameters_.drift_share * (fix.way - first_.way)) + square(drift) +
-                  square(fix.velocity_deviation * elapsed));
+                  square(fix.velocity_deviation * elapsed) + square(witness_.parts_by(elapsed)));
 }
 
 void AbsoluteSourceWatch::begin_candidate(const WatchedFix& fix) noexcept {
@@ -129,7 +147,7 @@ void AbsoluteSourceWatch::compare(const WatchedFix& fix) noexcept {
   } else {
     return;
   }
-  if (!within_reach(fix)) {
+  if (!within_reach(fix) && !goes_on(fix)) {
     within_ = 0;
   } else if (++within_ == 1) {
     first_within_ = fix.time;
@@ -164,8 +182,18 @@ Verdict AbsoluteSourceWatch::judge(const WatchedFix& fix) noexcept {
   return bears_state_out(fix) ? Verdict::kUse : Verdict::kHold;
 }
 
+void AbsoluteSourceWatch::offer(const TrackPair& pair, double yaw) noexcept {
+  offered_[next_offered_] = {pair, yaw};
+  next_offered_ = (next_offered_ + 1) % offered_.size();
+}
+
 void AbsoluteSourceWatch::note_accepted(double time, double way) noexcept {
   gated_running_ = 0;
+  for (Offered& offered : offered_) {
+    if (offered.pair.time == time) {
+      witness_.learn(offered.pair, offered.yaw);
+    }
+  }
   last_accepted_ = std::isfinite(last_accepted_) ? std::max(last_accepted_, time) : time;
   if (state_ == SourceState::kTrusted) {
     trusted_since_ = last_accepted_;
@@ -179,6 +207,25 @@ void AbsoluteSourceWatch::note_gated() noexcept {
     track_ = TrackAlignment();
     gated_running_ = 0;
   }
+}
+
+void AbsoluteSourceWatch::note_misfit(double time, double chi_square_per_degree) noexcept {
+  // Slow, so that a few outliers change little; what is expected is below 1.
+  constexpr double kRate = 0.05;
+  constexpr double kUsual = 2;
+  constexpr double kLargest = 5;
+  const auto offered =
+      std::ranges::find(offered_, time, [](const Offered& one) { return one.pair.time; });
+  if (offered != offered_.end() && !ask_witness(offered->pair, offered->yaw).value_or(true)) {
+    return;  // it goes elsewhere: that is no noise
+  }
+  const double misfit = std::min(chi_square_per_degree, kLargest);
+  log_scale_ = std::clamp(log_scale_ + kRate * (misfit - kUsual), 0.0,
+                          2 * std::log(parameters_.largest_deviation_factor));
+}
+
+double AbsoluteSourceWatch::covariance_scale() const noexcept {
+  return std::exp(log_scale_);
 }
 
 void AbsoluteSourceWatch::trust(double time, double way) noexcept {
@@ -198,6 +245,7 @@ void AbsoluteSourceWatch::distrust(double time, double way) noexcept {
   gated_running_ = 0;
   track_ = TrackAlignment();
   within_ = 0;
+  witness_.forget();
 }
 
 void AbsoluteSourceWatch::expire(double time) noexcept {

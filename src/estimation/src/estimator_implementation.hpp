@@ -85,6 +85,7 @@ class StateEstimator::Implementation {
     Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // in the map
     Eigen::Vector3d reckoned = Eigen::Vector3d::Zero();  // in odom
     double deviation = 0;
+    bool has_height = true;
   };
 
   /// Whether the odometer tells how the body moves.
@@ -176,6 +177,8 @@ class StateEstimator::Implementation {
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
+  [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
+  [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
                                   double prediction_variance) const;
   [[nodiscard]] WatchedFix fix_of(const GpsMeasurement& m) const;
@@ -184,6 +187,9 @@ class StateEstimator::Implementation {
   [[nodiscard]] WatchedFix fix_of(const WeldMeasurement& m) const;
   /// Of the start of a vehicle without odometer.
   void hear_in_motion(GpsMeasurement m);
+  /// Of positions: the watch learns from it if it is accepted.
+  template <class Measurement>
+  void offer(const Measurement& m) noexcept;
   template <class Measurement>
   void judge(const Measurement& m);
   void see(const GpsMeasurement& /*m*/, const WatchedFix& /*fix*/) noexcept {}
@@ -235,6 +241,7 @@ class StateEstimator::Implementation {
   bool contradicted_in_motion_ = false;
   double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<GivenPose> given_{};
+  bool height_is_known_ = false;  // that of the map: some position had one
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};
   std::optional<Angle> seen_yaw_{};

@@ -211,6 +211,7 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
                                    ? std::max(status.last_accepted, factor.time)
                                    : factor.time;
         status.last_chi_square = factor.chi_square;
+        watch_of(*source).note_misfit(factor.time, factor.chi_square / factor.degrees);
         watch_of(*source).note_accepted(factor.time, odom_.way());
         if (*source == Source::kGps || *source == Source::kVisualPose || *source == Source::kWeld) {
           const double since = std::clamp(factor.time - last_position_, 0.0, kLongest);
@@ -223,6 +224,7 @@ void StateEstimator::Implementation::note(const UpdateReport& report) {
         ++status.gated;
         status.last_chi_square = factor.chi_square;
         watch_of(*source).note_gated();
+        watch_of(*source).note_misfit(factor.time, factor.chi_square / factor.degrees);
         contradicted_[index_of(*source)] |= watch_of(*source).state() == SourceState::kDoubted;
         if (*source == Source::kWeld && claimed_weld_ && factor.time == claimed_weld_->time) {
           reassign(*claimed_weld_);

@@ -69,6 +69,16 @@ EstimatorStatus StateEstimator::Implementation::status() const {
   switch (phase_) {
     case Phase::kRunning:
       status.waits_for = WaitsFor::kNothing;
+      // What is contradicted may be right, and the state wrong.
+      for (const Source source : {Source::kGps, Source::kVisualPose, Source::kHeading}) {
+        const SourceStatus& one = status.of(source);
+        if ((one.state == SourceState::kDoubted || one.state == SourceState::kCandidate) &&
+            std::isfinite(one.held_distance)) {
+          text << (text.str().empty() ? "" : "; ") << to_string(source) << " is held out, "
+               << std::round(10 * one.held_distance) / 10
+               << (source == Source::kHeading ? " rad" : " m") << " from the state";
+        }
+      }
       break;
     case Phase::kCoasting:
       status.waits_for = WaitsFor::kImu;

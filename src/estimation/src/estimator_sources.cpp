@@ -18,6 +18,8 @@ using geometry::SO3;
 constexpr double kShakenBefore = 2;  // s, before the last position: it had not shown yet
 /// Beyond it a visual pose says nothing of the place in the map.
 constexpr double kUnknownRack = 10;  // m
+/// A height with a larger standard deviation is none.
+constexpr double kNoHeight = 1000;  // m
 
 double worst_deviation(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.diagonal().maxCoeff());
@@ -28,6 +30,7 @@ double worst_deviation(const Eigen::Matrix3d& covariance) {
 WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& point,
                                                   double prediction_variance) const {
   const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  Vector3d variances = covariance.diagonal().segment<3>(kPosition);
   WatchedFix fix;
   fix.time = time;
   fix.measured = point.measured;
@@ -35,12 +38,15 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
   fix.reckoned = point.reckoned;
   fix.velocity_deviation = worst_deviation(covariance.block<3, 3>(kVelocity, kVelocity));
   fix.predicted = SO3::about_z(odom_.yaw()) * point.reckoned + odom_.offset();
+  if (!point.has_height || (in_map() && variances.z() > kNoHeight * kNoHeight)) {
+    fix.measured.z() = fix.predicted.z();
+    variances.z() = 0;
+  }
   // Nothing is known of the place while aligning: all is within reach.
   constexpr double kAnywhere = 1e12;
   fix.predicted_deviation =
-      in_map()
-          ? std::sqrt(covariance.diagonal().segment<3>(kPosition).maxCoeff() + prediction_variance)
-          : kAnywhere;
+      in_map() ? std::sqrt(variances.maxCoeff() + prediction_variance) : kAnywhere;
+  fix.yaw = odom_.yaw();
   fix.way = odom_.at(time).way;
   fix.witnessed = has_odometer(time);
   fix.shaken = fault_time_ > last_position_ - kShakenBefore;
@@ -48,22 +54,36 @@ WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& poin
   return fix;
 }
 
+StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
+    const GpsMeasurement& m) const {
+  Point point = {m.position, odom_.at(m.time).T_odom_body * smoother_.globals().gps_lever_arm,
+                 worst_deviation(m.covariance)};
+  if (m.covariance(2, 2) > kNoHeight * kNoHeight) {
+    point.has_height = false;
+    point.measured.z() = point.reckoned.z() + odom_.offset().z();
+    point.deviation = std::sqrt(m.covariance.diagonal().head<2>().maxCoeff());
+  }
+  return point;
+}
+
+StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
+    const VisualPoseMeasurement& m) const {
+  const GlobalStates& globals = smoother_.globals();
+  return {globals.R_map_rack * m.T_rack_body.translation() + globals.rack_position,
+          odom_.at(m.time).T_odom_body.translation(),
+          worst_deviation(m.covariance.topLeftCorner<3, 3>())};
+}
+
 WatchedFix StateEstimator::Implementation::fix_of(const GpsMeasurement& m) const {
-  const Point point = {m.position, odom_.at(m.time).T_odom_body * smoother_.globals().gps_lever_arm,
-                       worst_deviation(m.covariance)};
-  return fix_of(m.time, point, 0);
+  return fix_of(m.time, point_of(m), 0);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m) const {
-  const GlobalStates& globals = smoother_.globals();
   const GlobalVector known = smoother_.global_covariance().diagonal();
-  const Vector3d& t = m.T_rack_body.translation();
-  const double rack = known.segment<3>(kRackPosition).maxCoeff() +
-                      t.squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
-  const Point point = {globals.R_map_rack * t + globals.rack_position,
-                       odom_.at(m.time).T_odom_body.translation(),
-                       worst_deviation(m.covariance.topLeftCorner<3, 3>())};
-  return fix_of(m.time, point, rack);
+  const double rack =
+      known.segment<3>(kRackPosition).maxCoeff() +
+      m.T_rack_body.translation().squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
+  return fix_of(m.time, point_of(m), rack);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const WeldMeasurement& m) const {
@@ -189,6 +209,9 @@ void StateEstimator::Implementation::place(const Placement& placement, RestartRe
   covariance.middleCols<3>(kPosition).setZero();
   covariance.diagonal().segment<3>(kPosition).setConstant(placement.offset_deviation *
                                                           placement.offset_deviation);
+  if (!height_is_known_) {
+    covariance(kPosition + 2, kPosition + 2) = kNoHeight * kNoHeight;
+  }
   covariance.diagonal().segment<3>(kVelocity).array() +=
       placement.drift_deviation * placement.drift_deviation;
   StateVector by_yaw = StateVector::Zero();
@@ -277,7 +300,7 @@ double StateEstimator::Implementation::covariance_factor_of(Source source, doubl
                                  ? parameters_.visual_pose.correlation_time
                              : source == Source::kHeading ? parameters_.heading.correlation_time
                                                           : parameters_.weld.correlation_time;
-  return covariance_factor(correlation, spacing);
+  return covariance_factor(correlation, spacing) * watch_of(source).covariance_scale();
 }
 
 template <class Measurement>
@@ -316,6 +339,21 @@ void StateEstimator::Implementation::hear_in_motion(GpsMeasurement m) {
 }
 
 template <class Measurement>
+void StateEstimator::Implementation::offer(const Measurement& m) noexcept {
+  if constexpr (std::is_same_v<Measurement, GpsMeasurement> ||
+                std::is_same_v<Measurement, VisualPoseMeasurement>) {
+    const Point point = point_of(m);
+    watch_of(source_of(m))
+        .offer({.time = m.time,
+                .measured = point.measured,
+                .reckoned = point.reckoned,
+                .deviation = point.deviation,
+                .way = odom_.at(m.time).way},
+               odom_.yaw());
+  }
+}
+
+template <class Measurement>
 void StateEstimator::Implementation::judge(const Measurement& m) {
   const Source source = source_of(m);
   AbsoluteSourceWatch& watch = watch_of(source);
@@ -331,12 +369,18 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
       see(m, fix);
     }
     if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
+      height_is_known_ |= m.covariance(2, 2) <= kNoHeight * kNoHeight;
+    } else {
+      height_is_known_ |= source != Source::kHeading;
+    }
+    if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
       hear_in_motion(m);
     }
     return;
   }
   watch.expire(m.time);
   if (watch.state() == SourceState::kTrusted) {
+    offer(m);
     use(m);
     return;
   }
@@ -348,7 +392,9 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
   }
   const Verdict verdict = watch.judge(fix);
   if (verdict == Verdict::kHold || (verdict == Verdict::kTakeOver && !take_over(source, fix))) {
-    ++status_of(source).held;
+    SourceStatus& status = status_of(source);
+    ++status.held;
+    status.held_distance = (fix.measured - fix.predicted).norm();
     if constexpr (std::is_same_v<Measurement, WeldMeasurement>) {
       reassign(m);
     }
@@ -371,6 +417,7 @@ void StateEstimator::Implementation::judge(const Measurement& m) {
     }
   }
   contradicted_[index_of(source)] = false;
+  offer(m);
   use(m);
 }
 

@@ -296,6 +296,7 @@ void StateEstimator::Implementation::align() {
   if (!placement) {
     return;
   }
+  height_is_known_ |= given_ && given_->position;
   place(*placement, RestartReason::kNone);
   if (seems_still_) {
     const StartParameters& start = parameters_.start;

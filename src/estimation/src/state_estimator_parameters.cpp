@@ -137,10 +137,17 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   p.lateral_deviation = 0.1;
   p.vertical_deviation = 0.1;
   p.standstill.by_odometer = true;
-  // Receivers without corrections smooth, and what they see of multipath changes within seconds: in
-  // recordings of robots their errors of some metres lasted for 2 to 10 s. Fixes taken for
-  // independent turn the heading and the gyro's bias, and then contradict the state that they made.
-  p.gps.correlation_time = 2;
+  // What robots show beside the noise of data sheets: wheels that slip and skid, 2 % after 10 m of
+  // steps of 0.1 m; turns that come out wrong by scales, stamps and vibration, 2 degrees after 10
+  // s. A state that is surer than that holds out fixes that are right.
+  p.odometer.share = 0.2;
+  p.smoother.imu_noise.gyro = 0.01;
+  p.smoother.imu_noise.gyro_bias = 1e-3;
+  // Receivers without corrections smooth, and are off by metres for seconds. Fixes taken for
+  // independent turn the heading and the gyro's bias. What lasts longer cannot be told from the
+  // map's own error: the state follows it.
+  p.gps.correlation_time = 1;
+  p.gps.largest_deviation_factor = 5;
   return p;
 }
 

@@ -127,6 +127,38 @@ TEST_F(StateEstimatorSourcesTest, WrongFixesAfterAnOutageDoNotCaptureForMinutes)
   }
 }
 
+// Receivers that track three satellites tell a place and no height: NavSatFix has a huge variance
+// there.
+TEST_F(StateEstimatorSourcesTest, GpsWithoutHeightStartsAndIsWatchedInThePlane) {
+  constexpr double kNone = 1e4;  // m
+  VehicleOptions options;
+  options.duration = 120;
+  const SimulatedVehicle vehicle(3, options);
+  StateEstimator estimator(robot());
+  double worst = 0;
+  test::deliver(
+      estimator, vehicle, 0, 120,
+      [&](AnyMessage& message) {
+        if (auto* const gps = std::get_if<GpsMeasurement>(&message)) {
+          gps->position.z() = 0;
+          gps->covariance.row(2).setZero();
+          gps->covariance.col(2).setZero();
+          gps->covariance(2, 2) = kNone * kNone;
+          gps->position.x() += gps->time > 60 && gps->time < 90 ? kTrap : 0;
+        }
+        return true;
+      },
+      [&](const Estimate& estimate) {
+        if (estimate.in_map) {
+          const Vector3d truth = vehicle.truth(estimate.time).position;
+          worst = std::max(worst, (estimate.state.position - truth).head<2>().norm());
+        }
+      });
+  ASSERT_EQ(estimator.status().phase, Phase::kRunning);
+  EXPECT_LT(worst, 3);
+  EXPECT_GT(std::sqrt(estimator.covariance()(2, 2)), 100);  // its height is not known
+}
+
 TEST_F(StateEstimatorSourcesTest, WrongFixesWithoutAnOutageAreDoubtedAndHeld) {
   VehicleOptions options;
   options.duration = 120;
@@ -138,6 +170,8 @@ TEST_F(StateEstimatorSourcesTest, WrongFixesWithoutAnOutageAreDoubtedAndHeld) {
   const EstimatorStatus status = estimator.status();
   EXPECT_NE(status.of(Source::kGps).state, SourceState::kTrusted);
   EXPECT_GE(status.of(Source::kGps).gated, robot().gps.doubt_after);
+  EXPECT_NEAR(status.of(Source::kGps).held_distance, kTrap, 5);
+  EXPECT_NE(status.text.find("gps is held out, "), std::string::npos) << status.text;
   run(estimator, vehicle, 100, 120, phases);
   EXPECT_EQ(estimator.status().of(Source::kGps).state, SourceState::kTrusted);
   EXPECT_LT(error(estimator, vehicle), 1);

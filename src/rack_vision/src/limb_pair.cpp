@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "limb_pair.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "limb_profile.hpp"
+#include "thin_qr.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -22,20 +22,16 @@ constexpr double kUsualSigma = 0.2;      // px, where the places that were tried
 }  // namespace
 
 LimbPair::LimbPair(double blur_sigma) : places_(static_cast<std::size_t>(kContours * kGaps)) {
-  using Shapes = Eigen::Matrix<double, kLimbWindow, kShapes + 1>;
   for (int k = 0; k < kContours * kGaps; ++k) {
     const double contour = kFirst + kStep * (k / kGaps);
     const double gap = kLeastGap + kGapStep * (k % kGaps);
-    Shapes shapes;
+    Eigen::Matrix<double, kLimbWindow, kShapes + 1> shapes;
     for (int i = 0; i < kLimbWindow; ++i) {
       const double d = contour - (i - kLimbInside);
       shapes.row(i) << 1, blurred_root(d, blur_sigma), blurred_ramp(d, blur_sigma),
           blurred_step(d + gap, blur_sigma), blurred_step(d, blur_sigma);
     }
-    const Eigen::HouseholderQR<Shapes> qr(shapes);
-    const Shapes q = qr.householderQ() * Shapes::Identity();
-    const Eigen::Matrix<double, kShapes + 1, kShapes + 1> r =
-        qr.matrixQR().topRows<kShapes + 1>().triangularView<Eigen::Upper>();
+    const auto [q, r] = ThinQr(shapes);
     Places& table = places_[static_cast<std::size_t>(k)];
     for (int i = 0; i < kLimbWindow; ++i) {
       table.shapes[static_cast<std::size_t>(i)] = q.row(i).tail<kShapes>().cast<float>().array();

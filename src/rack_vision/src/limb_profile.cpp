@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "limb_profile.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "thin_qr.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -20,9 +21,7 @@ LimbProfile::LimbProfile(double blur_sigma) : places_(static_cast<std::size_t>(k
       const double d = place - (i - kLimbInside);
       shapes.row(i) << 1, blurred_root(d, blur_sigma), blurred_step(d, blur_sigma);
     }
-    const Eigen::HouseholderQR<Eigen::Matrix<double, kLimbWindow, kShapes>> qr(shapes);
-    const Eigen::Matrix<double, kLimbWindow, kShapes> q =
-        qr.householderQ() * Eigen::Matrix<double, kLimbWindow, kShapes>::Identity();
+    const Eigen::MatrixXd q = ThinQr(shapes).q;
     Place& table = places_[static_cast<std::size_t>(k)];
     for (int i = 0; i < kLimbWindow; ++i) {
       table[static_cast<std::size_t>(i)] << q.row(i).cast<float>().transpose().array(), 0;

@@ -462,7 +462,7 @@ void StateEstimator::tell_status() {
           "imu.specific_force_scale)";
       report_fault("start.fault", fault);
       diagnostics().set_status(DiagnosticLevel::kError, fault);
-    } else if (status_.phase == Phase::kRunning) {
+    } else if (status_.phase == Phase::kRunning && status_.text.empty()) {
       diagnostics().set_status(DiagnosticLevel::kOk, text);
     } else {
       diagnostics().set_status(DiagnosticLevel::kWarn, text);
@@ -506,6 +506,9 @@ void StateEstimator::tell_status() {
     }
     diagnostics().set_value(source + ".state", std::string(to_string(now_so.state)));
     diagnostics().set_value(source + ".accepted", std::to_string(now_so.accepted));
+    if (now_so.held > 0) {
+      diagnostics().set_value(source + ".held", std::to_string(now_so.held));
+    }
     diagnostics().set_value(source + ".waiting", std::to_string(now_so.waiting));
   }
   told_ = status_;

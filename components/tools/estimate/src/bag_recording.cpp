@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <memory>
@@ -15,6 +14,7 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
 
+#include "formatted.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/idl/message_type.hpp"
@@ -238,10 +238,8 @@ void reconcile_clocks(std::vector<Topic>& topics, std::vector<std::string>& rema
     if (std::abs(offset) <= kOtherClock) {
       continue;
     }
-    char text[96];
-    std::snprintf(text, sizeof text, "%.3f s %s", std::abs(offset),
-                  offset > 0 ? "behind" : "ahead");
-    remarks.push_back(topic.of.name + ": header.stamp is of another clock, " + text +
+    remarks.push_back(topic.of.name + ": header.stamp is of another clock, " +
+                      formatted("%.3f s %s", std::abs(offset), offset > 0 ? "behind" : "ahead") +
                       " the other topics; it was moved by that, from the times of recording.");
     topic.stream.shift(offset);
   }

@@ -20,12 +20,12 @@ struct Configuration {
   std::optional<Eigen::Vector3d> imu_rotation{};
   double specific_force_scale = 1;  ///< factor to m/s^2
   /// rad/s/sqrt(Hz) and m/s^2/sqrt(Hz)
-  double gyro_noise = 2e-3;
+  double gyro_noise = 0.01;
   double accelerometer_noise = 5e-2;
-  double odometer_scale = 1;    ///< factor on the speed; -1 turns it round
-  double gps_deviation = 3;     ///< m, per axis, where a fix states no usable covariance
-  double gps_factor = 1;        ///< on stated standard deviations
-  double gps_correlation = 30;  ///< s, correlation time of the errors of GPS
+  double odometer_scale = 1;   ///< factor on the speed; -1 turns it round
+  double gps_deviation = 3;    ///< m, per axis, where a fix states no usable covariance
+  double gps_factor = 1;       ///< on stated standard deviations
+  double gps_correlation = 1;  ///< s, correlation time of the errors of GPS
   /// m, of the antenna in the body; nothing: from /tf_static, else 0.
   std::optional<Eigen::Vector3d> antenna{};
   std::string sources;  ///< YAML text of the column mapping, for folders of CSV files

@@ -3,12 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <numbers>
 
+#include "formatted.hpp"
 #include "pipescout/statistics/median.hpp"
 
 namespace pipescout::estimate {
@@ -18,8 +17,7 @@ using Complex = std::complex<double>;
 using Eigen::Vector3d;
 
 constexpr double kGravity = 9.81;  // m/s^2
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kStep = 0.5;  // s, of the differences of speed
+constexpr double kStep = 0.5;      // s, of the differences of speed
 constexpr std::size_t kFewestIntervals = 60;
 /// Accelerations below this are vibration and slope.
 constexpr double kLeastAcceleration = 0.08;  // m/s^2, rms
@@ -31,13 +29,6 @@ constexpr double kClearGain = 0.02;
 constexpr double kLargestSpread = 15 * kDegree;
 constexpr double kOtherMounting = 10 * kDegree;  // smaller differences are left to the estimator
 constexpr double kToAxes = 12 * kDegree;         // IMUs are mounted along axes, slopes are not
-
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  std::array<char, 512> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, values...);
-  return buffer.data();
-}
 
 Vector3d median_force(const std::vector<ImuRow>& rows) {
   Vector3d result;
@@ -256,13 +247,13 @@ void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& u
   }
   result.R_body_imu = found;
   const Vector3d angles = found.roll_pitch_yaw() / kDegree;
-  result.findings.push_back(
-      text("%s: the IMU seems to be mounted with roll %.0f, pitch %.0f, yaw %.0f degrees, which is "
-           "not what was assumed. Evidence: accelerations of the odometer and the IMU in %zu "
-           "intervals correlate by %.2f with it, and both halves of the recording agree within "
-           "%.0f degrees. Set imu.rotation to these angles, or run with --apply-mounting.",
-           imu.name.c_str(), angles.x(), angles.y(), angles.z(), result.intervals,
-           whole.correlation, result.yaw_spread / kDegree));
+  result.findings.push_back(formatted(
+      "%s: the IMU seems to be mounted with roll %.0f, pitch %.0f, yaw %.0f degrees, which is "
+      "not what was assumed. Evidence: accelerations of the odometer and the IMU in %zu "
+      "intervals correlate by %.2f with it, and both halves of the recording agree within "
+      "%.0f degrees. Set imu.rotation to these angles, or run with --apply-mounting.",
+      imu.name.c_str(), angles.x(), angles.y(), angles.z(), result.intervals, whole.correlation,
+      result.yaw_spread / kDegree));
 }
 
 void judge_rates(const Stream& imu, const Stream& odometer, MountingEvidence& result) {
@@ -271,20 +262,20 @@ void judge_rates(const Stream& imu, const Stream& odometer, MountingEvidence& re
   }
   const double factor = result.rate_factor;
   if (factor < 0) {
-    result.findings.push_back(
-        text("%s and %s turn in opposite directions (correlation %.2f): one of them has the wrong "
-             "sign of its yaw rate. Positive is to the left (REP 103); gravity cannot tell which.",
-             imu.name.c_str(), odometer.name.c_str(), *result.rate_correlation));
+    result.findings.push_back(formatted(
+        "%s and %s turn in opposite directions (correlation %.2f): one of them has the wrong "
+        "sign of its yaw rate. Positive is to the left (REP 103); gravity cannot tell which.",
+        imu.name.c_str(), odometer.name.c_str(), *result.rate_correlation));
   } else if (factor > 30) {
-    result.findings.push_back(
-        text("%s: angular_velocity is %.0f times that of %s: it seems to be in degrees per second "
-             "and must be in rad/s.",
-             imu.name.c_str(), factor, odometer.name.c_str()));
+    result.findings.push_back(formatted(
+        "%s: angular_velocity is %.0f times that of %s: it seems to be in degrees per second "
+        "and must be in rad/s.",
+        imu.name.c_str(), factor, odometer.name.c_str()));
   } else if (factor < 0.7 || factor > 1.4) {
-    result.findings.push_back(
-        text("%s: the odometer turns %.2f times as fast as the gyro of %s: its wheel separation "
-             "seems to be set too %s. Its speed is used, its yaw rate is not.",
-             odometer.name.c_str(), 1 / factor, imu.name.c_str(), factor > 1 ? "large" : "small"));
+    result.findings.push_back(formatted(
+        "%s: the odometer turns %.2f times as fast as the gyro of %s: its wheel separation "
+        "seems to be set too %s. Its speed is used, its yaw rate is not.",
+        odometer.name.c_str(), 1 / factor, imu.name.c_str(), factor > 1 ? "large" : "small"));
   }
 }
 
@@ -302,22 +293,22 @@ MountingEvidence examine_mounting(const Stream& imu, const Stream* odometer,
     result.gravity = Gravity::kMeasured;
   } else if (std::abs(result.mean_force - 1) < 0.1) {
     result.gravity = Gravity::kUnitG;
-    result.findings.push_back(
-        text("%s: the mean specific force is %.2f: linear_acceleration seems to be in g instead of "
-             "m/s^2. It is multiplied by 9.80665 (imu.specific_force_scale).",
-             imu.name.c_str(), result.mean_force));
+    result.findings.push_back(formatted(
+        "%s: the mean specific force is %.2f: linear_acceleration seems to be in g instead of "
+        "m/s^2. It is multiplied by 9.80665 (imu.specific_force_scale).",
+        imu.name.c_str(), result.mean_force));
   } else if (result.mean_force < 0.2 * kGravity) {
     result.gravity = Gravity::kRemoved;
-    result.findings.push_back(text(
+    result.findings.push_back(formatted(
         "%s: the mean specific force is only %.2f m/s^2: gravity has already been taken out of "
         "linear_acceleration by the driver. The estimator needs the raw readings, which are "
         "9.8 m/s^2 at rest; use the driver's raw topic.",
         imu.name.c_str(), result.mean_force));
   } else {
-    result.findings.push_back(
-        text("%s: the mean specific force is %.2f m/s^2, neither gravity (9.8) nor in g (1): the "
-             "accelerometer is not scaled to m/s^2 or is faulty.",
-             imu.name.c_str(), result.mean_force));
+    result.findings.push_back(formatted(
+        "%s: the mean specific force is %.2f m/s^2, neither gravity (9.8) nor in g (1): the "
+        "accelerometer is not scaled to m/s^2 or is faulty.",
+        imu.name.c_str(), result.mean_force));
   }
   if (result.gravity == Gravity::kRemoved || result.gravity == Gravity::kUnclear) {
     return result;
@@ -329,7 +320,7 @@ MountingEvidence examine_mounting(const Stream& imu, const Stream* odometer,
     judge_rates(imu, *odometer, result);
   }
   if (result.tilt > 30 * kDegree && !result.R_body_imu) {
-    result.findings.push_back(text(
+    result.findings.push_back(formatted(
         "%s: with the assumed mounting, gravity is %.0f degrees off the vertical: the IMU is "
         "mounted on its side or upside down, or its frame is wrong (its axis that points up is "
         "(%.2f, %.2f, %.2f)). Its yaw is not certain from the motion, so no mounting is "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "recording.hpp"
 
 namespace pipescout::estimate {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  // rad
 
 enum class Gravity {
   kMeasured,  ///< the mean specific force is that of gravity

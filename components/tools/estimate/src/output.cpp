@@ -2,10 +2,9 @@
 #include "output.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout::estimate {
@@ -14,20 +13,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  std::array<char, 1024> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, values...);
-  return buffer.data();
-}
-
 /// As many digits as a difference of 0.1 mm needs.
 std::string coordinate(double degrees) {
-  return text("%.9f", degrees);
+  return formatted("%.9f", degrees);
 }
 
 std::string stamp(const Recording& recording, double time) {
-  return text("%.6f", recording.origin + time);
+  return formatted("%.6f", recording.origin + time);
 }
 
 const TrajectoryPoint* point_at(const Trajectory& trajectory, double time) {
@@ -113,10 +105,10 @@ std::vector<std::string> believed(const Trajectory& trajectory) {
   std::vector<std::string> lines;
   for (const Change& change : trajectory.changes) {
     if (lines.size() == kMost) {
-      lines.push_back(text("... and %zu more changes.", trajectory.changes.size() - kMost));
+      lines.push_back(formatted("... and %zu more changes.", trajectory.changes.size() - kMost));
       break;
     }
-    lines.push_back(text("%8.1f s: ", change.time) + change.what + ".");
+    lines.push_back(formatted("%8.1f s: ", change.time) + change.what + ".");
   }
   return lines;
 }
@@ -130,7 +122,7 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
     if (implied || s.accepted + s.gated + s.held + s.refused == 0) {
       continue;
     }
-    std::string line = text(
+    std::string line = formatted(
         "%s: %zu measurements accepted, %zu rejected as outliers, %zu held back, "
         "%zu refused",
         std::string(to_string(source)).c_str(), s.accepted, s.gated, s.held, s.refused);
@@ -142,15 +134,15 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
   if (const estimation::ImuGaps& gaps = trajectory.status.imu_gaps;
       gaps.count > 0 && trajectory.with_imu) {
     lines.push_back(
-        text("The IMU's stamps have %zu gaps of %.1f s in all, %.2f s at most; %.1f s were "
-             "bridged without it.",
-             gaps.count, gaps.total, gaps.longest, gaps.bridged));
+        formatted("The IMU's stamps have %zu gaps of %.1f s in all, %.2f s at most; %.1f s were "
+                  "bridged without it.",
+                  gaps.count, gaps.total, gaps.longest, gaps.bridged));
   }
   for (const HeldOut& held : trajectory.held) {
     lines.push_back(
-        text("GPS was held out from %.1f to %.1f s (%zu fixes); it was up to %.1f m from "
-             "the trajectory.",
-             held.begin, held.end, held.fixes, held.farthest));
+        formatted("GPS was held out from %.1f to %.1f s (%zu fixes); it was up to %.1f m from "
+                  "the trajectory.",
+                  held.begin, held.end, held.fixes, held.farthest));
   }
   return lines;
 }
@@ -160,20 +152,20 @@ std::vector<std::string> settings(const Configuration& c, const Trajectory& traj
   std::vector<std::string> lines = trajectory.mounting.findings;
   if (gps.count >= 30 && gps.per_axis > 2 * gps.stated) {
     lines.push_back(
-        text("GPS is off the trajectory by %.2f m per axis, and states %.2f m: its "
-             "deviations seem too small. Try gps.deviation_factor: %.1f.",
-             gps.per_axis, gps.stated, c.gps_factor * gps.per_axis / gps.stated));
+        formatted("GPS is off the trajectory by %.2f m per axis, and states %.2f m: its "
+                  "deviations seem too small. Try gps.deviation_factor: %.1f.",
+                  gps.per_axis, gps.stated, c.gps_factor * gps.per_axis / gps.stated));
   }
   if (std::abs(trajectory.odometer_scale - 1) > 0.05) {
     lines.push_back(
-        text("The odometer's scale is estimated as %.3f: check wheel radius or "
-             "odometer.scale.",
-             trajectory.odometer_scale));
+        formatted("The odometer's scale is estimated as %.3f: check wheel radius or "
+                  "odometer.scale.",
+                  trajectory.odometer_scale));
   }
   if (trajectory.mounting.odometer_delay && std::abs(*trajectory.mounting.odometer_delay) >= 0.06) {
-    lines.push_back(text("The odometer's stamps are %.2f s %s the IMU's, by their yaw rates.",
-                         std::abs(*trajectory.mounting.odometer_delay),
-                         *trajectory.mounting.odometer_delay > 0 ? "behind" : "ahead of"));
+    lines.push_back(formatted("The odometer's stamps are %.2f s %s the IMU's, by their yaw rates.",
+                              std::abs(*trajectory.mounting.odometer_delay),
+                              *trajectory.mounting.odometer_delay > 0 ? "behind" : "ahead of"));
   }
   return lines;
 }
@@ -190,15 +182,15 @@ std::string trajectory_csv(const Recording& recording, const Trajectory& traject
   for (const TrajectoryPoint& p : trajectory.points) {
     out += stamp(recording, p.time);
     for (const Vector3d& v : {p.position, p.position_deviation}) {
-      out += text(",%.4f,%.4f,%.4f", v.x(), v.y(), v.z());
+      out += formatted(",%.4f,%.4f,%.4f", v.x(), v.y(), v.z());
     }
     const auto& q = p.orientation;
-    out += text(",%.6f,%.6f,%.6f,%.6f,%.4f,%.4f,%.4f", q.x(), q.y(), q.z(), q.w(), p.velocity.x(),
-                p.velocity.y(), p.velocity.z());
+    out += formatted(",%.6f,%.6f,%.6f,%.6f,%.4f,%.4f,%.4f", q.x(), q.y(), q.z(), q.w(),
+                     p.velocity.x(), p.velocity.y(), p.velocity.z());
     if (map) {
       const auto place = map->geodetic(p.position);
       out += "," + coordinate(place.latitude) + "," + coordinate(place.longitude) +
-             text(",%.3f", place.altitude);
+             formatted(",%.3f", place.altitude);
     }
     out += "\n";
   }
@@ -209,9 +201,9 @@ std::string trajectory_tum(const Recording& recording, const Trajectory& traject
   std::string out;
   for (const TrajectoryPoint& p : trajectory.points) {
     const auto& q = p.orientation;
-    out +=
-        stamp(recording, p.time) + text(" %.4f %.4f %.4f %.6f %.6f %.6f %.6f\n", p.position.x(),
-                                        p.position.y(), p.position.z(), q.x(), q.y(), q.z(), q.w());
+    out += stamp(recording, p.time) + formatted(" %.4f %.4f %.4f %.6f %.6f %.6f %.6f\n",
+                                                p.position.x(), p.position.y(), p.position.z(),
+                                                q.x(), q.y(), q.z(), q.w());
   }
   return out;
 }
@@ -251,7 +243,7 @@ std::string trajectory_geojson(const Trajectory& trajectory) {
     for (std::size_t k = 0; k < lines[i].size(); ++k) {
       const Place& p = lines[i][k];
       out += (k == 0 ? "[" : ",[") + coordinate(p.longitude) + "," + coordinate(p.latitude) +
-             text(",%.3f]", p.altitude);
+             formatted(",%.3f]", p.altitude);
     }
     out += "]";
   }
@@ -277,19 +269,20 @@ std::string trajectory_svg(const Trajectory& trajectory) {
   const double scale = (kSize - 2 * kMargin) / extent;
   const auto x = [&](const Vector3d& p) { return kMargin + scale * (p.x() - low.x()); };
   const auto y = [&](const Vector3d& p) { return kSize - kMargin - scale * (p.y() - low.y()); };
-  std::string out = text(
+  std::string out = formatted(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\">\n"
       "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n<g fill=\"#d95f02\">\n",
       kSize, kSize);
   for (const auto& fix : trajectory.fixes) {
-    out += text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"1.5\"/>\n", x(fix.position), y(fix.position));
+    out += formatted("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"1.5\"/>\n", x(fix.position),
+                     y(fix.position));
   }
   out += "</g>\n<polyline fill=\"none\" stroke=\"#1b4f9c\" stroke-width=\"1.5\" points=\"";
   for (const auto& p : trajectory.points) {
-    out += text("%.1f,%.1f ", x(p.position), y(p.position));
+    out += formatted("%.1f,%.1f ", x(p.position), y(p.position));
   }
   const double bar = std::pow(10.0, std::floor(std::log10(extent / 2)));
-  out += text(
+  out += formatted(
       "\"/>\n<path d=\"M%.0f %.0fh%.1f\" stroke=\"black\" stroke-width=\"2\"/>\n"
       "<text x=\"%.0f\" y=\"%.0f\" font-family=\"sans-serif\" font-size=\"14\">%g m; line: "
       "trajectory, points: GPS; x to the right, y up</text>\n</svg>\n",
@@ -306,17 +299,18 @@ std::string report(const Recording& recording, const Configuration& configuratio
   } else {
     const double begin = trajectory.points.front().time;
     const double end = trajectory.points.back().time;
-    out += text("%zu poses from %.1f to %.1f s after the first message (at %.3f), %.1f m of way, ",
-                trajectory.points.size(), begin, end, recording.origin, way(trajectory));
+    out += formatted(
+        "%zu poses from %.1f to %.1f s after the first message (at %.3f), %.1f m of way, ",
+        trajectory.points.size(), begin, end, recording.origin, way(trajectory));
     out += trajectory.with_imu ? "with the IMU.\n" : "without an IMU, as planar motion.\n";
     if (gps.count >= 3) {
-      out += text(
+      out += formatted(
           "GPS is off the trajectory by %.2f m rms, %.2f m at most, horizontally (%zu "
           "fixes). The trajectory uses GPS, so this is no measure of its error.\n",
           gps.rms, gps.largest, gps.count);
     }
     const Vector3d deviation = trajectory.points.back().position_deviation;
-    out += text(
+    out += formatted(
         "Stated standard deviation of the position at the end: %.2f, %.2f, %.2f m (x, y, "
         "z).\n",
         deviation.x(), deviation.y(), deviation.z());
@@ -329,33 +323,34 @@ std::string report(const Recording& recording, const Configuration& configuratio
   add_list(out, "What was refused, and why", refused(recording, trajectory), "Nothing.");
   std::vector<std::string> noise;
   if (gps.count >= 3) {
-    noise.push_back(text("GPS: %.2f m per axis off the trajectory; stated (as used): %.2f m%s.",
-                         gps.per_axis, gps.stated,
-                         gps.correlation_time > 0
-                             ? text("; correlated over about %.1f s", gps.correlation_time).c_str()
-                             : ""));
+    noise.push_back(
+        formatted("GPS: %.2f m per axis off the trajectory; stated (as used): %.2f m%s.",
+                  gps.per_axis, gps.stated,
+                  gps.correlation_time > 0
+                      ? formatted("; correlated over about %.1f s", gps.correlation_time).c_str()
+                      : ""));
   }
   if (trajectory.with_imu && !trajectory.points.empty()) {
     const Vector3d& g = trajectory.gyro_bias;
     const Vector3d& a = trajectory.accelerometer_bias;
     noise.push_back(
-        text("IMU: gyro bias %.4f, %.4f, %.4f rad/s; accelerometer bias %.3f, %.3f, %.3f "
-             "m/s^2, at the end, in the body.",
-             g.x(), g.y(), g.z(), a.x(), a.y(), a.z()));
+        formatted("IMU: gyro bias %.4f, %.4f, %.4f rad/s; accelerometer bias %.3f, %.3f, %.3f "
+                  "m/s^2, at the end, in the body.",
+                  g.x(), g.y(), g.z(), a.x(), a.y(), a.z()));
   }
   if (trajectory.status.of(estimation::Source::kOdometer).accepted > 0) {
     noise.push_back(
-        text("Odometer: scale %.4f (true distance / measured).", trajectory.odometer_scale));
+        formatted("Odometer: scale %.4f (true distance / measured).", trajectory.odometer_scale));
   }
   if (trajectory.mounting.rate_correlation) {
     noise.push_back(
-        text("Yaw rates of gyro and odometer correlate by %.3f; the gyro's is %.3f times "
-             "the odometer's.",
-             *trajectory.mounting.rate_correlation, trajectory.mounting.rate_factor));
+        formatted("Yaw rates of gyro and odometer correlate by %.3f; the gyro's is %.3f times "
+                  "the odometer's.",
+                  *trajectory.mounting.rate_correlation, trajectory.mounting.rate_factor));
   }
   if (trajectory.mounting.odometer_delay) {
-    noise.push_back(
-        text("Delay of the odometer behind the IMU: %.2f s.", *trajectory.mounting.odometer_delay));
+    noise.push_back(formatted("Delay of the odometer behind the IMU: %.2f s.",
+                              *trajectory.mounting.odometer_delay));
   }
   add_list(out, "Noise, delays and mounting as they seem to be", noise, "Not known.");
   add_list(out, "Which setting to change", settings(configuration, trajectory, gps),

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
+#include "formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/statistics/median.hpp"
 
@@ -23,7 +22,6 @@ using estimation::OdometerReading;
 using estimation::Source;
 using estimation::SourceState;
 
-constexpr double kDegree = std::numbers::pi / 180;
 /// Of the distance, without slip that lasts: as in car and lawnmower studies.
 constexpr double kOdometerVariance = 1e-4;  // m^2 per m
 constexpr double kUnknownHeight = 1e4;      // m
@@ -76,10 +74,8 @@ double median_step(const std::vector<ImuRow>& rows) {
 }
 
 std::string degrees(const geometry::SO3& rotation) {
-  char text[96];
   const Vector3d a = rotation.roll_pitch_yaw() / kDegree;
-  std::snprintf(text, sizeof text, "roll %.1f, pitch %.1f, yaw %.1f degrees", a.x(), a.y(), a.z());
-  return text;
+  return formatted("roll %.1f, pitch %.1f, yaw %.1f degrees", a.x(), a.y(), a.z());
 }
 
 /// The mounting of the IMU: of the configuration, of the transforms, or none.
@@ -199,9 +195,6 @@ estimation::StateEstimatorParameters parameters_for(const Configuration& c, bool
   p.odometer.largest_speed = std::clamp(3 * fastest, 30.0, 1000.0);
   p.odometer.largest_gap = kLongestOdometerGap;
   p.gps.correlation_time = c.gps_correlation;
-  // Nothing is known of how well this robot's dead reckoning works.
-  p.gps.drift_share = 0.05;
-  p.gps.drift_floor = 5;
   p.gps.confirmed_takeover = p.gps.takeover;
   // Slow IMUs: a gap is several of their own steps.
   p.largest_imu_gap = std::clamp(4 * imu_step, p.largest_imu_gap, 1.0);
@@ -303,12 +296,9 @@ void prepend(const std::vector<EarlyPose>& early, const estimation::Estimate& fi
                              .position_deviation = grown});
   }
   if (!early.empty()) {
-    char text[192];
-    std::snprintf(
-        text, sizeof text,
+    result.said.push_back(formatted(
         "Poses before %.1f s are dead reckoning, put into the map when the start was known.",
-        first.time);
-    result.said.emplace_back(text);
+        first.time));
   }
 }
 

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "pipescout/estimation/start_alignment.hpp"
+#include "pipescout/estimation/track_witness.hpp"
 
 /// Monitoring of a source of absolute measurements: after an outage, or after it was doubted, it is
 /// used again only when its measurements have proved consistent.
@@ -27,6 +30,9 @@ struct SourceWatchParameters {
   /// Correlation time of the measurement errors; s, in [0, 1000]. 0: white. See
   /// `covariance_factor`.
   double correlation_time = 0;
+  /// Standard deviations are taken for up to this factor larger than stated, while measurements
+  /// turn out to be that far off the state; in [1, 100]. 1: as stated, always.
+  double largest_deviation_factor = 1;
   double outage = 5;            ///< s without an accepted measurement; in [0.1, 1000]
   std::size_t doubt_after = 8;  ///< measurements gated in a row; in [1, 10000]
   std::size_t agreeing = 5;     ///< measurements that must agree to be trusted; in [2, 10000]
@@ -61,6 +67,7 @@ struct WatchedFix {
   Eigen::Vector3d predicted =
       Eigen::Vector3d::Zero();     ///< m, the same point according to the state
   double predicted_deviation = 1;  ///< m, of `predicted`, the worst axis
+  double yaw = 0;                  ///< rad, of the map from `odom`
   double way = 0;                  ///< m, travelled so far by dead reckoning
   bool witnessed = true;           ///< an odometer is available
   bool shaken = false;             ///< IMU or odometer had faults since the last accepted position
@@ -98,7 +105,9 @@ enum class Verdict : std::uint8_t {
 /// source is locked out permanently.
 ///
 /// A fix of a doubted source that is consistent with state and odometer is used: then the previous
-/// fixes were wrong, not the state.
+/// fixes were wrong, not the state. And fixes that go on from those that were believed, as dead
+/// reckoning says, are within reach wherever the state is: see TrackWitness. Then it is the state
+/// that is off, or surer than it should be.
 ///
 /// Pure; no allocation.
 class AbsoluteSourceWatch {
@@ -110,9 +119,17 @@ class AbsoluteSourceWatch {
   Verdict judge(const WatchedFix& fix) noexcept;
   /// Before initialisation: compares the fix with previous ones and the motion.
   void compare(const WatchedFix& fix) noexcept;
+  /// A measurement of a trusted source is on its way to the smoother.
+  void offer(const TrackPair& pair, double yaw) noexcept;
   /// Reports the result of the smoother's gate for a measurement to be used.
   void note_accepted(double time, double way) noexcept;
   void note_gated() noexcept;
+  /// Learns how far measurements are off, accepted or gated, from their chi-squares. Before
+  /// `note_accepted`.
+  void note_misfit(double time, double chi_square_per_degree) noexcept;
+  /// Factor on the stated covariances, in [1, largest_deviation_factor^2]: what the misfits showed
+  /// so far.
+  [[nodiscard]] double covariance_scale() const noexcept;
   /// The state was initialised from this source.
   void trust(double time, double way) noexcept;
   /// The state was reset by another source; measurements of this one have to be compared again.
@@ -137,6 +154,8 @@ class AbsoluteSourceWatch {
   [[nodiscard]] double drift_speed(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool agrees_with_motion(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool within_reach(const WatchedFix& fix) const noexcept;
+  [[nodiscard]] std::optional<bool> ask_witness(const TrackPair& pair, double yaw) const noexcept;
+  [[nodiscard]] bool goes_on(const WatchedFix& fix) const noexcept;
   [[nodiscard]] bool bears_state_out(const WatchedFix& fix) const noexcept;
 
   SourceWatchParameters parameters_;
@@ -147,6 +166,15 @@ class AbsoluteSourceWatch {
   double trusted_since_ = std::numeric_limits<double>::quiet_NaN();  // or since the state was reset
   double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
+  TrackWitness witness_{};
+  double log_scale_ = 0;  // of the covariances
+  struct Offered {
+    TrackPair pair{};
+    double yaw = 0;
+  };
+  std::array<Offered, 8>
+      offered_{};  // the newest, in a ring: the gate may not have told of them yet
+  std::size_t next_offered_ = 0;
   // Of the candidate.
   TrackAlignment track_{};
   WatchedFix first_{};

@@ -218,7 +218,9 @@ struct SourceStatus {
   std::size_t gated = 0;
   /// Welds that were gated or held, and then associated with another weld of the tally.
   std::size_t reassigned = 0;
-  std::size_t held = 0;     ///< not used, because the source was not trusted
+  std::size_t held = 0;  ///< not used, because the source was not trusted
+  /// m (rad for headings), of the newest one that was held while running, from the state.
+  double held_distance = std::numeric_limits<double>::quiet_NaN();
   std::size_t refused = 0;  ///< invalid values, late, duplicate, no space, quarantined
   std::size_t waiting = 0;  ///< now, for the IMU to reach their time
   Outcome last_refusal = Outcome::kAccepted;                          ///< reason of the newest one
@@ -239,7 +241,9 @@ struct ImuGaps {
 struct EstimatorStatus {
   Phase phase = Phase::kStarting;
   WaitsFor waits_for = WaitsFor::kImu;
-  std::string text{};  ///< the missing input, or the fault and the parameter that corrects it
+  /// The missing input, the fault and the parameter that corrects it, or what is held out and how
+  /// far it is from the state. Empty when all is well.
+  std::string text{};
   std::array<SourceStatus, kSources> sources{};  ///< by Source
   ImuGaps imu_gaps{};
   std::array<std::size_t, kRestartReasons> restarts{};
