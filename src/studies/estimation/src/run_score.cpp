@@ -190,8 +190,8 @@ class Scorer {
   double next_nees_ = 0;
   std::size_t gps_accepted_ = 0;
   std::size_t gps_out_ = 0;
-  double locked_out_since_ = 0;                                  // s
-  std::array<std::optional<double>, kSensors> refused_since_{};  // s
+  double locked_out_since_ = std::numeric_limits<double>::quiet_NaN();  // s
+  std::array<std::optional<double>, kSensors> refused_since_{};         // s
 };
 
 struct Share {

@@ -40,14 +40,18 @@ WorldScore score_world(Vehicle vehicle, double duration, const simulation::World
         with_loss(std::move(run), {.sensor = sensor, .share = world.lost, .longest_burst = kBurst},
                   kWholeUntil, seed + static_cast<std::uint64_t>(sensor));
   }
-  estimation::StateEstimatorParameters nominal = estimator_parameters(run, options);
+  const estimation::StateEstimatorParameters exact = estimator_parameters(run, options);
+  estimation::StateEstimatorParameters nominal = exact;
   if (vehicle == Vehicle::kGroundRobot) {
-    nominal.gps.correlation_time =
-        estimation::StateEstimatorParameters::ground_robot().gps.correlation_time;
+    // The preset as it is, whose noise is that of real robots.
+    const auto preset = estimation::StateEstimatorParameters::ground_robot();
+    nominal.gps = preset.gps;
+    nominal.odometer.share = preset.odometer.share;
+    nominal.smoother.imu_noise = preset.smoother.imu_noise;
   }
   nominal.smoother.global_deviations.odometer_scale = kNominalScaleDeviation;
 
-  estimation::StateEstimatorParameters told = nominal;
+  estimation::StateEstimatorParameters told = exact;
   estimation::ImuNoise& noise = told.smoother.imu_noise;
   noise.gyro *= world.imu_noise;
   noise.accelerometer *= world.imu_noise;
@@ -55,8 +59,6 @@ WorldScore score_world(Vehicle vehicle, double duration, const simulation::World
   noise.accelerometer_bias *= world.imu_noise;
   told.gps.correlation_time = world.gps_correlation_time;
   told.smoother.globals.odometer_scale = 1 / (1 + world.wheel_scale);
-  told.smoother.global_deviations.odometer_scale =
-      estimator_parameters(run, options).smoother.global_deviations.odometer_scale;
 
   constexpr double kSpacing = 0.5;  // s
   const ScoreOptions score{.nees_spacing = kSpacing};
