@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/state_estimator/named_sources.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../src/named_source_messages.hpp"
+#include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
+#include "pipescout/state_estimator/state_estimator.hpp"
+#include "pipescout/testing/component_harness.hpp"
+
+namespace pipescout {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::SE3;
+using geometry::SO3;
+using testing::ComponentHarness;
+using ::testing::HasSubstr;
+
+// A sensor that looks to the left, half a metre ahead of the body's origin.
+const SE3 kLeft(SO3::about_z(M_PI_2), Vector3d(0.5, 0, 0.2));
+
+TEST(NamedSourceMessagesTest, VelocityOfAReceiverIsHorizontalWithoutCovariance) {
+  geometry_msgs::msg::TwistStamped message;
+  message.twist.linear = to_message(Vector3d(1, -2, 0));
+  const auto m = velocity_measurement(message, 3, {.deviation = 0.2}, kLeft, Vector3d(0, 0, 0.1));
+  EXPECT_EQ(m.time, 3);
+  EXPECT_EQ(m.velocity, Vector3d(1, -2, 0));
+  EXPECT_NEAR(m.covariance(0, 0), 0.04, 1e-12);
+  EXPECT_GT(m.covariance(2, 2), 1e5);
+  EXPECT_EQ(m.sensor, kLeft.translation());
+  EXPECT_EQ(m.angular_rate, Vector3d(0, 0, 0.1));
+  EXPECT_EQ(check(m), estimation::InputFault::kNone);
+}
+
+TEST(NamedSourceMessagesTest, VariancesOfZeroAreUnknown) {
+  geometry_msgs::msg::TwistWithCovarianceStamped message;
+  message.twist.twist.linear = to_message(Vector3d(1, 0, 0));
+  message.twist.covariance[0] = 0.01;
+  message.twist.covariance[7] = -1;
+  const NamedSource source{.deviation = 0.2};
+  const auto in_map = velocity_measurement(message, 0, source, kLeft, Vector3d::Zero());
+  EXPECT_EQ(Vector3d(in_map.covariance.diagonal()), Vector3d(0.01, 0.2 * 0.2, 0.2 * 0.2));
+  // In the axes of the sensor: what is ahead of it is to the left of the body.
+  const auto in_body = body_velocity_measurement(message.twist, 0, source, kLeft, Vector3d::Zero());
+  EXPECT_LT((in_body.velocity - Vector3d(0, 1, 0)).norm(), 1e-12);
+  EXPECT_NEAR(in_body.covariance(1, 1), 0.01, 1e-12);
+  EXPECT_NEAR(in_body.covariance(0, 0), 0.04, 1e-12);
+  EXPECT_EQ(check(in_body), estimation::InputFault::kNone);
+}
+
+TEST(NamedSourceMessagesTest, NumbersThatAreNotFiniteAreRefusedByTheFactor) {
+  sensor_msgs::msg::FluidPressure pressure;
+  pressure.fluid_pressure = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(check(height_measurement(pressure, 0, {.deviation = 1}, kLeft)),
+            estimation::InputFault::kNotFinite);
+  pressure.fluid_pressure = 101325;
+  EXPECT_NEAR(height_measurement(pressure, 0, {.deviation = 1}, kLeft).height, 0, 1e-9);
+  geometry_msgs::msg::TwistWithCovarianceStamped twist;
+  twist.twist.covariance[1] = std::numeric_limits<double>::infinity();
+  twist.twist.covariance[0] = twist.twist.covariance[7] = twist.twist.covariance[14] = 1;
+  EXPECT_NE(check(velocity_measurement(twist, 0, {.deviation = 1}, kLeft, Vector3d::Zero())),
+            estimation::InputFault::kNone);
+}
+
+TEST(NamedSourceMessagesTest, AFieldIsTurnedIntoTheBody) {
+  sensor_msgs::msg::MagneticField message;
+  message.magnetic_field = to_message(Vector3d(2e-5, 0, -4e-5));
+  const auto m = magnetic_field_measurement(
+      message, 0, {.deviation = 0.1, .declination = 0.05, .bias = 3}, kLeft);
+  EXPECT_LT((m.field - Vector3d(0, 2e-5, -4e-5)).norm(), 1e-15);
+  EXPECT_EQ(m.declination, 0.05);
+  EXPECT_EQ(m.bias, 3);
+}
+
+TEST(NamedSourceMessagesTest, PosesOfASensorBecomeAMotionOfTheBody) {
+  const SE3 T_map_from(SO3::about_z(0.3), Vector3d(1, 2, 0));
+  const SE3 T_map_to(SO3::about_z(0.5), Vector3d(1.4, 2.1, 0));
+  const SE3 T_odom_map(SO3::about_z(-1), Vector3d(7, 8, 9));
+  const auto m = relative_pose_measurement({1, T_odom_map * T_map_from * kLeft},
+                                           {1.1, T_odom_map * T_map_to * kLeft},
+                                           {.deviation = 0.02, .rotation_deviation = 0.01}, kLeft);
+  const SE3 expected = T_map_from.inverse() * T_map_to;
+  EXPECT_LT((m.T_from_to.translation() - expected.translation()).norm(), 1e-12);
+  EXPECT_LT((m.T_from_to.rotation().inverse() * expected.rotation()).log().norm(), 1e-12);
+  EXPECT_EQ(check(m), estimation::InputFault::kNone);
+}
+
+/// A robot that stands at a known place, with the sensors that the parameters name.
+class NamedSourcesTest : public ::testing::Test {
+ protected:
+  static constexpr double kGravity = 9.81;
+  static constexpr Time kStart{std::chrono::seconds(1000)};
+
+  NamedSourcesTest() { harness_.set_time(kStart); }
+
+  StateEstimator& start(std::vector<NamedParameter> more) {
+    std::vector<NamedParameter> parameters = {
+        {"datum", std::vector<double>{47.0, 8.0, 400.0}},
+        {"start.position", std::vector<double>{0.0, 0.0, 0.0}},
+        {"start.position_deviation", 1.0},
+        {"start.heading", std::vector<double>{0.1, 0.2}}};
+    parameters.insert(parameters.end(), more.begin(), more.end());
+    auto& estimator =
+        harness_.make<StateEstimator>({.name = "estimator", .parameters = parameters});
+    const auto result = harness_.bring_up(estimator);
+    EXPECT_TRUE(result.success) << result.message;
+    return estimator;
+  }
+
+  /// IMU at 100 Hz; `others` ten times a second, with the stamp.
+  template <class Others>
+  void stand(double from, double to, Others&& others) {
+    for (int i = static_cast<int>(std::lround(100 * from)); i < std::lround(100 * to); ++i) {
+      const Time now = kStart + from_seconds(0.01 * i);
+      harness_.set_time(now);
+      sensor_msgs::msg::Imu imu;
+      imu.header.stamp = to_message(now);
+      imu.orientation_covariance[0] = -1;
+      imu.linear_acceleration.z = kGravity;
+      publish("imu/data", imu);
+      if (i % 10 == 0) {
+        others(to_message(now));
+      }
+    }
+  }
+  template <class T>
+  void publish(std::string_view topic, const T& message) {
+    harness_.publish(Topic<T>{topic, QoS::reliable(10)}, message);
+    harness_.spin();
+  }
+  [[nodiscard]] std::size_t accepted(const std::string& source) {
+    const auto& state = states_.back();
+    const auto found = std::ranges::find(state.source, source);
+    return found == state.source.end()
+               ? 0
+               : state.source_accepted[static_cast<std::size_t>(found - state.source.begin())];
+  }
+
+  ComponentHarness harness_{{.simulated_time = true}};
+  testing::Collector<nav_msgs::msg::Odometry> odometry_ =
+      harness_.collect(topics::kOdometryFiltered);
+  testing::Collector<pipescout_msgs::msg::EstimatorState> states_ =
+      harness_.collect(topics::kEstimatorState);
+};
+
+TEST_F(NamedSourcesTest, ACompassABarometerAndBeaconsHoldARobotWithoutGps) {
+  start({{"sources", std::vector<std::string>{"compass", "barometer", "north", "east", "velocity"}},
+         {"compass.kind", "magnetic_field"},
+         {"compass.topic", "imu/mag"},
+         {"compass.declination", 0.05},
+         {"barometer.kind", "fluid_pressure"},
+         {"north.kind", "range"},
+         {"north.beacon", std::vector<double>{0.0, 30.0, 2.0}},
+         {"east.kind", "range"},
+         {"east.beacon", std::vector<double>{20.0, 0.0, 2.0}},
+         {"velocity.kind", "gps_velocity"}});
+  stand(0, 12, [&](const auto& stamp) {
+    sensor_msgs::msg::MagneticField field;
+    field.header.stamp = stamp;
+    field.magnetic_field =
+        to_message(Vector3d(2e-5 * std::sin(0.05), 2e-5 * std::cos(0.05), -4e-5));
+    publish("imu/mag", field);
+    sensor_msgs::msg::FluidPressure pressure;
+    pressure.header.stamp = stamp;
+    pressure.fluid_pressure = 95000;
+    publish("barometer", pressure);
+    sensor_msgs::msg::Range range;
+    range.header.stamp = stamp;
+    // It is at (1, 1), where it was said to be at (0, 0).
+    range.range = static_cast<float>(Vector3d(1, -29, -2).norm());
+    publish("north", range);
+    range.range = static_cast<float>(Vector3d(-19, 1, -2).norm());
+    publish("east", range);
+    range.range = std::numeric_limits<float>::infinity();  // nothing detected
+    publish("east", range);
+    geometry_msgs::msg::TwistStamped velocity;
+    velocity.header.stamp = stamp;
+    publish("velocity", velocity);
+  });
+  ASSERT_FALSE(odometry_.empty());
+  const SE3 pose = from_message(odometry_.back().pose.pose);
+  EXPECT_NEAR(pose.translation().x(), 1, 0.2);
+  EXPECT_NEAR(pose.translation().y(), 1, 0.2);
+  EXPECT_NEAR(pose.rotation().roll_pitch_yaw().z(), 0, 0.05);
+  for (const char* source : {"compass", "barometer", "north", "east", "velocity"}) {
+    EXPECT_GT(accepted(source), 50U) << source;
+  }
+}
+
+TEST_F(NamedSourcesTest, AFrameIsTakenFromTfAndNamedWhereItIsMissing) {
+  auto& estimator = start({{"sources", std::vector<std::string>{"wheels"}},
+                           {"wheels.kind", "base_velocity"},
+                           {"wheels.topic", "twist"}});
+  const auto send = [&](const auto& stamp) {
+    geometry_msgs::msg::TwistWithCovarianceStamped twist;
+    twist.header.stamp = stamp;
+    twist.header.frame_id = "axle";
+    publish("twist", twist);
+  };
+  stand(0, 4, send);
+  EXPECT_GT(estimator.diagnostics().counter("wheels.tf"), 20U);
+  EXPECT_EQ(accepted("wheels"), 0U);
+  tf2_msgs::msg::TFMessage tf;
+  auto& transform = tf.transforms.emplace_back();
+  transform.header.frame_id = "base_link";
+  transform.child_frame_id = "axle";
+  transform.transform = transform_message(SE3(SO3(), Vector3d(0.2, 0, 0)));
+  harness_.publish(topics::kTfStatic, tf);
+  harness_.spin();
+  const auto missing = estimator.diagnostics().counter("wheels.tf");
+  stand(4, 8, send);
+  EXPECT_EQ(estimator.diagnostics().counter("wheels.tf"), missing);
+  EXPECT_GT(accepted("wheels"), 20U);
+}
+
+TEST_F(NamedSourcesTest, OdometryOfAnyBaseIsAMotionOrAVelocity) {
+  auto& estimator = start({{"sources", std::vector<std::string>{"lidar", "base", "antenna"}},
+                           {"lidar.kind", "odometry_pose"},
+                           {"lidar.position", std::vector<double>{0.1, 0.0, 0.5}},
+                           {"base.kind", "odometry_velocity"},
+                           {"antenna.kind", "gps_fix"},
+                           {"antenna.position", std::vector<double>{0.0, 0.4, 1.0}}});
+  const geometry::LocalFrame map({47.0, 8.0, 400.0});
+  double offset = 0;
+  const auto send = [&](const auto& stamp) {
+    nav_msgs::msg::Odometry odometry;
+    odometry.header.stamp = stamp;
+    odometry.child_frame_id = "base_link";
+    odometry.pose.pose = to_message(SE3(SO3::about_z(2), Vector3d(5 + offset, 6, 0)));
+    publish("lidar", odometry);
+    publish("base", odometry);
+    const geometry::GeodeticPosition place = map.geodetic(Vector3d(0, 0.4, 1));
+    sensor_msgs::msg::NavSatFix fix;
+    fix.header.stamp = stamp;
+    fix.latitude = place.latitude;
+    fix.longitude = place.longitude;
+    fix.altitude = place.altitude;
+    publish("antenna", fix);
+  };
+  stand(0, 6, send);
+  for (const char* source : {"lidar", "base", "antenna"}) {
+    EXPECT_GT(accepted(source), 30U) << source;
+  }
+  EXPECT_EQ(estimator.diagnostics().counter("lidar.jump"), 0U);
+  offset = 500;
+  stand(6, 6.5, send);
+  EXPECT_EQ(estimator.diagnostics().counter("lidar.jump"), 1U);
+  EXPECT_LT(from_message(odometry_.back().pose.pose).translation().norm(), 1);
+}
+
+TEST_F(NamedSourcesTest, ParametersThatAreWrongAreRefusedByName) {
+  const auto refused = [&](std::vector<NamedParameter> parameters) {
+    parameters.push_back({"sources", std::vector<std::string>{"one"}});
+    auto& estimator = harness_.make<StateEstimator>({.parameters = parameters});
+    const auto result = harness_.configure(estimator);
+    EXPECT_FALSE(result.success);
+    harness_.destroy(estimator);
+    return result.message;
+  };
+  EXPECT_THROW((void)harness_.make<StateEstimator>(
+                   {.parameters = {{"sources", std::vector<std::string>{"one"}}}}),
+               ParameterError);
+  EXPECT_THROW(
+      (void)harness_.make<StateEstimator>(
+          {.parameters = {{"sources", std::vector<std::string>{"one"}}, {"one.kind", "sundial"}}}),
+      ParameterError);
+  EXPECT_THAT(refused({{"one.kind", "range"}}), HasSubstr("one.beacon"));
+  EXPECT_THAT(refused({{"one.kind", "gps_fix"}, {"one.position", std::vector<double>{1.0}}}),
+              HasSubstr("one.position"));
+}
+
+}  // namespace
+}  // namespace pipescout
