@@ -24,7 +24,7 @@ constexpr double kFrom = 20;      // s: what it needs to start is whole
 constexpr double kBurst = 2;      // s
 constexpr double kLag = 0.5;      // s
 constexpr double kRatioAt = 0.1;  // share of losses for which the ratio is asked
-constexpr Target kCoverage = within(88, 99.9);
+constexpr Target kLossCoverage = within(88, 99.9);
 
 struct Loss {
   SensorLoss what{};
@@ -117,7 +117,7 @@ void add_robot(const Robot& robot, const std::vector<std::uint64_t>& seeds,
                         {},
                         asked ? at_most(1.5) : kSmallIsGood});
     measures.push_back({loss.name + ": truth within the stated 95 %, % of the time", mean(coverage),
-                        coverage, kCoverage});
+                        coverage, kLossCoverage});
     if (asked) {
       worst.ratio = std::max(worst.ratio, ratio);
       const bool imu_bursts =
@@ -155,12 +155,12 @@ void reproduce_losses(const ReproduceOptions& options, const EstimatorExtent& ex
                   {"truth within the stated 95 %, least, % of the time",
                    worst.least_coverage,
                    {},
-                   kCoverage,
+                   kLossCoverage,
                    "loss_coverage95_percent"},
                   {"truth within the stated 95 %, most, % of the time",
                    worst.most_coverage,
                    {},
-                   kCoverage,
+                   kLossCoverage,
                    "loss_coverage95_most_percent"},
                   {"refused for longer than the sensor's own gap, s",
                    worst.refused,

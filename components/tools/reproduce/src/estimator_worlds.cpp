@@ -15,7 +15,7 @@
 namespace pipescout::reproduce {
 namespace {
 
-constexpr Target kCoverage = within(88, 99.5);
+constexpr Target kWorldCoverage = within(88, 99.5);
 constexpr Target kRatio = at_most(1.3);
 
 struct Score {
@@ -66,9 +66,9 @@ void reproduce_worlds(const ReproduceOptions& options, const EstimatorExtent& ex
         study, {{"position, root mean square, m", pooled(nominal), nominal, kSmallIsGood},
                 {"the same, told the truth, m", pooled(told), told, kSmallIsGood},
                 {"ratio", ratio, {}, kRatio, std::string("world_rmse_ratio_") + robot.name},
-                {"truth within the stated 95 %, % of the time", mean(coverage), coverage, kCoverage,
-                 std::string("world_coverage95_percent_") + robot.name},
-                {"the same, told the truth, %", mean(told_coverage), told_coverage, kCoverage},
+                {"truth within the stated 95 %, % of the time", mean(coverage), coverage,
+                 kWorldCoverage, std::string("world_coverage95_percent_") + robot.name},
+                {"the same, told the truth, %", mean(told_coverage), told_coverage, kWorldCoverage},
                 {"right GPS locked out and not said, s", largest(out), out, kNone}});
     worst_ratio = std::max(worst_ratio, ratio);
     worst_coverage = std::min(worst_coverage, mean(coverage));
@@ -84,12 +84,12 @@ void reproduce_worlds(const ReproduceOptions& options, const EstimatorExtent& ex
                   {"truth within the stated 95 %, least, % of the time",
                    worst_coverage,
                    {},
-                   kCoverage,
+                   kWorldCoverage,
                    "world_coverage95_percent"},
                   {"truth within the stated 95 %, most, % of the time",
                    most_coverage,
                    {},
-                   kCoverage,
+                   kWorldCoverage,
                    "world_coverage95_most_percent"},
                   {"right GPS locked out and not said, s", lockout, {}, kNone, "world_lockout_s"}});
 }

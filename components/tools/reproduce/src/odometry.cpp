@@ -11,6 +11,7 @@
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/odometry/consensus_fusion.hpp"
 #include "reproduce.hpp"
+#include "seed_values.hpp"
 
 namespace pipescout::reproduce {
 namespace {
@@ -93,12 +94,6 @@ std::string set_text(const std::vector<int>& members) {
     text += (text.empty() ? "" : ", ") + std::to_string(member);
   }
   return "{" + text + "}";
-}
-
-/// Shown with this many decimals.
-double rounded(double value) {
-  constexpr double kScale = 1e4;
-  return std::round(value * kScale) / kScale;
 }
 
 }  // namespace

@@ -35,12 +35,6 @@ double deviation(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Shown with this many decimals.
-double rounded(double value) {
-  constexpr double kScale = 1e4;
-  return std::round(value * kScale) / kScale;
-}
-
 /// Runs of poses, one per seed.
 struct Runs {
   std::vector<PoseErrors> each;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <numeric>
@@ -33,6 +34,12 @@ inline double mean(const std::vector<double>& values) {
 /// Of at least one.
 inline double largest(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
+}
+
+/// To the decimals that rows show.
+inline double rounded(double value) {
+  constexpr double kScale = 1e4;
+  return std::round(value * kScale) / kScale;
 }
 
 /// 0 of nothing.
