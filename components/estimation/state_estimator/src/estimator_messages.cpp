@@ -150,9 +150,10 @@ geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message) 
 
 bool covariance_is_stated(const NavSatFix& message) {
   const auto& c = message.position_covariance;
-  return message.position_covariance_type != NavSatFix::COVARIANCE_TYPE_UNKNOWN &&
-         std::ranges::all_of(c, [](double value) { return std::isfinite(value); }) && c[0] > 0 &&
-         c[4] > 0 && c[8] > 0;
+  const bool numbers = std::ranges::all_of(c, [](double value) { return std::isfinite(value); });
+  const auto [least, most] = std::minmax({c[0], c[4], c[8]});
+  return message.position_covariance_type != NavSatFix::COVARIANCE_TYPE_UNKNOWN && numbers &&
+         least >= 0 && most > 0;
 }
 
 estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message, double time,

@@ -64,8 +64,18 @@ TEST(GpsMeasurement, ClaimsNoMoreThanItMay) {
   message.position_covariance = {1e-8, 0, 0, 0, 1e-8, 0, 0, 0, 1e-8};
   const auto measured = gps_measurement(message, 0, kMap, 0, settings());
   EXPECT_NEAR(measured.covariance(0, 0), 0.01, 1e-9);
+}
+
+// Drivers send each of these for "unknown".
+TEST(GpsMeasurement, CovariancesThatAreNoneAreReplaced) {
+  auto message = fix();
   message.position_covariance = {};
-  EXPECT_NEAR(gps_measurement(message, 0, kMap, 0, settings()).covariance(2, 2), 0.01, 1e-9);
+  EXPECT_FALSE(covariance_is_stated(message));
+  EXPECT_EQ(gps_measurement(message, 0, kMap, 0, settings()).covariance(2, 2), 4);
+  message.position_covariance = {-1, 0, 0, 0, -1, 0, 0, 0, -1};
+  EXPECT_FALSE(covariance_is_stated(message));
+  message.position_covariance = {1, 0, 0, 0, kNan, 0, 0, 0, 1};
+  EXPECT_EQ(gps_measurement(message, 0, kMap, 0, settings()).covariance(0, 0), 4);
 }
 
 TEST(GpsMeasurement, WithoutAnAltitudeSaysNothingOfTheHeight) {
