@@ -82,7 +82,8 @@ Outcome StateEstimator::Implementation::add(const ImuReading& reading) noexcept 
     if (taken.outcome == Outcome::kWaiting) {
       note_lag(reading);
     }
-    if (taken.outcome == Outcome::kGated || taken.outcome == Outcome::kNotFinite) {
+    if (taken.outcome == Outcome::kGated || taken.outcome == Outcome::kNotFinite ||
+        taken.outcome == Outcome::kDead) {
       fault_time_ = imu_end_;
     }
     if (taken.outcome != Outcome::kWaiting) {

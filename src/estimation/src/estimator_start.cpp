@@ -30,7 +30,8 @@ std::string axis_of(const Vector3d& direction) {
 }  // namespace
 
 std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force, bool still) const {
-  constexpr double kInG = 0.2;  // what a sound IMU in g may be off by
+  constexpr double kInG = 0.2;      // what a sound IMU in g may be off by
+  constexpr double kRemoved = 0.1;  // of gravity, and less: no scale does that
   const double gravity = parameters_.smoother.gravity;
   const double norm = mean_force.norm();
   const double reading = norm / parameters_.specific_force_scale;
@@ -55,6 +56,10 @@ std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force,
   } else if (in_g) {
     text << "the IMU shows gravity as " << reading
          << ": it measures in g; set specific_force_scale to 9.80665";
+  } else if (norm < kRemoved * gravity) {
+    text << "the accelerometer shows " << norm
+         << " m/s^2 and no gravity: it has been taken out of the readings; use those of the sensor "
+            "itself, which show it";
   } else {
     text << "the IMU shows gravity as " << norm << " m/s^2 instead of " << gravity
          << ": set specific_force_scale to " << parameters_.specific_force_scale * gravity / norm

@@ -134,7 +134,7 @@ std::string_view to_string(Outcome outcome) noexcept {
   constexpr std::array<std::string_view, kOutcomes> kNames = {
       "accepted",  "waiting",       "gated",          "late",         "future",
       "duplicate", "not_finite",    "bad_covariance", "bad_interval", "bad_direction",
-      "full",      "uninitialised", "quarantined"};
+      "full",      "uninitialised", "quarantined",    "dead"};
   const auto i = static_cast<std::size_t>(outcome);
   return i < kNames.size() ? kNames[i] : "unknown";
 }

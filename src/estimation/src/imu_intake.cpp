@@ -94,10 +94,30 @@ bool ImuIntake::is_gap(double from, double to, double others) noexcept {
   return to > from && others - from > kShare * (to - from);
 }
 
+bool ImuIntake::is_dead(const ImuReading& reading) noexcept {
+  // Noise changes some digit of each reading. Drivers that publish faster than the sensor measures
+  // repeat readings too, but for a shorter time, and a gyro of one axis has zeros in the others.
+  constexpr double kLongestRepetition = 0.25;  // s
+  constexpr std::size_t kFewestRepeats = 10;
+  if (reading.angular_rate != repeated_rate_) {
+    repeated_rate_ = reading.angular_rate;
+    repeated_since_ = reading.time;
+    repeats_ = 0;
+  } else {
+    ++repeats_;
+  }
+  const bool frozen = (reading.angular_rate.array() != 0).all() && repeats_ >= kFewestRepeats &&
+                      reading.time - repeated_since_ >= kLongestRepetition;
+  return frozen || reading.specific_force.isZero(0);
+}
+
 ImuIntake::Taken ImuIntake::add(const ImuReading& reading, double others) noexcept {
   if (!(std::isfinite(reading.time) && reading.angular_rate.allFinite() &&
         reading.specific_force.allFinite())) {
     return {.outcome = Outcome::kNotFinite};
+  }
+  if (is_dead(reading)) {
+    return {.outcome = Outcome::kDead};
   }
   const ImuReading now = {reading.time, R_body_imu_ * (scale_ * reading.specific_force),
                           R_body_imu_ * reading.angular_rate};

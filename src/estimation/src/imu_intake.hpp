@@ -41,6 +41,7 @@ class ImuIntake {
  private:
   [[nodiscard]] bool near(const ImuReading& a, const ImuReading& b) const noexcept;
   void join(const ImuReading& to, Taken& taken) noexcept;
+  [[nodiscard]] bool is_dead(const ImuReading& reading) noexcept;
   /// The first reading may be wrong: what is joined begins with one that the next bears out.
   void begin(const ImuReading& now, Taken& taken) noexcept;
 
@@ -56,7 +57,10 @@ class ImuIntake {
   ClockWatch clock_;
   std::optional<ImuReading> last_{};  // in the body
   std::optional<ImuReading> held_{};
-  std::size_t dropped_ = 0;  // running
+  std::size_t dropped_ = 0;                                  // running
+  Eigen::Vector3d repeated_rate_ = Eigen::Vector3d::Zero();  // of the newest readings, since:
+  double repeated_since_ = 0;                                // s
+  std::size_t repeats_ = 0;
 };
 
 }  // namespace pipescout::estimation

@@ -94,6 +94,38 @@ TEST(ImuIntake, ASlowGyroThatTurnsInIsNoSpike) {
   EXPECT_NEAR(duration, 99 * kSlow, 1e-9);
 }
 
+TEST(ImuIntake, DeadReadingsAreRefused) {
+  ImuIntake intake(StateEstimatorParameters{});
+  const auto add = [&](double time, const Eigen::Vector3d& force, const Eigen::Vector3d& rate) {
+    return intake.add({.time = time, .specific_force = force, .angular_rate = rate}).outcome;
+  };
+  const Eigen::Vector3d gravity(0, 0, 9.81);
+  double time = 0;
+  for (; time < 0.2; time += 0.01) {
+    EXPECT_EQ(add(time, gravity, {0.01, 0.02, time}), Outcome::kWaiting);
+  }
+  EXPECT_EQ(add(time, Eigen::Vector3d::Zero(), {0.01, 0.02, 0.2}), Outcome::kDead);
+  std::size_t dead = 0;
+  for (int i = 0; i < 50; ++i) {
+    time += 0.01;
+    dead += add(time, gravity, {0.01, 0.02, 0.3}) == Outcome::kDead ? 1 : 0;
+  }
+  EXPECT_NEAR(static_cast<double>(dead), 25, 2);
+  EXPECT_EQ(add(time + 0.01, gravity, {0.01, 0.02, 0.31}), Outcome::kWaiting);
+}
+
+TEST(ImuIntake, AGyroOfOneAxisThatStandsIsNotDead) {
+  ImuIntake intake(StateEstimatorParameters{});
+  for (double time = 0; time < 2; time += 0.01) {
+    EXPECT_EQ(intake
+                  .add({.time = time,
+                        .specific_force = Eigen::Vector3d(0, 0, 9.81),
+                        .angular_rate = Eigen::Vector3d(0, 0, 0.1)})
+                  .outcome,
+              Outcome::kWaiting);
+  }
+}
+
 TEST(ImuIntake, WrongFirstReadingsAreNotJoined) {
   for (int wrong = 1; wrong <= 3; ++wrong) {
     ImuIntake intake({});

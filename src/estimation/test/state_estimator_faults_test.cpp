@@ -111,6 +111,53 @@ INSTANTIATE_TEST_SUITE_P(
                     Mounting{1, SO3::about_y(std::numbers::pi / 2), "R_body_imu"},
                     Mounting{2, SO3(), "set specific_force_scale to"}));
 
+TEST_F(StateEstimatorFaultsTest, AnImuWithoutGravityIsTold) {
+  VehicleOptions options;
+  options.duration = 5;
+  const SimulatedVehicle vehicle(22, options);
+  StateEstimator estimator(robot());
+  test::deliver(estimator, vehicle, 0, 3, [](AnyMessage& message) {
+    if (auto* const imu = std::get_if<ImuReading>(&message)) {
+      imu->specific_force.z() -= 9.81;
+    }
+    return true;
+  });
+  EXPECT_EQ(estimator.status().phase, Phase::kFault);
+  EXPECT_THAT(estimator.status().text, HasSubstr("no gravity: it has been taken out"));
+}
+
+TEST_F(StateEstimatorFaultsTest, DeadReadingsAreRefusedAndTheStateRecovers) {
+  for (const bool accelerometer : {true, false}) {
+    VehicleOptions options;
+    options.duration = 90;
+    options.compass = true;
+    const SimulatedVehicle vehicle(23, options);
+    StateEstimator estimator(robot());
+    std::optional<Vector3d> frozen;
+    test::deliver(estimator, vehicle, 0, 90, [&](AnyMessage& message) {
+      auto* const imu = std::get_if<ImuReading>(&message);
+      if (imu == nullptr || imu->time < 40 || imu->time > (accelerometer ? 40.25 : 42)) {
+        return true;
+      }
+      if (accelerometer) {
+        imu->specific_force.setZero();
+      } else {
+        frozen = frozen.value_or(imu->angular_rate);
+        imu->angular_rate = *frozen;
+      }
+      return true;
+    });
+    EXPECT_GT(estimator.status().of(Source::kImu).refused, 20U);
+    EXPECT_LT(error(estimator, vehicle), 1);
+    const NavState truth = vehicle.truth(estimator.estimate()->time);
+    const double tilt =
+        (truth.R_map_body.inverse() * Vector3d::UnitZ())
+            .cross(estimator.estimate()->state.R_map_body.inverse() * Vector3d::UnitZ())
+            .norm();
+    EXPECT_LT(tilt, 0.02) << (accelerometer ? "accelerometer" : "gyro");
+  }
+}
+
 TEST_F(StateEstimatorFaultsTest, AnImuSaidToBeWorseThanAnyHoldsNothingUp) {
   // A heading that is anybody's guess within a keyframe: updates fail, and from the same keyframe
   // they fail again.

@@ -148,6 +148,13 @@ geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message) 
   return result;
 }
 
+bool covariance_is_stated(const NavSatFix& message) {
+  const auto& c = message.position_covariance;
+  return message.position_covariance_type != NavSatFix::COVARIANCE_TYPE_UNKNOWN &&
+         std::ranges::all_of(c, [](double value) { return std::isfinite(value); }) && c[0] > 0 &&
+         c[4] > 0 && c[8] > 0;
+}
+
 estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message, double time,
                                            const geometry::LocalFrame& frame,
                                            double expected_height,
@@ -164,10 +171,10 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
   estimation::GpsMeasurement result;
   result.time = time;
   result.position = frame.position(place);
-  if (message.position_covariance_type == NavSatFix::COVARIANCE_TYPE_UNKNOWN) {
+  if (!covariance_is_stated(message)) {
     if (deviation <= 0) {
       throw std::invalid_argument(
-          "position_covariance_type is unknown, and parameter 'gps.deviation' is 0");
+          "position_covariance states nothing usable, and parameter 'gps.deviation' is 0");
     }
     result.covariance.diagonal().setConstant(deviation * deviation);
   } else {

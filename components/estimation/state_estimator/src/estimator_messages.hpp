@@ -33,6 +33,9 @@ namespace pipescout {
 /// The altitude is 0 where it is not known.
 [[nodiscard]] geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message);
 
+/// Whether its covariance says anything: receivers send NaN, zeros and -1 for an unknown one too.
+[[nodiscard]] bool covariance_is_stated(const sensor_msgs::msg::NavSatFix& message);
+
 /// Throws as `geodetic`, and when the covariance is unknown and `settings` have none for that.
 /// A height that is not known is `expected_height` (m, in the map) give or take very much.
 [[nodiscard]] estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message,

@@ -162,7 +162,7 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       "datum", {},
       {.description =
            "latitude and longitude in degrees and altitude in m of the origin of the map; "
-           "empty: the first fix"});
+           "empty: the first of five fixes that agree"});
   gps_deviation_ = parameters.declare<double>(
       "gps.deviation", 2.0,
       {.description =

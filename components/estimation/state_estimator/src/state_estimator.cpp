@@ -84,6 +84,8 @@ CallbackReturn StateEstimator::on_configure() {
   if (settings_.datum) {
     map_.emplace(*settings_.datum);
   }
+  first_fixes_.clear();
+  told_unstated_covariance_ = false;
   origin_.reset();
   last_reading_.reset();
   imu_interval_ = 0;
@@ -234,15 +236,68 @@ void StateEstimator::on_fix(const Fix& message) {
   if (!time) {
     return;
   }
+  if (message.latitude == 0 && message.longitude == 0) {
+    report_fault(
+        "gps.refused",
+        "fix refused: latitude and longitude are exactly 0, as of a receiver without a fix");
+    return;
+  }
+  if (!covariance_is_stated(message) && !told_unstated_covariance_) {
+    told_unstated_covariance_ = true;
+    logger().warn("gps: position_covariance states no usable variances (" +
+                  std::to_string(message.position_covariance[0]) + ", " +
+                  std::to_string(message.position_covariance[4]) + ", " +
+                  std::to_string(message.position_covariance[8]) +
+                  "): gps.deviation is used for such fixes");
+  }
+  if (!may_place(message)) {
+    return;
+  }
+  use_fix(message, *time);
+  publish_news();
+}
+
+bool StateEstimator::may_place(const Fix& message) {
+  constexpr double kElsewhere = 1e5;  // m, from the origin, while the state is not in the map yet
+  if (settings_.datum) {
+    return true;
+  }
   try {
-    if (!map_) {
-      map_.emplace(geodetic(message));
-      logger().info("the map's origin is the first fix: " + std::to_string(message.latitude) +
-                    ", " + std::to_string(message.longitude));
-    }
+    (void)geodetic(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("gps.refused", std::string("fix refused: ") + error.what());
+    return false;
+  }
+  const auto estimate = estimator_->estimate();
+  const bool in_map = estimate && estimate->in_map;
+  if (map_ && (in_map || distance_between(map_fix_, message) < kElsewhere)) {
+    first_fixes_.clear();
+    return true;
+  }
+  if (!first_fixes_.add(message)) {
+    return false;
+  }
+  const std::vector<Fix> agreeing = first_fixes_.take();
+  if (map_) {
+    logger().warn("the fixes so far were elsewhere: starts again with another origin of the map");
+    estimator_->restart();
+  }
+  map_fix_ = agreeing.front();
+  map_.emplace(geodetic(map_fix_));
+  logger().info("the map's origin is the first of " + std::to_string(agreeing.size()) +
+                " fixes that agree: " + std::to_string(map_fix_.latitude) + ", " +
+                std::to_string(map_fix_.longitude));
+  for (std::size_t i = 0; i + 1 < agreeing.size(); ++i) {
+    use_fix(agreeing[i], to_seconds(from_message(agreeing[i].header.stamp) - *origin_));
+  }
+  return true;
+}
+
+void StateEstimator::use_fix(const Fix& message, double time) {
+  try {
     const auto estimate = estimator_->estimate();
     const double height = estimate && estimate->in_map ? estimate->state.position.z() : 0.0;
-    estimation::GpsMeasurement measured = gps_measurement(message, *time, *map_, height, settings_);
+    estimation::GpsMeasurement measured = gps_measurement(message, time, *map_, height, settings_);
     if (estimate) {
       measured.angular_rate = estimate->angular_rate;
     }
@@ -250,7 +305,6 @@ void StateEstimator::on_fix(const Fix& message) {
   } catch (const std::invalid_argument& error) {
     report_fault("gps.refused", std::string("fix refused: ") + error.what());
   }
-  publish_news();
 }
 
 void StateEstimator::on_odometer(const Odometer& message) {
@@ -325,6 +379,12 @@ void StateEstimator::on_initial_pose(const Pose& message) {
     const SE3 pose = from_message(message.pose.pose);
     const double heading = pose.rotation().roll_pitch_yaw().z();
     const auto& variances = message.pose.covariance;
+    for (const std::size_t i : {0, 7, 35}) {
+      if (!(std::isfinite(variances[i]) && variances[i] >= 0)) {
+        throw std::invalid_argument("pose.covariance[" + std::to_string(i) + "] is " +
+                                    std::to_string(variances[i]) + ", which is no variance");
+      }
+    }
     estimation::GivenPose given{
         .time = *time,
         .position = pose.translation() + geometry::SO3::about_z(heading) * settings_.imu,

@@ -64,8 +64,9 @@ TEST(GpsMeasurement, ClaimsNoMoreThanItMay) {
   message.position_covariance = {1e-8, 0, 0, 0, 1e-8, 0, 0, 0, 1e-8};
   const auto measured = gps_measurement(message, 0, kMap, 0, settings());
   EXPECT_NEAR(measured.covariance(0, 0), 0.01, 1e-9);
-  message.position_covariance = {};
-  EXPECT_NEAR(gps_measurement(message, 0, kMap, 0, settings()).covariance(2, 2), 0.01, 1e-9);
+  message.position_covariance = {};  // zeros state nothing
+  EXPECT_NEAR(gps_measurement(message, 0, kMap, 0, settings()).covariance(2, 2),
+              std::pow(settings().gps_deviation, 2), 1e-9);
 }
 
 TEST(GpsMeasurement, WithoutAnAltitudeSaysNothingOfTheHeight) {

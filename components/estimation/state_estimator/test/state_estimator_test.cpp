@@ -119,6 +119,27 @@ class StateEstimatorTest : public ::testing::Test {
     }
   }
 
+  /// 3 s of fixes at 10 Hz, those of the first second at that latitude.
+  template <class Latitude>
+  void stand_with_first_fixes(Latitude&& latitude) {
+    for (int i = 0; i < 30; ++i) {
+      const Time stamp = kStart + from_seconds(0.1 * i);
+      harness_.set_time(stamp);
+      NavSatFix fix = Drive::fix(0);
+      fix.header.stamp = to_message(stamp);
+      if (i < 10) {
+        fix.latitude = latitude(i);
+        fix.longitude = 0;
+      }
+      send(topics::kGpsFix, fix);
+    }
+  }
+  void expect_near_the_origin() {
+    ASSERT_FALSE(odometry_.empty());
+    constexpr double kCircle = 50;  // m, more than twice the radius
+    EXPECT_LT(from_message(odometry_.back().pose.pose).translation().norm(), kCircle);
+  }
+
   [[nodiscard]] static std::vector<NamedParameter> known_datum() {
     return {{"datum", std::vector<double>{47.0, 8.0, 400.0}}};
   }
@@ -414,7 +435,7 @@ TEST_F(StateEstimatorTest, BadMessagesAreNamedAndLoseNothingElse) {
   const Diagnostics& diagnostics = estimator.diagnostics();
   EXPECT_EQ(diagnostics.counter("imu.not_finite"), 1U);
   EXPECT_EQ(diagnostics.counter("gps.refused"), 1U);
-  EXPECT_EQ(diagnostics.counter("gps.not_finite"), 1U);
+  EXPECT_EQ(diagnostics.counter("gps.not_finite"), 0U);  // gps.deviation is used for it
   EXPECT_EQ(diagnostics.counter("gps.no_fix"), 1U);
   EXPECT_EQ(diagnostics.counter("gps.header.stamp.in_future"), 1U);
   EXPECT_EQ(diagnostics.counter("odometer.not_finite"), 1U);
@@ -424,6 +445,39 @@ TEST_F(StateEstimatorTest, BadMessagesAreNamedAndLoseNothingElse) {
   drive(8, 12);
   const SE3 error = Drive::pose(11.99).inverse() * from_message(odometry_.back().pose.pose);
   EXPECT_LT(error.translation().norm(), 0.1);
+}
+
+TEST_F(StateEstimatorTest, AnInitialPoseWithoutVariancesLeavesTheRunningStateAlone) {
+  auto& estimator = start(known_start());
+  drive(0, 8);
+  geometry_msgs::msg::PoseWithCovarianceStamped pose;
+  pose.header.stamp = to_message(kStart + from_seconds(7.99));
+  pose.header.frame_id = "map";
+  pose.pose.pose = to_message(SE3(SO3(), {500, 0, 0}));
+  pose.pose.covariance = to_message(geometry::Matrix6d(0.01 * geometry::Matrix6d::Identity()));
+  pose.pose.covariance[35] = kNan;
+  send(topics::kInitialPose, pose);
+  EXPECT_EQ(estimator.diagnostics().counter("initialpose.refused"), 1U);
+  drive(8, 10);
+  const SE3 error = Drive::pose(9.99).inverse() * from_message(odometry_.back().pose.pose);
+  EXPECT_LT(error.translation().norm(), 0.1);
+  EXPECT_EQ(states_.back().phase, "running");
+}
+
+// Receivers that have just been switched on.
+TEST_F(StateEstimatorTest, FixesOfExactlyZeroAreNone) {
+  auto& estimator = start();
+  stand_with_first_fixes([](int /*i*/) { return 0.0; });
+  EXPECT_EQ(estimator.diagnostics().counter("gps.refused"), 10U);
+  drive(3, 60);
+  expect_near_the_origin();
+}
+
+TEST_F(StateEstimatorTest, TheMapsOriginIsOfFixesThatAgree) {
+  start();
+  stand_with_first_fixes([](int i) { return 1e-4 * (i + 1); });
+  drive(3, 60);
+  expect_near_the_origin();
 }
 
 TEST_F(StateEstimatorTest, AnImuThatIsMountedOtherwiseIsAFault) {

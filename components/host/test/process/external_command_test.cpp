@@ -28,8 +28,9 @@ class ExternalCommand : public ::testing::Test {
         << "Count the words behind it\n";
   }
   void TearDown() override {
-    for (const char* name : {"bin/pipescout-count_words", "bin/pipescout-listen",
-                             "bin/pipescout-topic", "share/pipescout/commands/count_words"}) {
+    for (const char* name :
+         {"bin/pipescout-count_words", "bin/pipescout-listen", "bin/pipescout-topic",
+          "bin/pipescout-summary", "share/pipescout/commands/count_words"}) {
       fs::remove(fs::path(TEST_PREFIX) / name);
     }
   }
@@ -59,6 +60,44 @@ TEST_F(ExternalCommand, IsEndedByWhatEndsPipescout) {
   ASSERT_TRUE(program.wait_for_out("listening\n"));
   program.signal(SIGTERM);
   EXPECT_EQ(program.finish().signal(), SIGTERM);
+}
+
+TEST_F(ExternalCommand, SummaryMakesTheTablesOfAMissionsBag) {
+  std::ofstream(folder_.path() / "c.yaml") << R"(components:
+  - {type: pipescout_test::Listener, name: listener, parameters: {count: 2}}
+  - {type: pipescout_test::Talker, name: talker}
+complete_when: [listener]
+)";
+  for (const int code : {0, 3}) {
+    const std::string name = "m" + std::to_string(code);
+    // In place of a recorder.
+    const fs::path mission = folder_.path() / name;
+    fs::create_directories(mission / "bag");
+    add("summary", "echo tables of $1; exit " + std::to_string(code));
+    const auto finished = run({"run", "c.yaml", "--out", name});
+    EXPECT_EQ(finished.code(), code == 0 ? 0 : 1) << finished.err;
+    EXPECT_THAT(finished.out, HasSubstr("tables of " + mission.string() + "\n"));
+    EXPECT_TRUE(fs::exists(mission / "versions.yaml"));
+  }
+}
+
+TEST_F(ExternalCommand, SummaryIsMadeAfterSigintAndNotAfterSigterm) {
+  std::ofstream(folder_.path() / "c.yaml")
+      << "components: [{type: 'pipescout_test::Talker', name: talker}]\n";
+  add("summary", "echo tables of $1");
+  for (const int number : {SIGINT, SIGTERM}) {
+    const std::string name = "m" + std::to_string(number);
+    fs::create_directories(folder_.path() / name / "bag");
+    Program program({"run", "c.yaml", "--out", name}, folder_.path());
+    ASSERT_TRUE(program.wait_for_err(" active\n"));
+    program.signal(number);
+    const auto finished = program.finish();
+    EXPECT_EQ(finished.code(), 0) << finished.err;
+    EXPECT_EQ(finished.out.find("tables of") != std::string::npos, number == SIGINT)
+        << finished.out;
+    // The host's own, of what the components wrote.
+    EXPECT_EQ(fs::exists(folder_.path() / name / "summary.json"), number == SIGTERM);
+  }
 }
 
 TEST_F(ExternalCommand, IsListedByHelp) {

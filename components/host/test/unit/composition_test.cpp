@@ -323,7 +323,7 @@ TEST(Composition, WritesItselfAsItWasRun) {
 }
 
 TEST(Composition, OptionsOfTheSummaryAreSubstitutedAndWrittenAsTheyWereRun) {
-  const auto composition = parse(R"(
+  const auto composition = parse(R"yaml(
 name: c
 arguments: {file: "true", rows: 7}
 components: []
@@ -332,7 +332,7 @@ summary:
     reference_columns: ["$(arg file)"]
     table_rows: $(arg rows)
   rack.rack: $(share pipescout_odometry)/rack.yaml
-)");
+)yaml");
   const std::string text = to_yaml(composition, {});
   EXPECT_THAT(text, HasSubstr("summary:\n"));
   const auto again = parse(text);

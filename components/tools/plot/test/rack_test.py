@@ -235,9 +235,9 @@ class Rack(unittest.TestCase):
 
     def test_a_camera_beside_the_middle_of_the_vehicle(self):
         mission = self.mission / "mission.yaml"
-        mission.write_text(mission.read_text()
-                           + "      camera:\n        position: [0.1, 0, -0.05]\n"
-                           "        roll_pitch_yaw: [3.14159265359, 0, 0]\n")
+        mission.write_text(mission.read_text().replace(
+            "summary:", "      camera:\n        position: [0.1, 0, -0.05]\n"
+            "        roll_pitch_yaw: [3.14159265359, 0, 0]\nsummary:"))
         servo = read_servo(self.recording())
         self.assertEqual(servo.way_points.shape, (4, 4))
         camera = Poses(numpy.zeros(1), numpy.array([[1.0, 2.0, 3.0]]), numpy.array([[1.0, 0, 0, 0]]))

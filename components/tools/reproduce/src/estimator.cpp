@@ -14,6 +14,7 @@
 #include "each_seed.hpp"
 #include "estimator_losses.hpp"
 #include "estimator_robots.hpp"
+#include "estimator_worlds.hpp"
 #include "figure_rows.hpp"
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/estimation_study/car_recording.hpp"
@@ -85,6 +86,7 @@ class Estimator {
           "outlier_rmse_ratio"},
          {"false re-acquisitions", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
     reproduce_losses(options_, extent_, rows_, progress_);
+    reproduce_worlds(options_, extent_, rows_, progress_);
     add_stream();
     add_car();
     add_lawnmowers();

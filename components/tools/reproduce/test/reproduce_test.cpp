@@ -169,7 +169,9 @@ TEST(ReproduceEstimator, GivesAllFigures) {
   for (const char* figure :
        {"ground_robot_position_rmse_m", "ground_robot_orientation_rmse_deg", "uav_position_rmse_m",
         "crawler_position_rmse_m", "crawler_nees", "outage_drift_percent", "outage_rack_drift_m",
-        "nees_in_bounds", "outlier_rmse_ratio", "false_reacquisition"}) {
+        "nees_in_bounds", "outlier_rmse_ratio", "false_reacquisition", "loss_rmse_ratio",
+        "loss_coverage95_percent", "loss_refused_beyond_gap_s", "world_rmse_ratio",
+        "world_coverage95_percent", "world_lockout_s"}) {
     EXPECT_TRUE(result.figures.contains(figure) && result.figures[figure].is_number()) << figure;
   }
   EXPECT_LT(result.figures["ground_robot_position_rmse_m"].get<double>(), 0.5);

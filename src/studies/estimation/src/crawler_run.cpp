@@ -125,7 +125,9 @@ VehicleRun crawler_run(const RunOptions& options, std::uint64_t seed) {
                   .heading = begin.rotation().roll_pitch_yaw()[2] + 0.01 * draw.normal(),
                   .heading_deviation = 0.01});
 
-  simulation::Crawler crawler(pipe, motion, wheels(draw), seed);
+  simulation::CrawlerParameters crawler_parameters = wheels(draw);
+  crawler_parameters.slip_spacing /= options.world ? options.world->slip : 1;
+  simulation::Crawler crawler(pipe, motion, crawler_parameters, seed);
   odometry::OdometerStream stream(fusion());
   auto sample = crawler.next();
   double farthest = kStart + kWeldSensor.x();  // m, chainage of the weld sensor

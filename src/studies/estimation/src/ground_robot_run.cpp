@@ -96,7 +96,11 @@ VehicleRun ground_robot_run(const RunOptions& options, std::uint64_t seed) {
                               simulation::RoadClass::kE};
   const simulation::Terrain terrain(
       {.roughness = iso_8608_density(kRoads[seed % kRoads.size()]), .hill_height = 3}, seed);
-  const simulation::GroundRobotParameters parameters;
+  simulation::GroundRobotParameters parameters;
+  if (options.world) {
+    parameters.slip_spacing /= options.world->slip;
+    parameters.side_slip = options.world->side_slip;
+  }
   GroundRobot robot(parameters, terrain, Vector2d::Zero(),
                     draw.uniform(-std::numbers::pi, std::numbers::pi), seed);
   // Rougher ground is taken more slowly.

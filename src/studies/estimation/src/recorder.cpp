@@ -44,12 +44,36 @@ simulation::GpsParameters gps_parameters(const RunOptions& options, const Vehicl
     p.correlated_deviation = {0.5, 0.5, 1};
     p.correlation_time = 60;
   }
-  if (!options.correlated_gps) {
+  if (options.world) {
+    const Vector3d variance = p.white_deviation.cwiseAbs2() + p.correlated_deviation.cwiseAbs2();
+    const double share = options.world->gps_correlated_share;
+    p.white_deviation = ((1 - share) * variance).cwiseSqrt();
+    p.correlated_deviation = (share * variance).cwiseSqrt();
+    p.correlation_time = options.world->gps_correlation_time;
+  } else if (!options.correlated_gps) {
     p.white_deviation =
         (p.white_deviation.cwiseAbs2() + p.correlated_deviation.cwiseAbs2()).cwiseSqrt();
     p.correlated_deviation.setZero();
   }
   return p;
+}
+
+simulation::ImuParameters imu_parameters(const RunOptions& options) {
+  simulation::ImuParameters p = options.imu;
+  if (options.world) {
+    for (simulation::InertialTriadParameters* triad : {&p.gyro, &p.accelerometer}) {
+      triad->noise_density *= options.world->imu_noise;
+      triad->bias_instability *= options.world->imu_noise;
+      triad->bias_random_walk *= options.world->imu_noise;
+    }
+  }
+  return p;
+}
+
+/// Heights come and go in stretches.
+bool has_height(const simulation::World& world, double time) {
+  constexpr double kPeriod = 20;  // s
+  return std::fmod(time, kPeriod) >= kPeriod * world.heights_missing;
 }
 
 }  // namespace
@@ -62,7 +86,7 @@ Draw make_draw(std::uint64_t seed, std::uint64_t purpose) {
 Recorder::Recorder(const RunOptions& options, VehicleRun& run, std::uint64_t seed)
     : options_(options),
       run_(run),
-      imu_(options.imu, seed),
+      imu_(imu_parameters(options), seed),
       gps_(gps_parameters(options, run), seed),
       imu_draw_(make_draw(seed, 1)),
       odometer_draw_(make_draw(seed, 2)),
@@ -120,16 +144,27 @@ void Recorder::sample(const simulation::BodyMotion& body, double way) {
   }
   if (run_.vehicle != Vehicle::kCrawler && body.time > gps_.due() - kDue) {
     if (const auto fix = gps_.measure(body.T_map_body)) {
-      push(fix->arrival,
-           estimation::GpsMeasurement{
-               .time = fix->time, .position = fix->position, .covariance = fix->covariance},
-           fix->kind != simulation::GpsFixKind::kGood);
+      estimation::GpsMeasurement shown{
+          .time = fix->time, .position = fix->position, .covariance = fix->covariance};
+      if (options_.world) {
+        shown.time += options_.world->gps_stamp_offset;
+        if (run_.vehicle == Vehicle::kGroundRobot && !has_height(*options_.world, fix->time)) {
+          constexpr double kUnknown = 1e4;  // m
+          shown.position.z() = 0;
+          shown.covariance(2, 2) = kUnknown * kUnknown;
+        }
+      }
+      push(fix->arrival, shown, fix->kind != simulation::GpsFixKind::kGood);
     }
   }
 }
 
 void Recorder::odometer(const estimation::OdometerReading& reading, double arrival) {
   estimation::OdometerReading shown = reading;
+  if (options_.world) {
+    shown.time += options_.world->odometer_stamp_offset;
+    shown.distance *= 1 + options_.world->wheel_scale;
+  }
   const bool hit = wrong(Sensor::kOdometer, odometer_draw_);
   const double by = odometer_draw_.uniform(-9, 9);
   if (hit) {
@@ -145,6 +180,7 @@ void Recorder::visual_pose(double time, const SE3& T_rack_body) {
   const Vector3d moved = size * kPoseDeviation * vision_draw_.normals();
   const Vector3d turned = size * kTurnDeviation * vision_draw_.normals();
   const double late = kVisionLatency * vision_draw_.uniform(0.9, 1.5);
+  const double camera_offset = options_.world ? options_.world->camera_stamp_offset : 0.0;
   const bool hit = wrong(Sensor::kVisualPose, vision_draw_);
   const Vector3d jump = vision_draw_.uniform(0.3, 3) * vision_draw_.direction();
   const Vector3d twist = vision_draw_.uniform(0, 0.5) * vision_draw_.direction();
@@ -160,7 +196,7 @@ void Recorder::visual_pose(double time, const SE3& T_rack_body) {
       Vector3d::Constant(kTurnDeviation * kTurnDeviation);
   if (!silent(Sensor::kVisualPose, time)) {
     push(time + late,
-         estimation::VisualPoseMeasurement{.time = time,
+         estimation::VisualPoseMeasurement{.time = time + camera_offset,
                                            .T_rack_body = SE3(rotation, position),
                                            .covariance = variance.asDiagonal()},
          hit);

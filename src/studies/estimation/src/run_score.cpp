@@ -57,6 +57,7 @@ class Scorer {
       const estimation::Outcome outcome =
           std::visit([&](const auto& reading) { return estimator_.add(reading); }, event.reading);
       judge_refusal(event, outcome);
+      judge_lockout(event);
       if (estimator_.updates() != updates_) {
         updates_ = estimator_.updates();
         take_down();
@@ -88,6 +89,30 @@ class Scorer {
     const double since = refused_since_[index].value_or(time);
     refused_since_[index] = since;
     refusal.longest = std::max(refusal.longest, time - since);
+  }
+
+  /// One fix that is gated is the gate's work, several in a row are a lockout.
+  void judge_lockout(const Event& event) {
+    constexpr double kLongest = 2;  // s
+    if (!std::holds_alternative<estimation::GpsMeasurement>(event.reading) || event.wrong ||
+        !std::isfinite(result_.started)) {
+      return;
+    }
+    const double time = time_of(event.reading);
+    const estimation::EstimatorStatus status = estimator_.status();
+    const estimation::SourceStatus& gps = status.of(estimation::Source::kGps);
+    const bool said = gps.state == estimation::SourceState::kCandidate ||
+                      gps.state == estimation::SourceState::kDoubted;
+    if (!(locked_out_since_ <= time) || gps.accepted != gps_accepted_ || said ||
+        gps.held + gps.gated == gps_out_) {
+      locked_out_since_ = time;
+    }
+    gps_accepted_ = gps.accepted;
+    gps_out_ = gps.held + gps.gated;
+    if (time - locked_out_since_ > kLongest) {
+      result_.lockout += time - locked_out_since_;
+      locked_out_since_ = time;
+    }
   }
 
   void judge_innovation(const Event& event) {
@@ -163,7 +188,10 @@ class Scorer {
   RunScore result_;
   std::uint64_t updates_ = 0;
   double next_nees_ = 0;
-  std::array<std::optional<double>, kSensors> refused_since_{};  // s
+  std::size_t gps_accepted_ = 0;
+  std::size_t gps_out_ = 0;
+  double locked_out_since_ = std::numeric_limits<double>::quiet_NaN();  // s
+  std::array<std::optional<double>, kSensors> refused_since_{};         // s
 };
 
 struct Share {

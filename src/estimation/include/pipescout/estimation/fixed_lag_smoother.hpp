@@ -108,8 +108,10 @@ enum class Outcome : std::uint8_t {
   kUninitialised,  ///< not initialised yet
   kQuarantined,    ///< it would have made the equations singular or moved the estimate by more than
                    ///< 1e6 (SI), or its derivatives are not finite
+  kDead,  ///< a reading of an IMU that does not measure: a specific force of exactly 0, or an
+          ///< angular rate that has repeated itself for long
 };
-inline constexpr std::size_t kOutcomes = 13;
+inline constexpr std::size_t kOutcomes = 14;
 /// The outcome for a measurement with this fault; `sound`: for one without.
 [[nodiscard]] Outcome outcome_of(InputFault fault, Outcome sound) noexcept;
 /// "accepted", "waiting", "gated", ...; "unknown" for any other value.

@@ -26,7 +26,7 @@ struct EstimatorSettings {
   StampLimits stamp_limits;
   double silent_after = 0;  ///< s
 
-  std::optional<geometry::GeodeticPosition> datum;  ///< nothing: the first fix
+  std::optional<geometry::GeodeticPosition> datum;  ///< nothing: the first fixes that agree
   double gps_deviation = 0;        ///< m, per axis, of fixes without covariance; 0: not used
   double least_gps_deviation = 0;  ///< m, per axis, lower bound
   bool heading_from_imu = false;   ///< from the orientation in imu/data

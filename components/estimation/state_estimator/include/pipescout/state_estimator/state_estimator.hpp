@@ -20,6 +20,7 @@
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/state_estimator/agreeing_fixes.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
 namespace pipescout {
@@ -86,6 +87,10 @@ class StateEstimator final : public Component {
   [[nodiscard]] std::optional<geometry::SE3> place_of(std::size_t source, const std::string& frame);
   void tell_sources();
 
+  /// Whether there is a map in which the fix has a place: its origin comes from fixes that agree.
+  [[nodiscard]] bool may_place(const Fix& message);
+  void use_fix(const Fix& message, double time);
+
   void publish_news();
   [[nodiscard]] bool is_due(Time stamp) const;
   void publish_estimate(const estimation::Estimate& estimate);
@@ -105,7 +110,10 @@ class StateEstimator final : public Component {
 
   EstimatorSettings settings_;  // as configured
   std::optional<estimation::StateEstimator> estimator_;
-  std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fix, on
+  std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fixes that agree, on
+  Fix map_fix_;                              // its origin, when that is not the datum
+  AgreeingFixes first_fixes_;
+  bool told_unstated_covariance_ = false;
   std::optional<Time> origin_;
   std::optional<estimation::ImuReading> last_reading_;
   double imu_interval_ = 0;  // s, between the last two readings

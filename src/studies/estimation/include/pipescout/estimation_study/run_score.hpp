@@ -67,7 +67,10 @@ struct RunScore {
   /// `1 - captured_at` of the trap's offset.
   std::size_t false_reacquisitions = 0;
   std::array<RefusalScore, kSensors> refusals{};  ///< by Sensor, after the start and settling
-  estimation::EstimatorStatus status{};           ///< at the end
+  /// s, in which GPS fixes that were right were gated or held while the status said that GPS is
+  /// trusted or absent: nobody was told.
+  double lockout = 0;
+  estimation::EstimatorStatus status{};  ///< at the end
 
   /// Share of the times for which NEES was computed at which the true position was within the
   /// stated 95 % ellipsoid; NaN without any.

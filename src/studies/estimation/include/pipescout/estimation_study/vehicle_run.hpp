@@ -11,6 +11,7 @@
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/simulation/gps_receiver.hpp"
 #include "pipescout/simulation/imu_sensor.hpp"
+#include "pipescout/simulation/world.hpp"
 
 /// Runs of the three kinds of robot: sensor data in the order of arrival, with ground truth. SI
 /// units, rad; seconds from the beginning of a run. Frames: `map` (z up), `body` (the vehicle's
@@ -53,6 +54,9 @@ struct RunOptions {
   std::optional<Sensor> outliers{};
   double outlier_share = 0.2;
   std::vector<simulation::GpsTrap> traps{};
+  /// What is as it is drawn, not as it is told; the options above are what is told. GPS of the
+  /// given grade is correlated as drawn, whatever `correlated_gps` says.
+  std::optional<simulation::World> world{};
   bool in_flight = false;  ///< the UAV hovers in the wind at the beginning, instead of standing
 
   /// Throws std::invalid_argument naming the field, the value and the range.

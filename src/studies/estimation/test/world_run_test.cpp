@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/estimation_study/world_run.hpp"
+
+#include <gtest/gtest.h>
+
+namespace pipescout::estimation_study {
+namespace {
+
+class EveryVehicleInAWorld : public testing::TestWithParam<Vehicle> {};
+
+TEST_P(EveryVehicleInAWorld, IsFollowedToldOrNot) {
+  const WorldScore score = score_world(GetParam(), 60, {}, 3);
+  for (const RunScore* run : {&score.nominal, &score.told}) {
+    ASSERT_FALSE(run->estimates.empty());
+    EXPECT_LT(run->position_rmse(), 5);
+    EXPECT_GE(run->position_coverage(), 0);
+  }
+  EXPECT_NE(score.nominal.position_rmse(), score.told.position_rmse());
+}
+
+INSTANTIATE_TEST_SUITE_P(Vehicles, EveryVehicleInAWorld,
+                         testing::Values(Vehicle::kGroundRobot, Vehicle::kUav, Vehicle::kCrawler));
+
+/// Where the world is as it is told, both are told the same.
+TEST(ScoreWorld, ToldTheTruthInAWorldThatAgreesIsNothingNew) {
+  const simulation::WorldRanges agreeing{.gps_correlation_time = {0, 0},
+                                         .gps_correlated_share = {0, 0},
+                                         .imu_noise = {1, 1},
+                                         .stamp_offset = {0, 0},
+                                         .wheel_scale = {0, 0},
+                                         .slip = {1, 1},
+                                         .side_slip = {0.01, 0.01},
+                                         .heights_missing = {0, 0},
+                                         .lost = {0, 0}};
+  const WorldScore score = score_world(Vehicle::kUav, 40, agreeing, 2);
+  EXPECT_NEAR(score.nominal.position_rmse(), score.told.position_rmse(),
+              0.1 * score.told.position_rmse());
+}
+
+}  // namespace
+}  // namespace pipescout::estimation_study
