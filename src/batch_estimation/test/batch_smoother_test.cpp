@@ -239,7 +239,7 @@ TEST(BatchSmootherTest, FindsTheCalibrationOfADrive) {
   EXPECT_GT(report.reintegrations, 0);
   const GlobalVector error = batch.globals().local(truth);
   const GlobalVector deviations = batch.global_covariance().diagonal().cwiseSqrt();
-  for (int i = 0; i < kGlobalSize; ++i) {
+  for (int i = 0; i < kOwnStates; ++i) {
     EXPECT_GT(deviations[i], 0);
     EXPECT_LT(std::abs(error[i]), 4 * deviations[i]) << i;
   }

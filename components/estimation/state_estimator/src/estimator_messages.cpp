@@ -160,16 +160,24 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
                                            const geometry::LocalFrame& frame,
                                            double expected_height,
                                            const EstimatorSettings& settings) {
+  return gps_measurement(message, time, frame, expected_height, settings.gps_deviation,
+                         settings.least_gps_deviation);
+}
+
+estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message, double time,
+                                           const geometry::LocalFrame& frame,
+                                           double expected_height, double deviation,
+                                           double least_deviation) {
   const geometry::GeodeticPosition place = geodetic(message);
   estimation::GpsMeasurement result;
   result.time = time;
   result.position = frame.position(place);
   if (!covariance_is_stated(message)) {
-    if (settings.gps_deviation <= 0) {
+    if (deviation <= 0) {
       throw std::invalid_argument(
           "position_covariance states nothing usable, and parameter 'gps.deviation' is 0");
     }
-    result.covariance.diagonal().setConstant(settings.gps_deviation * settings.gps_deviation);
+    result.covariance.diagonal().setConstant(deviation * deviation);
   } else {
     const Eigen::Matrix3d axes = frame.axes_at(place);
     const Eigen::Matrix3d given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
@@ -177,7 +185,7 @@ estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& me
     result.covariance = axes * given * axes.transpose();
     result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
     // Added, not put in its place: a correlation stays one.
-    const double least = settings.least_gps_deviation * settings.least_gps_deviation;
+    const double least = least_deviation * least_deviation;
     const double lacking = least - result.covariance.diagonal().minCoeff();
     if (lacking > 0) {
       result.covariance.diagonal().array() += lacking;

@@ -44,6 +44,14 @@ namespace pipescout {
                                                          double expected_height,
                                                          const EstimatorSettings& settings);
 
+/// The same with these standard deviations, m per axis, in place of the settings': of a covariance
+/// that is unknown, and the least one.
+[[nodiscard]] estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message,
+                                                         double time,
+                                                         const geometry::LocalFrame& frame,
+                                                         double expected_height, double deviation,
+                                                         double least_deviation);
+
 [[nodiscard]] geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_child,
                                                              Time stamp, const std::string& parent,
                                                              const std::string& child);

@@ -160,9 +160,8 @@ std::optional<AnyFactor> StateEstimator::factor_of(std::size_t source, const Mes
     if (message.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX || !map_) {
       return std::nullopt;  // no fix, or the first antenna has not said yet where the map is
     }
-    EstimatorSettings with_deviation = settings_;
-    with_deviation.gps_deviation = named.deviation;
-    const estimation::GpsMeasurement fix = gps_measurement(message, time, *map_, 0, with_deviation);
+    const estimation::GpsMeasurement fix =
+        gps_measurement(message, time, *map_, 0, named.deviation, settings_.least_gps_deviation);
     return AnyFactor(estimation::PositionMeasurement{.time = time,
                                                      .position = fix.position,
                                                      .covariance = fix.covariance,
