@@ -155,6 +155,7 @@ estimation::StateEstimatorParameters car_parameters() {
   parameters.smoother.lag = 4;
   parameters.smoother.max_keyframes = 64;
   // A telephone: figures of the kind of BMI160, and an engine that shakes it.
+  parameters.odometer.share = 0.005;  // tyres that roll, not wheels that skid
   parameters.smoother.imu_noise.gyro = 1e-3;
   parameters.smoother.imu_noise.accelerometer = 2e-2;
   parameters.smoother.imu_noise.gyro_bias = 2e-5;
