@@ -49,6 +49,11 @@ WorldScore score_world(Vehicle vehicle, double duration, const simulation::World
     nominal.odometer.share = preset.odometer.share;
     nominal.smoother.imu_noise = preset.smoother.imu_noise;
   }
+  if (vehicle == Vehicle::kUav) {
+    const auto preset = estimation::StateEstimatorParameters::uav();
+    nominal.gps = preset.gps;
+    nominal.visual_pose = preset.visual_pose;
+  }
   nominal.smoother.global_deviations.odometer_scale = kNominalScaleDeviation;
 
   estimation::StateEstimatorParameters told = exact;
