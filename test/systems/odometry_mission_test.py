@@ -105,7 +105,7 @@ def own_readings(launch_scripts, scratch):
 def reproduce(_, scratch):
     pipescout("reproduce", "odometry", "--json", scratch / "odometry.json", timeout=TIMEOUT)
     result = json.loads((scratch / "odometry.json").read_text())
-    assert set(result) == {"figures", "rows", "seeds"}, result.keys()
+    assert set(result) == {"figures", "revision", "rows", "seeds"}, result.keys()
     assert result["figures"]["rows_1_to_9_max_abs_error_m"] <= 0.006
     assert len(result["rows"]) == 10
     for row, support in zip(result["rows"], SUPPORT):
