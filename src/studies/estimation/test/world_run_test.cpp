@@ -21,8 +21,8 @@ TEST_P(EveryVehicleInAWorld, IsFollowedToldOrNot) {
 INSTANTIATE_TEST_SUITE_P(Vehicles, EveryVehicleInAWorld,
                          testing::Values(Vehicle::kGroundRobot, Vehicle::kUav, Vehicle::kCrawler));
 
-/// Where the world is as it is told, both are told the same.
-TEST(ScoreWorld, ToldTheTruthInAWorldThatAgreesIsNothingNew) {
+/// What the preset allows for costs some accuracy where it does not occur.
+TEST(ScoreWorld, InAWorldOfIndependentErrorsToldIsNoWorseThanThePreset) {
   const simulation::WorldRanges agreeing{.gps_correlation_time = {0, 0},
                                          .gps_correlated_share = {0, 0},
                                          .imu_noise = {1, 1},
@@ -33,8 +33,9 @@ TEST(ScoreWorld, ToldTheTruthInAWorldThatAgreesIsNothingNew) {
                                          .heights_missing = {0, 0},
                                          .lost = {0, 0}};
   const WorldScore score = score_world(Vehicle::kUav, 40, agreeing, 2);
-  EXPECT_NEAR(score.nominal.position_rmse(), score.told.position_rmse(),
-              0.1 * score.told.position_rmse());
+  EXPECT_LE(score.told.position_rmse(), score.nominal.position_rmse());
+  EXPECT_LT(score.nominal.position_rmse(), 0.1);
+  EXPECT_LT(score.told.position_rmse(), 0.03);
 }
 
 }  // namespace
