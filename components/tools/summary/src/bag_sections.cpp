@@ -111,7 +111,7 @@ class Summary {
       all.insert(all.end(), readers_.back()->topics().begin(), readers_.back()->topics().end());
     }
     makers_.push_back(mission_section(mission.info.complete_when));
-    makers_.push_back(diagnostics_section());
+    makers_.push_back(diagnostics_section(mission.info.nodes));
     makers_.push_back(odometry_section());
     makers_.push_back(imu_section());
     makers_.push_back(gps_section());

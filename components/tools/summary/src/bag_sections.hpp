@@ -38,8 +38,10 @@ class SectionMaker {
 /// sensor_msgs/NavSatFix: fixes, their stated deviation, the area.
 [[nodiscard]] std::unique_ptr<SectionMaker> gps_section();
 /// diagnostic_msgs/DiagnosticArray: what queues dropped, the network lost and the recorder could
-/// not take, by node and topic; what nodes warned of.
-[[nodiscard]] std::unique_ptr<SectionMaker> diagnostics_section();
+/// not take, by node and topic; what nodes warned of. What others than the nodes of the mission
+/// lost is shown and not counted; none: all are of it.
+[[nodiscard]] std::unique_ptr<SectionMaker> diagnostics_section(
+    const std::vector<std::string>& mission);
 /// pipescout_msgs/MissionStatus: how far each node came. The mission is complete when these nodes
 /// are (none: all that report), and no inputs were lost, by the section of the diagnostics.
 [[nodiscard]] std::unique_ptr<SectionMaker> mission_section(

@@ -59,6 +59,9 @@ std::optional<LossKey> loss_of(std::string_view key) {
 
 class DiagnosticsSection final : public SectionMaker {
  public:
+  explicit DiagnosticsSection(const std::vector<std::string>& mission)
+      : mission_(mission.begin(), mission.end()) {}
+
   bool takes(const bags::BagTopic& topic) const override {
     return topic.type == "diagnostic_msgs/msg/DiagnosticArray";
   }
@@ -95,12 +98,13 @@ class DiagnosticsSection final : public SectionMaker {
     section.title = "Inputs lost";
     section.columns = {"node", "topic", "how", "messages"};
     std::uint64_t lost = 0;
+    std::uint64_t lost_elsewhere = 0;
     for (const auto& [key, total] : losses_) {
       const std::uint64_t messages = total.before + total.last;
       if (messages > 0) {
         const auto& [node, topic, kind] = key;
         section.rows.push_back({node, topic, kind, static_cast<std::int64_t>(messages)});
-        lost += messages;
+        (is_of_mission(node) ? lost : lost_elsewhere) += messages;
       }
     }
     if (nodes_.empty()) {
@@ -114,6 +118,12 @@ class DiagnosticsSection final : public SectionMaker {
                                 ? "No input was lost, by the diagnostics of " +
                                       std::to_string(nodes_.size()) + " parts."
                                 : "Results that depend on these inputs are not to be trusted.");
+    if (lost_elsewhere > 0) {
+      section.notes.push_back(
+          std::to_string(lost_elsewhere) +
+          " messages were lost by nodes that only listened: they are not of the "
+          "mission.");
+    }
     sections["inputs"] = std::move(section);
 
     if (warnings_.empty()) {
@@ -133,6 +143,13 @@ class DiagnosticsSection final : public SectionMaker {
     std::uint64_t before = 0;
     std::uint64_t last = 0;
   };
+  /// `status`: "NODE: SUBJECT", NODE with or without its namespace.
+  [[nodiscard]] bool is_of_mission(const std::string& status) const {
+    const std::string node = status.substr(0, status.find(':'));
+    return mission_.empty() || mission_.contains(node.substr(node.rfind('/') + 1));
+  }
+
+  std::set<std::string> mission_;  // names of its nodes; empty: all are
   std::set<std::string> nodes_;
   std::map<std::tuple<std::string, std::string, std::string>, Total> losses_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> warnings_;
@@ -207,8 +224,8 @@ std::optional<std::uint64_t> inputs_lost(const Sections& sections) {
   return static_cast<std::uint64_t>(inputs->second.figures.at(kLostFigure));
 }
 
-std::unique_ptr<SectionMaker> diagnostics_section() {
-  return std::make_unique<DiagnosticsSection>();
+std::unique_ptr<SectionMaker> diagnostics_section(const std::vector<std::string>& mission) {
+  return std::make_unique<DiagnosticsSection>(mission);
 }
 
 std::unique_ptr<SectionMaker> mission_section(const std::vector<std::string>& complete_when) {

@@ -43,6 +43,9 @@ MissionInfo read_mission_info(const fs::path& mission_folder) {
     }
     if (root["components"]) {
       info.source = source_of(root["components"]);
+      for (const YAML::Node& component : root["components"]) {
+        info.nodes.push_back(text(component["name"]));
+      }
     }
     for (const YAML::Node& node : root["complete_when"]) {
       info.complete_when.push_back(text(node));

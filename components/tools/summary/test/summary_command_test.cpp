@@ -80,9 +80,9 @@ class SummaryOfABag : public ::testing::Test {
     status.state = state;
     write("/mission/status", status, seconds);
   }
-  [[nodiscard]] BagSections sections() {
+  [[nodiscard]] BagSections sections(const Mission& mission = {}) {
     writer_.close();
-    return summarise({bag_}, {}, [](double) {});
+    return summarise({bag_}, mission, [](double) {});
   }
 
   testing::TemporaryFolder folder_;
@@ -181,6 +181,24 @@ TEST_F(SummaryOfABag, AMissionThatLostInputsIsNotCalledComplete) {
   const auto found = sections();
   EXPECT_EQ(found.sections.at("inputs").figures.at("inputs_lost"), 7.0);
   EXPECT_THAT(found.sections.at("mission").notes, Contains(HasSubstr("Not complete: inputs")));
+}
+
+TEST_F(SummaryOfABag, WhatAListenerLostIsNotOfTheMission) {
+  report("/robot/simulation", MissionStatus::COMPLETE, 0.0);
+  lose("/robot/fusion", "/readings", 0, 1.0);
+  lose("rosbag2_recorder", "/clock", 27, 1.0);
+  const auto found = sections({.info = {.nodes = {"simulation", "fusion"}}});
+  const auto& inputs = found.sections.at("inputs");
+  EXPECT_EQ(inputs.figures.at("inputs_lost"), 0.0);
+  EXPECT_THAT(inputs.notes, Contains(HasSubstr("27 messages were lost by nodes that only")));
+  EXPECT_THAT(found.sections.at("mission").notes, Contains(HasSubstr("Complete.")));
+}
+
+TEST_F(SummaryOfABag, WhatOthersOfTheMissionLostIsCounted) {
+  report("/robot/simulation", MissionStatus::COMPLETE, 0.0);
+  lose("/robot/fusion", "/readings", 2, 1.0);
+  const auto found = sections({.info = {.nodes = {"simulation", "fusion"}}});
+  EXPECT_EQ(found.sections.at("inputs").figures.at("inputs_lost"), 2.0);
 }
 
 TEST_F(SummaryOfABag, WhatTheRecorderCouldNotTakeIsLostToo) {
