@@ -224,8 +224,8 @@ void AbsoluteSourceWatch::note_misfit(double time, double chi_square_per_degree)
                           2 * std::log(parameters_.largest_deviation_factor));
 }
 
-double AbsoluteSourceWatch::covariance_scale() const noexcept {
-  return std::exp(log_scale_);
+double AbsoluteSourceWatch::covariance_scale(double spacing) const noexcept {
+  return covariance_factor(parameters_.correlation_time, spacing) * std::exp(log_scale_);
 }
 
 void AbsoluteSourceWatch::trust(double time, double way) noexcept {

@@ -300,12 +300,7 @@ void StateEstimator::Implementation::reassign(const WeldMeasurement& m) {
 
 double StateEstimator::Implementation::covariance_factor_of(Source source, double time) noexcept {
   const double spacing = spacing_of(last_used_[index_of(source)], time);
-  const double correlation = source == Source::kGps ? parameters_.gps.correlation_time
-                             : source == Source::kVisualPose
-                                 ? parameters_.visual_pose.correlation_time
-                             : source == Source::kHeading ? parameters_.heading.correlation_time
-                                                          : parameters_.weld.correlation_time;
-  return covariance_factor(correlation, spacing) * watch_of(source).covariance_scale();
+  return watch_of(source).covariance_scale(spacing);
 }
 
 template <class Measurement>

@@ -2,10 +2,9 @@
 #include "pipescout/estimation/position_factor.hpp"
 
 #include "measurement_check.hpp"
+#include "point_residual.hpp"
 
 namespace pipescout::estimation {
-
-using geometry::skew;
 
 InputFault check(const PositionMeasurement& m) noexcept {
   return verdict(finite({m.time}) && m.position.allFinite() && m.covariance.allFinite() &&
@@ -25,12 +24,7 @@ PositionFactor::PositionFactor(const PositionMeasurement& measurement)
 PositionFactor::Residual PositionFactor::evaluate(const NavState& x,
                                                   const GlobalStates& /*globals*/,
                                                   Derivatives* derivatives) const {
-  if (derivatives != nullptr) {
-    derivatives->from.middleCols<3>(kPosition) = whitening_;
-    derivatives->from.middleCols<3>(kRotation) =
-        -whitening_ * x.R_map_body.matrix() * skew(measurement_.sensor);
-  }
-  return whitening_ * (x.position + x.R_map_body * measurement_.sensor - measurement_.position);
+  return point_residual(x, measurement_.sensor, measurement_.position, whitening_, derivatives);
 }
 
 }  // namespace pipescout::estimation

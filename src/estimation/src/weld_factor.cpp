@@ -2,11 +2,11 @@
 #include "pipescout/estimation/weld_factor.hpp"
 
 #include "measurement_check.hpp"
+#include "point_residual.hpp"
 
 namespace pipescout::estimation {
 
 using Eigen::Matrix3d;
-using geometry::skew;
 
 InputFault check(const WeldMeasurement& m) noexcept {
   const InputFault fault =
@@ -28,12 +28,7 @@ WeldFactor::WeldFactor(const WeldMeasurement& measurement) : MeasuredFactor(meas
 
 WeldFactor::Residual WeldFactor::evaluate(const NavState& x, const GlobalStates& /*globals*/,
                                           Derivatives* derivatives) const {
-  if (derivatives != nullptr) {
-    derivatives->from.middleCols<3>(kPosition) = whitening_;
-    derivatives->from.middleCols<3>(kRotation) =
-        -whitening_ * x.R_map_body.matrix() * skew(measurement_.sensor);
-  }
-  return whitening_ * (x.position + x.R_map_body * measurement_.sensor - measurement_.position);
+  return point_residual(x, measurement_.sensor, measurement_.position, whitening_, derivatives);
 }
 
 }  // namespace pipescout::estimation

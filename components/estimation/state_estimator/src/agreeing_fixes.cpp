@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/state_estimator/agreeing_fixes.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "pipescout/geometry/geodesy.hpp"
 
 namespace pipescout {
 
 using sensor_msgs::msg::NavSatFix;
 
+namespace {
+
+/// m, whatever the altitudes, which may not be known.
 double distance_between(const NavSatFix& a, const NavSatFix& b) {
-  constexpr double kRadius = 6.371e6;  // m, of the Earth
-  constexpr double kDegree = std::numbers::pi / 180;
-  const double north = (b.latitude - a.latitude) * kDegree;
-  const double east = std::remainder(b.longitude - a.longitude, 360.0) * kDegree *
-                      std::cos(0.5 * (a.latitude + b.latitude) * kDegree);
-  return kRadius * std::hypot(north, east);
+  const auto on_ellipsoid = [](const NavSatFix& fix) {
+    return geometry::GeodeticPosition{fix.latitude, fix.longitude, 0};
+  };
+  return geometry::LocalFrame(on_ellipsoid(a)).position(on_ellipsoid(b)).norm();
 }
+
+}  // namespace
 
 bool AgreeingFixes::add(const NavSatFix& fix) {
   if (!fixes_.empty() && !(distance_between(fixes_.back(), fix) < kNear)) {

@@ -270,7 +270,7 @@ bool StateEstimator::may_place(const Fix& message) {
   }
   const auto estimate = estimator_->estimate();
   const bool in_map = estimate && estimate->in_map;
-  if (map_ && (in_map || distance_between(map_fix_, message) < kElsewhere)) {
+  if (map_ && (in_map || map_->position(geodetic(message)).norm() < kElsewhere)) {
     first_fixes_.clear();
     return true;
   }
@@ -282,11 +282,10 @@ bool StateEstimator::may_place(const Fix& message) {
     logger().warn("the fixes so far were elsewhere: starts again with another origin of the map");
     estimator_->restart();
   }
-  map_fix_ = agreeing.front();
-  map_.emplace(geodetic(map_fix_));
+  map_.emplace(geodetic(agreeing.front()));
   logger().info("the map's origin is the first of " + std::to_string(agreeing.size()) +
-                " fixes that agree: " + std::to_string(map_fix_.latitude) + ", " +
-                std::to_string(map_fix_.longitude));
+                " fixes that agree: " + std::to_string(map_->datum().latitude) + ", " +
+                std::to_string(map_->datum().longitude));
   for (std::size_t i = 0; i + 1 < agreeing.size(); ++i) {
     use_fix(agreeing[i], to_seconds(from_message(agreeing[i].header.stamp) - *origin_));
   }

@@ -127,9 +127,9 @@ class AbsoluteSourceWatch {
   /// Learns how far measurements are off, accepted or gated, from their chi-squares. Before
   /// `note_accepted`.
   void note_misfit(double time, double chi_square_per_degree) noexcept;
-  /// Factor on the stated covariances, in [1, largest_deviation_factor^2]: what the misfits showed
-  /// so far.
-  [[nodiscard]] double covariance_scale() const noexcept;
+  /// Factor on the covariance of a measurement `spacing` s (> 0) after the one before: of
+  /// correlated errors, and, in [1, largest_deviation_factor^2], what the misfits showed so far.
+  [[nodiscard]] double covariance_scale(double spacing) const noexcept;
   /// The state was initialised from this source.
   void trust(double time, double way) noexcept;
   /// The state was reset by another source; measurements of this one have to be compared again.

@@ -14,7 +14,8 @@ class AgreeingFixes {
   static constexpr std::size_t kAgreeing = 5;
   static constexpr double kNear = 1000;  ///< m, from the fix before
 
-  /// Whether the newest `kAgreeing` fixes agree now.
+  /// Whether the newest `kAgreeing` fixes agree now. Throws std::invalid_argument for a latitude or
+  /// longitude that is none.
   bool add(const sensor_msgs::msg::NavSatFix& fix);
   /// These, oldest first; begins again.
   [[nodiscard]] std::vector<sensor_msgs::msg::NavSatFix> take();
@@ -23,9 +24,5 @@ class AgreeingFixes {
  private:
   std::vector<sensor_msgs::msg::NavSatFix> fixes_{};
 };
-
-/// m, horizontally, to first order: nearer than half the Earth's radius good enough for a decision.
-[[nodiscard]] double distance_between(const sensor_msgs::msg::NavSatFix& a,
-                                      const sensor_msgs::msg::NavSatFix& b);
 
 }  // namespace pipescout

@@ -111,7 +111,6 @@ class StateEstimator final : public Component {
   EstimatorSettings settings_;  // as configured
   std::optional<estimation::StateEstimator> estimator_;
   std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fixes that agree, on
-  Fix map_fix_;                              // its origin, when that is not the datum
   AgreeingFixes first_fixes_;
   bool told_unstated_covariance_ = false;
   std::optional<Time> origin_;
