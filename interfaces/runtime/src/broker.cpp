@@ -40,6 +40,7 @@ class LocalSubscription final : public UntypedSubscription {
   }
   LivelinessChange liveliness() const override { return queue_->liveliness(); }
   SubscriptionStatistics statistics() const override { return queue_->statistics(); }
+  const InputExpectation& expected() const override { return queue_->options().expected; }
   const Gid& gid() const override { return gid_; }
   const WireTopic& topic() const override { return queue_->options().topic; }
   const QoS& qos() const override { return queue_->options().qos; }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -198,7 +199,15 @@ class Component::Lifecycle {
     switch (*job.transition) {
       case LifecycleTransition::kConfigure:
         outcome_id = kOutcomeOfConfigure;
-        outcome = guarded("on_configure", &Component::on_configure, why);
+        outcome = guarded(
+            "on_configure",
+            [this](Component& component) {
+              if (diagnostics_publisher_) {
+                diagnostics_publisher_->configure();
+              }
+              return component.on_configure();
+            },
+            why);
         break;
       case LifecycleTransition::kCleanup:
         outcome_id = kOutcomeOfCleanup;
@@ -230,12 +239,13 @@ class Component::Lifecycle {
     return {outcome == CallbackReturn::kSuccess, state_, std::move(why)};
   }
 
-  CallbackReturn guarded(const char* name, CallbackReturn (Component::*callback)(),
-                         std::string& why) {
+  /// `callback` takes the component and returns a CallbackReturn.
+  template <class Callback>
+  CallbackReturn guarded(const char* name, const Callback& callback, std::string& why) {
     CallbackReturn result = CallbackReturn::kError;
     const Diagnostics::Status before = diagnostics_.status();
     try {
-      result = (component_.*callback)();
+      result = std::invoke(callback, component_);
       if (result == CallbackReturn::kSuccess) {
         return result;
       }

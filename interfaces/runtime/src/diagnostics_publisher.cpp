@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "input_watch.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
 
@@ -95,9 +96,14 @@ diagnostic_msgs::msg::KeyValue key_value(const std::string& key, const std::stri
 
 class DiagnosticsPublisher::Impl {
  public:
-  explicit Impl(Component& component) : component_(component) {
+  explicit Impl(Component& component) : component_(component), inputs_(component) {
     publisher_ = component.create_publisher(topics::kDiagnostics, {.managed = false});
     timer_ = component.create_timer(kPeriod, [this] { publish(); }, {.managed = false});
+  }
+
+  void configure() {
+    const std::lock_guard lock(mutex_);
+    inputs_.configure();
   }
 
   void publish() {
@@ -107,6 +113,7 @@ class DiagnosticsPublisher::Impl {
     Diagnostics::Snapshot snapshot = component_.diagnostics().take();
     add_endpoints(snapshot, clients);
     add_transforms(snapshot);
+    add_inputs(snapshot);
 
     diagnostic_msgs::msg::DiagnosticStatus status;
     status.level = static_cast<std::uint8_t>(snapshot.level);
@@ -265,7 +272,27 @@ class DiagnosticsPublisher::Impl {
     }
   }
 
+  /// Rate and age of the inputs that are watched, and what is wrong with them.
+  void add_inputs(Diagnostics::Snapshot& snapshot) {
+    for (const InputReport& report : inputs_.look()) {
+      for (const auto& [name, value] : report.values) {
+        snapshot.values.insert_or_assign("input " + report.topic + ": " + name, value);
+      }
+      if (report.level == DiagnosticLevel::kOk) {
+        continue;
+      }
+      const std::string message = "input " + report.topic + " " + report.message;
+      if (snapshot.level == DiagnosticLevel::kOk || snapshot.message.empty()) {
+        snapshot.message = message;
+      } else {
+        snapshot.message += "; " + message;
+      }
+      snapshot.level = std::max(snapshot.level, report.level);
+    }
+  }
+
   Component& component_;
+  InputWatch inputs_;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> publisher_;
   std::mutex mutex_;  // publishing is in the order of taking
   std::map<TotalKey, std::uint64_t> seen_;
@@ -289,6 +316,10 @@ DiagnosticsPublisher::DiagnosticsPublisher(Component& component)
 }
 
 DiagnosticsPublisher::~DiagnosticsPublisher() = default;
+
+void DiagnosticsPublisher::configure() {
+  impl_->configure();
+}
 
 void DiagnosticsPublisher::publish_now() {
   impl_->publish();

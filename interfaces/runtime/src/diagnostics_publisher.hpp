@@ -11,8 +11,9 @@ namespace pipescout {
 /// level changed. One status per component, named as diagnostic_updater does,
 /// "robot_1/odometry_fusion: status", with its lifecycle state, its counters and values, and what
 /// its endpoints, services and clients lost or missed. The growth of such a loss makes the level at
-/// least a warning that names topic and number. A transport with `warnings` gets a second status,
-/// "robot_1/odometry_fusion: transport".
+/// least a warning that names topic and number. Inputs whose rate or age is not as declared are
+/// named (InputWatch). A transport with `warnings` gets a second status, "robot_1/odometry_fusion:
+/// transport".
 class DiagnosticsPublisher {
  public:
   /// The component must outlive it.
@@ -21,6 +22,8 @@ class DiagnosticsPublisher {
   DiagnosticsPublisher& operator=(const DiagnosticsPublisher&) = delete;
   ~DiagnosticsPublisher();
 
+  /// What InputWatch::configure does and throws.
+  void configure();
   /// Publishes the present state now. Thread-safe.
   void publish_now();
 

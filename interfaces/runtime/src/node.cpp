@@ -435,6 +435,7 @@ std::shared_ptr<UntypedSubscription> Node::create_untyped_subscription(
        .events = std::move(options.events),
        .group = options.at_once ? nullptr : impl_->own_group(options.group),
        .while_inactive = options.while_inactive.value_or(WhileInactive::kKeep),
+       .expected = options.expected,
        .enabled = !options.managed});
   context().graph().add_endpoint(impl_->name, subscription);
   const std::lock_guard lock(impl_->mutex);

@@ -1,13 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "subscription_queue.hpp"
 
+#include <builtin_interfaces/msg/time.hpp>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
+
+#include "pipescout/idl/field_access.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 
+namespace {
+
+/// Where the single message field of that name is, when it has one.
+const MessageField* message_field(const MessageType& type, std::string_view name) {
+  const MessageField* const field = find_field(type, name);
+  return field != nullptr && field->kind == FieldKind::kMessage &&
+                 field->shape == FieldShape::kSingle
+             ? field
+             : nullptr;
+}
+
+/// Of `header.stamp`, or of `stamp`.
+std::optional<std::size_t> stamp_offset(const MessageType& type) {
+  const MessageField* const header = message_field(type, "header");
+  const MessageField* const stamp =
+      message_field(header != nullptr ? header->message() : type, "stamp");
+  if (stamp == nullptr || &stamp->message() != &message_type<builtin_interfaces::msg::Time>()) {
+    return std::nullopt;
+  }
+  return (header != nullptr ? header->offset : 0) + stamp->offset;
+}
+
+}  // namespace
+
 SubscriptionQueue::SubscriptionQueue(SubscriptionOptions options)
-    : options_(std::move(options)), enabled_(options_.enabled) {}
+    : options_(std::move(options)),
+      stamp_offset_(options_.topic.type != nullptr ? stamp_offset(*options_.topic.type)
+                                                   : std::nullopt),
+      enabled_(options_.enabled) {}
 
 void SubscriptionQueue::start() {
   const auto& events = options_.events;
@@ -63,7 +95,7 @@ void SubscriptionQueue::receive(std::shared_ptr<const void> message, const Messa
     if (closed_) {
       return;
     }
-    ++statistics_.received;
+    count(message.get());
     if (!enabled_ && options_.while_inactive == WhileInactive::kDrop) {
       ++statistics_.dropped_inactive;
       return;
@@ -88,6 +120,14 @@ void SubscriptionQueue::receive(std::shared_ptr<const void> message, const Messa
   }
 }
 
+void SubscriptionQueue::count(const void* message) {
+  ++statistics_.received;
+  if (stamp_offset_) {
+    statistics_.last_stamp = from_message(*reinterpret_cast<const builtin_interfaces::msg::Time*>(
+        static_cast<const std::byte*>(message) + *stamp_offset_));
+  }
+}
+
 void SubscriptionQueue::deliver_at_once(const std::shared_ptr<const void>& message,
                                         const MessageInfo& info) {
   {
@@ -95,7 +135,7 @@ void SubscriptionQueue::deliver_at_once(const std::shared_ptr<const void>& messa
     if (closed_) {
       return;
     }
-    ++statistics_.received;
+    count(message.get());
     if (!enabled_) {
       ++statistics_.dropped_inactive;
       return;

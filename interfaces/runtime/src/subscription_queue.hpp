@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -59,6 +60,8 @@ class SubscriptionQueue final : public Waitable,
     std::optional<Time> expiry;
   };
 
+  /// Counts a message that came. Under mutex_.
+  void count(const void* message);
   void deliver_at_once(const std::shared_ptr<const void>& message, const MessageInfo& info);
 
   // Under mutex_.
@@ -67,6 +70,7 @@ class SubscriptionQueue final : public Waitable,
   [[nodiscard]] bool is_expired(const Item& item) const;
 
   const SubscriptionOptions options_;
+  const std::optional<std::size_t> stamp_offset_;  // of a builtin_interfaces/Time in the message
   std::shared_ptr<CountedEvent> lost_;
   std::shared_ptr<CountedEvent> malformed_;
   std::shared_ptr<CountedEvent> deadline_missed_;

@@ -141,7 +141,10 @@ TEST(DiagnosticsPublisher, SaysWhatTheTransportCannotDo) {
            statuses[status.name] = status;
          }
        }});
-  Listener component({.context = context, .executor = &executor, .name = {"/", "listener"}});
+  Listener component({.context = context,
+                      .executor = &executor,
+                      .name = {"/", "listener"},
+                      .standard_interfaces = false});
   DiagnosticsPublisher publisher(component);
   publisher.publish_now();
   EXPECT_FALSE(statuses.contains("listener: transport"));

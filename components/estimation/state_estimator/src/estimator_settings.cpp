@@ -181,11 +181,7 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       {.description = "rad, standard deviation of headings without covariance",
        .floating_point_range = kPositive});
 
-  camera_position_ = place("camera.position", "the camera");
-  camera_roll_pitch_yaw_ = parameters.declare<std::vector<double>>(
-      "camera.roll_pitch_yaw", {},
-      {.description = "rad, of the optical frame in the base frame; empty: looks straight down, "
-                      "the upper border of the image forward"});
+  camera_.emplace(parameters, base_frame_);
   rack_position_ = parameters.declare<std::vector<double>>(
       "rack.position", {}, {.description = "m, of the rack frame in the map; empty: 0 0 0"});
   rack_heading_ = parameters.declare<double>(
@@ -448,7 +444,7 @@ std::optional<estimation::GivenPose> EstimatorParameters::start() const {
   return result;
 }
 
-EstimatorSettings EstimatorParameters::read() const {
+EstimatorSettings EstimatorParameters::read(Node& node) const {
   EstimatorSettings result;
   result.map_frame = map_frame_.get();
   result.odom_frame = odom_frame_.get();
@@ -474,7 +470,7 @@ EstimatorSettings EstimatorParameters::read() const {
   result.weld_deviation = weld_deviation_.get();
   result.weld_sensor = three_or_zero(weld_sensor_);
   result.imu = three_or_zero(imu_position_);
-  result.T_base_camera = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
+  result.camera = camera_->read(node);
   result.start = start();
 
   Estimator& estimator = result.estimator = bound_->read();

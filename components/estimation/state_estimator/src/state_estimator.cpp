@@ -37,8 +37,8 @@ constexpr double kAnyHeading = M_PI;
 /// rad: a tilt that is less certain than this says nothing to a localizer.
 constexpr double kUselessTilt = 0.1;
 
-SensorMounting mounting(const EstimatorSettings& settings) {
-  return {.imu = settings.imu, .T_base_camera = settings.T_base_camera};
+SensorMounting mounting(const EstimatorSettings& settings, const SE3& T_base_camera = SE3()) {
+  return {.imu = settings.imu, .T_base_camera = T_base_camera};
 }
 
 /// Of position and rotation.
@@ -78,7 +78,7 @@ StateEstimator::StateEstimator(ComponentOptions options)
 StateEstimator::~StateEstimator() = default;
 
 CallbackReturn StateEstimator::on_configure() {
-  settings_ = declared_.read();
+  settings_ = declared_.read(*this);
   estimator_.emplace(settings_.estimator);
   map_.reset();
   if (settings_.datum) {
@@ -313,6 +313,15 @@ void StateEstimator::on_odometer(const Odometer& message) {
   }
 }
 
+std::optional<SE3> StateEstimator::camera_at(Time stamp) {
+  std::string missing;
+  auto T_base_camera = settings_.camera.T_base_camera(stamp, &missing);
+  if (!T_base_camera) {
+    report_fault("visual_pose.tf", "where the camera is on the robot is not known: " + missing);
+  }
+  return T_base_camera;
+}
+
 void StateEstimator::on_rack_pose(const Pose& message) {
   const auto time = time_of("visual_pose", message.header.stamp);
   if (!time) {
@@ -324,10 +333,16 @@ void StateEstimator::on_rack_pose(const Pose& message) {
                                                     settings_.rack_frame + "'");
     return;
   }
+  const auto T_base_camera = camera_at(from_message(message.header.stamp));
+  if (!T_base_camera) {
+    return;
+  }
   try {
-    report_outcome(Source::kVisualPose, estimator_->add(mounting(settings_).visual_pose(
-                                            *time, from_message(message.pose.pose),
-                                            covariance_from_message(message.pose.covariance))));
+    report_outcome(
+        Source::kVisualPose,
+        estimator_->add(mounting(settings_, *T_base_camera)
+                            .visual_pose(*time, from_message(message.pose.pose),
+                                         covariance_from_message(message.pose.covariance))));
   } catch (const std::invalid_argument& error) {
     report_fault("visual_pose.refused", std::string("rack/pose refused: ") + error.what());
   }
@@ -496,10 +511,16 @@ void StateEstimator::publish_pose_hint() {
   if (estimate->in_map && !may_hint_place(stamp)) {
     return;
   }
+  const auto T_base_camera = camera_at(stamp);
+  if (!T_base_camera) {
+    return;
+  }
   const auto rack = estimator_->smoother().global_covariance();
-  SensorMounting::CameraPose pose = mounting(settings_).camera_pose(
-      estimate->state, pose_covariance(estimator_->covariance()), estimator_->smoother().globals(),
-      rack.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition));
+  SensorMounting::CameraPose pose =
+      mounting(settings_, *T_base_camera)
+          .camera_pose(estimate->state, pose_covariance(estimator_->covariance()),
+                       estimator_->smoother().globals(),
+                       rack.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition));
   if (!estimate->in_map) {
     forget_all_but_tilt(pose.covariance);
   }

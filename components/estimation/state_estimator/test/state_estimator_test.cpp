@@ -315,6 +315,40 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
   EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose.covariance));
 }
 
+TEST_F(StateEstimatorTest, TakesTheCameraFromTheTransforms) {
+  const SE3 T_base_camera(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {0.1, 0.0, -0.2});
+  auto& estimator = start({{"preset", "uav"}, {"camera.frame", "camera_optical"}});
+  const SE3 T_map_base(SO3(), {6, 2, 3});
+  for (int i = 0; i < 400; ++i) {
+    const Time time = kStart + from_seconds(0.01 * i);
+    harness_.set_time(time);
+    Imu imu = Drive::imu(0);
+    imu.header.stamp = to_message(time);
+    send(topics::kImu, imu);
+    if (i == 100) {
+      EXPECT_EQ(estimator.diagnostics().counter("visual_pose.tf"), 25U);
+      EXPECT_TRUE(odometry_.empty());
+      tf2_msgs::msg::TFMessage tf;
+      auto& transform = tf.transforms.emplace_back();
+      transform.header.frame_id = "base_link";
+      transform.child_frame_id = "camera_optical";
+      transform.transform = transform_message(T_base_camera);
+      send(topics::kTfStatic, tf);
+    }
+    if (i % 4 == 0) {
+      geometry_msgs::msg::PoseWithCovarianceStamped pose;
+      pose.header.stamp = imu.header.stamp;
+      pose.header.frame_id = "rack";
+      pose.pose.pose = to_message(T_map_base * T_base_camera);
+      pose.pose.covariance = to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
+      send(topics::kRackPose, pose);
+    }
+  }
+  EXPECT_EQ(estimator.diagnostics().counter("visual_pose.tf"), 25U);
+  ASSERT_FALSE(odometry_.empty());
+  EXPECT_LT((T_map_base.inverse() * from_message(odometry_.back().pose.pose)).log().norm(), 0.01);
+}
+
 TEST_F(StateEstimatorTest, TellsALocalizerThatHasNoPoseHowTheCameraIsTilted) {
   const SE3 T_base_camera(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {0.1, 0.0, -0.2});
   start({{"preset", "uav"}, {"camera.position", std::vector<double>{0.1, 0.0, -0.2}}});

@@ -158,13 +158,7 @@ void RackLocalizer::declare_tracker_parameters() {
 }
 
 void RackLocalizer::declare_message_parameters() {
-  camera_position_ = parameters().declare<std::vector<double>>(
-      "camera.position", {},
-      {.description = "m, x y z of the camera in the base frame of odometry; empty: 0 0 0"});
-  camera_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
-      "camera.roll_pitch_yaw", {},
-      {.description = "rad, of the optical frame in the base frame; empty: looks straight down, "
-                      "the upper border of the image forward"});
+  mount_parameters_.emplace(parameters());
   odometry_drift_ = parameters().declare<double>(
       "odometry.drift", 0.02,
       {.description = "m per root of a second, error of the odometry between images",
@@ -238,7 +232,7 @@ CallbackReturn RackLocalizer::on_configure() {
   settings_ = localization_parameters();
   // What does not fit together is told now, not with the first calibration.
   rack_vision::RackLocalization(model_, geometry::Camera(), settings_).set_hint(hint());
-  T_base_camera_ = camera_mounting(camera_position_, camera_roll_pitch_yaw_);
+  mount_ = mount_parameters_->read(*this);
   frame_ = frame_id_.get();
   stamp_limits_ = {.maximum_age = maximum_age_.get(), .maximum_lead = maximum_lead_.get()};
   localization_.reset();
@@ -379,7 +373,18 @@ std::optional<MotionPrediction> RackLocalizer::motion_until(Time stamp) {
   if (!before || !now_there) {
     return std::nullopt;
   }
-  const SE3 motion = T_base_camera_.inverse() * before->inverse() * *now_there * T_base_camera_;
+  std::string missing;
+  const auto T_base_camera_before = mount_.T_base_camera(*last_image_, &missing);
+  const auto T_base_camera = mount_.T_base_camera(stamp, &missing);
+  if (!T_base_camera_before || !T_base_camera) {
+    report_fault("tf.missing",
+                 "where the camera is on the robot is not known, its motion is not "
+                 "predicted: " +
+                     missing);
+    return std::nullopt;
+  }
+  const SE3 motion =
+      T_base_camera_before->inverse() * before->inverse() * *now_there * *T_base_camera;
   const double root = std::sqrt(to_seconds(stamp - *last_image_));
   return MotionPrediction{
       motion, diagonal(root * odometry_drift_.get(), root * odometry_rotation_drift_.get())};

@@ -66,7 +66,15 @@ std::optional<geometry::SE3> CameraMount::moved_on(Time time) const {
   return pose * geometry::SE3::exp(to_seconds(time - last) * twist);
 }
 
-CameraMountParameters::CameraMountParameters(Parameters& parameters) {
+CameraMountParameters::CameraMountParameters(Parameters& parameters)
+    : CameraMountParameters(
+          parameters, parameters.declare<std::string>(
+                          "base_frame", "base_link",
+                          {.description = "base frame of the robot, parent of camera.frame"})) {}
+
+CameraMountParameters::CameraMountParameters(Parameters& parameters,
+                                             Parameter<std::string> base_frame)
+    : base_frame_(std::move(base_frame)) {
   position_ = parameters.declare<std::vector<double>>(
       "camera.position", {},
       {.description = "m, x y z of the camera in the base frame of odometry; empty: 0 0 0"});
@@ -76,11 +84,8 @@ CameraMountParameters::CameraMountParameters(Parameters& parameters) {
                       "the upper border of the image forward"});
   camera_frame_ = parameters.declare<std::string>(
       "camera.frame", "",
-      {.description = "frame on tf of a camera that moves on the robot, against base_frame; empty: "
-                      "it does not, and camera.position and camera.roll_pitch_yaw hold"});
-  base_frame_ = parameters.declare<std::string>(
-      "base_frame", "base_link",
-      {.description = "base frame of the robot, parent of camera.frame"});
+      {.description = "frame of the camera, whose pose against base_frame tf and tf_static tell; "
+                      "empty: camera.position and camera.roll_pitch_yaw do"});
   history_ = parameters.declare<double>(
       "tf.history", 10.0,
       {.description =

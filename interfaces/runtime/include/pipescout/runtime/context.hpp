@@ -45,6 +45,7 @@ struct SubscriptionOptions {
   std::shared_ptr<CallbackGroup> group = nullptr;
   /// What happens to messages while the subscription is disabled.
   WhileInactive while_inactive = WhileInactive::kKeep;
+  InputExpectation expected = {};  ///< kept for whoever watches the subscription
   /// Start disabled, see UntypedSubscription::set_enabled.
   bool enabled = true;
   /// Subscriptions of one topic with the same QoS share one reader for other processes, and its

@@ -54,6 +54,10 @@ struct NodeSubscriptionOptions {
   SubscriptionEvents events = {};
   /// None: as the catalogue topic defines; kKeep for a topic by name.
   std::optional<WhileInactive> while_inactive = std::nullopt;
+  /// A component watches the rate and age of this input while it is active, and warns on
+  /// `/diagnostics`. The parameters `inputs.topics`, `inputs.minimum_rates` and
+  /// `inputs.maximum_ages` of the component come before it.
+  InputExpectation expected = {};
   std::shared_ptr<CallbackGroup> group = nullptr;
   bool managed = true;
   /// The callback runs on whatever thread brings the message, of a publisher or of the transport,

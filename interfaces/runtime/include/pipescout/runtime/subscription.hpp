@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "pipescout/runtime/publisher.hpp"
+#include "pipescout/runtime/time.hpp"
 #include "pipescout/runtime/transport.hpp"
 
 namespace pipescout {
@@ -25,6 +27,13 @@ struct SubscriptionEvents {
   std::function<void(std::size_t)> matched = {};
 };
 
+/// What a component expects of an input, for its watch: see NodeSubscriptionOptions::expected.
+struct InputExpectation {
+  double minimum_rate = 0;  ///< Hz; 0: any
+  double maximum_age = 0;   ///< s, of the newest message; 0: any
+  bool operator==(const InputExpectation&) const = default;
+};
+
 struct SubscriptionStatistics {
   std::uint64_t received = 0;
   std::uint64_t delivered = 0;           ///< callbacks begun
@@ -35,6 +44,9 @@ struct SubscriptionStatistics {
   std::uint64_t malformed = 0;  ///< data that does not match the type
   std::uint64_t deadlines_missed = 0;
   std::uint64_t incompatible_qos = 0;
+  /// Stamp of the message received last; nothing before, and for types without `header.stamp` or
+  /// `stamp`.
+  std::optional<Time> last_stamp = std::nullopt;
 };
 
 /// A subscription to a type known at run time. `Subscription<T>` is the typed front.
@@ -60,6 +72,8 @@ class UntypedSubscription {
   [[nodiscard]] virtual const Gid& gid() const = 0;
   [[nodiscard]] virtual const WireTopic& topic() const = 0;
   [[nodiscard]] virtual const QoS& qos() const = 0;
+  /// As declared with the subscription.
+  [[nodiscard]] virtual const InputExpectation& expected() const = 0;
 };
 
 /// A handle: copies share the subscription, which is destroyed with the last one. If the publisher

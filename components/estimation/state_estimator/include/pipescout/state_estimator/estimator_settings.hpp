@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipescout/message_conversions/camera_mount.hpp"
 #include "pipescout/runtime/bound_parameters.hpp"
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
@@ -35,7 +36,7 @@ struct EstimatorSettings {
   double weld_deviation = 0;    ///< m, across the pipe
   Eigen::Vector3d weld_sensor;  ///< m, in the base frame
   Eigen::Vector3d imu;          ///< m, in the base frame
-  geometry::SE3 T_base_camera;
+  CameraMount camera{geometry::SE3()};
   std::optional<estimation::GivenPose> start;
   std::vector<NamedSource> sources;
 
@@ -49,8 +50,9 @@ class EstimatorParameters {
   /// ParameterError for an unknown preset.
   explicit EstimatorParameters(Parameters& parameters);
 
-  /// Throws std::invalid_argument naming the parameter, and CsvError for the centre line's file.
-  [[nodiscard]] EstimatorSettings read() const;
+  /// `node` listens to transforms where they tell of the camera. Throws std::invalid_argument
+  /// naming the parameter, CsvError for the centre line's file, and as Node::transforms.
+  [[nodiscard]] EstimatorSettings read(Node& node) const;
 
  private:
   using Estimator = estimation::StateEstimatorParameters;
@@ -95,8 +97,7 @@ class EstimatorParameters {
   Parameter<std::vector<double>> odometer_;
   Parameter<std::vector<double>> imu_position_;
   Parameter<std::vector<double>> imu_roll_pitch_yaw_;
-  Parameter<std::vector<double>> camera_position_;
-  Parameter<std::vector<double>> camera_roll_pitch_yaw_;
+  std::optional<CameraMountParameters> camera_;
   Parameter<std::vector<double>> rack_position_;
   Parameter<double> rack_heading_;
   Parameter<std::vector<double>> start_position_;

@@ -54,6 +54,8 @@ class StateEstimator final : public Component {
   void on_imu(const Imu& message);
   void on_fix(const Fix& message);
   void on_odometer(const Odometer& message);
+  /// Nothing, and a fault, while the transforms do not tell.
+  [[nodiscard]] std::optional<geometry::SE3> camera_at(Time stamp);
   void on_rack_pose(const Pose& message);
   void on_rack_state(const RackState& message);
   void on_weld(const Weld& message);

@@ -14,6 +14,7 @@
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
+#include "pipescout/message_conversions/camera_mount.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
@@ -83,8 +84,7 @@ class RackLocalizer final : public Component {
   Parameter<double> centre_deviation_;
   Parameter<double> acceleration_;
   Parameter<double> angular_acceleration_;
-  Parameter<std::vector<double>> camera_position_;
-  Parameter<std::vector<double>> camera_roll_pitch_yaw_;
+  std::optional<CameraMountParameters> mount_parameters_;
   Parameter<double> odometry_drift_;
   Parameter<double> odometry_rotation_drift_;
   Parameter<double> maximum_age_;
@@ -96,7 +96,7 @@ class RackLocalizer final : public Component {
   std::string frame_;
   rack_vision::RackModel model_;
   rack_vision::RackLocalizationParameters settings_;
-  geometry::SE3 T_base_camera_;
+  CameraMount mount_{geometry::SE3()};
 
   std::optional<rack_vision::RackLocalization> localization_;  // from the first calibration on
   std::optional<CameraInfo> calibration_;

@@ -43,6 +43,8 @@ class CameraMountParameters {
  public:
   /// Declares them.
   explicit CameraMountParameters(Parameters& parameters);
+  /// The same with a `base_frame` that is declared already.
+  CameraMountParameters(Parameters& parameters, Parameter<std::string> base_frame);
 
   /// From the first two, as `camera_mounting`.
   [[nodiscard]] geometry::SE3 T_base_camera() const;
