@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <pipescout/estimation/planar_motion.hpp>
 #include <stdexcept>
 #include <string_view>
 
@@ -64,6 +65,15 @@ EstimatorParameters::EstimatorParameters(Parameters& parameters) {
       {.description = "default values of the other parameters: ground_robot, uav or crawler",
        .read_only = true});
   defaults_ = preset(name.get());
+  imu_implied_by_ = parameters.declare<std::string>(
+      "imu.implied_by", "",
+      {.description = "for a robot without an IMU: the source whose speed and yaw rate stand for "
+                      "one, of kind odometry_velocity, base_velocity or wheel_encoders; empty: "
+                      "there is an IMU",
+       .read_only = true});
+  if (!imu_implied_by_.share()->empty()) {
+    estimation::set_planar(defaults_);
+  }
   bound_.emplace(parameters, defaults_);
   declare_frames(parameters);
   declare_messages(parameters);
@@ -444,6 +454,27 @@ std::optional<estimation::GivenPose> EstimatorParameters::start() const {
   return result;
 }
 
+std::optional<std::size_t> EstimatorParameters::implied_imu(
+    const std::vector<NamedSource>& sources) const {
+  const std::string name = imu_implied_by_.get();
+  if (name.empty()) {
+    return std::nullopt;
+  }
+  const auto found = std::ranges::find(sources, name, &NamedSource::name);
+  if (found == sources.end() || (found->kind != NamedSourceKind::kOdometryVelocity &&
+                                 found->kind != NamedSourceKind::kBaseVelocity &&
+                                 found->kind != NamedSourceKind::kWheelEncoders)) {
+    throw std::invalid_argument("parameter '" + imu_implied_by_.name() + "': '" + name +
+                                "' is no source of kind odometry_velocity, base_velocity or "
+                                "wheel_encoders");
+  }
+  if (!three_or_zero(imu_position_).isZero()) {
+    throw std::invalid_argument("parameter '" + imu_position_.name() +
+                                "': an IMU that wheels stand for is at 0 0 0");
+  }
+  return static_cast<std::size_t>(found - sources.begin());
+}
+
 EstimatorSettings EstimatorParameters::read(Node& node) const {
   EstimatorSettings result;
   result.map_frame = map_frame_.get();
@@ -479,6 +510,7 @@ EstimatorSettings EstimatorParameters::read(Node& node) const {
         kernel(bound.parameter.name(), bound.parameter.get());
   }
   result.sources = sources_->read(estimator);
+  result.implied_imu = implied_imu(result.sources);
   estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
   estimator.odometer.sensor = three_or_zero(odometer_) - result.imu;
   if (const auto& deviations = estimator.smoother.global_deviations;

@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, kNamedSourceKinds> kKinds = {
     "base_velocity",  "odometry_velocity",
     "odometry_pose",  "magnetic_field",
     "fluid_pressure", "range",
-    "gps_fix"};
+    "gps_fix",        "wheel_encoders"};
 
 constexpr FloatingPointRange kPositive{1e-9, 1e6};
 constexpr FloatingPointRange kNotNegative{0.0, 1e6};
@@ -47,6 +47,7 @@ double default_deviation(NamedSourceKind kind) {
     case NamedSourceKind::kGpsVelocityWithCovariance:
     case NamedSourceKind::kBaseVelocity:
     case NamedSourceKind::kOdometryVelocity:
+    case NamedSourceKind::kWheelEncoders:
       return 0.1;
     case NamedSourceKind::kOdometryPose:
       return 0.02;
@@ -94,6 +95,12 @@ NamedSourceParameters::NamedSourceParameters(Parameters& parameters) {
                 name + ".kind",
                 {.description = "what it measures, and by which message", .read_only = true})
             .get());
+    const auto joints = [&](const char* side) {
+      return parameters.declare<std::vector<std::string>>(
+          name + "." + side, {},
+          {.description =
+               std::string("joints of the wheels on the ") + side + ", of wheel_encoders"});
+    };
     // The height of the standard atmosphere is off by the weather, and from the map's by the datum.
     const bool pressure = kind == NamedSourceKind::kFluidPressure;
     declared_.push_back(
@@ -120,7 +127,12 @@ NamedSourceParameters::NamedSourceParameters(Parameters& parameters) {
                                     "s, correlation time of the measurement errors; 0: white"),
          .gate = number("gate", 0.9999, kShare,
                         "share of correct measurements that the chi-square gate accepts; 1: no "
-                        "gate")});
+                        "gate"),
+         .left = joints("left"),
+         .right = joints("right"),
+         .wheel_radius = number("wheel_radius", 0, kNotNegative, "m, of wheel_encoders"),
+         .track = number("track", 0, kNotNegative,
+                         "m between the wheels of both sides, of wheel_encoders")});
   }
 }
 
@@ -147,6 +159,18 @@ std::vector<NamedSource> NamedSourceParameters::read(StateEstimatorParameters& e
     if (source.kind == NamedSourceKind::kRange && !beacon) {
       throw std::invalid_argument("parameter '" + declared.name +
                                   ".beacon': a range needs the position of its beacon");
+    }
+    if (source.kind == NamedSourceKind::kWheelEncoders) {
+      source.wheels = {.left = declared.left.get(),
+                       .right = declared.right.get(),
+                       .wheel_radius = declared.wheel_radius.get(),
+                       .track = declared.track.get()};
+      try {
+        source.wheels.validate();
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument("parameters of source '" + declared.name +
+                                    "': " + error.what());
+      }
     }
     source.beacon = beacon.value_or(Eigen::Vector3d::Zero());
     const bool may_be_biased = source.kind == NamedSourceKind::kMagneticField ||

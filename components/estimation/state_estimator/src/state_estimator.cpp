@@ -87,6 +87,7 @@ CallbackReturn StateEstimator::on_configure() {
   first_fixes_.clear();
   told_unstated_covariance_ = false;
   origin_.reset();
+  planar_.reset();
   last_reading_.reset();
   imu_interval_ = 0;
   published_.reset();
@@ -104,8 +105,14 @@ CallbackReturn StateEstimator::on_configure() {
   if (settings_.publish_tf) {
     tf_publisher_ = create_publisher(topics::kTf);
   }
-  imu_subscription_ =
-      create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
+  if (settings_.implied_imu) {
+    planar_.emplace(estimation::PlanarMotionParameters{
+        .gravity = settings_.estimator.smoother.gravity,
+        .longest_gap = settings_.estimator.odometer.largest_gap});
+  } else {
+    imu_subscription_ =
+        create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
+  }
   fix_subscription_ =
       create_subscription(topics::kGpsFix, [this](const Fix& message) { on_fix(message); });
   odometer_subscription_ = create_subscription(
@@ -121,8 +128,12 @@ CallbackReturn StateEstimator::on_configure() {
   subscribe_to_sources();
   silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
     if (!std::exchange(imu_heard_, false)) {
-      report_fault("imu.silent",
-                   "no reading of the IMU on imu/data for " + seconds(settings_.silent_after));
+      const std::string input = settings_.implied_imu
+                                    ? "motion of source '" +
+                                          settings_.sources[*settings_.implied_imu].name +
+                                          "', which stands for an IMU,"
+                                    : std::string("reading of the IMU on imu/data");
+      report_fault("imu.silent", "no " + input + " for " + seconds(settings_.silent_after));
     }
     status_ = estimator_->status();
     tell_status();
@@ -199,22 +210,25 @@ void StateEstimator::give_start() {
   }
 }
 
+void StateEstimator::take_reading(const estimation::ImuReading& reading) {
+  const Outcome outcome = estimator_->add(reading);
+  report_outcome(Source::kImu, outcome);
+  if (outcome == Outcome::kWaiting || outcome == Outcome::kAccepted) {
+    if (last_reading_ && reading.time > last_reading_->time) {
+      imu_interval_ = reading.time - last_reading_->time;
+    }
+    last_reading_ = reading;
+    give_start();
+  }
+}
+
 void StateEstimator::on_imu(const Imu& message) {
   imu_heard_ = true;
   const auto time = time_of("imu", message.header.stamp);
   if (!time) {
     return;
   }
-  const estimation::ImuReading reading = imu_reading(message, *time);
-  const Outcome outcome = estimator_->add(reading);
-  report_outcome(Source::kImu, outcome);
-  if (outcome == Outcome::kWaiting || outcome == Outcome::kAccepted) {
-    if (last_reading_ && *time > last_reading_->time) {
-      imu_interval_ = *time - last_reading_->time;
-    }
-    last_reading_ = reading;
-    give_start();
-  }
+  take_reading(imu_reading(message, *time));
   if (settings_.heading_from_imu) {
     try {
       if (const auto measured = heading(message, *time, settings_)) {

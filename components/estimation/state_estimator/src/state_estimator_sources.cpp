@@ -9,6 +9,7 @@
 #include "estimator_messages.hpp"
 #include "named_source_messages.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/runtime/transforms.hpp"
 #include "pipescout/state_estimator/state_estimator.hpp"
 
@@ -20,8 +21,10 @@ using estimation::AnyFactor;
 using estimation::own_kind;
 using geometry::SE3;
 using geometry_msgs::msg::TwistStamped;
+using geometry_msgs::msg::TwistWithCovariance;
 using geometry_msgs::msg::TwistWithCovarianceStamped;
 using sensor_msgs::msg::FluidPressure;
+using sensor_msgs::msg::JointState;
 using sensor_msgs::msg::MagneticField;
 using sensor_msgs::msg::Range;
 
@@ -33,6 +36,10 @@ template <class Message>
 const std::string& frame_of(const Message& message) {
   if constexpr (std::is_same_v<Message, nav_msgs::msg::Odometry>) {
     return message.child_frame_id;
+  } else if constexpr (std::is_same_v<Message, JointState>) {
+    static const std::string
+        base;  // the motion is that of the base, whatever frame the joints have
+    return base;
   } else {
     return message.header.frame_id;
   }
@@ -67,6 +74,10 @@ void StateEstimator::subscribe_to_sources() {
         break;
       case NamedSourceKind::kGpsFix:
         subscribe_to_source<Fix>(i);
+        break;
+      case NamedSourceKind::kWheelEncoders:
+        named_[i].wheels.emplace(settings_.sources[i].wheels);
+        subscribe_to_source<JointState>(i);
         break;
     }
     if (!settings_.sources[i].position) {
@@ -125,28 +136,60 @@ std::optional<AnyFactor> StateEstimator::relative_pose(std::size_t source, const
   return AnyFactor(moved, own_kind(source));
 }
 
+AnyFactor StateEstimator::base_velocity(std::size_t source, const TwistWithCovariance& twist,
+                                        double time, const SE3& T_body_sensor) {
+  if (settings_.implied_imu == source) {
+    imply_imu(twist.twist, time, T_body_sensor);
+  }
+  return AnyFactor(body_velocity_measurement(twist, time, settings_.sources[source], T_body_sensor,
+                                             angular_rate()),
+                   own_kind(source));
+}
+
+void StateEstimator::imply_imu(const geometry_msgs::msg::Twist& twist, double time,
+                               const SE3& T_body_sensor) {
+  const Eigen::Vector3d rate = T_body_sensor.rotation() * from_message(twist.angular);
+  const Eigen::Vector3d velocity = T_body_sensor.rotation() * from_message(twist.linear) -
+                                   rate.cross(T_body_sensor.translation());
+  imu_heard_ = true;
+  for (const estimation::ImuReading& reading : planar_->add(time, velocity.x(), rate.z())) {
+    take_reading(reading);
+  }
+}
+
+Eigen::Vector3d StateEstimator::angular_rate() const {
+  return last_reading_ ? settings_.estimator.R_body_imu * last_reading_->angular_rate
+                       : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 template <class Message>
 std::optional<AnyFactor> StateEstimator::factor_of(std::size_t source, const Message& message,
                                                    double time, const SE3& T_body_sensor) {
   const NamedSource& named = settings_.sources[source];
   const estimation::FactorKind kind = own_kind(source);
-  const Eigen::Vector3d rate = last_reading_
-                                   ? settings_.estimator.R_body_imu * last_reading_->angular_rate
-                                   : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  const Eigen::Vector3d rate = angular_rate();
   if constexpr (std::is_same_v<Message, TwistStamped>) {
     return AnyFactor(velocity_measurement(message, time, named, T_body_sensor, rate), kind);
   } else if constexpr (std::is_same_v<Message, TwistWithCovarianceStamped>) {
     if (named.kind == NamedSourceKind::kBaseVelocity) {
-      return AnyFactor(body_velocity_measurement(message.twist, time, named, T_body_sensor, rate),
-                       kind);
+      return base_velocity(source, message.twist, time, T_body_sensor);
     }
     return AnyFactor(velocity_measurement(message, time, named, T_body_sensor, rate), kind);
   } else if constexpr (std::is_same_v<Message, Odometry>) {
     if (named.kind == NamedSourceKind::kOdometryPose) {
       return relative_pose(source, message, time, T_body_sensor);
     }
-    return AnyFactor(body_velocity_measurement(message.twist, time, named, T_body_sensor, rate),
-                     kind);
+    return base_velocity(source, message.twist, time, T_body_sensor);
+  } else if constexpr (std::is_same_v<Message, JointState>) {
+    const auto motion =
+        named_[source].wheels->add(time, message.name, message.position, message.velocity);
+    if (!motion) {
+      return std::nullopt;
+    }
+    TwistWithCovariance twist;
+    twist.twist.linear.x = motion->speed;
+    twist.twist.angular.z = motion->yaw_rate;
+    return base_velocity(source, twist, motion->time, T_body_sensor);
   } else if constexpr (std::is_same_v<Message, MagneticField>) {
     return AnyFactor(magnetic_field_measurement(message, time, named, T_body_sensor), kind);
   } else if constexpr (std::is_same_v<Message, FluidPressure>) {

@@ -257,6 +257,59 @@ TEST_F(NamedSourcesTest, OdometryOfAnyBaseIsAMotionOrAVelocity) {
   EXPECT_LT(from_message(odometry_.back().pose.pose).translation().norm(), 1);
 }
 
+TEST_F(NamedSourcesTest, WheelEncodersAndGpsAreEnough) {
+  constexpr double kRadius = 20;  // m, of the circle
+  constexpr double kSpeed = 2;    // m/s
+  constexpr double kWheel = 0.16;
+  constexpr double kTrack = 0.6;
+  auto& estimator = start({{"sources", std::vector<std::string>{"wheels"}},
+                           {"imu.implied_by", "wheels"},
+                           {"wheels.kind", "wheel_encoders"},
+                           {"wheels.topic", "joint_states"},
+                           {"wheels.left", std::vector<std::string>{"fl", "rl"}},
+                           {"wheels.right", std::vector<std::string>{"fr", "rr"}},
+                           {"wheels.wheel_radius", kWheel},
+                           {"wheels.track", kTrack}});
+  const geometry::LocalFrame map({47.0, 8.0, 400.0});
+  const double rate = kSpeed / kRadius;
+  Vector3d truth = Vector3d::Zero();
+  for (int i = 0; i <= 1200; ++i) {
+    const double time = 0.05 * i;
+    harness_.set_time(kStart + from_seconds(time));
+    truth = {kRadius * std::sin(rate * time), kRadius * (1 - std::cos(rate * time)), 0};
+    sensor_msgs::msg::JointState joints;
+    joints.header.stamp = to_message(kStart + from_seconds(time));
+    joints.name = {"shoulder", "elbow"};  // of the arm, in a message of its own
+    joints.position = {0.1, std::numeric_limits<double>::quiet_NaN()};
+    publish("joint_states", joints);
+    joints.name = {"fl", "fr", "rl", "rr", "gripper"};
+    const double left = (kSpeed - rate * kTrack / 2) / kWheel * time;
+    const double right = (kSpeed + rate * kTrack / 2) / kWheel * time;
+    joints.position = {left, right, left, right, 0.0};
+    publish("joint_states", joints);
+    if (i % 20 == 0) {
+      const geometry::GeodeticPosition place = map.geodetic(truth);
+      sensor_msgs::msg::NavSatFix fix;
+      fix.header.stamp = joints.header.stamp;
+      fix.latitude = place.latitude;
+      fix.longitude = place.longitude;
+      fix.altitude = place.altitude;
+      fix.position_covariance = {0.25, 0, 0, 0, 0.25, 0, 0, 0, 1};
+      fix.position_covariance_type = sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_KNOWN;
+      publish("gps/fix", fix);
+    }
+  }
+  ASSERT_FALSE(odometry_.empty());
+  EXPECT_LT((from_message(odometry_.back().pose.pose).translation() - truth).head<2>().norm(), 0.5);
+  EXPECT_NEAR(odometry_.back().twist.twist.linear.x, kSpeed, 0.1);
+  EXPECT_GT(accepted("wheels"), 500U);
+  EXPECT_EQ(estimator.diagnostics().counter("wheels.refused"), 0U);
+  EXPECT_EQ(estimator.diagnostics().counter("imu.silent"), 0U);
+  harness_.advance(std::chrono::seconds(3));
+  harness_.advance(std::chrono::seconds(3));
+  EXPECT_GT(estimator.diagnostics().counter("imu.silent"), 0U);
+}
+
 TEST_F(NamedSourcesTest, ParametersThatAreWrongAreRefusedByName) {
   const auto refused = [&](std::vector<NamedParameter> parameters) {
     parameters.push_back({"sources", std::vector<std::string>{"one"}});
@@ -276,6 +329,9 @@ TEST_F(NamedSourcesTest, ParametersThatAreWrongAreRefusedByName) {
   EXPECT_THAT(refused({{"one.kind", "range"}}), HasSubstr("one.beacon"));
   EXPECT_THAT(refused({{"one.kind", "gps_fix"}, {"one.position", std::vector<double>{1.0}}}),
               HasSubstr("one.position"));
+  EXPECT_THAT(refused({{"one.kind", "wheel_encoders"}}), HasSubstr("source 'one'"));
+  EXPECT_THAT(refused({{"one.kind", "gps_velocity"}, {"imu.implied_by", "one"}}),
+              HasSubstr("imu.implied_by"));
 }
 
 }  // namespace

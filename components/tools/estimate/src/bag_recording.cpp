@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <set>
 #include <tf2_msgs/msg/tf_message.hpp>
@@ -60,11 +61,15 @@ struct Topic {
   std::shared_ptr<void> message;
   std::optional<Kind> kind;
   bool transforms = false;
+  std::set<std::string> joints;  // of sensor_msgs/JointState
+  std::optional<estimation::WheelDrive> wheels;
   Stream stream;
   std::vector<PlanarPose> poses;
   Clock clock;
   std::size_t undecoded = 0;
 };
+
+constexpr const char* kJointState = "sensor_msgs/msg/JointState";
 
 std::optional<Kind> kind_of(const std::string& type) {
   if (type == "sensor_msgs/msg/Imu") {
@@ -74,7 +79,7 @@ std::optional<Kind> kind_of(const std::string& type) {
     return Kind::kGps;
   }
   if (type == "nav_msgs/msg/Odometry" || type == "geometry_msgs/msg/TwistStamped" ||
-      type == "geometry_msgs/msg/TwistWithCovarianceStamped") {
+      type == "geometry_msgs/msg/TwistWithCovarianceStamped" || type == kJointState) {
     return Kind::kOdometer;
   }
   return std::nullopt;
@@ -133,7 +138,52 @@ void take_twist(Topic& topic, double time, const geometry_msgs::msg::Twist& twis
   add_odometer(topic.stream, {.time = time, .speed = twist.linear.x, .yaw_rate = twist.angular.z});
 }
 
+void take_joints(Topic& topic, std::int64_t log_time) {
+  const auto& m = as<sensor_msgs::msg::JointState>(topic);
+  topic.joints.insert(m.name.begin(), m.name.end());
+  const double time = time_of(topic, m.header, log_time);
+  if (!topic.wheels) {
+    return;
+  }
+  try {
+    if (const auto motion = topic.wheels->add(time, m.name, m.position, m.velocity)) {
+      add_odometer(topic.stream,
+                   {.time = motion->time, .speed = motion->speed, .yaw_rate = motion->yaw_rate});
+    }
+  } catch (const std::invalid_argument&) {
+    ++topic.stream.faults
+          ["a wheel's velocity and position are missing, not finite or of no later "
+           "stamp; not used"];
+  }
+}
+
+/// What a topic of joints is good for, where that is not known yet.
+std::string about_joints(const Topic& topic) {
+  std::string all;
+  std::string left;
+  std::string right;
+  for (const std::string& name : topic.joints) {
+    all += (all.empty() ? "" : ", ") + name;
+    if (name.find("wheel") != std::string::npos) {
+      std::string& side = name.find("left") != std::string::npos ? left : right;
+      side += (side.empty() ? "" : ", ") + name;
+    }
+  }
+  std::string text = topic.of.name + ": joints " + all +
+                     ". Not used; if some are driven wheels, name them, their radius and track, m, "
+                     "in the configuration";
+  if (!left.empty() && !right.empty()) {
+    text += ": 'odometer: {wheels: {left: [" + left + "], right: [" + right +
+            "], radius: ..., track: ...}}'";
+  }
+  return text + ".";
+}
+
 void take_odometer(Topic& topic, std::int64_t log_time) {
+  if (topic.of.type == kJointState) {
+    take_joints(topic, log_time);
+    return;
+  }
   if (topic.of.type == "nav_msgs/msg/Odometry") {
     const auto& m = as<nav_msgs::msg::Odometry>(topic);
     if (topic.stream.frame.empty()) {
@@ -266,7 +316,9 @@ void take(Topic& topic, std::int64_t log_time, Recording& recording,
 
 }  // namespace
 
-Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
+Recording read_bag(const std::filesystem::path& bag,
+                   const std::optional<estimation::WheelDriveParameters>& wheels,
+                   const Progress& progress) {
   bags::BagReader reader(bag);
   Recording recording;
   std::vector<Topic> topics;
@@ -281,6 +333,9 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
       topic.type = find_message_type("tf2_msgs/msg/TFMessage");
     }
     topic.kind = kind_of(each.type);
+    if (wheels && each.type == kJointState) {
+      topic.wheels.emplace(*wheels);
+    }
     if (topic.type != nullptr && (topic.kind || topic.transforms)) {
       topic.message = topic.type->create();
     }
@@ -328,7 +383,10 @@ Recording read_bag(const std::filesystem::path& bag, const Progress& progress) {
       recording.remarks.push_back(topic.of.name + ": " + std::to_string(topic.undecoded) +
                                   " messages are no " + topic.of.type + "; not used.");
     }
-    if (topic.kind) {
+    const bool any_wheel = topic.wheels && topic.stream.rows() > 0;
+    if (topic.of.type == kJointState && !any_wheel) {
+      recording.remarks.push_back(about_joints(topic));
+    } else if (topic.kind) {
       recording.streams.push_back(std::move(topic.stream));
     }
   }

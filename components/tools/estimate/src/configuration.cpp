@@ -41,7 +41,9 @@ const Stream* best(const Recording& recording, Kind kind, std::vector<std::strin
   const Stream* chosen = nullptr;
   const auto rank = [&](const Stream& s) {
     const bool named = kind == Kind::kOdometer && contains_any(s.name, {"odom", "wheel"});
-    return std::tuple(named, s.rows());
+    // Wheels that were configured are meant.
+    const bool wheels = s.type == "sensor_msgs/msg/JointState";
+    return std::tuple(wheels, named, s.rows());
   };
   for (const Stream& s : recording.streams) {
     if (s.kind != kind) {
@@ -109,6 +111,18 @@ class Section {
     }
     value = Eigen::Vector3d(number(node[0]), number(node[1]), number(node[2]));
   }
+  void read(const char* key, std::vector<std::string>& value) const {
+    const YAML::Node node = node_[key];
+    if (!node.IsDefined()) {
+      return;
+    }
+    if (!node.IsSequence()) {
+      throw YamlError(path_, node.Mark(), std::string(key) + ": a list of names is expected");
+    }
+    for (const YAML::Node& each : node) {
+      value.push_back(scalar(each));
+    }
+  }
 
  private:
   [[nodiscard]] std::string scalar(const YAML::Node& node) const {
@@ -129,6 +143,21 @@ class Section {
   std::string path_;
 };
 
+estimation::WheelDriveParameters read_wheels(const YAML::Node& node, const std::string& path) {
+  estimation::WheelDriveParameters wheels;
+  const Section s(node, path, {"left", "right", "radius", "track"});
+  s.read("left", wheels.left);
+  s.read("right", wheels.right);
+  s.read("radius", wheels.wheel_radius, 0, 100);
+  s.read("track", wheels.track, 0, 100);
+  try {
+    wheels.validate();
+  } catch (const std::invalid_argument& error) {
+    throw YamlError(path, node.Mark(), std::string("wheels: ") + error.what());
+  }
+  return wheels;
+}
+
 std::string list(const Eigen::Vector3d& v) {
   return "[" + format_csv_number(v.x()) + ", " + format_csv_number(v.y()) + ", " +
          format_csv_number(v.z()) + "]";
@@ -138,6 +167,19 @@ std::string quoted(const std::string& name) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << name;
   return out.c_str();
+}
+
+std::string to_yaml(const estimation::WheelDriveParameters& wheels) {
+  const auto names = [](const std::vector<std::string>& side) {
+    std::string all;
+    for (const std::string& name : side) {
+      all += (all.empty() ? "" : ", ") + quoted(name);
+    }
+    return "[" + all + "]";
+  };
+  return "  wheels:\n    left: " + names(wheels.left) + "\n    right: " + names(wheels.right) +
+         "\n    radius: " + format_csv_number(wheels.wheel_radius) +
+         "  # m\n    track: " + format_csv_number(wheels.track) + "  # m\n";
 }
 
 }  // namespace
@@ -180,8 +222,11 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     s.read("accelerometer_noise", c.accelerometer_noise, 1e-6, 10);
   }
   if (const YAML::Node node = top.at("odometer"); node.IsDefined()) {
-    const Section s(node, path, {"source", "scale"});
+    const Section s(node, path, {"source", "scale", "wheels"});
     s.read("source", c.odometer);
+    if (const YAML::Node wheels = s.at("wheels"); wheels.IsDefined()) {
+      c.wheels = read_wheels(wheels, path);
+    }
     s.read("scale", c.odometer_scale, -1000, 1000);
   }
   if (const YAML::Node node = top.at("gps"); node.IsDefined()) {
@@ -223,8 +268,7 @@ std::string to_yaml(const Configuration& c) {
          "  # m/s^2/sqrt(Hz)\n"
          "odometer:\n" +
          source(c.odometer) + "  scale: " + format_csv_number(c.odometer_scale) +
-         "  # -1 turns its direction round\n"
-         "gps:\n" +
+         "  # -1 turns its direction round\n" + (c.wheels ? to_yaml(*c.wheels) : "") + "gps:\n" +
          source(c.gps) + "  deviation: " + format_csv_number(c.gps_deviation) +
          "  # m, where a fix states no usable covariance\n"
          "  deviation_factor: " +

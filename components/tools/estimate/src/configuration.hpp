@@ -22,7 +22,9 @@ struct Configuration {
   /// rad/s/sqrt(Hz) and m/s^2/sqrt(Hz)
   double gyro_noise = 0.01;
   double accelerometer_noise = 5e-2;
-  double odometer_scale = 1;   ///< factor on the speed; -1 turns it round
+  double odometer_scale = 1;  ///< factor on the speed; -1 turns it round
+  /// Joints of sensor_msgs/JointState that are wheels.
+  std::optional<estimation::WheelDriveParameters> wheels{};
   double gps_deviation = 3;    ///< m, per axis, where a fix states no usable covariance
   double gps_factor = 1;       ///< on stated standard deviations
   double gps_correlation = 1;  ///< s, correlation time of the errors of GPS

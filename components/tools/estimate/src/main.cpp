@@ -47,8 +47,8 @@ int run(const Options& options) {
   };
   Recording recording;
   try {
-    recording =
-        given.sources.empty() ? read_bag(path, progress) : read_csv_folder(path, options.config);
+    recording = given.sources.empty() ? read_bag(path, given.wheels, progress)
+                                      : read_csv_folder(path, options.config);
   } catch (const bags::BagError& error) {
     throw CommandError(std::string(error.what()) +
                        " (a folder of CSV files needs --config with 'sources')");

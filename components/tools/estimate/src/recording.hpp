@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/estimation/wheel_drive.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/geometry/se3.hpp"
 
@@ -80,9 +81,13 @@ struct Recording {
 
 using Progress = std::function<void(const std::string& what, double share)>;
 
-/// Reads a bag with ordinary ROS topics. Faults of single messages are counted in the streams; a
-/// bag that is cut short gives what can be read, and a remark. Throws BagError for what is no bag.
-[[nodiscard]] Recording read_bag(const std::filesystem::path& bag, const Progress& progress);
+/// Reads a bag with ordinary ROS topics. `wheels`: joints of sensor_msgs/JointState that are
+/// wheels; without them such topics are named and not used. Faults of single messages are counted
+/// in the streams; a bag that is cut short gives what can be read, and a remark. Throws BagError
+/// for what is no bag.
+[[nodiscard]] Recording read_bag(const std::filesystem::path& bag,
+                                 const std::optional<estimation::WheelDriveParameters>& wheels,
+                                 const Progress& progress);
 
 /// Reads the CSV files of a folder. `mapping` is a YAML file with a list `sources`
 /// (docs/estimate.md). Throws YamlError for the mapping, std::runtime_error for files.

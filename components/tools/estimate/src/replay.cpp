@@ -10,6 +10,7 @@
 
 #include "formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/estimation/planar_motion.hpp"
 #include "pipescout/statistics/median.hpp"
 
 namespace pipescout::estimate {
@@ -28,13 +29,7 @@ constexpr double kUnknownHeight = 1e4;      // m
 constexpr std::size_t kReportEvery = 2000;
 /// Of the way, of dead reckoning with a heading that is just known.
 constexpr double kEarlyDrift = 0.1;
-constexpr double kNever = 1e300;  // s
-/// Without an IMU: readings that the odometer implies, and how far wheels are from what an IMU
-/// says.
-constexpr double kImpliedStep = 0.02;        // s
-constexpr double kImpliedGyroNoise = 3e-3;   // rad/s/sqrt(Hz)
-constexpr double kImpliedGyroBias = 3e-3;    // rad/s, of wheels that differ
-constexpr double kImpliedForceNoise = 0.1;   // m/s^2/sqrt(Hz)
+constexpr double kNever = 1e300;             // s
 constexpr double kLongestOdometerGap = 1.0;  // s
 
 struct Event {
@@ -123,26 +118,12 @@ void add_odometer_events(const Stream& odometer, double scale, std::vector<Event
 /// What an IMU on level ground would read when the vehicle moves as its odometer says.
 void add_implied_imu(const Stream& odometer, double scale, double gravity,
                      std::vector<Event>& events) {
-  const auto& rows = odometer.odometer;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const OdometerRow& a = rows[i - 1];
-    const OdometerRow& b = rows[i];
-    const double length = b.time - a.time;
-    if (length > kLongestOdometerGap) {
-      continue;
-    }
-    const int steps = std::max(1, static_cast<int>(std::ceil(length / kImpliedStep)));
-    const double acceleration = scale * (b.speed - a.speed) / length;
-    const double rate_a = a.yaw_rate.value_or(b.yaw_rate.value_or(0));
-    const double rate_b = b.yaw_rate.value_or(rate_a);
-    for (int k = 0; k < steps; ++k) {
-      const double share = static_cast<double>(k) / steps;
-      const double time = a.time + share * length;
-      const double rate = rate_a + share * (rate_b - rate_a);
-      const double speed = scale * (a.speed + share * (b.speed - a.speed));
-      events.push_back({time, ImuReading{.time = time,
-                                         .specific_force = {acceleration, speed * rate, gravity},
-                                         .angular_rate = {0, 0, rate}}});
+  estimation::PlanarMotion motion({.gravity = gravity, .longest_gap = kLongestOdometerGap});
+  double yaw_rate = 0;
+  for (const OdometerRow& row : odometer.odometer) {
+    yaw_rate = row.yaw_rate.value_or(yaw_rate);
+    for (const ImuReading& reading : motion.add(row.time, scale * row.speed, yaw_rate)) {
+      events.push_back({reading.time, reading});
     }
   }
 }
@@ -436,7 +417,7 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
       fastest = std::max(fastest, std::abs(c.odometer_scale * row.speed));
     }
   }
-  double step = kImpliedStep;
+  double step = estimation::PlanarMotionParameters{}.step;
   if (imu != nullptr) {
     step = median_step(imu->imu);
     for (const ImuRow& row : imu->imu) {
@@ -447,10 +428,6 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
   } else {
     result.said.emplace_back(
         "No IMU is used: the motion is taken as planar, with the odometer's speed and yaw rate.");
-    c.specific_force_scale = 1;
-    c.gyro_noise = kImpliedGyroNoise;
-    c.accelerometer_noise = kImpliedForceNoise;
-    R_body_imu = {};
     add_implied_imu(*odometer, c.odometer_scale, gravity, events);
   }
   std::ranges::stable_sort(events, {}, &Event::time);
@@ -462,10 +439,7 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
     parameters.smoother.global_deviations.odometer_scale = 0;
   }
   if (imu == nullptr) {
-    // Readings that the odometer implies say nothing about its own mounting.
-    parameters.start.largest_gyro_bias = kImpliedGyroBias;
-    parameters.smoother.global_deviations.mount_yaw = 0;
-    parameters.smoother.global_deviations.mount_pitch = 0;
+    estimation::set_planar(parameters);
   }
   if (gps != nullptr) {
     if (c.antenna) {

@@ -10,6 +10,7 @@
 #include <nav_msgs/msg/odometry.hpp>
 #include <numbers>
 #include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
 #include <tf2_msgs/msg/tf_message.hpp>
@@ -94,6 +95,13 @@ class EstimateOfABag : public ::testing::Test {
     m.pose.pose.orientation.w = std::cos(half);
     write("/odom", m, t);
   }
+  /// Angles of wheels of 0.2 m, 0.6 m apart, in a message with a joint of an arm.
+  void write_joints(double t) {
+    auto m = stamped<sensor_msgs::msg::JointState>(t, "");
+    m.name = {"wheel_left", "shoulder", "wheel_right"};
+    m.position = {(way_ - 0.3 * heading_) / 0.2, 0.7, (way_ + 0.3 * heading_) / 0.2};
+    write("/joint_states", m, t);
+  }
   void write_fix(double t, const Eigen::Vector3d& position) {
     auto m = stamped<sensor_msgs::msg::NavSatFix>(t + fix_clock_, "gps");
     const auto place = map_.geodetic(position);
@@ -124,7 +132,7 @@ class EstimateOfABag : public ::testing::Test {
         write_imu(t, turned_imu(t));
       }
       if (i % 5 == 0) {
-        write_odometry(t);
+        joints_ ? write_joints(t) : write_odometry(t);
       }
       if (i % 50 == 0) {
         write_fix(t, position);
@@ -132,6 +140,7 @@ class EstimateOfABag : public ::testing::Test {
       position +=
           0.01 * motion_.speed(t) * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
       heading += 0.01 * motion_.rate(t);
+      way_ += 0.01 * motion_.speed(t);
     }
     return position;
   }
@@ -154,7 +163,9 @@ class EstimateOfABag : public ::testing::Test {
 
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
   double heading_ = 0.5;
+  double way_ = 0;
   bool twist_ = true;
+  bool joints_ = false;   // in place of odometry
   double fix_clock_ = 0;  // s, added to the stamps of fixes
   Motion motion_;
   const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
@@ -284,6 +295,29 @@ TEST_F(EstimateOfABag, OdometryWithoutTwistIsUsedByItsPoses) {
   ASSERT_EQ(result.code(), 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("/odom: twist is zero in all messages"));
   EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, WheelsOfJointStatesAreNamedAndUsedOnceTheyAreKnown) {
+  joints_ = true;
+  const Eigen::Vector3d end = drive(false);
+  const auto unknown = run();
+  EXPECT_EQ(unknown.code(), 1);
+  EXPECT_THAT(unknown.out, HasSubstr("'odometer: {wheels: {left: [wheel_left], right: "
+                                     "[wheel_right], radius: ..., track: ...}}'"));
+  std::ofstream(folder_.path() / "wheels.yaml")
+      << "odometer: {wheels: {left: [wheel_left], right: [wheel_right], radius: 0.2, track: 0.6}}";
+  const auto known = run({"--config", "wheels.yaml"});
+  ASSERT_EQ(known.code(), 0) << known.out << known.err;
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "configuration.yaml"),
+              HasSubstr("left: [\"wheel_left\"]"));
+  // What was written can be passed back.
+  const auto again = run({"--config", "out/configuration.yaml"});
+  EXPECT_EQ(again.code(), 0) << again.err;
+  std::ofstream(folder_.path() / "wheels.yaml") << "odometer: {wheels: {left: [a], right: [a]}}";
+  const auto wrong = run({"--config", "wheels.yaml"});
+  EXPECT_NE(wrong.code(), 0);
+  EXPECT_THAT(wrong.err, HasSubstr("wheels.yaml:1"));
 }
 
 TEST_F(EstimateOfABag, WithoutAnythingToUseFailsAndSaysWhy) {

@@ -39,6 +39,7 @@ struct EstimatorSettings {
   CameraMount camera{geometry::SE3()};
   std::optional<estimation::GivenPose> start;
   std::vector<NamedSource> sources;
+  std::optional<std::size_t> implied_imu;  ///< the source that stands for an IMU
 
   estimation::StateEstimatorParameters estimator;  ///< valid
 };
@@ -66,6 +67,9 @@ class EstimatorParameters {
                      estimation::SourceWatchParameters Estimator::*watch,
                      estimation::FactorKind kind);
   [[nodiscard]] std::optional<estimation::GivenPose> start() const;
+  /// Throws std::invalid_argument naming the parameter.
+  [[nodiscard]] std::optional<std::size_t> implied_imu(
+      const std::vector<NamedSource>& sources) const;
 
   Estimator defaults_;
   std::optional<BoundParameters<Estimator>> bound_;
@@ -96,6 +100,7 @@ class EstimatorParameters {
   Parameter<std::vector<double>> gps_antenna_;
   Parameter<std::vector<double>> odometer_;
   Parameter<std::vector<double>> imu_position_;
+  Parameter<std::string> imu_implied_by_;
   Parameter<std::vector<double>> imu_roll_pitch_yaw_;
   std::optional<CameraMountParameters> camera_;
   Parameter<std::vector<double>> rack_position_;

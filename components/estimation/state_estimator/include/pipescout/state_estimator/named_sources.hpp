@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <pipescout/estimation/state_estimator.hpp>
+#include <pipescout/estimation/wheel_drive.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,10 +25,11 @@ enum class NamedSourceKind {
   kFluidPressure,              ///< sensor_msgs/FluidPressure: height, with a bias that walks
   kRange,                      ///< sensor_msgs/Range: distance from a beacon
   kGpsFix,                     ///< sensor_msgs/NavSatFix: another antenna
+  kWheelEncoders,              ///< sensor_msgs/JointState: angles or rates of driven wheels
 };
-inline constexpr std::size_t kNamedSourceKinds = 9;
+inline constexpr std::size_t kNamedSourceKinds = 10;
 /// "gps_velocity", "gps_velocity_with_covariance", "base_velocity", "odometry_velocity",
-/// "odometry_pose", "magnetic_field", "fluid_pressure", "range", "gps_fix".
+/// "odometry_pose", "magnetic_field", "fluid_pressure", "range", "gps_fix", "wheel_encoders".
 [[nodiscard]] std::string_view to_string(NamedSourceKind kind) noexcept;
 
 /// One source that the parameter `sources` names. Its factors are of `own_kind(i)`, i its place.
@@ -42,6 +44,7 @@ struct NamedSource {
   double declination = 0;                            ///< rad, kMagneticField
   Eigen::Vector3d beacon = Eigen::Vector3d::Zero();  ///< m, in the map, kRange
   int bias = -1;                                     ///< place in GlobalStates::own; -1: none
+  estimation::WheelDriveParameters wheels{};         ///< kWheelEncoders
 };
 
 /// A pose of the sensor in a frame of its own.
@@ -77,6 +80,10 @@ class NamedSourceParameters {
     Parameter<double> bias_walk;
     Parameter<double> correlation_time;
     Parameter<double> gate;
+    Parameter<std::vector<std::string>> left;
+    Parameter<std::vector<std::string>> right;
+    Parameter<double> wheel_radius;
+    Parameter<double> track;
   };
   std::vector<Declared> declared_;
 };

@@ -17,7 +17,9 @@
 #include <string_view>
 #include <tf2_msgs/msg/tf_message.hpp>
 
+#include "pipescout/estimation/planar_motion.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
+#include "pipescout/estimation/wheel_drive.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/state_estimator/agreeing_fixes.hpp"
@@ -52,6 +54,7 @@ class StateEstimator final : public Component {
   using Transforms = tf2_msgs::msg::TFMessage;
 
   void on_imu(const Imu& message);
+  void take_reading(const estimation::ImuReading& reading);
   void on_fix(const Fix& message);
   void on_odometer(const Odometer& message);
   /// Nothing, and a fault, while the transforms do not tell.
@@ -82,6 +85,14 @@ class StateEstimator final : public Component {
   [[nodiscard]] std::optional<estimation::AnyFactor> factor_of(std::size_t source,
                                                                const Message& message, double time,
                                                                const geometry::SE3& T_body_sensor);
+  /// A twist at a time, in the axes of the sensor's frame; stands for an IMU where it is to.
+  [[nodiscard]] estimation::AnyFactor base_velocity(
+      std::size_t source, const geometry_msgs::msg::TwistWithCovariance& twist, double time,
+      const geometry::SE3& T_body_sensor);
+  /// Of the body, by the last reading; zero before it.
+  [[nodiscard]] Eigen::Vector3d angular_rate() const;
+  void imply_imu(const geometry_msgs::msg::Twist& twist, double time,
+                 const geometry::SE3& T_body_sensor);
   [[nodiscard]] std::optional<estimation::AnyFactor> relative_pose(
       std::size_t source, const Odometry& message, double time, const geometry::SE3& T_body_sensor);
   /// Where the sensor is: from parameters, else from tf. Nothing, and the fault is counted, where
@@ -106,6 +117,7 @@ class StateEstimator final : public Component {
     std::shared_ptr<void> subscription;
     std::map<std::string, geometry::SE3> places;  // T_base_sensor, by frame
     std::optional<TimedPose> last_pose;
+    std::optional<estimation::WheelDrive> wheels;  // of wheel_encoders
   };
 
   EstimatorParameters declared_;
@@ -116,6 +128,7 @@ class StateEstimator final : public Component {
   AgreeingFixes first_fixes_;
   bool told_unstated_covariance_ = false;
   std::optional<Time> origin_;
+  std::optional<estimation::PlanarMotion> planar_;  // of a robot without an IMU
   std::optional<estimation::ImuReading> last_reading_;
   double imu_interval_ = 0;  // s, between the last two readings
   std::optional<Time> published_;
