@@ -23,7 +23,7 @@ FAST_CDR_PLACES = ("idl/",)
 SUBJECTS = "recording|in_pipe|rack|leaks|arm|estimation|navigation|simulators|tools"
 PLACES = (
     r"idl(/\w+)?", r"interfaces/(runtime|dds|testing)", r"interfaces/catalogue/\w+",
-    r"src/(?!storage$|studies$)\w+", r"src/(storage|studies)/\w+",
+    r"src/(?!navigation$|storage$|studies$)\w+", r"src/(navigation|storage|studies)/\w+",
     r"components/host", rf"components/({SUBJECTS})/\w+", r"test/\w+", r"docs/\w+",
 )
 # The kinds of packages, by folder, and the kinds whose packages each may use.

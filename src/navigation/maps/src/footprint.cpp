@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/navigation_maps/footprint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "pipescout/validation/check.hpp"
+
+namespace pipescout::navigation {
+namespace {
+
+constexpr double kLargestDistance = 100;  // m
+constexpr double kLargestMargin = 10;     // m
+constexpr double kSmallestArea = 1e-6;    // m^2
+
+Point2d minus(const Point2d& a, const Point2d& b) {
+  return {a.x - b.x, a.y - b.y};
+}
+
+double cross(const Point2d& a, const Point2d& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+double turn(const Point2d& a, const Point2d& b, const Point2d& c) {
+  return cross(minus(b, a), minus(c, a));
+}
+
+double signed_area(const std::vector<Point2d>& corners) {
+  double area = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    area += cross(corners[i], corners[(i + 1) % corners.size()]) / 2;
+  }
+  return area;
+}
+
+double distance_to_segment(const Point2d& p, const Point2d& a, const Point2d& b) {
+  const Point2d edge = minus(b, a);
+  const double squared = edge.x * edge.x + edge.y * edge.y;
+  const Point2d to_p = minus(p, a);
+  const double along =
+      squared > 0 ? std::clamp((to_p.x * edge.x + to_p.y * edge.y) / squared, 0.0, 1.0) : 0.0;
+  return distance(p, {a.x + along * edge.x, a.y + along * edge.y});
+}
+
+bool on_segment(const Point2d& p, const Point2d& a, const Point2d& b) {
+  return turn(a, b, p) == 0 && std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) &&
+         std::min(a.y, b.y) <= p.y && p.y <= std::max(a.y, b.y);
+}
+
+bool segments_meet(const Point2d& a, const Point2d& b, const Point2d& c, const Point2d& d) {
+  const double abc = turn(a, b, c);
+  const double abd = turn(a, b, d);
+  const double cda = turn(c, d, a);
+  const double cdb = turn(c, d, b);
+  return ((abc > 0) != (abd > 0) && (cda > 0) != (cdb > 0) && abc != 0 && abd != 0 && cda != 0 &&
+          cdb != 0) ||
+         on_segment(c, a, b) || on_segment(d, a, b) || on_segment(a, c, d) || on_segment(b, c, d);
+}
+
+void check_simple(const std::vector<Point2d>& corners) {
+  const std::size_t count = corners.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Point2d& a = corners[i];
+    const Point2d& b = corners[(i + 1) % count];
+    const Point2d& after = corners[(i + 2) % count];
+    if (a == b || (count > 3 && on_segment(after, a, b)) || on_segment(a, b, after)) {
+      validation::refuse("corners: edge ", i, " has no length or is driven back along");
+    }
+    for (std::size_t j = i + 2; j < count; ++j) {
+      if ((j + 1) % count != i && segments_meet(a, b, corners[j], corners[(j + 1) % count])) {
+        validation::refuse("corners: edges ", i, " and ", j, " cross or touch");
+      }
+    }
+  }
+}
+
+bool is_inside(const std::vector<Point2d>& corners, const Point2d& p) {
+  bool inside = false;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Point2d& a = corners[i];
+    const Point2d& b = corners[(i + 1) % corners.size()];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)) {
+      inside = !inside;
+    }
+  }
+  return inside;
+}
+
+bool is_convex(const std::vector<Point2d>& corners) {
+  const std::size_t count = corners.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (turn(corners[i], corners[(i + 1) % count], corners[(i + 2) % count]) < 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool is_ear(const std::vector<Point2d>& corners, std::size_t i) {
+  const std::size_t count = corners.size();
+  const Point2d& a = corners[(i + count - 1) % count];
+  const Point2d& b = corners[i];
+  const Point2d& c = corners[(i + 1) % count];
+  if (turn(a, b, c) <= 0) {
+    return false;
+  }
+  return std::none_of(corners.begin(), corners.end(), [&](const Point2d& p) {
+    return p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 &&
+           turn(c, a, p) >= 0;
+  });
+}
+
+/// Triangles of a counter-clockwise simple polygon by ear clipping (Meisters, "Polygons have
+/// ears", 1975).
+std::vector<std::vector<Point2d>> convex_parts_of(std::vector<Point2d> corners) {
+  std::vector<std::vector<Point2d>> parts;
+  while (!is_convex(corners)) {
+    std::size_t ear = 0;
+    while (ear < corners.size() && !is_ear(corners, ear)) {
+      ++ear;
+    }
+    if (ear == corners.size()) {
+      validation::refuse("corners: the polygon is too thin to be cut into triangles");
+    }
+    const std::size_t count = corners.size();
+    parts.push_back({corners[(ear + count - 1) % count], corners[ear], corners[(ear + 1) % count]});
+    corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(ear));
+  }
+  parts.push_back(std::move(corners));
+  return parts;
+}
+
+/// The lowest and highest cell index that [low, high] shares a point with, held within the grid
+/// plus one cell around it. Cells are closed: a point on an edge belongs to both.
+struct CellRange {
+  int first;
+  int last;
+};
+
+CellRange touched(double low, double high, int count) {
+  const double first = std::ceil(low) - 1;
+  const double last = std::floor(high);
+  return {static_cast<int>(std::clamp(first, -1.0, static_cast<double>(count))),
+          static_cast<int>(std::clamp(last, -1.0, static_cast<double>(count)))};
+}
+
+struct Transform {
+  double cosine, sine, x, y;
+
+  Point2d operator()(const Point2d& p) const {
+    return {x + cosine * p.x - sine * p.y, y + sine * p.x + cosine * p.y};
+  }
+};
+
+struct Interval {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+};
+
+/// x of the part of an edge with bottom <= y <= top.
+void add_edge(const Point2d& a, const Point2d& b, double bottom, double top, Interval& interval) {
+  const Point2d& lower = a.y <= b.y ? a : b;
+  const Point2d& upper = a.y <= b.y ? b : a;
+  if (upper.y < bottom || lower.y > top) {
+    return;
+  }
+  const double height = upper.y - lower.y;
+  const auto x_at = [&](double y) {
+    return height > 0 ? lower.x + (y - lower.y) / height * (upper.x - lower.x) : lower.x;
+  };
+  interval.add(lower.y >= bottom ? lower.x : x_at(bottom));
+  interval.add(upper.y <= top ? upper.x : x_at(top));
+}
+
+bool part_collides(const std::vector<Point2d>& part, const Transform& transform,
+                   const OccupancyGrid& grid, bool unknown_blocks) {
+  Interval rows;
+  for (const Point2d& corner : part) {
+    rows.add(transform(corner).y);
+  }
+  const CellRange row_range = touched(rows.low, rows.high, grid.height());
+  for (int row = row_range.first; row <= row_range.last; ++row) {
+    // A convex polygon's share of a strip is convex: it touches all cells of the strip from its
+    // lowest to its highest x, and no other.
+    Interval columns;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      add_edge(transform(part[i]), transform(part[(i + 1) % part.size()]), row, row + 1, columns);
+    }
+    if (columns.low > columns.high) {
+      continue;
+    }
+    const CellRange range = touched(columns.low, columns.high, grid.width());
+    for (int column = range.first; column <= range.last; ++column) {
+      const CellState state = grid.at({column, row});
+      if (state == CellState::kOccupied || (state == CellState::kUnknown && unknown_blocks)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool separated_along_an_edge_of(const std::vector<Point2d>& a, const Pose2d& T_map_a,
+                                const std::vector<Point2d>& b, const Pose2d& T_map_b) {
+  const Pose2d T_a_b = relative(T_map_a, T_map_b);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Point2d& from = a[i];
+    const Point2d& to = a[(i + 1) % a.size()];
+    if (std::all_of(b.begin(), b.end(),
+                    [&](const Point2d& p) { return turn(from, to, transform(T_a_b, p)) < 0; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Footprint::Footprint(std::vector<Point2d> corners) : corners_(std::move(corners)) {
+  if (signed_area(corners_) < 0) {
+    std::reverse(corners_.begin(), corners_.end());
+  }
+  parts_ = convex_parts_of(corners_);
+  inscribed_radius_ = is_inside(corners_, {}) ? std::numeric_limits<double>::infinity() : 0;
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    const Point2d& next = corners_[(i + 1) % corners_.size()];
+    circumscribed_radius_ = std::max(circumscribed_radius_, distance(corners_[i], {}));
+    inscribed_radius_ = std::min(inscribed_radius_, distance_to_segment({}, corners_[i], next));
+  }
+}
+
+Footprint Footprint::rectangle(double front, double rear, double width) {
+  validation::check_within("front", front, -kLargestDistance, kLargestDistance);
+  validation::check_within("rear", rear, -kLargestDistance, kLargestDistance);
+  validation::check_above("front + rear", front + rear, 0, kLargestDistance);
+  validation::check_above("width", width, 0, kLargestDistance);
+  return polygon(
+      {{-rear, -width / 2}, {front, -width / 2}, {front, width / 2}, {-rear, width / 2}});
+}
+
+Footprint Footprint::polygon(std::vector<Point2d> corners) {
+  if (corners.size() < 3) {
+    validation::refuse("corners: ", corners.size(), " given; a polygon has at least 3");
+  }
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::string name = "corners[" + std::to_string(i) + "]";
+    validation::check_within(name, corners[i].x, -kLargestDistance, kLargestDistance);
+    validation::check_within(name, corners[i].y, -kLargestDistance, kLargestDistance);
+  }
+  if (std::abs(signed_area(corners)) < kSmallestArea) {
+    validation::refuse("corners: the polygon has an area of ", std::abs(signed_area(corners)),
+                       " m^2; it must be at least ", kSmallestArea);
+  }
+  check_simple(corners);
+  return Footprint(std::move(corners));
+}
+
+Footprint Footprint::inflated(double margin) const {
+  validation::check_within("margin", margin, 0, kLargestMargin);
+  const std::size_t count = corners_.size();
+  std::vector<Point2d> moved(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Point2d in = minus(corners_[i], corners_[(i + count - 1) % count]);
+    const Point2d out = minus(corners_[(i + 1) % count], corners_[i]);
+    const double in_length = std::hypot(in.x, in.y);
+    const double out_length = std::hypot(out.x, out.y);
+    const Point2d in_normal{in.y / in_length, -in.x / in_length};
+    const Point2d out_normal{out.y / out_length, -out.x / out_length};
+    const double cosine = in_normal.x * out_normal.x + in_normal.y * out_normal.y;
+    const double scale = margin / (1 + cosine);
+    moved[i] = {corners_[i].x + scale * (in_normal.x + out_normal.x),
+                corners_[i].y + scale * (in_normal.y + out_normal.y)};
+  }
+  return polygon(std::move(moved));
+}
+
+bool collides(const Footprint& footprint, const OccupancyGrid& grid, const Pose2d& T_map_robot,
+              UnknownCells unknown) {
+  if (!is_finite(T_map_robot)) {
+    return true;
+  }
+  const Pose2d pose = grid.to_grid(T_map_robot);
+  const double scale = 1 / grid.resolution();
+  const Transform transform{scale * std::cos(pose.heading), scale * std::sin(pose.heading), pose.x,
+                            pose.y};
+  const bool unknown_blocks = unknown == UnknownCells::kBlocked;
+  return std::any_of(footprint.convex_parts().begin(), footprint.convex_parts().end(),
+                     [&](const std::vector<Point2d>& part) {
+                       return part_collides(part, transform, grid, unknown_blocks);
+                     });
+}
+
+bool overlap(const Footprint& a, const Pose2d& T_map_a, const Footprint& b, const Pose2d& T_map_b) {
+  for (const auto& part_a : a.convex_parts()) {
+    for (const auto& part_b : b.convex_parts()) {
+      if (!separated_along_an_edge_of(part_a, T_map_a, part_b, T_map_b) &&
+          !separated_along_an_edge_of(part_b, T_map_b, part_a, T_map_a)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace pipescout::navigation

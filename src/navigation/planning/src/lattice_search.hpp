@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <unordered_set>
+#include <vector>
+
+#include "arc_list.hpp"
+#include "footprint_sweep.hpp"
+#include "grid_distance.hpp"
+
+namespace pipescout::navigation {
+
+/// One weighted A* search over the lattice in the frame of its start. Edges are checked for
+/// collisions only when they are taken up (Cohen and others, "Planning single-arm manipulations
+/// with n-arm robots", 2015, lazy weighted A*).
+class LatticeSearch {
+ public:
+  LatticeSearch(LatticePrimitives primitives, const LatticeSettings& settings,
+                const FootprintSweep& sweep);
+
+  struct Query {
+    Pose2d start;
+    Pose2d goal;
+    const GridDistance* to_goal;
+    double weight;
+    std::size_t most_expansions;
+    double below;    ///< only paths that cost less are of use
+    bool backwards;  ///< the path is driven from goal to start in the end
+  };
+  struct Result {
+    std::optional<ArcList> arcs;  ///< the first found
+    std::size_t expansions = 0;
+    bool stopped = false;
+    bool exhausted = false;  ///< there is none in the lattice
+  };
+  [[nodiscard]] Result search(const Query& query, const ShouldStop& should_stop);
+
+  [[nodiscard]] double cost(const Pose2d& start, const ArcList& arcs) const;
+  [[nodiscard]] double radius() const { return radius_; }
+
+ private:
+  struct Motion {
+    int columns;
+    int rows;
+    int end_heading;
+    bool reverse;
+    int first_turn;  ///< sign of the curvature where it begins
+    int last_turn;
+    double length;
+    ArcList arcs;
+  };
+  /// Taken up, with the way it was reached.
+  struct Node {
+    int column;
+    int row;
+    int heading;
+    std::int32_t parent;  ///< -1: the start
+    const Motion* motion;
+    double cost;
+  };
+  /// Waits to be taken up.
+  struct Candidate {
+    double key;
+    double cost;
+    std::int32_t parent;
+    const Motion* motion;
+  };
+
+  [[nodiscard]] Pose2d pose_of(const Query& query, const Node& node) const;
+  [[nodiscard]] double bound(const Query& query, const Pose2d& pose) const;
+  [[nodiscard]] std::optional<ArcList> expand_analytically(const Query& query, const Node& node,
+                                                           const Pose2d& pose, double bound,
+                                                           std::size_t expansions) const;
+  [[nodiscard]] double step_cost(const Query& query, const Node& from, const Motion& motion) const;
+  [[nodiscard]] ArcList arcs_to(std::int32_t node) const;
+  void add_neighbours(const Query& query, std::int32_t index);
+
+  std::vector<double> headings_;
+  std::vector<std::vector<Motion>> motions_;  ///< of each heading
+  double radius_;
+  double spacing_;
+  LatticeSettings settings_;
+  const FootprintSweep& sweep_;
+  std::vector<Node> nodes_;
+  std::vector<Candidate> open_;
+  std::unordered_set<std::uint64_t> seen_;  ///< states that were taken up
+};
+
+}  // namespace pipescout::navigation
