@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drive_inputs.hpp"
+
+#include <bit>
+#include <cmath>
+
+namespace pipescout::navigation {
+namespace {
+
+/// m, [0, inf): a localisation that jumps farther has lost the map that was drawn by it.
+constexpr double kJump = 1;
+
+/// FNV-1a over the bits.
+std::uint64_t hash(std::span<const float> ranges) {
+  std::uint64_t result = 14695981039346656037U;
+  for (const float range : ranges) {
+    result = (result ^ std::bit_cast<std::uint32_t>(range)) * 1099511628211U;
+  }
+  return result;
+}
+
+}  // namespace
+
+DriveInputs::DriveInputs(const DrivingParameters& parameters, const LocalCostmapParameters& costmap)
+    : parameters_(parameters), costmap_(costmap) {}
+
+DriveInput DriveInputs::add(const Localisation& localisation) {
+  const auto& l = localisation;
+  if (!is_finite(l.pose) ||
+      !std::isfinite(l.time + l.speed + l.yaw_rate + l.sigma + l.heading_sigma)) {
+    return DriveInput::kNotFinite;
+  }
+  if (l.sigma < 0 || l.heading_sigma < 0) {
+    return DriveInput::kBadGeometry;
+  }
+  if (localisation_ && l.time <= localisation_->time) {
+    return DriveInput::kOutOfOrder;
+  }
+  if (localisation_ && distance(pose_at(l.time), l.pose) > kJump) {
+    costmap_.clear();
+    obstacles_.clear();
+  }
+  localisation_ = l;
+  return DriveInput::kTaken;
+}
+
+DriveInput DriveInputs::add(const ScanView& scan, const Pose2d& T_robot_lidar) {
+  if (!std::isfinite(scan.time + scan.angle_min + scan.angle_increment + scan.range_min +
+                     scan.range_max) ||
+      !is_finite(T_robot_lidar)) {
+    return DriveInput::kNotFinite;
+  }
+  if (scan.ranges.empty() || scan.angle_increment == 0 || !(scan.range_min >= 0) ||
+      !(scan.range_max > scan.range_min)) {
+    return DriveInput::kBadGeometry;
+  }
+  if (scan_time_ && scan.time <= *scan_time_) {
+    return DriveInput::kOutOfOrder;
+  }
+  const std::uint64_t content = hash(scan.ranges);
+  equal_scans_ = scan_time_ && content == last_scan_ ? equal_scans_ + 1 : 1;
+  last_scan_ = content;
+  scan_time_ = scan.time;
+  if (localisation_ && fault(scan.time) == DriveReason::kNone) {
+    const Pose2d T_map_lidar = compose(pose_at(scan.time), T_robot_lidar);
+    costmap_.add(scan, T_map_lidar);
+    obstacles_.add(scan, T_map_lidar);
+  }
+  return DriveInput::kTaken;
+}
+
+DriveReason DriveInputs::fault(double now) const {
+  const auto& p = parameters_;
+  if (!localisation_) {
+    return DriveReason::kLocalisationMissing;
+  }
+  // Not a number, and stamps of the future, are stale too.
+  if (!(std::abs(now - localisation_->time) <= p.localisation_stale_after)) {
+    return DriveReason::kLocalisationStale;
+  }
+  if (localisation_->sigma > p.largest_sigma ||
+      localisation_->heading_sigma > p.largest_heading_sigma) {
+    return DriveReason::kLocalisationUncertain;
+  }
+  if (!scan_time_) {
+    return DriveReason::kScanMissing;
+  }
+  if (!(std::abs(now - *scan_time_) <= p.scan_stale_after)) {
+    return DriveReason::kScanStale;
+  }
+  return equal_scans_ >= p.frozen_scans ? DriveReason::kScanFrozen : DriveReason::kNone;
+}
+
+Pose2d DriveInputs::pose_at(double time) const {
+  const double dt = time - localisation_->time;
+  const double length = localisation_->speed * dt;
+  const double turn = localisation_->yaw_rate * dt;
+  const Pose2d& pose = localisation_->pose;
+  const double middle = pose.heading + 0.5 * turn;
+  return {pose.x + length * std::cos(middle), pose.y + length * std::sin(middle),
+          wrap_angle(pose.heading + turn)};
+}
+
+}  // namespace pipescout::navigation
