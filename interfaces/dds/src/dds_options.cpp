@@ -25,6 +25,25 @@ std::string_view environment(const char* name) {
                               std::string(expected));
 }
 
+// What rcl takes silently for "off" or "permissive" is refused here: a misspelt word must not open
+// the network.
+bool chosen(const char* name, const char* yes, const char* no) {
+  const std::string_view value = environment(name);
+  if (!value.empty() && value != yes && value != no) {
+    refuse(name, value, std::string(yes) + " or " + no);
+  }
+  return value == yes;
+}
+
+SecurityOptions security_from_environment() {
+  SecurityOptions security;
+  security.enabled = chosen("ROS_SECURITY_ENABLE", "true", "false");
+  security.enforce = chosen("ROS_SECURITY_STRATEGY", "Enforce", "Permissive");
+  security.keystore = environment("ROS_SECURITY_KEYSTORE");
+  security.enclave_override = environment("ROS_SECURITY_ENCLAVE_OVERRIDE");
+  return security;
+}
+
 }  // namespace
 
 DdsOptions DdsOptions::from_environment() {
@@ -44,6 +63,7 @@ DdsOptions DdsOptions::from_environment() {
     }
     options.localhost_only = value == "1";
   }
+  options.security = security_from_environment();
   return options;
 }
 

@@ -2,15 +2,18 @@
 #include "participant.hpp"
 
 #include <fastrtps/utils/IPLocator.h>
+#include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
-#include <algorithm>
+#include <csignal>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "security.hpp"
 #include "shared_memory.hpp"
 #include "shortcut_transport.hpp"
 #include "wire_type.hpp"
@@ -86,23 +89,19 @@ void seek_on_loopback(fastdds::DomainParticipantQos& qos) {
   }
 }
 
-// What lies in shared memory is not encrypted.
-bool is_secured(const fastdds::DomainParticipantQos& qos) {
-  const auto& properties = qos.properties().properties();
-  return std::any_of(properties.begin(), properties.end(),
-                     [](const auto& property) { return property.name().starts_with("dds.sec."); });
-}
-
-/// `announced_scope` gets the payload scope, if large messages may go through shared memory.
+/// `announced_scope` gets the payload scope, if large messages may go through shared memory, and
+/// `revocations` the revocation list that the participant keeps to.
 fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
                                               const std::shared_ptr<Warnings>& warnings,
-                                              std::string& announced_scope) {
+                                              std::string& announced_scope,
+                                              std::filesystem::path& revocations) {
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   factory->load_profiles();
   fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
   qos.name(options.name);
-  const std::string user_data = "enclave=" + options.enclave + ";";
+  const std::string user_data = "enclave=" + effective_enclave(options) + ";";
   qos.user_data().setValue({user_data.begin(), user_data.end()});
+  revocations = apply_security(options, *warnings, qos);
   // Discovery messages with long names outgrow the default of 5000 bytes.
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
@@ -112,7 +111,8 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
   }
   choose_transports(options, warnings, qos);
   seek_on_loopback(qos);
-  if (const auto scope = payload_scope(); scope && !is_secured(qos)) {
+  // The blocks are readable by their user alone, who could read the private key as well.
+  if (const auto scope = payload_scope()) {
     announced_scope = *scope;
     qos.properties().properties().emplace_back(kPayloadScopeProperty, *scope, true);
   }
@@ -144,7 +144,8 @@ Participant::Participant(const DdsOptions& options) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
   }
   std::string scope;
-  const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope);
+  std::filesystem::path revocations;
+  const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope, revocations);
   discovery_.share_payloads(scope);
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   participant_ =
@@ -162,6 +163,17 @@ Participant::Participant(const DdsOptions& options) {
     leave();
     throw TransportError(domain + ": cannot create a publisher or subscriber");
   }
+  revocation_watch_.emplace(
+      events_, revocations,
+      [warnings = warnings_, revocations, changed = options.security.on_revocations_changed] {
+        warnings->add("DDS Security: " + revocations.string() +
+                      " has changed; only a new start obeys it");
+        if (changed) {
+          changed();
+        } else {
+          kill(getpid(), SIGTERM);
+        }
+      });
 }
 
 Participant::~Participant() {

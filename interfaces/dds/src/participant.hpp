@@ -8,11 +8,13 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "discovery.hpp"
 #include "event_thread.hpp"
 #include "pipescout/dds/dds_transport.hpp"
+#include "security.hpp"
 #include "warnings.hpp"
 
 namespace pipescout::dds {
@@ -68,6 +70,7 @@ class Participant {
   fastdds::Subscriber* subscriber_ = nullptr;
   Gid gid_;
   std::shared_ptr<PayloadFolder> payload_folder_;
+  std::optional<RevocationWatch> revocation_watch_;
 
   std::mutex topics_mutex_;
   std::map<std::string, TopicEntry> topics_;

@@ -36,6 +36,8 @@ void add_run_command(CLI::App& app, Action& action) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--out", options->run.out,
                       "Mission folder; default: missions/<name>_<UTC time>");
+  command->add_option("--enclave", options->run.enclave,
+                      "Enclave of DDS Security for all components; default: /");
   auto* bag = command->add_option(
       "--bag", options->replay.bag,
       "Feed the components with this recording, in simulated time and without the network");

@@ -66,6 +66,7 @@ class IsolatedRun {
     }
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + entry_->name.name;
+    dds.enclave = options_.enclave.value_or(dds.enclave);
     context_ = Context::create(create_dds_transport(dds));
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },

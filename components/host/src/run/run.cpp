@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <deque>
 #include <iostream>
@@ -162,6 +163,9 @@ class Run {
   [[nodiscard]] bool stopping() const { return stop_signal_ != 0; }
 
   [[nodiscard]] int exit_code() const {
+    if (start_again_) {
+      return kExitStartAgain;
+    }
     const bool complete = progress_->outcome() == MissionProgress::Outcome::kComplete;
     if (complete || mission_.composition.complete_when.empty()) {
       return 0;
@@ -177,6 +181,11 @@ class Run {
   void make_components() {
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + mission_.composition.name;
+    dds.enclave = options_.enclave.value_or(dds.enclave);
+    dds.security.on_revocations_changed = [this] {
+      start_again_ = true;
+      kill(getpid(), SIGTERM);
+    };
     context_ = Context::create(create_dds_transport(dds));
     refuse_taken_names();
     executors_.emplace(Executors::Callbacks{
@@ -263,6 +272,9 @@ class Run {
     }
     for (const auto& file : options_.parameter_files) {
       arguments.insert(arguments.end(), {"--params-file", file});
+    }
+    if (options_.enclave) {
+      arguments.insert(arguments.end(), {"--enclave", *options_.enclave});
     }
     const auto logger = container_->node().logger();
     component.supervisor = std::make_unique<ChildSupervisor>(
@@ -645,6 +657,7 @@ class Run {
   ChildSignal child_signal_;
   StopSignals signals_;
   int stop_signal_ = 0;
+  std::atomic<bool> start_again_{false};
   ComponentRegistry registry_;
   Mission mission_;
   std::optional<MissionFolder> folder_;

@@ -16,15 +16,20 @@ struct RunOptions {
   std::string ns = "/";
   std::vector<std::string> parameters;
   std::vector<std::string> parameter_files;
-  std::optional<std::string> out;  ///< mission folder
+  std::optional<std::string> out;      ///< mission folder
+  std::optional<std::string> enclave;  ///< of DDS Security, for all processes; nothing: "/"
 
   /// What `load_composition` needs of it. Throws CompositionError, InvalidName.
   [[nodiscard]] CompositionInputs inputs() const;
 };
 
+/// The composition stopped itself and should be started again, as a service manager does
+/// (`EX_TEMPFAIL` of sysexits.h): the list of revoked robots has changed.
+inline constexpr int kExitStartAgain = 75;
+
 /// Runs a composition until it is complete or stopped. Returns the exit code: 0 when it is
 /// complete, or was stopped and waited for nothing; 1 after an error, also one on the way down;
-/// 128 + signal when it was stopped before it was complete.
+/// 128 + signal when it was stopped before it was complete; kExitStartAgain.
 [[nodiscard]] int run_composition(const RunOptions& options);
 
 /// What is fed to the components instead of what their surroundings publish.

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -10,6 +12,19 @@
 
 /// The transport over Fast DDS, which connects a context's nodes to other processes and to ROS 2.
 namespace pipescout {
+
+/// DDS Security with a keystore as SROS 2 lays it out (public/, private/, enclaves/).
+struct SecurityOptions {
+  bool enabled = false;
+  bool enforce =
+      false;  ///< an enclave without files is an error, and no participant without security
+  std::filesystem::path keystore;
+  std::string enclave_override;  ///< counts before `DdsOptions::enclave`; empty: none
+  /// Called in another thread once the revocation list of the enclave has changed: a participant
+  /// keeps to the list that it was created with. Empty: the process gets a SIGTERM, ends in good
+  /// order, and obeys the new list when its supervisor starts it again.
+  std::function<void()> on_revocations_changed;
+};
 
 /// How the participant joins the network. Defaults are those of ROS 2.
 struct DdsOptions {
@@ -23,9 +38,13 @@ struct DdsOptions {
   /// Limited to an eighth of the free space in /dev/shm.
   std::size_t shared_memory_segment_bytes = std::size_t{32} * 1024 * 1024;
 
-  /// Reads `ROS_DOMAIN_ID` and `ROS_LOCALHOST_ONLY`. Throws std::invalid_argument naming the
-  /// variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is read by Fast DDS itself; a
-  /// default participant profile in it replaces the transports chosen here.)
+  SecurityOptions security;
+
+  /// Reads `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY` and, as rcl does, `ROS_SECURITY_ENABLE`,
+  /// `ROS_SECURITY_STRATEGY`, `ROS_SECURITY_KEYSTORE` and `ROS_SECURITY_ENCLAVE_OVERRIDE`. Throws
+  /// std::invalid_argument naming the variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is
+  /// read by Fast DDS itself; a default participant profile in it replaces the transports chosen
+  /// here.)
   [[nodiscard]] static DdsOptions from_environment();
 };
 

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "observation.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <system_error>
+
+#include "pipescout/command_line/command.hpp"
+#include "pipescout/dds/dds_transport.hpp"
+
+namespace pipescout::security {
+namespace {
+
+using command_line::CommandError;
+
+/// `pipescout run` in a folder that is removed with it; stopped at the end.
+class CompositionRun {
+ public:
+  explicit CompositionRun(const std::vector<std::string>& words) {
+    std::string name =
+        (std::filesystem::temp_directory_path() / "pipescout_policy_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), name);
+    }
+    folder_ = name;
+    std::vector<std::string> all{"pipescout", "run"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), {"--out", (folder_ / "mission").string()});
+    std::vector<char*> argv;
+    for (auto& word : all) {
+      argv.push_back(word.data());
+    }
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    const int failure = posix_spawnp(&pid_, "pipescout", &files, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&files);
+    if (failure != 0) {
+      remove_folder();
+      throw CommandError("cannot run 'pipescout': " + std::generic_category().message(failure));
+    }
+  }
+  CompositionRun(const CompositionRun&) = delete;
+  CompositionRun& operator=(const CompositionRun&) = delete;
+  ~CompositionRun() {
+    if (!ended_) {
+      kill(pid_, SIGTERM);  // it ends within two seconds
+      waitpid(pid_, nullptr, 0);
+    }
+    remove_folder();
+  }
+
+  void check() {
+    int status = 0;
+    if (!ended_ && waitpid(pid_, &status, WNOHANG) == pid_) {
+      ended_ = true;
+      if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+        throw CommandError("the composition ended with an error before it was observed");
+      }
+    }
+  }
+
+ private:
+  void remove_folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+
+  std::filesystem::path folder_;
+  pid_t pid_ = -1;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+keystore::Policy observe(const ObservationRequest& request) {
+  using Clock = std::chrono::steady_clock;
+  std::mutex mutex;
+  std::condition_variable changed;
+  auto last_change = Clock::now();
+  // Endpoints that are gone again count too.
+  std::map<Gid, std::string> enclaves;
+  std::map<Gid, DiscoveredEndpoint> endpoints;
+
+  auto dds = DdsOptions::from_environment();
+  dds.name = "pipescout security";
+  const auto transport = create_dds_transport(dds);
+  const auto look = [&] {
+    const std::lock_guard lock(mutex);
+    for (const auto& participant : transport->remote_participants()) {
+      enclaves[participant.gid] = participant.enclave;
+    }
+    for (const auto& endpoint : transport->remote_endpoints()) {
+      if (endpoints.try_emplace(endpoint.gid, endpoint).second) {
+        last_change = Clock::now();
+        changed.notify_all();
+      }
+    }
+  };
+  transport->on_graph_changed(look);
+  look();
+  {
+    std::optional<CompositionRun> run;
+    if (!request.composition.empty()) {
+      run.emplace(request.composition);
+    }
+    const auto deadline = Clock::now() + request.at_most;
+    std::unique_lock lock(mutex);
+    while (Clock::now() < deadline) {
+      const auto complete = last_change + request.quiet;
+      if (Clock::now() >= complete && (!endpoints.empty() || !run)) {
+        break;
+      }
+      constexpr auto kChildCheck = std::chrono::milliseconds(200);
+      changed.wait_until(lock, std::min(deadline, Clock::now() + kChildCheck));
+      if (run) {
+        run->check();
+      }
+    }
+  }
+  transport->on_graph_changed(nullptr);
+  keystore::Policy policy;
+  for (const auto& [gid, endpoint] : endpoints) {
+    const auto known = enclaves.find(endpoint.participant);
+    if (!request.enclave.empty()) {
+      keystore::add_endpoint(policy[request.enclave], endpoint.topic, endpoint.is_writer);
+    } else if (known != enclaves.end() && !known->second.empty()) {
+      keystore::add_endpoint(policy[known->second], endpoint.topic, endpoint.is_writer);
+    }
+  }
+  if (policy.empty()) {
+    throw CommandError("no ROS node was seen on domain " + std::to_string(dds.domain_id));
+  }
+  return policy;
+}
+
+}  // namespace pipescout::security

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "security.hpp"
+
+#include <sys/stat.h>
+
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include "security_files.hpp"
+
+namespace pipescout::dds {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As rmw_dds_common (Humble) names them.
+constexpr const char* kIdentityCa = "identity_ca.cert.pem";
+constexpr const char* kCertificate = "cert.pem";
+constexpr const char* kPrivateKey = "key.pem";
+constexpr const char* kPermissionsCa = "permissions_ca.cert.pem";
+constexpr const char* kGovernance = "governance.p7s";
+constexpr const char* kPermissions = "permissions.p7s";
+constexpr std::array kRequired{kIdentityCa,    kCertificate, kPrivateKey,
+                               kPermissionsCa, kGovernance,  kPermissions};
+constexpr const char* kRevocations = "crl.pem";  // may be missing
+
+// From when on the end of a validity is warned of.
+constexpr std::time_t kWarningSeconds = std::time_t{30} * 24 * 3600;
+
+constexpr auto kTimeBetweenLooks = std::chrono::seconds(2);
+
+std::string read(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
+  throw TransportError("DDS Security: " + file.string() + ": " + why);
+}
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string content(std::istreambuf_iterator<char>(stream), {});
+  if (!stream || content.empty()) {
+    refuse(file, "cannot be read, or is empty");
+  }
+  return content;
+}
+
+/// Why the enclave cannot be used at all; empty when all files are there.
+std::string missing(const SecurityOptions& security, const std::string& enclave,
+                    const fs::path& folder) {
+  if (security.keystore.empty()) {
+    return "ROS_SECURITY_KEYSTORE is not set";
+  }
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) {
+    return "no enclave '" + enclave + "': there is no folder " + folder.string();
+  }
+  for (const char* const name : kRequired) {
+    if (!fs::exists(folder / name, ignored)) {
+      return (folder / name).string() + ": there is no such file";
+    }
+  }
+  return {};
+}
+
+void check_owner_alone(const fs::path& key) {
+  struct stat status {};
+  if (stat(key.c_str(), &status) != 0) {
+    refuse(key, "cannot be read");
+  }
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    refuse(key, "others than its owner have access to the private key; chmod 600 it");
+  }
+}
+
+void check_validity(const fs::path& file, const Validity& validity, std::time_t now,
+                    Warnings& warnings) {
+  if (now < validity.not_before) {
+    refuse(file, "not valid before " + utc_text(validity.not_before) + "; it is " + utc_text(now) +
+                     " now");
+  }
+  if (now > validity.not_after) {
+    refuse(file,
+           "expired on " + utc_text(validity.not_after) + "; it is " + utc_text(now) + " now");
+  }
+  if (now > validity.not_after - kWarningSeconds) {
+    warnings.add("DDS Security: " + file.string() + " expires on " + utc_text(validity.not_after));
+  }
+}
+
+/// Fast DDS says of most of this only that the participant could not be created.
+void check_files(const fs::path& folder, Warnings& warnings) {
+  const std::time_t now = std::time(nullptr);
+  check_owner_alone(folder / kPrivateKey);
+  const auto load = [&](const char* name) {
+    try {
+      return Certificate(content_of(folder / name));
+    } catch (const SecurityFileError& error) {
+      refuse(folder / name, error.what());
+    }
+  };
+  const Certificate identity_ca = load(kIdentityCa);
+  const Certificate permissions_ca = load(kPermissionsCa);
+  const Certificate own = load(kCertificate);
+  check_validity(folder / kIdentityCa, identity_ca.validity(), now, warnings);
+  check_validity(folder / kPermissionsCa, permissions_ca.validity(), now, warnings);
+  check_validity(folder / kCertificate, own.validity(), now, warnings);
+  if (!own.is_signed_by(identity_ca)) {
+    refuse(folder / kCertificate, std::string("not signed by the authority of ") + kIdentityCa);
+  }
+  if (!own.fits_key(content_of(folder / kPrivateKey))) {
+    refuse(folder / kPrivateKey, std::string("is no private key of ") + kCertificate);
+  }
+  for (const char* const name : {kGovernance, kPermissions}) {
+    const auto document = permissions_ca.verified(content_of(folder / name));
+    if (!document) {
+      refuse(folder / name, std::string("not signed by the authority of ") + kPermissionsCa +
+                                ", or changed since");
+    }
+    for (const Validity& validity : validities_in(*document)) {
+      check_validity(folder / name, validity, now, warnings);
+    }
+  }
+  std::error_code ignored;
+  if (fs::exists(folder / kRevocations, ignored)) {
+    try {
+      const RevocationList revocations(content_of(folder / kRevocations));
+      if (!revocations.is_signed_by(identity_ca)) {
+        refuse(folder / kRevocations, std::string("not signed by the authority of ") + kIdentityCa);
+      }
+      check_validity(folder / kRevocations, revocations.validity(), now, warnings);
+      if (const auto since = revocations.revoked_since(own)) {
+        refuse(folder / kCertificate,
+               "was revoked on " + utc_text(*since) + " (" + kRevocations + ")");
+      }
+    } catch (const SecurityFileError& error) {
+      refuse(folder / kRevocations, error.what());
+    }
+  }
+}
+
+}  // namespace
+
+const std::string& effective_enclave(const DdsOptions& options) {
+  return options.security.enclave_override.empty() ? options.enclave
+                                                   : options.security.enclave_override;
+}
+
+std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnings,
+                                     eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  const SecurityOptions& security = options.security;
+  if (!security.enabled) {
+    return {};
+  }
+  const std::string& enclave = effective_enclave(options);
+  if (!enclave.starts_with('/')) {
+    throw TransportError("enclave '" + enclave + "': must begin with '/'");
+  }
+  const fs::path folder = (security.keystore / "enclaves" / enclave.substr(1)).lexically_normal();
+  if (const auto why = missing(security, enclave, folder); !why.empty()) {
+    if (security.enforce) {
+      throw TransportError("DDS Security: " + why);
+    }
+    warnings.add("DDS Security: " + why +
+                 ": runs WITHOUT security (ROS_SECURITY_STRATEGY is not "
+                 "'Enforce')");
+    return {};
+  }
+  check_files(folder, warnings);
+  auto& properties = qos.properties().properties();
+  const auto set = [&](const std::string& name, const std::string& value) {
+    properties.emplace_back("dds.sec." + name, value);
+  };
+  const auto set_file = [&](const std::string& name, const char* file) {
+    set(name, "file://" + fs::absolute(folder / file).string());
+  };
+  set("auth.plugin", "builtin.PKI-DH");
+  set_file("auth.builtin.PKI-DH.identity_ca", kIdentityCa);
+  set_file("auth.builtin.PKI-DH.identity_certificate", kCertificate);
+  set_file("auth.builtin.PKI-DH.private_key", kPrivateKey);
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
+  set("access.plugin", "builtin.Access-Permissions");
+  set_file("access.builtin.Access-Permissions.permissions_ca", kPermissionsCa);
+  set_file("access.builtin.Access-Permissions.governance", kGovernance);
+  set_file("access.builtin.Access-Permissions.permissions", kPermissions);
+  std::error_code ignored;
+  if (!fs::exists(folder / kRevocations, ignored)) {
+    return {};
+  }
+  set_file("auth.builtin.PKI-DH.identity_crl", kRevocations);
+  return folder / kRevocations;
+}
+
+RevocationWatch::RevocationWatch(EventThread& events, std::filesystem::path file,
+                                 std::function<void()> changed)
+    : events_(events),
+      file_(std::move(file)),
+      changed_(std::move(changed)),
+      content_(file_.empty() ? std::string() : read(file_)) {
+  events_.admit(this);
+  if (!file_.empty()) {
+    look_later();
+  }
+}
+
+RevocationWatch::~RevocationWatch() {
+  events_.dismiss(this);
+}
+
+void RevocationWatch::look_later() {
+  events_.post_after(this, kTimeBetweenLooks, [this] {
+    if (read(file_) == content_) {
+      look_later();
+    } else {
+      changed_();
+    }
+  });
+}
+
+}  // namespace pipescout::dds

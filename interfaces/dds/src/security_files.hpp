@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+// Of OpenSSL, by their tags.
+struct x509_st;
+struct X509_crl_st;
+
+/// The files of DDS Security, as far as they are looked at before Fast DDS gets them.
+namespace pipescout::dds {
+
+class SecurityFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Validity {
+  std::time_t not_before = 0;
+  std::time_t not_after = 0;
+};
+
+/// "2027-11-26 12:00:00 UTC".
+[[nodiscard]] std::string utc_text(std::time_t time);
+
+/// An X.509 certificate.
+class Certificate {
+ public:
+  /// From PEM. Throws SecurityFileError.
+  explicit Certificate(const std::string& pem);
+
+  [[nodiscard]] Validity validity() const;
+  [[nodiscard]] bool is_signed_by(const Certificate& authority) const;
+  /// `key`: a private key, PEM.
+  [[nodiscard]] bool fits_key(const std::string& key) const;
+  /// The document in a message that this authority signed (S/MIME); nothing when it did not.
+  [[nodiscard]] std::optional<std::string> verified(const std::string& message) const;
+
+ private:
+  friend class RevocationList;
+  std::shared_ptr<x509_st> certificate_;
+};
+
+/// An X.509 certificate revocation list.
+class RevocationList {
+ public:
+  /// From PEM. Throws SecurityFileError.
+  explicit RevocationList(const std::string& pem);
+
+  [[nodiscard]] Validity validity() const;
+  [[nodiscard]] bool is_signed_by(const Certificate& authority) const;
+  [[nodiscard]] std::optional<std::time_t> revoked_since(const Certificate& certificate) const;
+
+ private:
+  std::shared_ptr<X509_crl_st> list_;
+};
+
+/// The validities of the grants in a permissions document (DDS Security 1.1, 9.4.1.3); none for a
+/// governance. Throws SecurityFileError naming a date that is none.
+[[nodiscard]] std::vector<Validity> validities_in(const std::string& document);
+
+}  // namespace pipescout::dds
