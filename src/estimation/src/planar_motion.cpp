@@ -40,7 +40,8 @@ const std::vector<ImuReading>& PlanarMotion::add(double time, double speed, doub
   const Motion to{time, speed, yaw_rate};
   if (last_ && time - last_->time <= parameters_.longest_gap) {
     const double length = time - last_->time;
-    const int steps = std::max(1, static_cast<int>(std::ceil(length / parameters_.step - kRounding)));
+    const int steps =
+        std::max(1, static_cast<int>(std::ceil(length / parameters_.step - kRounding)));
     const double acceleration = (speed - last_->speed) / length;
     for (int k = 0; k < steps; ++k) {
       const double share = static_cast<double>(k) / steps;
