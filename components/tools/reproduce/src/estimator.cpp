@@ -20,6 +20,7 @@
 #include "pipescout/estimation_study/car_recording.hpp"
 #include "pipescout/estimation_study/fusion_stream.hpp"
 #include "pipescout/estimation_study/husky_recording.hpp"
+#include "pipescout/estimation_study/late_rack.hpp"
 #include "pipescout/estimation_study/lawnmower_recording.hpp"
 #include "pipescout/estimation_study/run_score.hpp"
 #include "reproduce.hpp"
@@ -87,6 +88,7 @@ class Estimator {
          {"false re-acquisitions", captured, {}, {.least = 0, .most = 0}, "false_reacquisition"}});
     reproduce_losses(options_, extent_, rows_, progress_);
     reproduce_worlds(options_, extent_, rows_, progress_);
+    add_late_rack();
     add_stream();
     add_car();
     add_lawnmowers();
@@ -254,6 +256,25 @@ class Estimator {
       result.push_back(read_csv_text((folder / file).string()));
     }
     return result;
+  }
+
+  void add_late_rack() {
+    const auto scores = for_each_seed(
+        progress_, "a rack that is seen late", seeds_,
+        [](std::uint64_t seed) { return estimation_study::score_late_rack({}, seed); });
+    const auto online = each(scores, [](const auto& score) { return score.online_nees; });
+    const auto batch = each(scores, [](const auto& score) { return score.batch_nees; });
+    const auto accepted = each(scores, [](const auto& score) { return score.accepted_share; });
+    rows_.add_study(
+        "A rack that is seen after 25 s, with a prior of 2 m and 0.5 rad, against the batch",
+        {{"NEES of its pose, on line / batch",
+          mean(online) / mean(batch),
+          {},
+          at_most(1.2),
+          "rack_seen_late_nees_ratio"},
+         {"NEES on line, mean (expected 6)", mean(online), online, kSmallIsGood},
+         {"NEES of the batch, mean (expected 6)", mean(batch), batch, kSmallIsGood},
+         {"visual poses accepted, share", mean(accepted), accepted, kLargeIsGood}});
   }
 
   void add_stream() {
