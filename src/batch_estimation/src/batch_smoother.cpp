@@ -78,6 +78,8 @@ class BatchSmoother::Implementation {
   void take_estimate();
   void report_factors();
 
+  [[nodiscard]] Gravity gravity() const { return {parameters_.gravity, parameters_.earth}; }
+
   BatchSmootherParameters parameters_;
   Recording recording_;
   BatchReport report_{};
@@ -123,7 +125,8 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
       how_{.noise = parameters.imu_noise,
            .coasting = parameters.imu_noise,
            .max_held = parameters.max_held_imu,
-           .gravity = parameters.gravity},
+           .gravity = parameters.gravity,
+           .map_rate = parameters.earth.rate},
       estimated_(estimated_places(parameters.global_deviations)),
       globals_(parameters.globals),
       global_manifold_(estimated_) {
@@ -149,7 +152,7 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
     states_.push_back(recording_.first);
     for (std::size_t k = 0; k + 1 < recording_.times.size(); ++k) {
       const ImuPreintegration to_next = motion(k, recording_.times[k + 1]);
-      states_.push_back(to_next.motion().propagate(states_[k], parameters.gravity));
+      states_.push_back(to_next.motion().propagate(states_[k], gravity()));
     }
   }
   state_blocks_.resize(states_.size());
@@ -179,7 +182,7 @@ void BatchSmoother::Implementation::integrate() {
   links_.clear();
   report_.coasted = 0;
   for (std::size_t k = 0; k + 1 < states_.size(); ++k) {
-    links_.emplace_back(motion(k, recording_.times[k + 1]), parameters_.gravity);
+    links_.emplace_back(motion(k, recording_.times[k + 1]), gravity());
   }
 }
 
@@ -200,8 +203,8 @@ void BatchSmoother::Implementation::add_measurement(const PlacedMeasurement& m) 
     blocks.push_back(global_block_.data());
   }
   problem_->AddResidualBlock(
-      new FactorCost(factor, m.motions, parameters_.gravity, parameters_.globals, ties),
-      loss(factor.kind()), blocks);
+      new FactorCost(factor, m.motions, gravity(), parameters_.globals, ties), loss(factor.kind()),
+      blocks);
 }
 
 void BatchSmoother::Implementation::build() {
@@ -297,8 +300,8 @@ void BatchSmoother::Implementation::report_factors() {
   for (const PlacedMeasurement& m : measurements_) {
     FactorReport one = m.report;
     if (m.factor) {
-      one.chi_square = chi_square(*m.factor, m.motions, states_[m.from], states_[m.to], globals_,
-                                  parameters_.gravity);
+      one.chi_square =
+          chi_square(*m.factor, m.motions, states_[m.from], states_[m.to], globals_, gravity());
       const Robustness& robustness = parameters_.robustness[static_cast<std::size_t>(one.kind)];
       one.weight =
           std::isfinite(one.chi_square)

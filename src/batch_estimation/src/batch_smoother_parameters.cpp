@@ -8,6 +8,7 @@ using validation::check_within;
 
 BatchSmootherParameters BatchSmootherParameters::like(const FixedLagSmootherParameters& online) {
   return {.gravity = online.gravity,
+          .earth = online.earth,
           .max_held_imu = online.max_held_imu,
           .imu_noise = online.imu_noise,
           .coasting_acceleration = online.coasting_acceleration,
@@ -19,6 +20,7 @@ BatchSmootherParameters BatchSmootherParameters::like(const FixedLagSmootherPara
 
 void BatchSmootherParameters::validate() const {
   check_within("gravity", gravity, 0, 100);
+  earth.validate();
   check_within("max_held_imu", max_held_imu, 0, 1);
   imu_noise.validate();
   check_within("coasting_acceleration", coasting_acceleration, 1e-6, 1000);

@@ -21,8 +21,8 @@ void set_rows(int rows, const FactorValue::Rows<Columns>& derivative, double* bl
 
 }  // namespace
 
-FactorCost::FactorCost(const AnyFactor& factor, const CarryingMotions& motions, double gravity,
-                       const GlobalStates& globals, const Ties& ties)
+FactorCost::FactorCost(const AnyFactor& factor, const CarryingMotions& motions,
+                       const Gravity& gravity, const GlobalStates& globals, const Ties& ties)
     : factor_(factor), motions_(motions), gravity_(gravity), globals_(globals), ties_(ties) {
   set_num_residuals(factor.rows());
   mutable_parameter_block_sizes()->assign(ties.two_keyframes ? 2 : 1, kStateNumbers);

@@ -37,7 +37,7 @@ class FactorCost final : public ceres::CostFunction {
   };
 
   /// `globals` are those of a factor that is not tied to them; they must outlive it.
-  FactorCost(const AnyFactor& factor, const CarryingMotions& motions, double gravity,
+  FactorCost(const AnyFactor& factor, const CarryingMotions& motions, const Gravity& gravity,
              const GlobalStates& globals, const Ties& ties);
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override;
@@ -45,7 +45,7 @@ class FactorCost final : public ceres::CostFunction {
  private:
   AnyFactor factor_;
   CarryingMotions motions_;
-  double gravity_;
+  Gravity gravity_;
   const GlobalStates& globals_;
   Ties ties_;
 };

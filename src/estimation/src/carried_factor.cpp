@@ -9,7 +9,7 @@ namespace {
 class Carried {
  public:
   Carried(const ImuMotion& motion, const NavState& begin, const GlobalStates& globals,
-          double gravity, bool derive)
+          const Gravity& gravity, bool derive)
       : motion_(motion), begin_(begin) {
     if (motion.duration() > 0) {
       end_ = motion.propagate(begin, globals.imu_scale, gravity, derive ? &by_state_ : nullptr,
@@ -62,7 +62,7 @@ class Carried {
 }  // namespace
 
 void evaluate_carried(const AnyFactor& factor, const CarryingMotions& motions, const NavState& from,
-                      const NavState& to, const GlobalStates& globals, double gravity,
+                      const NavState& to, const GlobalStates& globals, const Gravity& gravity,
                       bool with_derivatives, FactorValue& value) {
   const Carried begin(motions.from, from, globals, gravity, with_derivatives);
   if (!factor.is_of_two_times()) {
@@ -80,7 +80,7 @@ void evaluate_carried(const AnyFactor& factor, const CarryingMotions& motions, c
 }
 
 double chi_square(const AnyFactor& factor, const CarryingMotions& motions, const NavState& from,
-                  const NavState& to, const GlobalStates& globals, double gravity) {
+                  const NavState& to, const GlobalStates& globals, const Gravity& gravity) {
   FactorValue value;
   evaluate_carried(factor, motions, from, to, globals, gravity, false, value);
   return value.residual.head(value.rows).squaredNorm();

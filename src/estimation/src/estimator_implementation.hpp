@@ -61,6 +61,7 @@ class StateEstimator::Implementation {
   template <class Measurement>
   Outcome add_measurement(const Measurement& m) noexcept;
   void restart() noexcept;
+  void set_earth(const Earth& earth) { smoother_.set_earth(earth); }
 
   // estimator_output.cpp
   [[nodiscard]] std::optional<Estimate> estimate() const noexcept;

@@ -61,8 +61,11 @@ std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustn
 }
 
 ImuIntegration FixedLagSmootherParameters::imu_integration() const noexcept {
-  ImuIntegration how{
-      .noise = imu_noise, .coasting = imu_noise, .max_held = max_held_imu, .gravity = gravity};
+  ImuIntegration how{.noise = imu_noise,
+                     .coasting = imu_noise,
+                     .max_held = max_held_imu,
+                     .gravity = gravity,
+                     .map_rate = earth.rate};
   how.coasting.gyro = coasting_angular_rate;
   how.coasting.accelerometer = coasting_acceleration;
   return how;
@@ -82,6 +85,7 @@ void FixedLagSmootherParameters::validate() const {
   within("max_step", max_step, 1e-3, 100, "[1e-3, 100]");
   within("max_held_imu", max_held_imu, 0, 1, "[0, 1]");
   within("gravity", gravity, 0, 100, "[0, 100]");
+  earth.validate();
   imu_noise.validate();
   within("coasting_acceleration", coasting_acceleration, 1e-6, 1000, "[1e-6, 1000]");
   within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000, "[1e-6, 1000]");
@@ -167,6 +171,10 @@ void FixedLagSmoother::initialise(double time, const NavState& mean,
 }
 void FixedLagSmoother::restart(double time, const NavState& mean, const StateMatrix& covariance) {
   implementation_->restart(time, mean, covariance);
+}
+void FixedLagSmoother::set_earth(const Earth& earth) {
+  earth.validate();
+  implementation_->set_earth(earth);
 }
 Outcome FixedLagSmoother::add(const ImuSample& sample) noexcept {
   return implementation_->add_imu(sample);

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 using geometry::skew;
 using geometry::SO3;
 
-ImuFactor::ImuFactor(const ImuPreintegration& preintegration, double gravity)
+ImuFactor::ImuFactor(const ImuPreintegration& preintegration, const Gravity& gravity)
     : motion_(preintegration.motion()), gravity_(gravity) {
   const linear_algebra::Cholesky<kStateSize> root(preintegration.covariance());
   if (!root.succeeded() || !preintegration.covariance().allFinite()) {
@@ -27,7 +27,7 @@ ImuFactor::Residual ImuFactor::evaluate(const NavState& from, const NavState& to
   const Eigen::Matrix<double, 9, 1> correction = motion_.correction(from, globals.imu_scale);
   const Vector3d turn = correction.segment<3>(3);
   const double duration = motion_.duration();
-  const Vector3d fall(0, 0, -gravity_ * duration);
+  const Vector3d fall = duration * gravity_.acceleration(from.position, from.velocity);
   const Matrix3d to_body = from.R_map_body.matrix().transpose();
   const Vector3d moved =
       to_body * (to.position - from.position - duration * (from.velocity + 0.5 * fall));

@@ -121,14 +121,14 @@ Eigen::Matrix<double, 9, 1> ImuMotion::correction(const NavState& start,
   return sum;
 }
 
-NavState ImuMotion::propagate(const NavState& start, const ImuScale& scale, double gravity,
+NavState ImuMotion::propagate(const NavState& start, const ImuScale& scale, const Gravity& gravity,
                               StateMatrix* derivative, ScaleJacobian* by_scale) const {
   const Eigen::Matrix<double, 9, 1> correction = this->correction(start, scale);
   const Vector3d moved = position_ + correction.head<3>();
   const Vector3d turn = correction.segment<3>(3);
   const SO3 turned = rotation_ * SO3::exp(turn);
   const Vector3d gained = velocity_ + correction.tail<3>();
-  const Vector3d fall(0, 0, -gravity * duration_);
+  const Vector3d fall = duration_ * gravity.acceleration(start.position, start.velocity);
   const Matrix3d r = start.R_map_body.matrix();
 
   NavState end = start;

@@ -49,7 +49,14 @@ double ImuTimeline::integrate(const ImuIntegration& how, const geometry::SO3& R_
       ImuNoise noise = how.noise;
       noise.gyro *= factor;
       noise.accelerometer *= factor;
-      sum.integrate(sample->angular_rate, sample->specific_force, duration, noise);
+      if (how.map_rate.isZero(0)) {
+        sum.integrate(sample->angular_rate, sample->specific_force, duration, noise);
+      } else {
+        // The gyro turns with the map too.
+        const Eigen::Vector3d of_map =
+            (R_map_body * sum.motion().rotation()).inverse() * how.map_rate;
+        sum.integrate(sample->angular_rate - of_map, sample->specific_force, duration, noise);
+      }
       return;
     }
     // As an IMU would measure a body that keeps its velocity and turns as before.

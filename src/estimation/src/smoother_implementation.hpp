@@ -56,6 +56,7 @@ class FixedLagSmoother::Implementation {
 
   void initialise(double time, const NavState& mean, const StateMatrix& covariance);
   void restart(double time, const NavState& mean, const StateMatrix& covariance);
+  void set_earth(const Earth& earth) { parameters_.earth = earth; }
   Outcome add_imu(const ImuSample& sample) noexcept;
   Outcome add(const AnyFactor& factor) noexcept;
   void update(double time) noexcept;
@@ -167,6 +168,8 @@ class FixedLagSmoother::Implementation {
   template <int N>
   [[nodiscard]] Eigen::Matrix<double, N, N> covariance_of(
       std::size_t k, Eigen::Matrix<double, kStateSize, N> by_state, GlobalRows<N> by_globals) const;
+
+  [[nodiscard]] Gravity gravity() const { return {parameters_.gravity, parameters_.earth}; }
 
   FixedLagSmootherParameters parameters_;
   std::array<std::array<double, kMaxFactorRows>, kFactorKinds> gates_{};  // chi-squares, by rows

@@ -148,13 +148,13 @@ void FixedLagSmoother::Implementation::append_keyframe(double time) {
   ImuPreintegration link = no_motion(from.estimate, globals_.imu_scale);
   report_.coasted = integrate(from.estimate, from.time, time, link);
   from.coasted = report_.coasted;
-  from.link.emplace(link, parameters_.gravity);
+  from.link.emplace(link, gravity());
   from.dirty = true;
   eliminated_ = std::min(eliminated_, count_ - 1);
   ++count_;
   Keyframe& added = newest();
   added.time = time;
-  added.linear = from.link->motion().propagate(from.estimate, parameters_.gravity);
+  added.linear = from.link->motion().propagate(from.estimate, gravity());
   added.estimate = added.linear;
   added.delta.setZero();
   added.linearised_delta.setZero();

@@ -12,11 +12,11 @@ double FixedLagSmoother::Implementation::linearise(const PlacedFactor& placed, s
   const Keyframe& from = keyframe(k);
   const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
   const AnyFactor& factor = placed.factor;
-  evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_,
-                   parameters_.gravity, true, linear);
+  evaluate_carried(factor, placed.motions, from.linear, to.linear, linear_globals_, gravity(), true,
+                   linear);
   FactorValue there;
-  evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_,
-                   parameters_.gravity, false, there);
+  evaluate_carried(factor, placed.motions, from.estimate, to.estimate, globals_, gravity(), false,
+                   there);
   for (int row = 0; row < linear.rows; ++row) {
     linear.residual[row] = there.residual[row] - linear.from.row(row).dot(from.delta);
     if (factor.is_of_two_times()) {
@@ -38,7 +38,7 @@ double FixedLagSmoother::Implementation::chi_square(const PlacedFactor& placed,
   const Keyframe& from = keyframe(k);
   const Keyframe& to = placed.to_next ? keyframe(k + 1) : from;
   return estimation::chi_square(placed.factor, placed.motions, from.estimate, to.estimate, globals_,
-                                parameters_.gravity);
+                                gravity());
 }
 
 statistics::KernelValue FixedLagSmoother::Implementation::kernel(const PlacedFactor& placed,

@@ -33,15 +33,15 @@ std::optional<FixedLagSmoother::Propagated> FixedLagSmoother::Implementation::pr
   if (count_ == 0) {
     return std::nullopt;
   }
-  return Propagated{.time = ahead_time_,
-                    .state = ahead_.motion().propagate(newest().estimate, globals_.imu_scale,
-                                                       parameters_.gravity)};
+  return Propagated{
+      .time = ahead_time_,
+      .state = ahead_.motion().propagate(newest().estimate, globals_.imu_scale, gravity())};
 }
 
 StateMatrix FixedLagSmoother::Implementation::propagated_covariance() const noexcept {
   StateMatrix by_newest;
   ImuMotion::ScaleJacobian by_scale;
-  ahead_.motion().propagate(newest().estimate, globals_.imu_scale, parameters_.gravity, &by_newest,
+  ahead_.motion().propagate(newest().estimate, globals_.imu_scale, gravity(), &by_newest,
                             &by_scale);
   const Eigen::Matrix3d r = newest().estimate.R_map_body.matrix();
   StateMatrix to_map = StateMatrix::Identity();

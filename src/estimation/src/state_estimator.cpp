@@ -43,6 +43,9 @@ Outcome StateEstimator::add(const GivenPose& pose) noexcept {
 void StateEstimator::restart() noexcept {
   implementation_->restart();
 }
+void StateEstimator::set_earth(const Earth& earth) {
+  implementation_->set_earth(earth);
+}
 std::optional<Estimate> StateEstimator::estimate() const noexcept {
   return implementation_->estimate();
 }

@@ -168,6 +168,11 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
       {1e-3, 1e3}, "factor from its linear acceleration to m/s^2: 9.80665 for an IMU in g");
 
   gps_antenna_ = place("gps.position", "the antenna");
+  earth_ = parameters.declare<bool>(
+      "earth", true,
+      {.description = "once the origin of the map is known: gravity is along the vertical of the "
+                      "place, and the gyro sees the Earth turn; false: a flat Earth at rest, as "
+                      "simulators have it"});
   datum_ = parameters.declare<std::vector<double>>(
       "datum", {},
       {.description =
@@ -493,6 +498,7 @@ EstimatorSettings EstimatorParameters::read(Node& node) const {
       throw std::invalid_argument(std::string("parameter 'datum': ") + error.what());
     }
   }
+  result.earth = earth_.get();
   result.gps_deviation = gps_deviation_.get();
   result.least_gps_deviation = least_gps_deviation_.get();
   result.heading_from_imu = heading_from_imu_.get();

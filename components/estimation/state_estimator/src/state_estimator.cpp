@@ -82,7 +82,7 @@ CallbackReturn StateEstimator::on_configure() {
   estimator_.emplace(settings_.estimator);
   map_.reset();
   if (settings_.datum) {
-    map_.emplace(*settings_.datum);
+    place_map(*settings_.datum);
   }
   first_fixes_.clear();
   told_unstated_covariance_ = false;
@@ -271,6 +271,13 @@ void StateEstimator::on_fix(const Fix& message) {
   publish_news();
 }
 
+void StateEstimator::place_map(const geometry::GeodeticPosition& origin) {
+  map_.emplace(origin);
+  if (settings_.earth && !settings_.implied_imu) {
+    estimator_->set_earth(estimation::Earth::at_latitude(origin.latitude));
+  }
+}
+
 bool StateEstimator::may_place(const Fix& message) {
   constexpr double kElsewhere = 1e5;  // m, from the origin, while the state is not in the map yet
   if (settings_.datum) {
@@ -296,7 +303,7 @@ bool StateEstimator::may_place(const Fix& message) {
     logger().warn("the fixes so far were elsewhere: starts again with another origin of the map");
     estimator_->restart();
   }
-  map_.emplace(geodetic(agreeing.front()));
+  place_map(geodetic(agreeing.front()));
   logger().info("the map's origin is the first of " + std::to_string(agreeing.size()) +
                 " fixes that agree: " + std::to_string(map_->datum().latitude) + ", " +
                 std::to_string(map_->datum().longitude));

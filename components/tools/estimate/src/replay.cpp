@@ -434,6 +434,9 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
 
   auto parameters = parameters_for(c, odometer != nullptr, step, gravity, fastest);
   parameters.R_body_imu = R_body_imu;
+  if (result.datum && imu != nullptr) {
+    parameters.smoother.earth = estimation::Earth::at_latitude(result.datum->latitude);
+  }
   if (gps == nullptr) {
     // Nothing else measures distances.
     parameters.smoother.global_deviations.odometer_scale = 0;

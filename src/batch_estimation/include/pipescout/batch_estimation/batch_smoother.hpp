@@ -37,6 +37,7 @@ enum class LinearSolver : std::uint8_t {
 
 struct BatchSmootherParameters {
   double gravity = 9.81;  ///< m/s^2, in [0, 100]
+  Earth earth{};
   /// s, for which the last IMU sample replaces missing ones; in [0, 1]
   double max_held_imu = 0.03;
   ImuNoise imu_noise{};

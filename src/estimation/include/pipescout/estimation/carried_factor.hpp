@@ -14,14 +14,14 @@ struct CarryingMotions {
 };
 
 /// The residual of a factor whose measurement lies after the keyframes, and its derivatives by the
-/// states there and the globals: equation (44) chained with the factor's own. `gravity` m/s^2.
+/// states there and the globals: equation (44) chained with the factor's own.
 void evaluate_carried(const AnyFactor& factor, const CarryingMotions& motions, const NavState& from,
-                      const NavState& to, const GlobalStates& globals, double gravity,
+                      const NavState& to, const GlobalStates& globals, const Gravity& gravity,
                       bool with_derivatives, FactorValue& value);
 
 /// The squared norm of that residual.
 [[nodiscard]] double chi_square(const AnyFactor& factor, const CarryingMotions& motions,
                                 const NavState& from, const NavState& to,
-                                const GlobalStates& globals, double gravity);
+                                const GlobalStates& globals, const Gravity& gravity);
 
 }  // namespace pipescout::estimation

@@ -66,6 +66,7 @@ struct FixedLagSmootherParameters {
   double max_held_imu =
       0.03;               ///< s, for which the last IMU sample replaces missing ones; in [0, 1]
   double gravity = 9.81;  ///< m/s^2, in [0, 100]
+  Earth earth{};
   ImuNoise imu_noise{};
   /// Process noise of velocity and rotation (random walks) while IMU samples are missing.
   double coasting_acceleration = 1;    ///< m/s^2/sqrt(Hz), in [1e-6, 1000]
@@ -200,6 +201,9 @@ class FixedLagSmoother {
   /// the lag, it adds no keyframe, only late measurements. The report is valid until the next
   /// update.
   const UpdateReport& update(double time) noexcept;
+
+  /// From the next keyframe on. Throws as Earth::validate.
+  void set_earth(const Earth& earth);
 
   [[nodiscard]] bool initialised() const noexcept;
   /// The following are for keyframes 0 (oldest) to keyframes() - 1; indices are not checked.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "pipescout/estimation/gravity.hpp"
 #include "pipescout/estimation/state.hpp"
 
 /// Preintegration of an inertial measurement unit on the manifold: Forster, Carlone, Dellaert and
@@ -60,11 +61,11 @@ class ImuMotion {
   /// The state after the motion from `start`, whose biases it keeps; corrected to first order for
   /// biases and a scale other than those integrated with, equation (44). `derivative`, when given,
   /// is that of the result by `start`; `by_scale`, of its first three parts by the scale, is set
-  /// when `scaled()`. `gravity` m/s^2, along -z of the map.
-  NavState propagate(const NavState& start, const ImuScale& scale, double gravity,
+  /// when `scaled()`.
+  NavState propagate(const NavState& start, const ImuScale& scale, const Gravity& gravity,
                      StateMatrix* derivative = nullptr, ScaleJacobian* by_scale = nullptr) const;
   /// With the scale used in the integration.
-  NavState propagate(const NavState& start, double gravity,
+  NavState propagate(const NavState& start, const Gravity& gravity,
                      StateMatrix* derivative = nullptr) const {
     return propagate(start, scale_, gravity, derivative);
   }
@@ -133,7 +134,7 @@ class ImuFactor {
   using Residual = Eigen::Matrix<double, kRows, 1>;
 
   /// Throws std::invalid_argument when the covariance is not positive definite (no duration, NaN).
-  ImuFactor(const ImuPreintegration& preintegration, double gravity);
+  ImuFactor(const ImuPreintegration& preintegration, const Gravity& gravity);
 
   /// Sets `from` and `to` of the derivatives, when given, and in `globals` those of the scale of
   /// the IMU, if it is estimated.
@@ -144,7 +145,7 @@ class ImuFactor {
 
  private:
   ImuMotion motion_;
-  double gravity_;
+  Gravity gravity_;
   StateMatrix square_root_information_;  // lower triangular
 };
 

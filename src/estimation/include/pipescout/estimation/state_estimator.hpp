@@ -320,6 +320,9 @@ class StateEstimator {
   Outcome add(const GivenPose& pose) noexcept;
   /// Discards the state, not the counts, and initialises again.
   void restart() noexcept;
+  /// How the map lies on the Earth, once that is known; from the next keyframe on. Throws as
+  /// Earth::validate.
+  void set_earth(const Earth& earth);
 
   /// At the newest IMU reading (or keyframe while coasting); nothing before the levelling.
   [[nodiscard]] std::optional<Estimate> estimate() const noexcept;

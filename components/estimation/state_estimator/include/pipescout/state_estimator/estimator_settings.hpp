@@ -28,6 +28,7 @@ struct EstimatorSettings {
   double silent_after = 0;  ///< s
 
   std::optional<geometry::GeodeticPosition> datum;  ///< nothing: the first fixes that agree
+  bool earth = true;                                ///< the map lies on the Earth that turns
   double gps_deviation = 0;        ///< m, per axis, of fixes without covariance; 0: not used
   double least_gps_deviation = 0;  ///< m, per axis, lower bound
   bool heading_from_imu = false;   ///< from the orientation in imu/data
@@ -90,6 +91,7 @@ class EstimatorParameters {
   Parameter<double> maximum_lead_;
   Parameter<double> silent_after_;
   Parameter<std::vector<double>> datum_;
+  Parameter<bool> earth_;
   Parameter<double> gps_deviation_;
   Parameter<double> least_gps_deviation_;
   Parameter<bool> heading_from_imu_;

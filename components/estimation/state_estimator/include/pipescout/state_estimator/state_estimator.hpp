@@ -103,6 +103,7 @@ class StateEstimator final : public Component {
   /// Whether there is a map in which the fix has a place: its origin comes from fixes that agree.
   [[nodiscard]] bool may_place(const Fix& message);
   void use_fix(const Fix& message, double time);
+  void place_map(const geometry::GeodeticPosition& origin);
 
   void publish_news();
   [[nodiscard]] bool is_due(Time stamp) const;
