@@ -191,6 +191,11 @@ class RoutePlanner::Search {
     return closed_[edge];
   }
 
+  [[nodiscard]] double cost(std::uint32_t edge) const {
+    check_edge(edge);
+    return closed_[edge] ? kInfinity : costs_[edge];
+  }
+
   Route find(std::uint32_t from, std::uint32_t to) {
     check_node(from);
     check_node(to);
@@ -530,6 +535,9 @@ void RoutePlanner::open(std::uint32_t edge) {
 }
 bool RoutePlanner::is_closed(std::uint32_t edge) const {
   return search_->is_closed(edge);
+}
+double RoutePlanner::cost(std::uint32_t edge) const {
+  return search_->cost(edge);
 }
 Route RoutePlanner::find(std::uint32_t from, std::uint32_t to) {
   return search_->find(from, to);

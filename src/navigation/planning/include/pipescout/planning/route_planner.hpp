@@ -57,6 +57,8 @@ class RoutePlanner {
   void close(std::uint32_t edge);
   void open(std::uint32_t edge);
   [[nodiscard]] bool is_closed(std::uint32_t edge) const;
+  /// Infinity for a closed edge.
+  [[nodiscard]] double cost(std::uint32_t edge) const;
 
   /// A route with no edges where both nodes are the same.
   [[nodiscard]] Route find(std::uint32_t from, std::uint32_t to);

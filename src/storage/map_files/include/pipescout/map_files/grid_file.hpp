@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "pipescout/navigation_maps/occupancy_grid.hpp"
+
+namespace pipescout {
+
+/// A file of a map is missing, malformed, or says what cannot be: "file: field ...".
+class MapFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// How the shade of a pixel is read, as map_server's `mode`.
+enum class GridMode {
+  kTrinary,  ///< darker than occupied_thresh, lighter than free_thresh, or unknown
+  kScale,    ///< the same; shades between are graded there, and unknown here
+  kRaw       ///< the value of the pixel is the occupancy in percent; above 100: unknown
+};
+
+/// An occupancy grid of map_server's YAML file and its PGM image (P2 or P5, 8 bits). Keys: image,
+/// mode (trinary where it is missing), resolution in m, origin [x, y, yaw] of the lower left pixel
+/// in m and rad, negate, occupied_thresh, free_thresh. `resolution`: what the grid must have, where
+/// the caller relies on it. Throws MapFileError or YamlError, both name file and field.
+[[nodiscard]] navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
+                                                  std::optional<double> resolution = {});
+
+/// Writes `yaml` and, next to it, the image of the same name with `.pgm`. Reading them gives the
+/// same grid. Throws std::system_error naming the file.
+void write_grid(const std::filesystem::path& yaml, const navigation::OccupancyGrid& grid,
+                GridMode mode = GridMode::kTrinary);
+
+}  // namespace pipescout

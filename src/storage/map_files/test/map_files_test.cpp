@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/files/whole_file.hpp"
+#include "pipescout/map_files/grid_file.hpp"
+#include "pipescout/map_files/lattice_file.hpp"
+#include "pipescout/map_files/route_graph_file.hpp"
+
+namespace pipescout {
+namespace {
+
+using navigation::CellState;
+using navigation::OccupancyGrid;
+
+std::string error_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+class MapFiles : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::filesystem::path file(const std::string& name) const {
+    return folder_.path() / name;
+  }
+  void write(const std::string& name, const std::string& text) const {
+    replace_file(file(name), text);
+  }
+  void expect_error(const std::function<void()>& call, const std::string& part) const {
+    const std::string error = error_of(call);
+    EXPECT_NE(error.find(part), std::string::npos) << error;
+    EXPECT_NE(error.find(folder_.path().string()), std::string::npos) << error;
+  }
+
+ private:
+  testing::TemporaryFolder folder_;
+};
+
+constexpr const char* kYaml =
+    "image: map.pgm\nresolution: 0.5\norigin: [1.0, -2.0, 0.1]\nnegate: 0\n"
+    "occupied_thresh: 0.65\nfree_thresh: 0.25\n";
+
+TEST_F(MapFiles, GridsOfAllModesComeBack) {
+  OccupancyGrid grid({.resolution = 0.05, .origin = {-3, 4, 0.5}, .width = 3, .height = 2},
+                     CellState::kUnknown);
+  grid.set({0, 0}, CellState::kOccupied);
+  grid.set({2, 1}, CellState::kFree);
+  for (const GridMode mode : {GridMode::kTrinary, GridMode::kScale, GridMode::kRaw}) {
+    write_grid(file("map.yaml"), grid, mode);
+    EXPECT_EQ(read_grid(file("map.yaml")), grid);
+  }
+}
+
+TEST_F(MapFiles, TheLastRowOfTheImageIsTheFirstOfTheGrid) {
+  write("map.yaml", kYaml);
+  write("map.pgm", "P2 # made by hand\n2 2\n255\n0 254\n128 254\n");
+  const OccupancyGrid grid = read_grid(file("map.yaml"));
+  EXPECT_EQ(grid.at({0, 1}), CellState::kOccupied);
+  EXPECT_EQ(grid.at({0, 0}), CellState::kUnknown);
+  EXPECT_EQ(grid.at({1, 0}), CellState::kFree);
+  EXPECT_EQ(grid.geometry().origin, (navigation::Pose2d{1, -2, 0.1}));
+}
+
+TEST_F(MapFiles, GridErrorsNameTheField) {
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = kYaml;
+    text.replace(text.find(from), from.size(), to);
+    write("map.yaml", text);
+    return [this] { (void)read_grid(file("map.yaml")); };
+  };
+  expect_error(with("map.pgm", "missing.pgm"), "missing.pgm' cannot be read");
+  write("map.pgm", "P5\n2 2\n255\nabc");
+  expect_error(with("map.pgm", "map.pgm"), "truncated: 4 pixels expected, 3 found");
+  write("map.pgm", "P5\n2 2\n255\nabcd");
+  expect_error(with("0.25", "0.7"), "free_thresh must be below occupied_thresh");
+  expect_error(with("0.65", "65"), "occupied_thresh is 65; it must be within [0, 1]");
+  expect_error(with("0.5", "0"), "resolution must be within");
+  expect_error(with("0.5", ".nan"), "resolution must be a finite number");
+  expect_error(with("origin", "origins"), "key 'origin' is missing");
+  expect_error(with("negate: 0", "negate: 0\nmode: ternary"), "mode must be");
+  write("map.yaml", kYaml);
+  expect_error([&] { (void)read_grid(file("map.yaml"), 0.1); },
+               "resolution is 0.5 m; it must be 0.1 m here");
+  expect_error([&] { (void)read_grid(file("none.yaml")); }, "none.yaml");
+}
+
+TEST_F(MapFiles, GraphsComeBack) {
+  const navigation::RouteGraph graph(
+      {{.id = 4, .position = {1, 2}}, {.id = 9, .position = {5.5, 2}}},
+      {{.id = 10,
+        .from = 0,
+        .to = 1,
+        .cost = 7,
+        .speed = 1.5,
+        .width = 4,
+        .pipe_side = navigation::PipeSide::kLeft,
+        .one_way = true,
+        .closed_until = std::numeric_limits<double>::infinity(),
+        .line = {{1, 2}, {3, 3}, {5.5, 2}}},
+       {.id = 11, .from = 1, .to = 0, .closed_until = 12}});
+  write_route_graph(file("graph.geojson"), graph);
+  const navigation::RouteGraph read = read_route_graph(file("graph.geojson"));
+  ASSERT_EQ(read.edges().size(), 2U);
+  EXPECT_EQ(read.nodes()[1].id, 9);
+  EXPECT_EQ(read.edges()[0].line, graph.edges()[0].line);
+  EXPECT_EQ(read.edges()[0].cost, 7);
+  EXPECT_EQ(read.edges()[0].speed, 1.5);
+  EXPECT_EQ(read.edges()[0].pipe_side, navigation::PipeSide::kLeft);
+  EXPECT_TRUE(read.edges()[0].one_way);
+  EXPECT_EQ(read.edges()[0].closed_until, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(read.edges()[1].closed_until, 12);
+  EXPECT_EQ(read.edges()[1].cost, std::nullopt);
+}
+
+TEST_F(MapFiles, GraphErrorsNameTheFeature) {
+  const auto edge = [&](const std::string& properties) {
+    write(
+        "g.geojson",
+        R"({"features": [{"properties": {"id": 1}, "geometry": {"type": "Point", "coordinates": [0, 0]}},
+             {"properties": {"id": 2}, "geometry": {"type": "Point", "coordinates": [1, 0]}},
+             {"properties": {)" +
+            properties +
+            R"(}, "geometry": {"type": "LineString", "coordinates": [[0, 0], [1, 0]]}}]})");
+    return [this] { (void)read_route_graph(file("g.geojson")); };
+  };
+  expect_error(edge(R"("id": 5, "startid": 1, "endid": 3)"),
+               "edge 5: endid is 3; no such node is there");
+  expect_error(edge(R"("id": 5, "startid": 1)"), "edge 5: endid must be a whole number");
+  expect_error(edge(R"("id": 5, "startid": 1, "endid": 2, "cost": -1)"), "edge 5: cost is -1");
+  expect_error(edge(R"("id": 5, "startid": 1, "endid": 2, "metadata": {"pipe_side": "up"})"),
+               "edge 5: pipe_side must be");
+  write("g.geojson", "{");
+  expect_error([&] { (void)read_route_graph(file("g.geojson")); }, "parse error");
+  write("g.geojson", R"({"features": []})");
+  EXPECT_TRUE(read_route_graph(file("g.geojson")).nodes().empty());
+}
+
+TEST_F(MapFiles, LatticesComeBack) {
+  const auto lattice = navigation::generate_primitives(0.5, 0.05);
+  write_lattice(file("lattice.json"), lattice);
+  const auto read = read_lattice(file("lattice.json"));
+  ASSERT_EQ(read.primitives.size(), lattice.primitives.size());
+  EXPECT_EQ(read.headings, lattice.headings);
+  for (std::size_t i = 0; i < read.primitives.size(); ++i) {
+    EXPECT_EQ(read.primitives[i].columns, lattice.primitives[i].columns);
+    EXPECT_EQ(read.primitives[i].rows, lattice.primitives[i].rows);
+    EXPECT_NEAR(read.primitives[i].radius(), lattice.primitives[i].radius(), 1e-9);
+  }
+}
+
+/// As the generator of Nav2 rounds its poses; one primitive is enough for a heading.
+std::string nav2_lattice(const std::string& poses) {
+  return R"({"version": 1.0, "lattice_metadata": {"motion_model": "ackermann", "turning_radius": 0.5,
+    "grid_resolution": 0.05, "num_of_headings": 1, "heading_angles": [0.0]},
+    "primitives": [{"trajectory_id": 0, "start_angle_index": 0, "end_angle_index": 0,
+    "poses": )" +
+         poses + "}]}";
+}
+
+TEST_F(MapFiles, LatticesOfNav2AndFlippedOnes) {
+  write("lattice.json", nav2_lattice("[[0.05, 0.0, 0.0], [0.10001, 0.0, 0.0]]"));
+  EXPECT_EQ(read_lattice(file("lattice.json")).primitives.front().columns, 2);
+  const auto read = [&] { (void)read_lattice(file("lattice.json")); };
+  write("lattice.json", nav2_lattice("[[0.05, 0.0, 0.0], [0.1, 0.0, 3.14159]]"));
+  expect_error(read, "primitive 0: poses end at a heading of 3.14159 rad");
+  write("lattice.json", nav2_lattice("[[0.05, 0.0, 3.14159], [0.1, 0.0, 0.0]]"));
+  expect_error(read, "primitive 0: pose 0 is not on the way forwards");
+  write("lattice.json", nav2_lattice("[[-0.05, 0.0, 0.0], [-0.1, 0.0, 0.0]]"));
+  expect_error(read, "no arc forwards leads");
+}
+
+}  // namespace
+}  // namespace pipescout
