@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds the Debian packages pipescout-runtime, -components, -tools and -dev:
 #
-#   launch_scripts/package.sh [--out DIR] [--version VERSION] [PACKAGE...]
+#   launch_scripts/package.sh [--no-build] [--out DIR] [--version VERSION] [PACKAGE...]
 #
-# DIR: build/package/debs by default. VERSION: by default 0.1.0 and the revision. PACKAGE: only these packages
-# of the workspace and what they need; the host is always among them. On the robot:
+# --no-build: from the workspace as it is built. DIR: build/package/debs by default. VERSION: by default 0.1.0 and
+# the revision. PACKAGE: only these packages of the workspace and what they need, and the host. On the robot:
 #
 #   apt install ./pipescout-*.deb && systemctl enable --now pipescout@crawler
 set -euo pipefail
@@ -13,11 +13,12 @@ unset CDPATH
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scripts=launch_scripts/debian
 
-usage() { sed -n '3,9s/^# \{0,1\}//p' "launch_scripts/package.sh"; }
+usage() { sed -n '3,10s/^# \{0,1\}//p' "launch_scripts/package.sh"; }
 
 work=$PWD/build/package
 out=$work/debs
 version=
+build=true
 selected=()
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -26,6 +27,7 @@ while [ $# -gt 0 ]; do
       if [ "$1" = --out ]; then out=$(realpath -m -- "$2"); else version=$2; fi
       shift 2
       ;;
+    --no-build) build=false; shift ;;
     -h | --help) usage; exit 0 ;;
     -*) echo "package.sh: unknown option $1" >&2; usage >&2; exit 2 ;;
     *) selected+=("$1"); shift ;;
@@ -36,20 +38,21 @@ for tool in dpkg-deb dpkg-shlibdeps fakeroot strip colcon; do
 done
 [ -n "$version" ] || version=0.1.0+git$(git log -1 --format=%cd.%h --date=format:%Y%m%d 2>/dev/null || echo 0)
 
-# Libraries stand where the linker looks: they need no search path.
 # shellcheck source=launch_scripts/build_environment.sh
 source launch_scripts/build_environment.sh
-choice=()
-[ ${#selected[@]} -eq 0 ] || choice=(--packages-up-to pipescout_host "${selected[@]}")
-mkdir -p "$work"
-colcon --log-base "$work/log" build --base-paths idl interfaces src components \
-  --build-base "$work/build" --install-base "$work/install" --merge-install "${choice[@]}" \
-  --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_SKIP_INSTALL_RPATH=ON >&2
+names=()
+[ ${#selected[@]} -eq 0 ] || names=(pipescout_host "${selected[@]}")
+if $build; then
+  choice=()
+  [ ${#names[@]} -eq 0 ] || choice=(--packages-up-to "${names[@]}")
+  colcon build --event-handlers console_start_end- --base-paths idl interfaces src components "${choice[@]}" \
+    --cmake-args -DCMAKE_BUILD_TYPE=Release >&2
+fi
 
 stage=$work/stage
 rm -rf "$stage"
 mkdir -p "$stage"/pipescout-{runtime,components,tools,dev} "$out"
-python3 $scripts/split_packages.py "$work/install" "$work/build" "$stage"
+python3 $scripts/split_packages.py install build "$stage" "${names[@]}"
 
 runtime=$stage/pipescout-runtime
 install -D -m 0644 "$scripts/pipescout@.service" "$runtime/lib/systemd/system/pipescout@.service"

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Divides an install tree among the Debian packages: split_packages.py TREE BUILD STAGE
+"""Divides an install tree among the Debian packages: split_packages.py TREE BUILD STAGE [PACKAGE...]
 
-TREE is a merged install of colcon, BUILD the folder with its install manifests, one per package.
-Each file goes to STAGE/PACKAGE/usr/...: of a workspace package that `pipescout` itself needs to
+TREE is an install folder of colcon, BUILD the folder with its install manifests, one per package of the
+workspace; with PACKAGE... only these and what they need. Each file goes to STAGE/PACKAGE/usr/...: of a workspace package that `pipescout` itself needs to
 pipescout-runtime, of components and what they need to pipescout-components, of subcommands and what
 they need to pipescout-tools; headers and what CMake needs of all of them to pipescout-dev.
 """
@@ -61,23 +61,36 @@ def is_for_developers(path):
             path.name == "package.xml")
 
 
-def strip(file):
+def is_elf(file):
     with open(file, "rb") as stream:
-        if stream.read(4) == b"\x7fELF":
-            subprocess.run(["strip", "--strip-unneeded", str(file)], check=True)
+        return stream.read(4) == b"\x7fELF"
+
+
+def finish(files, script):
+    """Without symbols, and without search paths: those of the build are of no use elsewhere, and in
+    /usr/lib the linker looks anyway."""
+    subprocess.run(["strip", "--strip-unneeded", *map(str, files)], check=True)
+    script.write_text("".join(f'file(RPATH_REMOVE FILE "{file}")\n' for file in files))
+    subprocess.run(["cmake", "-P", str(script)], check=True)
+    script.unlink()
 
 
 def main():
     tree, build, stage = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
     packages = workspace()
-    manifests = {file.parent.name: file for file in build.glob("*/install_manifest.txt")}
-    unknown = set(manifests) - set(packages)
-    if unknown:
-        sys.exit(f"error: {build}: no package.xml of {', '.join(sorted(unknown))}")
-    taken = {}
+    manifests = {file.parent.name: file for file in build.glob("*/install_manifest.txt")
+                 if file.parent.name in packages}
+    wanted = closure(packages, sys.argv[4:]) if sys.argv[4:] else set(packages)
+    missing = wanted - set(manifests)
+    if missing:
+        sys.exit(f"error: {build}: not built: {', '.join(sorted(missing))}")
+    manifests = {name: file for name, file in manifests.items() if name in wanted}
+    taken, elves = {}, []
     for name, debian in sorted(owners(packages, set(manifests)).items()):
         for line in manifests[name].read_text().splitlines():
             path = pathlib.Path(line).relative_to(tree)
+            if path.parts[0] == name:  # a prefix for each package
+                path = path.relative_to(name)
             if path.parts[:2] == ("share", name) and len(path.parts) > 2 and \
                     path.parts[2] in ("environment", "hook"):
                 continue  # for a workspace; what stands in /usr is found without
@@ -86,9 +99,10 @@ def main():
                 sys.exit(f"error: {path}: of {taken[path]} and of {owner}")
             target = stage / owner / "usr" / path
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(tree / path, target, follow_symlinks=False)
-            if not target.is_symlink():
-                strip(target)
+            shutil.copy2(line, target, follow_symlinks=False)
+            if not target.is_symlink() and is_elf(target):
+                elves.append(target)
+    finish(elves, stage / "remove_rpath.cmake")
 
 
 if __name__ == "__main__":
