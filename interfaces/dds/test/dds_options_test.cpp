@@ -21,6 +21,10 @@ class DdsOptionsTest : public ::testing::Test {
   static void clear() {
     unsetenv("ROS_DOMAIN_ID");
     unsetenv("ROS_LOCALHOST_ONLY");
+    for (const char* const name : {"ROS_SECURITY_ENABLE", "ROS_SECURITY_STRATEGY",
+                                   "ROS_SECURITY_KEYSTORE", "ROS_SECURITY_ENCLAVE_OVERRIDE"}) {
+      unsetenv(name);
+    }
   }
   static void expect_refused(const char* name, const char* value) {
     clear();
@@ -48,6 +52,21 @@ TEST_F(DdsOptionsTest, ReadsTheEnvironment) {
   const DdsOptions options = DdsOptions::from_environment();
   EXPECT_EQ(options.domain_id, 42U);
   EXPECT_TRUE(options.localhost_only);
+}
+
+TEST_F(DdsOptionsTest, ReadsSecurityAsRclDoes) {
+  EXPECT_FALSE(DdsOptions::from_environment().security.enabled);
+  setenv("ROS_SECURITY_ENABLE", "true", 1);
+  setenv("ROS_SECURITY_STRATEGY", "Enforce", 1);
+  setenv("ROS_SECURITY_KEYSTORE", "/keys", 1);
+  setenv("ROS_SECURITY_ENCLAVE_OVERRIDE", "/robot", 1);
+  const auto security = DdsOptions::from_environment().security;
+  EXPECT_TRUE(security.enabled);
+  EXPECT_TRUE(security.enforce);
+  EXPECT_EQ(security.keystore, "/keys");
+  EXPECT_EQ(security.enclave_override, "/robot");
+  expect_refused("ROS_SECURITY_ENABLE", "True");
+  expect_refused("ROS_SECURITY_STRATEGY", "enforce");
 }
 
 TEST_F(DdsOptionsTest, EmptyIsAsNotSet) {

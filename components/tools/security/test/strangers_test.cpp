@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -134,6 +138,40 @@ TEST_F(Secured, ParticipantsOfOneKeystoreTalk) {
   first.say("hello");
   ASSERT_TRUE(second.read.await_messages(1));
   EXPECT_EQ(second.read.text(0), "hello");
+}
+
+/// Whether Fast DDS's segments of shared memory hold the text.
+bool is_in_shared_memory(const std::string& text) {
+  for (const auto& entry : fs::directory_iterator("/dev/shm")) {
+    const std::string name = entry.path().filename().string();
+    // Segments have a name of 16 digits; the others are ports and locks.
+    constexpr std::size_t kSegmentName = 9 + 16;
+    if (name.starts_with("fastrtps_") && name.size() == kSegmentName &&
+        content(entry.path()).find(text) != std::string::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST_F(Secured, SharedMemoryHoldsNoPlainText) {
+  for (const bool secured : {false, true}) {
+    const std::string marker = "marker of " + std::to_string(getpid()) + std::to_string(secured);
+    const auto plain = dds_test::local_options();
+    Peer first(secured ? options(keystore_, "/robot_1") : plain);
+    Peer second(secured ? options(keystore_, "/robot_2") : plain);
+    ASSERT_TRUE(first.written.await_matched(1));
+    ASSERT_TRUE(second.read.await_matched(1));
+    // Long enough that what follows does not cover all of it.
+    std::string text;
+    for (int times = 0; times < 100; ++times) {
+      text += marker;
+    }
+    first.say(text);
+    ASSERT_TRUE(second.read.await_messages(1));
+    // Plain text is found, so that it would be.
+    EXPECT_EQ(is_in_shared_memory(marker), !secured);
+  }
 }
 
 /// Two robots that talk; strangers come one after the other.
