@@ -73,6 +73,17 @@ class DamagedBag : public ::testing::TestWithParam<Case> {
     });
   }
 
+  /// What cannot be mended is said, and what was written is a whole bag.
+  void try_to_mend() const {
+    const fs::path mended = folder_.path() / "mended";
+    try {
+      (void)recover_bag(bag_, mended, GetParam().options);
+      EXPECT_THAT(check_bag(mended).faults, IsEmpty());
+    } catch (const BagError&) {
+    }
+    fs::remove_all(mended);
+  }
+
   pipescout::testing::TemporaryFolder folder_;
   fs::path bag_ = folder_.path() / "mission";
   fs::path file_;
@@ -118,24 +129,11 @@ TEST_P(DamagedBag, IsRecoveredToAWholeBag) {
 
 TEST_P(DamagedBag, ThousandMutationsGiveClearErrors) {
   make(60, 900);
+  constexpr int kPerRecovery = 10;  // it writes a bag
   std::mt19937 random(7);
   int unseen = 0;
   for (int k = 0; k < 1000; ++k) {
-    std::string mutated = content_;
-    for (std::size_t changes = 1 + random() % 4; changes-- > 0 && !mutated.empty();) {
-      const std::size_t place = random() % mutated.size();
-      switch (random() % 4) {
-        case 0:
-          mutated.erase(place, 1 + random() % 40);
-          break;
-        case 1:
-          mutated.insert(place, 1 + random() % 40, static_cast<char>(random()));
-          break;
-        default:
-          mutated[place] = static_cast<char>(random());
-      }
-    }
-    testing::write_file(file_, mutated);
+    testing::write_file(file_, testing::mutated(content_, random));
     const BagReport report = check_bag(bag_);
     for (const std::string& fault : report.faults) {
       ASSERT_THAT(fault, HasSubstr("mission"));
@@ -147,12 +145,38 @@ TEST_P(DamagedBag, ThousandMutationsGiveClearErrors) {
       ASSERT_EQ(error.empty() && read == written_, report.faults.empty() && read == written_)
           << error;
       unseen += report.faults.empty() && read != written_ ? 1 : 0;
+      reader.seek(written_[written_.size() / 2].log_time);
+      (void)testing::read(reader, &error);
     } catch (const BagError&) {
       ASSERT_THAT(report.faults, Not(IsEmpty()));
+    }
+    if (k % kPerRecovery == 0) {
+      try_to_mend();
     }
   }
   if (!is_sqlite()) {
     EXPECT_EQ(unseen, 0) << "changes that no checksum told";
+  }
+}
+
+TEST_P(DamagedBag, ThousandMutationsOfTheMetadataGiveClearErrors) {
+  make(6, 60);
+  const fs::path file = bag_ / "metadata.yaml";
+  const std::string whole = pipescout::testing::content(file);
+  std::mt19937 random(8);
+  for (int k = 0; k < 1000; ++k) {
+    testing::write_file(file, testing::mutated(whole, random));
+    const BagReport report = check_bag(bag_);
+    for (const std::string& fault : report.faults) {
+      ASSERT_THAT(fault, HasSubstr("mission"));
+    }
+    try {
+      BagReader reader(bag_);
+      std::string error;
+      (void)testing::read(reader, &error);
+    } catch (const BagError&) {
+      ASSERT_THAT(report.faults, Not(IsEmpty()));
+    }
   }
 }
 

@@ -221,22 +221,28 @@ TEST_F(Ros1Bag, SaysWhatItCannotRead) {
 TEST_F(Ros1Bag, CutAndChangedBagsGiveErrors) {
   write(connection(1, "/count", "std_msgs/UInt32", "uint32 data\n") +
         chunk("none", message(1, 1, 0, raw(1U)) + message(1, 2, 0, raw(2U))) +
-        chunk("lz4", message(1, 3, 0, raw(3U))));
+        chunk("lz4", message(1, 3, 0, raw(3U))) + chunk("bz2", message(1, 4, 0, raw(4U))));
   const std::string whole = pipescout::testing::content(bag_);
   for (std::size_t size = whole.size(); size-- > 0;) {
     fs::resize_file(bag_, size);
     const auto report = check_bag(bag_);
     // Between two records nothing tells that there was more.
-    ASSERT_TRUE(!report.faults.empty() || report.messages < 3) << size;
+    ASSERT_TRUE(!report.faults.empty() || report.messages < 4) << size;
   }
   std::mt19937 random(1);
   for (int k = 0; k < 1000; ++k) {
-    std::string mutated = whole;
-    for (int change = 0; change < 3; ++change) {
-      mutated[random() % mutated.size()] = static_cast<char>(random());
+    testing::write_file(bag_, testing::mutated(whole, random));
+    const BagReport report = check_bag(bag_);
+    for (const std::string& fault : report.faults) {
+      ASSERT_THAT(fault, HasSubstr(bag_.filename().string()));
     }
-    testing::write_file(bag_, mutated);
-    (void)check_bag(bag_);
+    try {
+      BagReader reader(bag_);
+      std::string error;
+      (void)testing::read(reader, &error);
+    } catch (const BagError&) {
+      ASSERT_THAT(report.faults, ::testing::Not(::testing::IsEmpty()));
+    }
   }
 }
 

@@ -95,6 +95,30 @@ inline std::vector<Stored> read(const std::filesystem::path& bag) {
   return read(reader);
 }
 
+/// The content with one to four places changed, left out or added, and now and then the end cut
+/// off.
+inline std::string mutated(std::string content, std::mt19937& random) {
+  for (std::size_t changes = 1 + random() % 4; changes-- > 0 && !content.empty();) {
+    const std::size_t place = random() % content.size();
+    switch (random() % 9) {
+      case 0:
+        content.resize(place);
+        break;
+      case 1:
+      case 2:
+        content.erase(place, 1 + random() % 40);
+        break;
+      case 3:
+      case 4:
+        content.insert(place, 1 + random() % 40, static_cast<char>(random()));
+        break;
+      default:
+        content[place] = static_cast<char>(random());
+    }
+  }
+  return content;
+}
+
 inline void write_file(const std::filesystem::path& path, const std::string& content) {
   std::ofstream(path, std::ios::binary) << content;
 }
