@@ -62,7 +62,8 @@ void pack(const GlobalStates& globals, double* numbers) {
   Vector{numbers + 3} = globals.rack_position;
   Vector{numbers + 6} = globals.gps_lever_arm;
   numbers[9] = globals.gps_time_offset;
-  Eigen::Map<ImuScaleVector>(numbers + 10) = ImuScale{}.local(globals.imu_scale);
+  numbers[10] = globals.visual_pose_time_offset;
+  Eigen::Map<ImuScaleVector>(numbers + 11) = ImuScale{}.local(globals.imu_scale);
   Eigen::Map<OwnVector>(numbers + kOwnNumbers) = globals.own;
   Quaternion{numbers + kQuaternion} = globals.R_map_rack.quaternion();
 }
@@ -75,7 +76,8 @@ GlobalStates unpack_globals(const double* numbers) {
           .R_map_rack = rotation_at(numbers + kQuaternion),
           .gps_lever_arm = ConstVector(numbers + 6),
           .gps_time_offset = numbers[9],
-          .imu_scale = ImuScale{}.retract(Eigen::Map<const ImuScaleVector>(numbers + 10)),
+          .visual_pose_time_offset = numbers[10],
+          .imu_scale = ImuScale{}.retract(Eigen::Map<const ImuScaleVector>(numbers + 11)),
           .own = Eigen::Map<const OwnVector>(numbers + kOwnNumbers)};
 }
 

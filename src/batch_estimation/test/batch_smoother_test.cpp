@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "pipescout/estimation_study/fusion_stream.hpp"
+#include "pipescout/estimation_study/late_rack.hpp"
 #include "simulated_drive.hpp"
 #include "simulated_flight.hpp"
 
@@ -42,7 +43,7 @@ FixedLagSmootherParameters without_end(FixedLagSmootherParameters parameters) {
                                 .accelerometer_bias = 1e-9,
                                 .odometer_scale = 1e-9,
                                 .mount = 1e-9,
-                                .gps_time_offset = 1e-9,
+                                .time_offset = 1e-9,
                                 .imu_scale = 1e-9};
   return parameters;
 }
@@ -332,6 +333,28 @@ TEST(BatchSmootherTest, SmoothsTheFusionStream) {
                 [&](const AnyFactor& factor) { return factor.to_time() > end + 1e-6; });
   expect_agreement("fusion stream", recording,
                    without_end(estimation_study::fusion_stream_parameters()));
+}
+
+TEST(BatchSmootherTest, ALateRackIsKnownOnLineAsWellAsToTheBatch) {
+  double online = 0;
+  double of_batch = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    const auto flight = estimation_study::fly_to_late_rack({.duration = 20, .seen_from = 10}, seed);
+    Recording recording{.times = flight.times,
+                        .first = flight.first,
+                        .first_covariance = flight.first_covariance,
+                        .imu = flight.imu};
+    recording.measurements.assign(flight.gps.begin(), flight.gps.end());
+    recording.measurements.insert(recording.measurements.end(), flight.vision.begin(),
+                                  flight.vision.end());
+    BatchSmoother batch(BatchSmootherParameters::like(flight.parameters), std::move(recording));
+    batch.solve();
+    of_batch +=
+        estimation_study::rack_nees(batch.globals(), flight.truth, batch.global_covariance());
+    online += estimation_study::score_late_rack(flight).nees;
+  }
+  std::printf("NEES of the rack, four flights: on line %.2f, batch %.2f\n", online, of_batch);
+  EXPECT_LT(online, 1.2 * of_batch);
 }
 
 TEST(BatchSmootherTest, BadDataAreReportedAndChangeNothing) {

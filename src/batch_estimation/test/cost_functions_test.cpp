@@ -87,6 +87,7 @@ class CostFunctionsTest : public testing::TestWithParam<std::uint64_t> {
             .R_map_rack = geometry::SO3::exp(vector(0.5)),
             .gps_lever_arm = vector(1),
             .gps_time_offset = draw(0.1),
+            .visual_pose_time_offset = draw(0.1),
             .imu_scale = scale()};
   }
   ImuScale scale() {

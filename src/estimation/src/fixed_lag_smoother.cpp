@@ -22,7 +22,7 @@ GlobalVector GlobalDeviations::tangent() const {
   GlobalVector all;
   all << odometer_scale, mount_yaw, mount_pitch, Eigen::Vector3d::Constant(rack_position),
       Eigen::Vector3d::Constant(rack_rotation), Eigen::Vector3d::Constant(gps_lever_arm),
-      gps_time_offset, by_rows(gyro_scale, gyro_misalignment),
+      gps_time_offset, visual_pose_time_offset, by_rows(gyro_scale, gyro_misalignment),
       by_rows(accelerometer_scale, accelerometer_misalignment), own;
   return all;
 }
@@ -38,6 +38,7 @@ void GlobalDeviations::validate() const {
   deviation("global_deviations.rack_rotation", rack_rotation);
   deviation("global_deviations.gps_lever_arm", gps_lever_arm);
   deviation("global_deviations.gps_time_offset", gps_time_offset);
+  deviation("global_deviations.visual_pose_time_offset", visual_pose_time_offset);
   deviation("global_deviations.gyro_scale", gyro_scale);
   deviation("global_deviations.gyro_misalignment", gyro_misalignment);
   deviation("global_deviations.accelerometer_scale", accelerometer_scale);
@@ -107,7 +108,7 @@ void FixedLagSmootherParameters::validate() const {
          "[1e-9, 10]");
   within("relinearisation.odometer_scale", relinearisation.odometer_scale, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.mount", relinearisation.mount, 1e-9, 1, "[1e-9, 1]");
-  within("relinearisation.gps_time_offset", relinearisation.gps_time_offset, 1e-9, 1, "[1e-9, 1]");
+  within("relinearisation.time_offset", relinearisation.time_offset, 1e-9, 1, "[1e-9, 1]");
   within("relinearisation.imu_scale", relinearisation.imu_scale, 1e-9, 1, "[1e-9, 1]");
   for (const double most : relinearisation.own) {
     if (!(most >= 1e-9)) {  // `require` allows no infinity

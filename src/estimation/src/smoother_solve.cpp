@@ -27,7 +27,8 @@ bool exceeds(const GlobalVector& d, const RelinearisationThresholds& most) {
          d.segment<3>(kRackPosition).norm() > most.position ||
          d.segment<3>(kRackRotation).norm() > most.rotation ||
          d.segment<3>(kGpsLeverArm).norm() > most.position ||
-         std::abs(d[kGpsTimeOffset]) > most.gps_time_offset ||
+         std::abs(d[kGpsTimeOffset]) > most.time_offset ||
+         std::abs(d[kVisualPoseTimeOffset]) > most.time_offset ||
          d.segment<kImuScaleSize>(kImuScale).norm() > most.imu_scale ||
          (d.segment<kOwnSize>(kOwnStates).array().abs() > most.own.array()).any();
 }

@@ -55,6 +55,7 @@ GlobalStates GlobalStates::retract(const GlobalVector& d) const {
           .R_map_rack = R_map_rack * SO3::exp(d.segment<3>(kRackRotation)),
           .gps_lever_arm = gps_lever_arm + d.segment<3>(kGpsLeverArm),
           .gps_time_offset = gps_time_offset + d[kGpsTimeOffset],
+          .visual_pose_time_offset = visual_pose_time_offset + d[kVisualPoseTimeOffset],
           .imu_scale = imu_scale.retract(d.segment<kImuScaleSize>(kImuScale)),
           .own = own + d.segment<kOwnSize>(kOwnStates)};
 }
@@ -68,6 +69,7 @@ GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
   d.segment<3>(kRackRotation) = (R_map_rack.inverse() * other.R_map_rack).log();
   d.segment<3>(kGpsLeverArm) = other.gps_lever_arm - gps_lever_arm;
   d[kGpsTimeOffset] = other.gps_time_offset - gps_time_offset;
+  d[kVisualPoseTimeOffset] = other.visual_pose_time_offset - visual_pose_time_offset;
   d.segment<kImuScaleSize>(kImuScale) = imu_scale.local(other.imu_scale);
   d.segment<kOwnSize>(kOwnStates) = other.own - own;
   return d;
@@ -76,8 +78,8 @@ GlobalVector GlobalStates::local(const GlobalStates& other) const noexcept {
 bool GlobalStates::is_finite() const noexcept {
   return std::isfinite(odometer_scale) && std::isfinite(mount_yaw) && std::isfinite(mount_pitch) &&
          rack_position.allFinite() && R_map_rack.quaternion().coeffs().allFinite() &&
-         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset) && imu_scale.is_finite() &&
-         own.allFinite();
+         gps_lever_arm.allFinite() && std::isfinite(gps_time_offset) &&
+         std::isfinite(visual_pose_time_offset) && imu_scale.is_finite() && own.allFinite();
 }
 
 }  // namespace pipescout::estimation

@@ -171,6 +171,7 @@ StateEstimatorParameters StateEstimatorParameters::uav() {
   p.gps.largest_deviation_factor = 5;
   p.visual_pose.largest_deviation_factor = 5;
   p.smoother.global_deviations.gps_time_offset = 0.05;
+  p.smoother.global_deviations.visual_pose_time_offset = 0.05;
   return p;
 }
 

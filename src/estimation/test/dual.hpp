@@ -182,6 +182,7 @@ struct DualGlobals {
   Dual33 rack_rotation;
   Dual3 lever;
   Dual time_offset;
+  Dual visual_time_offset;
   Dual33 gyro_scale;
   Dual33 accelerometer_scale;
 
@@ -195,6 +196,8 @@ struct DualGlobals {
             small_rotation(variables(Eigen::Vector3d::Zero(), kGlobalPlace + kRackRotation))),
         lever(variables(g.gps_lever_arm, kGlobalPlace + kGpsLeverArm)),
         time_offset(Dual::variable(g.gps_time_offset, kGlobalPlace + kGpsTimeOffset)),
+        visual_time_offset(
+            Dual::variable(g.visual_pose_time_offset, kGlobalPlace + kVisualPoseTimeOffset)),
         gyro_scale(rows_of_variables(g.imu_scale.gyro, kGlobalPlace + kImuScale)),
         accelerometer_scale(
             rows_of_variables(g.imu_scale.accelerometer, kGlobalPlace + kImuScale + 9)) {}

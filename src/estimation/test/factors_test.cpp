@@ -51,6 +51,7 @@ class FactorsTest : public testing::TestWithParam<int> {
         .R_map_rack = rotation(1),
         .gps_lever_arm = vector(1),
         .gps_time_offset = draw(0.2),
+        .visual_pose_time_offset = draw(0.2),
         .imu_scale = ImuScale{}.retract(ImuScaleVector::NullaryExpr([&] { return draw(0.1); }))};
   }
 
@@ -140,18 +141,22 @@ TEST_P(FactorsTest, Heading) {
 }
 
 TEST_P(FactorsTest, VisualPose) {
-  const VisualPoseMeasurement m{
-      .time = 1, .T_rack_body = SE3(rotation(1), vector(10)), .covariance = covariance<6>()};
+  const VisualPoseMeasurement m{.time = 1,
+                                .T_rack_body = SE3(rotation(1), vector(10)),
+                                .covariance = covariance<6>(),
+                                .angular_rate = vector(1)};
   const NavState x = state();
   const GlobalStates g = globals();
   const DualState dx(x, test::kFromPlace);
   const DualGlobals dg(g);
   const auto to_rack = transpose(dg.rack_rotation);
   const auto measured = constant(m.T_rack_body.rotation().inverse().matrix());
+  const auto turned = test::rotation(dg.visual_time_offset * constant(m.angular_rate));
   check_absolute<VisualPoseFactor>(
       m, x, g,
-      list({to_rack * (dx.p - dg.rack_position) - constant(m.T_rack_body.translation()),
-            log(measured * (to_rack * dx.r))}),
+      list({to_rack * (dx.p + dg.visual_time_offset * dx.v - dg.rack_position) -
+                constant(m.T_rack_body.translation()),
+            log(measured * (to_rack * (dx.r * turned)))}),
       m.covariance);
 }
 

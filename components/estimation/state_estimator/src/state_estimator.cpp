@@ -359,11 +359,12 @@ void StateEstimator::on_rack_pose(const Pose& message) {
     return;
   }
   try {
-    report_outcome(
-        Source::kVisualPose,
-        estimator_->add(mounting(settings_, *T_base_camera)
-                            .visual_pose(*time, from_message(message.pose.pose),
-                                         covariance_from_message(message.pose.covariance))));
+    estimation::VisualPoseMeasurement measured =
+        mounting(settings_, *T_base_camera)
+            .visual_pose(*time, from_message(message.pose.pose),
+                         covariance_from_message(message.pose.covariance));
+    measured.angular_rate = angular_rate();
+    report_outcome(Source::kVisualPose, estimator_->add(measured));
   } catch (const std::invalid_argument& error) {
     report_fault("visual_pose.refused", std::string("rack/pose refused: ") + error.what());
   }

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "pipescout/batch_estimation/batch_smoother.hpp"
-#include "pipescout/estimation/fixed_lag_smoother.hpp"
 #include "pipescout/simulation/body_motion.hpp"
 #include "pipescout/simulation/imu_sensor.hpp"
 #include "pipescout/simulation/uav.hpp"
@@ -17,7 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 using estimation::GlobalStates;
-using estimation::NavState;
 using geometry::SE3;
 using geometry::SO3;
 
@@ -27,7 +24,13 @@ constexpr int kKeyframesPerFix = 2;
 constexpr double kFixNoise = 0.3;          // m
 constexpr double kPoseNoise = 0.02;        // m
 constexpr double kPoseAngleNoise = 0.005;  // rad
-constexpr std::uint64_t kPurpose = 31;     // of draws
+// Of what is known at the beginning: m, rad, m/s, rad/s, m/s^2.
+constexpr double kFirstPosition = 0.3;
+constexpr double kFirstRotation = 0.02;
+constexpr double kFirstVelocity = 0.1;
+constexpr double kFirstGyroBias = 2e-3;
+constexpr double kFirstAccelerometerBias = 0.05;
+constexpr std::uint64_t kPurpose = 31;  // of draws
 
 /// Roll, pitch, yaw of a body that weaves, and its rates.
 Vector3d angles_at(double t) {
@@ -63,103 +66,105 @@ geometry::Matrix6d pose_covariance() {
   return variances.asDiagonal();
 }
 
-double nees(const GlobalStates& found, const GlobalStates& truth,
-            const Eigen::Matrix<double, estimation::kGlobalSize, estimation::kGlobalSize>& all) {
-  const geometry::Vector6d error = found.local(truth).segment<6>(estimation::kRackPosition);
-  const geometry::Matrix6d covariance =
-      all.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition);
-  return error.dot(covariance.llt().solve(error));
-}
-
 }  // namespace
 
-LateRackScore score_late_rack(const LateRackSettings& settings, std::uint64_t seed) {
+LateRackFlight fly_to_late_rack(const LateRackSettings& settings, std::uint64_t seed) {
   internal::Draw draw = internal::make_draw(seed, kPurpose);
-  estimation::FixedLagSmootherParameters parameters;
-  const auto imu_parameters = [] {
-    auto p = simulation::ImuParameters::industrial();
-    p.period = kImuPeriod;
-    return p;
-  }();
+  LateRackFlight flight;
+  estimation::FixedLagSmootherParameters& parameters = flight.parameters;
+  auto imu_parameters = simulation::ImuParameters::industrial();
+  imu_parameters.period = kImuPeriod;
   parameters.gravity = simulation::kGravity;
   parameters.imu_noise.gyro = imu_parameters.gyro.noise_density;
   parameters.imu_noise.accelerometer = imu_parameters.accelerometer.noise_density;
   parameters.global_deviations.rack_position = settings.position_deviation;
   parameters.global_deviations.rack_rotation = settings.rotation_deviation;
   parameters.globals.rack_position = {8, 0, 0};
-  GlobalStates truth = parameters.globals;
+  GlobalStates& truth = flight.truth = parameters.globals;
   truth.rack_position += settings.position_deviation * draw.normals();
   truth.R_map_rack = truth.R_map_rack * SO3::exp(settings.rotation_deviation * draw.normals());
   const SE3 T_rack_map = SE3(truth.R_map_rack, truth.rack_position).inverse();
 
-  simulation::ImuSensor imu(imu_parameters, seed);
   estimation::StateVector deviations;
-  deviations << Vector3d::Constant(0.3), Vector3d::Constant(0.02), Vector3d::Constant(0.1),
-      Vector3d::Constant(2e-3), Vector3d::Constant(0.05);
+  deviations << Vector3d::Constant(kFirstPosition), Vector3d::Constant(kFirstRotation),
+      Vector3d::Constant(kFirstVelocity), Vector3d::Constant(kFirstGyroBias),
+      Vector3d::Constant(kFirstAccelerometerBias);
+  flight.first_covariance = deviations.cwiseAbs2().asDiagonal();
   const simulation::BodyMotion begin = motion_at(0);
-  NavState first{.R_map_body = begin.T_map_body.rotation() * SO3::exp(0.02 * draw.normals()),
-                 .position = begin.T_map_body.translation() + 0.3 * draw.normals(),
-                 .velocity = begin.velocity + 0.1 * draw.normals()};
-  estimation::FixedLagSmoother online(parameters);
-  estimation::Recording recording{.first = first,
-                                  .first_covariance = deviations.cwiseAbs2().asDiagonal()};
-  online.initialise(0, first, recording.first_covariance);
-  std::size_t offered = 0;
+  flight.first = {
+      .R_map_body = begin.T_map_body.rotation() * SO3::exp(kFirstRotation * draw.normals()),
+      .position = begin.T_map_body.translation() + kFirstPosition * draw.normals(),
+      .velocity = begin.velocity + kFirstVelocity * draw.normals()};
+
+  simulation::ImuSensor imu(imu_parameters, seed);
   const int keyframes = static_cast<int>(settings.duration / (kImuPeriod * kImuPerKeyframe));
   for (int k = 0; k <= keyframes; ++k) {
     const double time = k * kImuPeriod * kImuPerKeyframe;
-    recording.times.push_back(time);
+    flight.times.push_back(time);
     const simulation::BodyMotion now = motion_at(time);
     if (k > 0 && k % kKeyframesPerFix == 0) {
-      const estimation::GpsMeasurement fix{
-          .time = time,
-          .position = now.T_map_body.translation() + kFixNoise * draw.normals(),
-          .covariance = kFixNoise * kFixNoise * Eigen::Matrix3d::Identity()};
-      online.add(fix);
-      recording.measurements.emplace_back(fix);
+      flight.gps.push_back({.time = time,
+                            .position = now.T_map_body.translation() + kFixNoise * draw.normals(),
+                            .covariance = kFixNoise * kFixNoise * Eigen::Matrix3d::Identity()});
     }
     if (time >= settings.seen_from) {
       const SE3 T_rack_body = T_rack_map * now.T_map_body;
-      const estimation::VisualPoseMeasurement pose{
-          .time = time,
-          .T_rack_body = SE3(T_rack_body.rotation() * SO3::exp(kPoseAngleNoise * draw.normals()),
-                             T_rack_body.translation() + kPoseNoise * draw.normals()),
-          .covariance = pose_covariance()};
-      online.add(pose);
-      recording.measurements.emplace_back(pose);
-      ++offered;
+      flight.vision.push_back(
+          {.time = time,
+           .T_rack_body = SE3(T_rack_body.rotation() * SO3::exp(kPoseAngleNoise * draw.normals()),
+                              T_rack_body.translation() + kPoseNoise * draw.normals()),
+           .covariance = pose_covariance()});
     }
-    online.update(time);
-    if (k == keyframes) {
-      break;
-    }
-    for (int i = 0; i < kImuPerKeyframe; ++i) {
+    for (int i = 0; i < kImuPerKeyframe && k < keyframes; ++i) {
       const double start = time + i * kImuPeriod;
       const simulation::BodyMotion middle = motion_at(start + kImuPeriod / 2);
       const simulation::ImuReading reading = imu.measure(
           {.angular_rate = middle.angular_rate, .specific_force = middle.specific_force()});
-      const estimation::ImuSample sample{.time = start,
-                                         .duration = kImuPeriod,
-                                         .angular_rate = reading.angular_rate,
-                                         .specific_force = reading.specific_force};
-      online.add(sample);
-      recording.imu.push_back(sample);
+      flight.imu.push_back({.time = start,
+                            .duration = kImuPeriod,
+                            .angular_rate = reading.angular_rate,
+                            .specific_force = reading.specific_force});
     }
   }
+  return flight;
+}
 
-  LateRackScore score;
-  score.online_nees = nees(online.globals(), truth, online.global_covariance());
-  score.online_position = (online.globals().rack_position - truth.rack_position).norm();
-  score.online_rotation = (truth.R_map_rack.inverse() * online.globals().R_map_rack).log().norm();
-  const auto& counts = online.counts(estimation::FactorKind::kVisualPose);
-  score.accepted_share =
-      static_cast<double>(counts[static_cast<std::size_t>(estimation::Outcome::kAccepted)]) /
-      static_cast<double>(offered);
-  estimation::BatchSmoother batch(estimation::BatchSmootherParameters::like(parameters),
-                                  std::move(recording));
-  batch.solve();
-  score.batch_nees = nees(batch.globals(), truth, batch.global_covariance());
-  return score;
+double rack_nees(
+    const GlobalStates& found, const GlobalStates& truth,
+    const Eigen::Matrix<double, estimation::kGlobalSize, estimation::kGlobalSize>& covariance) {
+  const geometry::Vector6d error = found.local(truth).segment<6>(estimation::kRackPosition);
+  const geometry::Matrix6d of_rack =
+      covariance.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition);
+  return error.dot(of_rack.llt().solve(error));
+}
+
+LateRackScore score_late_rack(const LateRackFlight& flight) {
+  estimation::FixedLagSmoother smoother(flight.parameters);
+  smoother.initialise(flight.times.front(), flight.first, flight.first_covariance);
+  const auto feed = [&](const auto& list, std::size_t& next, double until) {
+    for (; next < list.size() && list[next].time < until; ++next) {
+      smoother.add(list[next]);
+    }
+  };
+  std::size_t imu = 0;
+  std::size_t gps = 0;
+  std::size_t vision = 0;
+  constexpr double kSame = 1e-6;  // s
+  for (const double time : flight.times) {
+    feed(flight.imu, imu, time - kSame);
+    feed(flight.gps, gps, time + kSame);
+    feed(flight.vision, vision, time + kSame);
+    smoother.update(time);
+  }
+  const GlobalStates& found = smoother.globals();
+  const auto accepted =
+      smoother.counts(estimation::FactorKind::kVisualPose)[static_cast<std::size_t>(
+          estimation::Outcome::kAccepted)];
+  return {
+      .nees = rack_nees(found, flight.truth, smoother.global_covariance()),
+      .position = (found.rack_position - flight.truth.rack_position).norm(),
+      .rotation = (flight.truth.R_map_rack.inverse() * found.R_map_rack).log().norm(),
+      .accepted_share = static_cast<double>(accepted) / static_cast<double>(flight.vision.size())};
 }
 
 }  // namespace pipescout::estimation_study

@@ -120,6 +120,7 @@ void Recorder::sample(const simulation::BodyMotion& body, double way) {
     estimation::ImuReading reading{body.time, shown.specific_force, shown.angular_rate};
     newest_imu_ = {body.time, run_.R_body_imu * shown.specific_force,
                    run_.R_body_imu * shown.angular_rate};
+    last_rate_ = newest_imu_->angular_rate;
     const bool hit = wrong(Sensor::kImu, imu_draw_);
     const Vector3d force =
         5 * simulation::kGravity * imu_draw_.uniform(0.2, 1) * imu_draw_.direction();
@@ -198,7 +199,8 @@ void Recorder::visual_pose(double time, const SE3& T_rack_body) {
     push(time + late,
          estimation::VisualPoseMeasurement{.time = time + camera_offset,
                                            .T_rack_body = SE3(rotation, position),
-                                           .covariance = variance.asDiagonal()},
+                                           .covariance = variance.asDiagonal(),
+                                           .angular_rate = last_rate_},
          hit);
   }
 }

@@ -52,6 +52,8 @@ class Recorder {
   Draw weld_draw_;
   std::uint64_t imu_samples_ = 0;
   std::optional<estimation::ImuReading> newest_imu_{};
+  Eigen::Vector3d last_rate_ =
+      Eigen::Vector3d::Zero();  // rad/s, of the last reading, the same axes
 };
 
 }  // namespace pipescout::estimation_study::internal

@@ -22,14 +22,15 @@ namespace pipescout::estimation {
 /// (RelinearisationThresholds::rotation), or they become wrong by several standard deviations.
 struct GlobalDeviations {
   double odometer_scale = 0;
-  double mount_yaw = 0;          ///< rad
-  double mount_pitch = 0;        ///< rad
-  double rack_position = 0;      ///< m, per axis
-  double rack_rotation = 0;      ///< rad, per axis
-  double gps_lever_arm = 0;      ///< m, per axis
-  double gps_time_offset = 0;    ///< s
-  double gyro_scale = 0;         ///< per axis
-  double gyro_misalignment = 0;  ///< rad, of each axis towards each of the others
+  double mount_yaw = 0;                ///< rad
+  double mount_pitch = 0;              ///< rad
+  double rack_position = 0;            ///< m, per axis
+  double rack_rotation = 0;            ///< rad, per axis
+  double gps_lever_arm = 0;            ///< m, per axis
+  double gps_time_offset = 0;          ///< s
+  double visual_pose_time_offset = 0;  ///< s
+  double gyro_scale = 0;               ///< per axis
+  double gyro_misalignment = 0;        ///< rad, of each axis towards each of the others
   double accelerometer_scale = 0;
   double accelerometer_misalignment = 0;  ///< rad
   OwnVector own = OwnVector::Zero();      ///< of GlobalStates::own, one by one
@@ -50,7 +51,7 @@ struct RelinearisationThresholds {
   double accelerometer_bias = 0.2;  ///< m/s^2, in [1e-9, 10]
   double odometer_scale = 1e-3;     ///< in [1e-9, 1]
   double mount = 1e-3;              ///< rad, yaw and pitch, in [1e-9, 1]
-  double gps_time_offset = 0.01;    ///< s, in [1e-9, 1]
+  double time_offset = 0.01;        ///< s, of GPS and of visual poses, in [1e-9, 1]
   double imu_scale = 0.005;         ///< and misalignment, in [1e-9, 1]
   /// Of GlobalStates::own, one by one; at least 1e-9. Infinite: factors are linear in it.
   OwnVector own = OwnVector::Constant(std::numeric_limits<double>::infinity());

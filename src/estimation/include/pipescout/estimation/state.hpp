@@ -21,7 +21,7 @@ inline constexpr int kAccelerometerBias = 12;
 
 /// Global states of the user, see GlobalStates::own.
 inline constexpr int kOwnSize = 8;
-inline constexpr int kGlobalSize = 31 + kOwnSize;
+inline constexpr int kGlobalSize = 32 + kOwnSize;
 /// Indices of the parts of the global states in their tangent space.
 inline constexpr int kOdometerScale = 0;
 inline constexpr int kMountYaw = 1;
@@ -30,9 +30,10 @@ inline constexpr int kRackPosition = 3;
 inline constexpr int kRackRotation = 6;
 inline constexpr int kGpsLeverArm = 9;
 inline constexpr int kGpsTimeOffset = 12;
-inline constexpr int kImuScale = 13;
+inline constexpr int kVisualPoseTimeOffset = 13;
+inline constexpr int kImuScale = 14;
 inline constexpr int kImuScaleSize = 18;
-inline constexpr int kOwnStates = 31;
+inline constexpr int kOwnStates = 32;
 
 using StateVector = Eigen::Matrix<double, kStateSize, 1>;
 using StateMatrix = Eigen::Matrix<double, kStateSize, kStateSize>;
@@ -73,7 +74,7 @@ struct ImuScale {
 
 /// Slow states that all keyframes share. Tangent space: [odometer scale; mount yaw; mount pitch;
 /// rack position (map frame); rack rotation (R' = R exp(d)); lever arm of the GPS antenna; time
-/// offset of the GPS; scale of the IMU; own states].
+/// offset of the GPS; that of visual poses; scale of the IMU; own states].
 struct GlobalStates {
   double odometer_scale = 1;  ///< true distance / that of the fused odometer
   /// rad, direction of travel in the body, Rz(yaw) Ry(pitch) x
@@ -82,7 +83,8 @@ struct GlobalStates {
   Eigen::Vector3d rack_position = Eigen::Vector3d::Zero();  ///< m, of the rack frame in the map
   geometry::SO3 R_map_rack{};
   Eigen::Vector3d gps_lever_arm = Eigen::Vector3d::Zero();  ///< m, of the antenna in the body
-  double gps_time_offset = 0;  ///< s, delay of a position relative to its stamp
+  double gps_time_offset = 0;          ///< s, delay of a position relative to its stamp
+  double visual_pose_time_offset = 0;  ///< s, the same of a visual pose
   ImuScale imu_scale{};
   /// Scalars that only factors of the user give a meaning, such as the bias of a sensor of his.
   OwnVector own = OwnVector::Zero();
