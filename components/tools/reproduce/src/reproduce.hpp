@@ -125,6 +125,14 @@ struct TrackingExtent {
       .sequences = 6, .faint_leaks = 6, .other_leaks = 30, .decoys = 24, .length = 300};
 };
 
+/// How much is planned for the figures of navigation.
+struct NavigationExtent {
+  std::uint32_t road_side = 316;  ///< crossings along each side of the road graph
+  std::size_t routes = 200;       ///< in all
+  std::size_t paths = 5;          ///< on each map, for each seed
+  double deadline = 0.150;        ///< s, of a path
+};
+
 // The tables.
 Reproduction reproduce_odometry(const ReproduceOptions& options, std::ostream& out);
 Reproduction reproduce_in_pipe(const ReproduceOptions& options, std::ostream& out);
@@ -151,5 +159,10 @@ Reproduction reproduce_tracking(const ReproduceOptions& options, std::ostream& o
 /// The same with less, for tests.
 Reproduction reproduce_tracking(const ReproduceOptions& options, const TrackingExtent& extent,
                                 std::ostream& out);
+
+Reproduction reproduce_navigation(const ReproduceOptions& options, std::ostream& out);
+/// The same with less, for tests.
+Reproduction reproduce_navigation(const ReproduceOptions& options, const NavigationExtent& extent,
+                                  std::ostream& out);
 
 }  // namespace pipescout::reproduce

@@ -44,7 +44,7 @@ TEST(Reproduce, OdometryGivesThePapersTable) {
 }
 
 TEST(Reproduce, ListsItsTables) {
-  ASSERT_EQ(reproducible_tables().size(), 6U);
+  ASSERT_EQ(reproducible_tables().size(), 7U);
   EXPECT_EQ(reproducible_tables()[0].name, "odometry");
   EXPECT_FALSE(reproducible_tables()[0].simulates);
   EXPECT_EQ(reproducible_tables()[1].name, "in-pipe");
@@ -55,6 +55,8 @@ TEST(Reproduce, ListsItsTables) {
   EXPECT_TRUE(reproducible_tables()[4].simulates);
   EXPECT_EQ(reproducible_tables()[5].name, "tracking");
   EXPECT_TRUE(reproducible_tables()[5].simulates);
+  EXPECT_EQ(reproducible_tables()[6].name, "navigation");
+  EXPECT_TRUE(reproducible_tables()[6].simulates);
 }
 
 TEST(Reproduce, EachRevisionHasSeedsOfItsOwnBeyondThoseOfDevelopment) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string_view>
 #include <utility>
@@ -18,25 +19,29 @@ constexpr double kLargestSpeed = 100;   // m/s
 constexpr double kLargestWidth = 1000;  // m
 
 template <typename Items>
-Ids ids_of(const Items& items, std::string_view what) {
+Ids sorted_ids(const Items& items) {
   Ids ids;
   ids.reserve(items.size());
   for (const auto& item : items) {
     ids.emplace_back(item.id, static_cast<std::uint32_t>(ids.size()));
   }
   std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+void check_unique(const Ids& ids, std::string_view what) {
   const auto twice = std::adjacent_find(
       ids.begin(), ids.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
   if (twice != ids.end()) {
     validation::refuse(what, " ", twice->first, ": its id occurs twice");
   }
-  return ids;
 }
 
 std::optional<std::uint32_t> find_id(const Ids& ids, std::int64_t id) {
   const auto found = std::lower_bound(ids.begin(), ids.end(), std::pair{id, std::uint32_t{0}});
-  if (found == ids.end() || found->first != id) {
-    return std::nullopt;
+  const auto next = found == ids.end() ? found : std::next(found);
+  if (found == ids.end() || found->first != id || (next != ids.end() && next->first == id)) {
+    return std::nullopt;  // not there, or ambiguous
   }
   return found->second;
 }
@@ -90,8 +95,9 @@ double line_length(const RouteEdge& edge, const std::vector<RouteNode>& nodes) {
 
 RouteGraph::RouteGraph(std::vector<RouteNode> nodes, std::vector<RouteEdge> edges)
     : nodes_(std::move(nodes)), edges_(std::move(edges)) {
-  node_ids_ = ids_of(nodes_, "node");
-  edge_ids_ = ids_of(edges_, "edge");
+  node_ids_ = sorted_ids(nodes_);
+  check_unique(node_ids_, "node");
+  edge_ids_ = sorted_ids(edges_);
   for (const RouteNode& node : nodes_) {
     if (!is_point(node.position)) {
       validation::refuse("node ", node.id, ": its position is not finite");

@@ -42,6 +42,13 @@ TEST(RouteGraph, FindsWhatItHolds) {
   EXPECT_EQ(RouteGraph().nearest_node({0, 0}), std::nullopt);
 }
 
+TEST(RouteGraph, AnIdOfTwoEdgesNamesNone) {
+  const RouteGraph graph(three_nodes(),
+                         {{.id = 1, .from = 0, .to = 1}, {.id = 1, .from = 1, .to = 0}});
+  EXPECT_EQ(graph.edge_of_id(1), std::nullopt);
+  EXPECT_EQ(graph.opposite(0), 1U);
+}
+
 TEST(RouteGraph, NamesWhatIsWrong) {
   EXPECT_EQ(error_of(three_nodes(), {{.id = 7, .from = 0, .to = 3}}),
             "edge 7: a node that it joins is not there");

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kLargestDiscs = 6;
 constexpr double kSpareCells = 3;
+constexpr double kSwing = 0.02;     // m; at 0.05 m a step, of corners 1 m away, at 0.8 rad/m
+constexpr double kCrawl = 1e-3;     // m, steps at obstacles nearer than that
 constexpr double kMostCells = 200;  // of a distance field
 
 struct Box {
@@ -50,6 +52,7 @@ FootprintSweep::FootprintSweep(OccupancyGrid grid, Footprint footprint,
                                const LatticeSettings& settings)
     : grid_(std::move(grid)),
       footprint_(std::move(footprint)),
+      with_swing_(footprint_.inflated(kSwing)),
       step_(std::min(settings.step, grid_.resolution() / 2)),
       near_(settings.near),
       unknown_(settings.unknown),
@@ -94,14 +97,17 @@ double FootprintSweep::room(const Pose2d& pose) const {
                          pose.y + sine * disc.centre.x + cosine * disc.centre.y};
     room = std::min(room, field_.bounds(grid_.to_grid(centre)).low - disc_radius_);
   }
-  if (room > 0) {
+  if (room > step_) {
     return room;
   }
   const auto bounds = field_.bounds(grid_.to_grid(pose.position()));
   if (bounds.high < footprint_.inscribed_radius() && bounds.high < field_.largest()) {
     return 0;
   }
-  return collides(footprint_, grid_, pose, unknown_) ? 0 : step_;
+  if (!collides(with_swing_, grid_, pose, unknown_)) {
+    return step_;
+  }
+  return collides(footprint_, grid_, pose, unknown_) ? 0 : kCrawl;
 }
 
 bool FootprintSweep::is_free(const Pose2d& start, const ArcList& arcs) const {
@@ -121,7 +127,7 @@ double FootprintSweep::free_length(const Pose2d& start, const ArcList& arcs) con
       if (free == 0) {
         return driven + along;
       }
-      along += std::max(step_, free / swing);
+      along += free <= step_ ? free : std::max(step_, free / swing);
     }
     pose = drive_arc(pose, arc.curvature, arc.length);
     driven += length;

@@ -33,12 +33,14 @@ class FootprintSweep {
     Point2d centre;
   };
 
-  /// 0 if the footprint collides; else m that all its points can move and stay free, at least a
-  /// little.
+  /// 0 if the footprint collides; else m that it can be driven on before it is checked again: along
+  /// what the discs leave free, by one step where there is room for a corner to swing out in it,
+  /// and by next to nothing where there is not.
   [[nodiscard]] double room(const Pose2d& pose) const;
 
   OccupancyGrid grid_;
   Footprint footprint_;
+  Footprint with_swing_;  ///< enlarged by what a corner swings out within a step
   std::vector<Disc> discs_;
   double disc_radius_ = 0;
   double step_;

@@ -16,7 +16,7 @@ constexpr std::int32_t kDiagonal = 14;
 // Steps of 10 and 14 in 8 directions overstate a straight line by at most sqrt(1 + 0.4^2).
 const double kOverstated = std::sqrt(1 + 0.4 * 0.4);
 // A cell is closed by its centre only if the disc reaches its corners: half a diagonal of it.
-constexpr double kCellPerDisc = 0.6;
+constexpr double kCellPerDisc = 0.8;
 
 }  // namespace
 
@@ -27,6 +27,12 @@ GridDistance::GridDistance(const OccupancyGrid& grid, const DistanceField& field
   width_ = (grid.width() + scale_ - 1) / scale_;
   height_ = (grid.height() + scale_ - 1) / scale_;
   buckets_.resize(kDiagonal + 1);
+  costs_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  forget();
+}
+
+void GridDistance::forget() {
+  open_.assign(costs_.size(), -1);
 }
 
 std::int64_t GridDistance::cell_of(const Point2d& position) const {
@@ -37,9 +43,7 @@ std::int64_t GridDistance::cell_of(const Point2d& position) const {
 }
 
 void GridDistance::set_root(const Point2d& root) {
-  const auto count = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  costs_.assign(count, kUnseen);
-  open_.assign(count, -1);
+  std::fill(costs_.begin(), costs_.end(), kUnseen);
   for (auto& bucket : buckets_) {
     bucket.clear();
   }

@@ -16,6 +16,8 @@ class GridDistance {
  public:
   GridDistance(const OccupancyGrid& grid, const DistanceField& field, double disc_radius);
 
+  /// The field has changed: what is known of cells is forgotten.
+  void forget();
   void set_root(const Point2d& root);
   /// Goes on outwards until `position` is reached, or `should_stop`. False where it cannot be
   /// reached, which is proven, or when told to stop (`stopped` is then true).

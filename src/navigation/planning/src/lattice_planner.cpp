@@ -75,7 +75,11 @@ class LatticePlanner::Search {
         settings_(settings) {}
 
   [[nodiscard]] const OccupancyGrid& grid() const { return sweep_.grid(); }
-  void change(std::span<const CellChange> cells) { sweep_.change(cells); }
+  void change(std::span<const CellChange> cells) {
+    sweep_.change(cells);
+    to_goal_.forget();
+    to_start_.forget();
+  }
 
   Plan plan(const Pose2d& start, const Pose2d& goal, const ShouldStop& should_stop,
             const OnPath& on_path) {

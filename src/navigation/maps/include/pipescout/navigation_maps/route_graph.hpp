@@ -24,7 +24,7 @@ struct RouteNode {
 /// A way that can be driven from one node to another, and in no other direction: a road in both
 /// directions is two edges.
 struct RouteEdge {
-  std::int64_t id = 0;     ///< unique among edges
+  std::int64_t id = 0;     ///< of the file; Nav2's own graphs have some twice
   std::uint32_t from = 0;  ///< position of the node in RouteGraph::nodes()
   std::uint32_t to = 0;
   std::optional<double> cost;   ///< as the file gives it, at least 0; without: the length
@@ -40,7 +40,7 @@ struct RouteEdge {
 class RouteGraph {
  public:
   RouteGraph() = default;
-  /// Throws std::invalid_argument naming the node or edge by its id: duplicate ids, ends that are
+  /// Throws std::invalid_argument naming the node or edge by its id: nodes of one id, ends that are
   /// not there, an edge from a node to itself, frames that differ, values outside their ranges,
   /// coordinates that are not finite.
   RouteGraph(std::vector<RouteNode> nodes, std::vector<RouteEdge> edges);
@@ -53,7 +53,8 @@ class RouteGraph {
   }
   /// m, along the line.
   [[nodiscard]] double length(std::uint32_t edge) const { return lengths_[edge]; }
-  /// Positions of a node or an edge; nothing for an id that is not there. O(log n).
+  /// Positions of a node or an edge; nothing for an id that is not there, or that two have. O(log
+  /// n).
   [[nodiscard]] std::optional<std::uint32_t> node_of_id(std::int64_t id) const;
   [[nodiscard]] std::optional<std::uint32_t> edge_of_id(std::int64_t id) const;
   /// The edge back to where `edge` comes from; nothing if there is none.

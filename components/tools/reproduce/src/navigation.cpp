@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "each_seed.hpp"
+#include "figure_rows.hpp"
+#include "pipescout/navigation_study/planning_score.hpp"
+#include "pipescout/planning/route_planner.hpp"
+#include "reproduce.hpp"
+#include "stage_progress.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using navigation::PlanStatus;
+using navigation_study::PathSample;
+using navigation_study::StudyRobot;
+
+double wall_clock() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double middle(std::vector<double> values) {
+  if (values.empty()) {
+    return 0;
+  }
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+class Navigation {
+ public:
+  Navigation(const ReproduceOptions& options, const NavigationExtent& extent, std::ostream& out)
+      : extent_(extent),
+        seeds_(seeds_of(options, options.seeds)),
+        rows_(result_, out),
+        progress_(options) {
+    result_.seeds = seeds_;
+  }
+
+  Reproduction run() {
+    add_routes();
+    add_tours();
+    add_paths("maze of aisles of 3 m", "maze", navigation_study::draw_maze);
+    add_paths("plant of 300 x 200 m", "plant", navigation_study::draw_plant);
+    return std::move(result_);
+  }
+
+ private:
+  /// One after the other: times are measured.
+  void add_routes() {
+    const auto graph = navigation_study::draw_roads(seeds_.front(), extent_.road_side);
+    navigation::RoutePlanner planner(graph, navigation::cost_of_file());
+    navigation::RoutePlanner dijkstra(graph, navigation::cost_of_file(), 0);
+    constexpr std::uint64_t kQueries = 20;
+    constexpr double kRounding = 1e-9;
+    statistics::Draw draw(seeds_.front(), kQueries);
+    double wrong = 0;
+    double time = 0;
+    double time_of_dijkstra = 0;
+    for (std::size_t i = 0; i < extent_.routes; ++i) {
+      const auto from = static_cast<std::uint32_t>(draw.index(graph->nodes().size()));
+      const auto to = static_cast<std::uint32_t>(draw.index(graph->nodes().size()));
+      const double begin = wall_clock();
+      const auto route = planner.find(from, to);
+      const double between = wall_clock();
+      const auto expected = dijkstra.find(from, to);
+      time_of_dijkstra += wall_clock() - between;
+      time += between - begin;
+      wrong += route.status != expected.status ||
+                       std::abs(route.cost - expected.cost) > kRounding * (1 + expected.cost)
+                   ? 1
+                   : 0;
+    }
+    rows_.add_study("Routes, " + std::to_string(graph->nodes().size()) + " nodes, " +
+                        std::to_string(extent_.routes) + " queries",
+                    {{"costs that are not Dijkstra's", wrong, {}, kNone, "route_costs_wrong"},
+                     {"speed over Dijkstra's algorithm in the same planner",
+                      time_of_dijkstra / std::max(time, kRounding),
+                      {},
+                      kLargeIsGood,
+                      "route_speedup_own_dijkstra"}});
+  }
+
+  void add_tours() {
+    const auto over = for_each_seed(progress_, "tours", seeds_, navigation_study::score_tour);
+    rows_.add_study(
+        "Tours along all rows of drawn plants",
+        {{"length over lower bound, median", middle(over), over, at_most(1.10), "tour_over_bound"},
+         {"the same, worst",
+          *std::max_element(over.begin(), over.end()),
+          {},
+          kSmallIsGood,
+          "tour_over_bound_worst"}});
+  }
+
+  template <typename Draw>
+  void add_paths(const std::string& what, const std::string& name, const Draw& draw_map) {
+    const StudyRobot robot;
+    std::vector<double> first;
+    std::vector<double> first_far;
+    std::vector<double> bounds;
+    double found = 0;
+    double count = 0;
+    double broken = 0;
+    double overrun = 0;
+    progress_.begin("paths, " + name, seeds_.size());
+    for (const std::uint64_t seed : seeds_) {
+      const auto grid = draw_map(seed);
+      auto planner = navigation_study::shortest_path_planner(grid, robot);
+      constexpr std::uint64_t kPoses = 21;
+      statistics::Draw draw(seed, kPoses);
+      for (std::size_t i = 0; i < extent_.paths; ++i) {
+        const auto start = navigation_study::draw_free_pose(draw, grid, robot.footprint);
+        const auto goal = navigation_study::draw_free_pose(draw, grid, robot.footprint);
+        const PathSample sample =
+            navigation_study::score_path(planner, robot, start, goal, extent_.deadline, wall_clock);
+        add_sample(sample, navigation::distance(start, goal), first, first_far);
+        found += sample.status == PlanStatus::kFound ? 1 : 0;
+        broken += sample.curvature_kept && sample.goal_met && sample.free ? 0 : 1;
+        overrun = std::max(overrun, sample.total - extent_.deadline);
+        bounds.push_back(sample.suboptimality);
+        ++count;
+      }
+      progress_.step();
+    }
+    progress_.end();
+    constexpr double kMilliseconds = 1e3;
+    std::vector<Measure> measures{{"found by the deadline, %",
+                                   100 * found / count,
+                                   {},
+                                   kLargeIsGood,
+                                   "lattice_success_percent_" + name},
+                                  {"paths that break curvature, goal pose or clearance",
+                                   broken,
+                                   {},
+                                   kNone,
+                                   "lattice_violations_" + name},
+                                  {"first path, ms, median",
+                                   kMilliseconds * middle(first),
+                                   {},
+                                   kSmallIsGood,
+                                   "lattice_first_ms_" + name},
+                                  {"deadline exceeded, ms, worst",
+                                   kMilliseconds * std::max(0.0, overrun),
+                                   {},
+                                   at_most(5),
+                                   "lattice_deadline_overrun_ms_" + name},
+                                  {"length over its lower bound, median",
+                                   middle(bounds),
+                                   {},
+                                   kSmallIsGood,
+                                   "lattice_suboptimality_" + name}};
+    if (!first_far.empty()) {
+      measures.push_back({"first path over 65 to 85 m, ms, median",
+                          kMilliseconds * middle(first_far),
+                          {},
+                          at_most(30),
+                          "lattice_75m_first_ms_" + name});
+    }
+    rows_.add_study(
+        "Lattice planner, " + what + ", " + std::to_string(static_cast<int>(count)) + " queries",
+        measures);
+  }
+
+  static void add_sample(const PathSample& sample, double straight, std::vector<double>& first,
+                         std::vector<double>& first_far) {
+    constexpr double kNear = 65;  // m
+    constexpr double kFar = 85;
+    if (sample.status != PlanStatus::kFound) {
+      return;
+    }
+    first.push_back(sample.first);
+    if (straight > kNear && straight < kFar) {
+      first_far.push_back(sample.first);
+    }
+  }
+
+  NavigationExtent extent_;
+  std::vector<std::uint64_t> seeds_;
+  Reproduction result_;
+  FigureRows rows_;
+  StageProgress progress_;
+};
+
+}  // namespace
+
+Reproduction reproduce_navigation(const ReproduceOptions& options, std::ostream& out) {
+  return reproduce_navigation(options, NavigationExtent{}, out);
+}
+
+Reproduction reproduce_navigation(const ReproduceOptions& options, const NavigationExtent& extent,
+                                  std::ostream& out) {
+  return Navigation(options, extent, out).run();
+}
+
+}  // namespace pipescout::reproduce
