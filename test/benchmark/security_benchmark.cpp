@@ -159,6 +159,7 @@ Figures measure(const fs::path& folder, int round_trips) {
     std::array<Samples, 2> samples;
     for (int turn = -kWarmUp; turn < round_trips; ++turn) {
       for (std::size_t kind = 0; kind < samples.size(); ++kind) {
+        // No event: the pace of a sensor.
         std::this_thread::sleep_for(kPause);
         const double time = (kind == 0 ? plain_link : secured_link).round_trip(one.bytes);
         if (time < 0.0) {
