@@ -58,6 +58,14 @@ std::uint32_t scope_of_ports() {
   return 1 + (hash ^ hash >> kPortBits) % 0xFFFF;
 }
 
+// Of a port, as Fast DDS names them.
+std::filesystem::path memory_file(const std::filesystem::path& folder, std::uint32_t port) {
+  return folder / ("fastrtps_port" + std::to_string(port));
+}
+std::filesystem::path lock_file(const std::filesystem::path& folder, std::uint32_t port) {
+  return folder / ("fastrtps_port" + std::to_string(port) + "_el");
+}
+
 class ShortcutTransport;
 
 /// Sends over the sockets of the UDP transport, or over shared memory.
@@ -233,7 +241,10 @@ class ShortcutTransport final : public TransportInterface {
         std::this_thread::sleep_for(kPauseBetweenAttempts);
       }
       if (shared_memory_->OpenInputChannel(shortcut, receiver, max_message_bytes)) {
-        return;
+        if (note_memory(shortcut.port)) {
+          return;
+        }
+        break;
       }
     }
     warnings_->add("cannot listen on shared memory port " + std::to_string(shortcut.port) + " of " +
@@ -312,21 +323,45 @@ std::uint32_t shared_memory_port(std::uint16_t udp_port) {
   return scope << kPortBits | udp_port;
 }
 
+bool note_memory(std::uint32_t port, const std::filesystem::path& folder) {
+  struct stat memory {};
+  if (stat(memory_file(folder, port).c_str(), &memory) != 0) {
+    return false;
+  }
+  const int lock = open(lock_file(folder, port).c_str(), O_WRONLY | O_CLOEXEC);
+  if (lock < 0) {
+    return false;
+  }
+  const bool noted = pwrite(lock, &memory.st_ino, sizeof memory.st_ino, 0) ==
+                     static_cast<ssize_t>(sizeof memory.st_ino);
+  close(lock);
+  return noted;
+}
+
 ReaderProbe::ReaderProbe(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
 ReaderProbe::~ReaderProbe() {
-  for (const LockFile& file : open_) {
-    close(file.descriptor);
+  for (const Port& port : open_) {
+    close(port.lock);
+    close(port.memory);
   }
 }
 
-bool ReaderProbe::has_its_first_memory(std::uint32_t port) {
-  const auto file = folder_ / ("fastrtps_port" + std::to_string(port));
-  struct stat memory {};
-  if (stat(file.c_str(), &memory) != 0) {
-    return false;
+int ReaderProbe::open_memory(std::uint32_t port, int lock) {
+  ino_t noted = 0;
+  if (pread(lock, &noted, sizeof noted, 0) != sizeof noted) {
+    return -1;
   }
-  return first_memory_.try_emplace(port, memory.st_ino).first->second == memory.st_ino;
+  const int memory = open(memory_file(folder_, port).c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat found {};
+  if (memory >= 0 && fstat(memory, &found) == 0 && found.st_ino == noted &&
+      first_memory_.try_emplace(port, noted).first->second == noted) {
+    return memory;
+  }
+  if (memory >= 0) {
+    close(memory);
+  }
+  return -1;
 }
 
 bool ReaderProbe::has_reader(std::uint32_t port) {
@@ -337,26 +372,31 @@ bool ReaderProbe::has_reader(std::uint32_t port) {
     }
     return errno == EWOULDBLOCK;
   };
+  const auto is_in_place = [](int descriptor) {
+    struct stat memory {};
+    return fstat(descriptor, &memory) == 0 && memory.st_nlink > 0;
+  };
   const auto known = std::find_if(open_.begin(), open_.end(),
-                                  [port](const auto& file) { return file.port == port; });
+                                  [port](const Port& each) { return each.number == port; });
   if (known != open_.end()) {
-    if (is_locked(known->descriptor)) {
+    if (is_locked(known->lock) && is_in_place(known->memory)) {
       return true;
     }
-    // The reader is gone; a new one has another file.
-    close(known->descriptor);
+    // The reader or its memory is gone; new ones have other files.
+    close(known->lock);
+    close(known->memory);
     open_.erase(known);
   }
-  const auto file = folder_ / ("fastrtps_port" + std::to_string(port) + "_el");
-  const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) {
+  const int lock = open(lock_file(folder_, port).c_str(), O_RDONLY | O_CLOEXEC);
+  if (lock < 0) {
     return false;
   }
-  if (!is_locked(descriptor) || !has_its_first_memory(port)) {
-    close(descriptor);
+  const int memory = is_locked(lock) ? open_memory(port, lock) : -1;
+  if (memory < 0) {
+    close(lock);
     return false;
   }
-  open_.push_back({port, descriptor});
+  open_.push_back({port, lock, memory});
   return true;
 }
 

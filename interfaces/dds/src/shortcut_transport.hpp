@@ -34,13 +34,22 @@ struct ShortcutTransportDescriptor final
 /// (who may not write into each other's memory) and versions of Fast DDS (whose layouts differ).
 [[nodiscard]] std::uint32_t shared_memory_port(std::uint16_t udp_port);
 
-/// Whether a message that is sent to a shared memory port reaches a living process. Keeps the lock
-/// files of the ports open that it was asked for. Not thread-safe.
+/// Notes in the lock file of a port which memory its reader, this process, listens to: the inode.
+/// False when it cannot be written; then nobody takes the shortcut.
+[[nodiscard]] bool note_memory(std::uint32_t port,
+                               const std::filesystem::path& folder = kSharedMemoryFolder);
+
+/// Whether a message that is sent to a shared memory port reaches a living process. Keeps lock and
+/// memory of the ports open that it was asked for. Not thread-safe.
 ///
 /// When a process was killed, the next reader of its port makes the port's memory anew, but a Fast
 /// DDS sender that knows the port writes into the old one until it notices, if it does. So a port
 /// counts only as long as its memory is that of the first reader found. A reader that ended by
 /// itself leaves the memory to the next one.
+///
+/// A Fast DDS sender that opens a port whose reader has stood still for a second, on a busy
+/// machine, makes the memory anew although the reader lives, who never looks into the new one. So a
+/// port counts only with the memory that its reader has noted.
 class ReaderProbe {
  public:
   explicit ReaderProbe(std::filesystem::path folder = kSharedMemoryFolder);
@@ -51,14 +60,16 @@ class ReaderProbe {
   [[nodiscard]] bool has_reader(std::uint32_t port);
 
  private:
-  struct LockFile {
-    std::uint32_t port;
-    int descriptor;
+  struct Port {
+    std::uint32_t number;
+    int lock;
+    int memory;
   };
-  [[nodiscard]] bool has_its_first_memory(std::uint32_t port);
+  /// The descriptor of the memory; -1 unless it is the one that the reader listens to.
+  [[nodiscard]] int open_memory(std::uint32_t port, int lock);
 
   std::filesystem::path folder_;
-  std::vector<LockFile> open_;  // of ports that had a reader when last asked
+  std::vector<Port> open_;                               // those that had a reader when last asked
   std::map<std::uint32_t, std::uint64_t> first_memory_;  // inode of the memory, by port
 };
 

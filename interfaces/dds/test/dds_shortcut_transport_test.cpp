@@ -34,6 +34,7 @@ namespace pipescout {
 namespace {
 
 namespace rtps = eprosima::fastdds::rtps;
+using dds::note_memory;
 using dds::ReaderProbe;
 using dds::shared_memory_port;
 using dds::ShortcutTransportDescriptor;
@@ -244,6 +245,20 @@ TEST(ShortcutTransportTest, ReachesTheProcessThatHasThePortOfAKilledOne) {
   EXPECT_EQ(next.until("third").size(), 2U);
 }
 
+TEST(ShortcutTransportTest, ReachesAReaderWhoseMemoryASenderMadeAnew) {
+  Receiver receiver(shortcut(), udp_locator(test_port(7)));
+  // As a sender does that found the reader standing still.
+  const auto memory = std::filesystem::path(dds::kSharedMemoryFolder) /
+                      ("fastrtps_port" + std::to_string(shared_memory_port(test_port(7))));
+  const std::filesystem::path anew = memory.string() + "_anew";
+  std::filesystem::copy_file(memory, anew);
+  std::filesystem::rename(anew, memory);
+  Sender sender(shortcut());
+  sender.send("hello", {udp_locator(test_port(7))});
+  EXPECT_THAT(receiver.until("hello"),
+              ElementsAre(Receiver::Datagram{"hello", LOCATOR_KIND_UDPv4}));
+}
+
 TEST(ShortcutTransportTest, SendsOnceToAProcessWithSeveralAddresses) {
   ShortcutTransportDescriptor everywhere = shortcut();
   everywhere.interfaceWhiteList.clear();
@@ -269,7 +284,10 @@ TEST(ReaderProbeTest, AsksForTheLockOfThePort) {
   EXPECT_FALSE(probe.has_reader(70000)) << "left behind by a killed process";
   ASSERT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0) << "the probe must not keep the lock";
   EXPECT_FALSE(probe.has_reader(70000)) << "no memory";
+  EXPECT_FALSE(note_memory(70000, folder.path()));
   std::ofstream(folder.path() / "fastrtps_port70000") << "memory";
+  EXPECT_FALSE(probe.has_reader(70000)) << "of whom nobody knows";
+  EXPECT_TRUE(note_memory(70000, folder.path()));
   EXPECT_TRUE(probe.has_reader(70000));
   EXPECT_TRUE(probe.has_reader(70000));
   EXPECT_FALSE(probe.has_reader(70001));
@@ -282,10 +300,11 @@ TEST(ReaderProbeTest, DoesNotTrustMemoryThatWasMadeAnew) {
   const auto lock = folder.path() / "fastrtps_port70000_el";
   const auto memory = folder.path() / "fastrtps_port70000";
   // Fast DDS removes the lock of a reader that is gone.
-  const auto start_reader = [&lock] {
+  const auto start_reader = [&] {
     std::filesystem::remove(lock);
     const int reader = open(lock.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
     EXPECT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0);
+    EXPECT_TRUE(note_memory(70000, folder.path()));
     return reader;
   };
   std::ofstream(memory) << "first";
@@ -303,6 +322,24 @@ TEST(ReaderProbeTest, DoesNotTrustMemoryThatWasMadeAnew) {
   const int after_a_kill = start_reader();
   EXPECT_FALSE(probe.has_reader(70000));
   close(after_a_kill);
+}
+
+TEST(ReaderProbeTest, DoesNotTrustMemoryThatTheReaderDoesNotKnow) {
+  const testing::TemporaryFolder folder;
+  const auto memory = folder.path() / "fastrtps_port70000";
+  std::ofstream(memory) << "of the reader";
+  const int reader = open((memory.string() + "_el").c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0600);
+  ASSERT_EQ(flock(reader, LOCK_EX | LOCK_NB), 0);
+  ASSERT_TRUE(note_memory(70000, folder.path()));
+  ReaderProbe known(folder.path());
+  EXPECT_TRUE(known.has_reader(70000));
+  const std::ifstream of_the_reader(memory);  // its inode is not used again
+  std::filesystem::remove(memory);
+  EXPECT_FALSE(known.has_reader(70000));
+  std::ofstream(memory) << "of a sender";
+  EXPECT_FALSE(known.has_reader(70000));
+  EXPECT_FALSE(ReaderProbe(folder.path()).has_reader(70000));
+  close(reader);
 }
 
 TEST(SharedMemoryPortTest, IsNoneThatFastDdsUses) {

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
+#include "pipescout/files/utc_text.hpp"
 #include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::host {
@@ -20,14 +20,8 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string folder_name(const std::string& mission, Time now) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
-  const std::time_t time = std::chrono::system_clock::to_time_t(
-      std::chrono::time_point_cast<std::chrono::system_clock::duration>(seconds));
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  std::array<char, 32> stamp{};
-  std::strftime(stamp.data(), stamp.size(), "%Y-%m-%dT%H-%M-%SZ", &utc);
-  return mission + "_" + stamp.data();
+  return mission + "_" +
+         utc_text(std::chrono::floor<std::chrono::milliseconds>(now), UtcForm::kFileName);
 }
 
 [[noreturn]] void cannot_be_made(const fs::path& folder, const std::error_code& error) {

@@ -3,17 +3,15 @@
 
 #include <algorithm>
 #include <array>
-#include <ctime>
+#include <chrono>
 #include <deque>
-#include <iomanip>
-#include <locale>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/files/utc_text.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "tables/makers.hpp"
 #include "topic_times.hpp"
@@ -33,14 +31,11 @@ struct Topic {
   std::uint64_t undecoded = 0;
 };
 
-std::string utc_text(std::int64_t nanoseconds) {
-  const auto time = static_cast<std::time_t>(nanoseconds / 1'000'000'000);
-  std::tm parts{};
-  gmtime_r(&time, &parts);
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::put_time(&parts, "%Y-%m-%d %H:%M:%S UTC");
-  return text.str();
+std::string utc_text_of(std::int64_t nanoseconds) {
+  return utc_text(
+      std::chrono::floor<std::chrono::milliseconds>(
+          std::chrono::sys_time<std::chrono::nanoseconds>(std::chrono::nanoseconds(nanoseconds))),
+      UtcForm::kReadable);
 }
 
 MissionSection topics_section(const std::deque<Topic>& topics, std::int64_t first,
@@ -69,7 +64,7 @@ MissionSection topics_section(const std::deque<Topic>& topics, std::int64_t firs
                      {"bag_messages", static_cast<double>(messages)},
                      {"bag_duration_s", duration}};
   if (messages > 0) {
-    section.notes.push_back("From " + utc_text(first) + ".");
+    section.notes.push_back("From " + utc_text_of(first) + ".");
     section.notes.push_back(
         "Delay: from the stamp of a message to its recording, the mean. Gap: between two messages, "
         "as recorded.");

@@ -5,15 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
 #include <type_traits>
 #include <utility>
 
 namespace pipescout {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 nlohmann::ordered_json to_json_value(const MissionCell& cell) {
   return std::visit(
@@ -64,46 +61,10 @@ std::string to_json(const MissionSection& section) {
   return document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-void write_mission_section(const fs::path& mission_folder, const std::string& name,
-                           const MissionSection& section, Survives survives) {
-  const std::string text = to_json(section);
-  const fs::path folder = mission_folder / "sections";
-  std::error_code error;
-  fs::create_directory(folder, error);
-  if (error) {
-    throw std::system_error(error, "cannot make folder " + folder.string());
-  }
-  replace_file(folder / (name + ".json"), text, survives);
-}
-
 std::string mission_section_name(const std::string& fully_qualified_node) {
   std::string name = fully_qualified_node.substr(fully_qualified_node.find_first_not_of('/'));
   std::replace(name.begin(), name.end(), '/', '.');
   return name;
-}
-
-fs::path make_mission_data_folder(const fs::path& mission_folder, const std::string& node_namespace,
-                                  const std::string& name) {
-  std::error_code error;
-  if (!fs::is_directory(mission_folder, error)) {
-    throw std::system_error(error ? error : std::make_error_code(std::errc::not_a_directory),
-                            "mission folder " + mission_folder.string());
-  }
-  const fs::path parent = mission_folder / fs::path(node_namespace).relative_path();
-  fs::create_directories(parent, error);
-  if (error) {
-    throw std::system_error(error, "cannot make folder " + parent.string());
-  }
-  // Asking and making in one step: another component may want the same name.
-  for (int attempt = 1;; ++attempt) {
-    const fs::path folder = parent / (attempt == 1 ? name : name + "_" + std::to_string(attempt));
-    if (fs::create_directory(folder, error)) {
-      return folder;
-    }
-    if (error) {
-      throw std::system_error(error, "cannot make folder " + folder.string());
-    }
-  }
 }
 
 }  // namespace pipescout

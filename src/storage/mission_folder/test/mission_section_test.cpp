@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/mission_folder/mission_section.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <system_error>
-
-#include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
-
-using pipescout::testing::content;
-using pipescout::testing::TemporaryFolder;
-using ::testing::HasSubstr;
 
 MissionSection example() {
   return {.title = "Odometry",
@@ -65,49 +57,9 @@ TEST(MissionSection, RowsFitTheColumns) {
   EXPECT_THROW((void)to_json(section), std::invalid_argument);
 }
 
-TEST(MissionSection, WrittenAgainReplacesIt) {
-  const TemporaryFolder mission;
-  write_mission_section(mission.path(), "recorder", example());
-  MissionSection later = example();
-  later.title = "Later";
-  write_mission_section(mission.path(), "recorder", later);
-  EXPECT_EQ(content(mission.path() / "sections" / "recorder.json"), to_json(later));
-}
-
-TEST(MissionSection, ErrorsNameTheFolder) {
-  const TemporaryFolder mission;
-  try {
-    write_mission_section(mission.path() / "missing", "recorder", example());
-    FAIL() << "written into nothing";
-  } catch (const std::system_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("missing/sections"));
-  }
-}
-
 TEST(MissionSection, NamedAfterItsNode) {
   EXPECT_EQ(mission_section_name("/recorder"), "recorder");
   EXPECT_EQ(mission_section_name("/robot_1/arm/recorder"), "robot_1.arm.recorder");
-}
-
-TEST(MissionDataFolder, IsBelowTheNamespaceAndNeverTakenTwice) {
-  const TemporaryFolder mission;
-  EXPECT_EQ(make_mission_data_folder(mission.path(), "/", "odometry"), mission.path() / "odometry");
-  EXPECT_EQ(make_mission_data_folder(mission.path(), "/", "odometry"),
-            mission.path() / "odometry_2");
-  EXPECT_EQ(make_mission_data_folder(mission.path(), "/", "odometry"),
-            mission.path() / "odometry_3");
-  const auto robots = make_mission_data_folder(mission.path(), "/robot_1", "odometry");
-  EXPECT_EQ(robots, mission.path() / "robot_1" / "odometry");
-  EXPECT_TRUE(std::filesystem::is_directory(robots));
-}
-
-TEST(MissionDataFolder, NeedsTheMissionFolder) {
-  const TemporaryFolder mission;
-  EXPECT_THROW((void)make_mission_data_folder(mission.path() / "missing", "/", "odometry"),
-               std::system_error);
-  std::ofstream(mission.path() / "file") << "x";
-  EXPECT_THROW((void)make_mission_data_folder(mission.path() / "file", "/", "odometry"),
-               std::system_error);
 }
 
 }  // namespace

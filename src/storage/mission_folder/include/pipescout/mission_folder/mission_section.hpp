@@ -2,13 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "pipescout/files/whole_file.hpp"
 
 /// A component's part of a mission's summary, see docs/mission_folder.md.
 namespace pipescout {
@@ -28,19 +25,7 @@ struct MissionSection {
 /// become U+FFFD. Throws std::invalid_argument when a row is not as long as `columns`.
 [[nodiscard]] std::string to_json(const MissionSection& section);
 
-/// Writes the section atomically to `<mission folder>/sections/<name>.json`, with `replace_file`.
-/// Throws what `to_json` throws, and std::system_error naming the file.
-void write_mission_section(const std::filesystem::path& mission_folder, const std::string& name,
-                           const MissionSection& section, Survives survives = Survives::kPowerLoss);
-
 /// The node's name in a mission folder: "/robot_1/recorder" -> "robot_1.recorder".
 [[nodiscard]] std::string mission_section_name(const std::string& fully_qualified_node);
-
-/// Creates a new folder for data, `<mission folder>/<namespace>/<name>`; if it exists, `<name>_2`
-/// and so on. Throws std::system_error naming the folder, also when the mission folder does not
-/// exist.
-[[nodiscard]] std::filesystem::path make_mission_data_folder(
-    const std::filesystem::path& mission_folder, const std::string& node_namespace,
-    const std::string& name);
 
 }  // namespace pipescout
