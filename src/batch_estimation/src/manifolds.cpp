@@ -12,7 +12,7 @@ using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 using Quaternion = Eigen::Map<Eigen::Quaterniond>;
 
 constexpr int kQuaternion = kGlobalNumbers - 4;  // of the rack, in the globals
-constexpr int kOwnNumbers = 10 + kImuScaleSize;
+constexpr int kOwnNumbers = 11 + kImuScaleSize;
 
 /// Normalised, so that the rounding of many steps does not add up.
 geometry::SO3 rotation_at(const double* numbers) {
