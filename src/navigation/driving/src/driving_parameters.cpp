@@ -38,6 +38,7 @@ void DrivingParameters::validate() const {
   check_above("largest_sigma", largest_sigma, 0, 10);
   check_above("largest_heading_sigma", largest_heading_sigma, 0, 1);
   check_within("frozen_scans", frozen_scans, 2, 1000);
+  check_within("most_obstacle_cells", static_cast<double>(most_obstacle_cells), 1, 100000);
   check_above("goal_distance", goal_distance, 0, 5);
   check_above("goal_heading", goal_heading, 0, 1);
   check_within("goal_attempts", goal_attempts, 1, 10);

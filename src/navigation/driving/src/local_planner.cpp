@@ -48,6 +48,7 @@ class LocalPlanner::Implementation {
     end_ = DriveState::kDriving;
     attempts_ = 0;
     backs_ = 0;
+    backed_at_ = 0;
     offset_ = preferred_;
     blocked_ = 0;
     backing_ = false;
@@ -316,7 +317,9 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
   if (left <= kAtEnd) {
     return at_end(command, pose);
   }
-  prediction_.set_obstacles(inputs_.costmap(), inputs_.obstacles().moving(), pose, now);
+  if (!prediction_.set_obstacles(inputs_.costmap(), inputs_.obstacles().moving(), pose, now)) {
+    return halt(command, DriveState::kWaiting, DriveReason::kTooManyObstacles);
+  }
   const double speed = std::max(std::abs(vehicle.speed), kPredictedSpeed);
   const MotionPrediction::Outcome outcome = choose_offset(start, vehicle, speed);
   const Stretch way = stretch(offset_);

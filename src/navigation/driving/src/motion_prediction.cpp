@@ -8,7 +8,6 @@ namespace pipescout::navigation {
 namespace {
 
 constexpr double kStep = 0.25;            ///< m, of a prediction; far less than a robot's length
-constexpr std::size_t kMostCells = 2000;  ///< within the horizon; more are too near together
 constexpr double kMovesNoCloser = 0.02;   ///< m
 constexpr double kSteeringAhead = 0.3;    ///< s, half of what the wheels need for a usual turn
 constexpr double kLargestApproach = 0.5;  ///< sine of the heading in which it returns to the path
@@ -29,8 +28,8 @@ BodyBox::BodyBox(const Footprint& footprint) {
 
 MotionPrediction::MotionPrediction(const DrivingParameters& parameters, const Footprint& footprint)
     : parameters_(parameters), body_(footprint) {
-  cells_.reserve(kMostCells);
-  obstacles_.reserve(2 * kMostCells);
+  cells_.reserve(parameters.most_obstacle_cells);
+  obstacles_.reserve(2 * parameters.most_obstacle_cells);
 }
 
 double MotionPrediction::curvature(const PathTrack& track, const Stretch& stretch,
@@ -57,13 +56,14 @@ double MotionPrediction::curvature(const PathTrack& track, const Stretch& stretc
   return std::clamp(wanted, -largest, largest);
 }
 
-void MotionPrediction::set_obstacles(const LocalCostmap& costmap,
+bool MotionPrediction::set_obstacles(const LocalCostmap& costmap,
                                      std::span<const MovingObstacle> moving, const Pose2d& pose,
                                      double now) {
   cells_.clear();
   obstacles_.clear();
   const double half_cell = 0.5 * costmap.parameters().resolution;
-  costmap.occupied_near(pose.position(), parameters_.horizon + body_.front, now, cells_);
+  const bool all =
+      costmap.occupied_near(pose.position(), parameters_.horizon + body_.front, now, cells_);
   for (const Point2d& cell : cells_) {
     obstacles_.push_back({.x = cell.x, .y = cell.y, .radius = half_cell});
   }
@@ -86,6 +86,7 @@ void MotionPrediction::set_obstacles(const LocalCostmap& costmap,
     point.clearance =
         std::max({x - body_.front, -body_.rear - x, y - body_.left, -body_.right - y});
   }
+  return all;
 }
 
 const ObstaclePoint* MotionPrediction::contact(const Pose2d& pose, double time,

@@ -63,8 +63,10 @@ class MotionPrediction {
                                  const TrackPoint& point, const Pose2d& pose, double speed) const;
 
   /// Fills the obstacles from both sources. Allocates nothing.
-  void set_obstacles(const LocalCostmap& costmap, std::span<const MovingObstacle> moving,
-                     const Pose2d& pose, double now);
+  /// False when there are more occupied cells than `most_obstacle_cells`.
+  [[nodiscard]] bool set_obstacles(const LocalCostmap& costmap,
+                                   std::span<const MovingObstacle> moving, const Pose2d& pose,
+                                   double now);
 
   struct Outcome {
     double free = 0;      ///< m, without contact

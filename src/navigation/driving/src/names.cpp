@@ -49,6 +49,8 @@ const char* to_string(DriveReason reason) {
       return "scan stale";
     case DriveReason::kScanFrozen:
       return "scan frozen";
+    case DriveReason::kTooManyObstacles:
+      return "too many obstacles";
     case DriveReason::kOffPath:
       return "off the path";
     case DriveReason::kGoalMissed:

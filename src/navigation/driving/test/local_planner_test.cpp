@@ -146,6 +146,23 @@ TEST_F(LocalPlannerTest, StopsBeforeAWallAndAsksForAnotherPath) {
   EXPECT_EQ(command.speed, 0);
 }
 
+TEST_F(LocalPlannerTest, MoreObstaclesThanItCanLookAtStopIt) {
+  for (double y = -6; y <= 6; y += 0.05) {
+    points_.push_back({12, y});
+  }
+  parameters_.most_obstacle_cells = 20;
+  planner_ = LocalPlanner(parameters_, {}, Footprint::rectangle(1.55, 0.35, 1.0));
+  planner_.set_path(path_of({}, {{0, 20}}));
+  DriveCommand command;
+  for (int i = 0; i < 1200; ++i) {
+    command = step();
+    ASSERT_LT(pose_.x + 1.55, 12);
+  }
+  EXPECT_EQ(command.reason, DriveReason::kTooManyObstacles);
+  EXPECT_EQ(command.state, DriveState::kWaiting);
+  EXPECT_EQ(command.speed, 0);
+}
+
 TEST_F(LocalPlannerTest, PassesABoxBesideThePath) {
   for (double s = -0.2; s <= 0.2; s += 0.05) {
     for (const double side : {-0.2, 0.2}) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 namespace pipescout::navigation {
 
 /// Of the local planner. Defaults are for a robot of the size of the RobuCAR TT's model here: wheel
@@ -43,6 +45,9 @@ struct DrivingParameters {
   double largest_sigma = 0.5;             ///< m, (0, 10]: of the position
   double largest_heading_sigma = 0.1;     ///< rad, (0, 1]
   int frozen_scans = 5;  ///< [2, 1000]: equal ones, after which the lidar is frozen
+  /// Occupied cells within the horizon; with more it stands, since it cannot look at all of them.
+  /// In [1, 100000].
+  std::size_t most_obstacle_cells = 2000;
 
   // Goal.
   double goal_distance = 0.1;     ///< m, (0, 5]

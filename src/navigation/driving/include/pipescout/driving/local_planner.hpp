@@ -37,9 +37,10 @@ enum class DriveReason {
   kLocalisationUncertain,
   kScanMissing,
   kScanStale,
-  kScanFrozen,  ///< the lidar repeats the same scan
-  kOffPath,     ///< it stands farther off the path than largest_error
-  kGoalMissed,  ///< after goal_attempts
+  kScanFrozen,        ///< the lidar repeats the same scan
+  kTooManyObstacles,  ///< more occupied cells near it than it can look at
+  kOffPath,           ///< it stands farther off the path than largest_error
+  kGoalMissed,        ///< after goal_attempts
 };
 [[nodiscard]] const char* to_string(DriveState state);
 [[nodiscard]] const char* to_string(DriveReason reason);
