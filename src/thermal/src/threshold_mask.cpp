@@ -345,8 +345,9 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
       const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
       const std::size_t at = first + static_cast<std::size_t>(x);
       differences_[at] = sign * (temperatures_[at] - static_cast<float>(sum / (rows * columns)));
-      const auto bin = static_cast<std::size_t>(std::abs(differences_[at]) * kBinsPerKelvin);
-      ++histogram_[std::min(bin, kDifferenceBins - 1)];
+      constexpr auto kLast = static_cast<float>(kDifferenceBins - 1);
+      const float bin = std::abs(differences_[at]) * static_cast<float>(kBinsPerKelvin);
+      ++histogram_[static_cast<std::size_t>(std::min(kLast, bin))];
     }
   }
   const auto least = static_cast<float>(
