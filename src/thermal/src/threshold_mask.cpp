@@ -345,8 +345,13 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
       const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
       const std::size_t at = first + static_cast<std::size_t>(x);
       differences_[at] = sign * (temperatures_[at] - static_cast<float>(sum / (rows * columns)));
-      constexpr auto kLast = static_cast<float>(kDifferenceBins - 1);
-      const float bin = std::abs(differences_[at]) * static_cast<float>(kBinsPerKelvin);
+    }
+  }
+  constexpr auto kLast = static_cast<float>(kDifferenceBins - 1);
+  for (int y = 0; y < image.height; y += 2) {
+    const float* const row = differences_.data() + static_cast<std::size_t>(y) * width;
+    for (std::size_t x = 0; x < width; x += 2) {
+      const float bin = std::abs(row[x]) * static_cast<float>(kBinsPerKelvin);
       ++histogram_[static_cast<std::size_t>(std::min(kLast, bin))];
     }
   }
