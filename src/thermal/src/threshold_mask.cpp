@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "pipescout/thermal/radiometry.hpp"
+
 namespace pipescout::thermal {
 namespace {
 
@@ -17,6 +19,10 @@ constexpr double kFirstBin = -100;
 constexpr std::size_t kBins = 65536;
 /// Of the root mean square of what pixels differ from their surroundings: what stands out of them.
 constexpr double kLocalFactor = 0.7;
+/// Largest differences that count no more than the next smaller one: dead pixels, the sun.
+constexpr double kClippedPart = 0.02;
+/// Bins of differences from the surroundings: 0.05 K up to 205 K, the last takes all beyond.
+constexpr std::size_t kDifferenceBins = 4096;
 
 /// What the pixels of a picture are compared with: those from `low` to `high` are set.
 template <class Pixel>
@@ -83,9 +89,10 @@ std::span<const float> rising_part(std::span<const float> celsius) {
 /// What is above a threshold (hot) or below it (cold).
 Band<float> band_of_temperatures(double threshold, Polarity polarity) {
   const auto t = static_cast<float>(threshold);
-  constexpr float kMost = std::numeric_limits<float>::max();
-  return polarity == Polarity::kHot ? Band<float>{std::nextafter(t, kMost), kMost, false}
-                                    : Band<float>{-kMost, std::nextafter(t, -kMost), false};
+  constexpr auto kMost = static_cast<float>(kHottestBody);
+  return polarity == Polarity::kHot
+             ? Band<float>{std::nextafter(t, kMost), kMost, false}
+             : Band<float>{static_cast<float>(-kZeroCelsius), std::nextafter(t, -kMost), false};
 }
 
 /// The same of counts: a grey level that stands for all that is not above is no pipe. `known`: the
@@ -139,6 +146,29 @@ std::pair<Pixel, Pixel> extremes(const ImageView<Pixel>& image) {
     }
   }
   return {low, high};
+}
+
+/// Root mean square of the differences in a histogram, K; the largest, `kClippedPart` of all, are
+/// clipped to the largest of the others.
+double clipped_root_mean_square(std::span<const std::uint32_t> histogram) {
+  double all = 0;
+  for (const std::uint32_t count : histogram) {
+    all += count;
+  }
+  double above = 0;
+  std::size_t last = histogram.size() - 1;
+  while (last > 0 && above + histogram[last] <= kClippedPart * all) {
+    above += histogram[last--];
+  }
+  const auto square = [](std::size_t bin) {
+    const double middle = (static_cast<double>(bin) + 0.5) / kBinsPerKelvin;
+    return middle * middle;
+  };
+  double squares = above * square(last);
+  for (std::size_t bin = 0; bin <= last; ++bin) {
+    squares += histogram[bin] * square(bin);
+  }
+  return std::sqrt(squares / all);
 }
 
 }  // namespace
@@ -291,7 +321,7 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
     take(y, 1);
   }
   const auto sign = parameters.polarity == Polarity::kHot ? 1.0F : -1.0F;
-  double squares = 0;
+  histogram_.assign(kDifferenceBins, 0);
   for (int y = 0; y < image.height; ++y) {
     if (y + radius < image.height) {
       take(y + radius, 1);
@@ -315,12 +345,18 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
       const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
       const std::size_t at = first + static_cast<std::size_t>(x);
       differences_[at] = sign * (temperatures_[at] - static_cast<float>(sum / (rows * columns)));
-      squares += static_cast<double>(differences_[at]) * differences_[at];
     }
   }
-  const double all = static_cast<double>(differences_.size());
+  constexpr auto kLast = static_cast<float>(kDifferenceBins - 1);
+  for (int y = 0; y < image.height; y += 2) {
+    const float* const row = differences_.data() + static_cast<std::size_t>(y) * width;
+    for (std::size_t x = 0; x < width; x += 2) {
+      const float bin = std::abs(row[x]) * static_cast<float>(kBinsPerKelvin);
+      ++histogram_[static_cast<std::size_t>(std::min(kLast, bin))];
+    }
+  }
   const auto least = static_cast<float>(
-      std::max(parameters.min_contrast, kLocalFactor * std::sqrt(squares / all)));
+      std::max(parameters.min_contrast, kLocalFactor * clipped_root_mean_square(histogram_)));
   for (int y = 0; y < image.height; ++y) {
     set_bits(differences_.data() + static_cast<std::size_t>(y) * width, image.width, mask_.row(y),
              [least](float value) { return value >= least; });

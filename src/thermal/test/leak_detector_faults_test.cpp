@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <functional>
 #include <limits>
 
@@ -30,6 +31,28 @@ class LeakDetectorFaults : public testing::Test {
     EXPECT_EQ(d.leaks.size(), 1U);
   }
 };
+
+/// Pixels spread over the picture that hold a value which is no temperature of the scene.
+TEST(ExtremePixels, HideNeitherPipesNorLeaks) {
+  LeakDetector detector(LeakDetectorParameters::of(DetectorPreset::kHotPipes));
+  for (const float extreme : {300.0F, 1500.0F, 9999.0F, 3.4e38F, -9999.0F, -3.4e38F,
+                              std::numeric_limits<float>::infinity(), kNan}) {
+    for (const int count : {0, 1, 190}) {
+      Picture picture(kWidth, kHeight);
+      picture.noise(0.1, 7);
+      picture.pipe({-5, 60}, {165, 60}, 4, 60, {{60, 90, 80}});
+      for (int i = 0; i < count; ++i) {
+        // 61 and 37 share no divisor with the sizes; the rows of the pipe are left out.
+        const int y = (5 + i * 37) % kHeight;
+        picture.at((3 + i * 61) % kWidth, std::abs(y - 60) < 8 ? 5 : y) = extreme;
+      }
+      const Detections& d = detector.detect(picture.view());
+      EXPECT_EQ(d.fault, FrameFault::kNone) << extreme << ", " << count;
+      EXPECT_EQ(d.pipes.size(), 1U) << extreme << ", " << count;
+      EXPECT_EQ(d.leaks.size(), 1U) << extreme << ", " << count;
+    }
+  }
+}
 
 TEST_F(LeakDetectorFaults, NoPixels) {
   EXPECT_EQ(detector_.detect(TemperatureView{}).fault, FrameFault::kBadShape);

@@ -139,8 +139,9 @@ std::string leaks_kml(std::span<const Finding> findings,
     }
     kml += "</ExtendedData>";
     if (const auto at = place(finding, datum)) {
-      kml += "<Point><coordinates>" + degrees(at->longitude).dump() + "," +
-             degrees(at->latitude).dump() + "," + fixed(at->altitude, 3) + "</coordinates></Point>";
+      kml += "<Point><altitudeMode>absolute</altitudeMode><coordinates>" +
+             degrees(at->longitude).dump() + "," + degrees(at->latitude).dump() + "," +
+             fixed(at->altitude, 3) + "</coordinates></Point>";
     }
     kml += "</Placemark>\n";
   }

@@ -51,7 +51,7 @@ TEST(LeaksGeoJson, WithoutADatumNothingHasAPlaceOnTheEarth) {
 TEST(LeaksKml, HasAPlacemarkEach) {
   const std::string kml = leaks_kml(kFindings, kDatum);
   EXPECT_THAT(kml, HasSubstr("<Placemark id=\"leak1\"><name>Leak 1: moderate</name>"));
-  EXPECT_THAT(kml, HasSubstr("<Point><coordinates>-5.79"));
+  EXPECT_THAT(kml, HasSubstr("<Point><altitudeMode>absolute</altitudeMode><coordinates>-5.79"));
   EXPECT_THAT(kml, HasSubstr("<Placemark id=\"leak2\">"));
   EXPECT_EQ(kml.find("<Point>"), kml.rfind("<Point>"));
   EXPECT_THAT(kml, HasSubstr("<Data name=\"length_m\"><value></value></Data>"));

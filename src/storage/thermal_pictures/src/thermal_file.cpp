@@ -150,7 +150,7 @@ ThermalPicture from_temperatures(Pixels<float> pixels, const ThermalSettings& se
   const auto zero = static_cast<float>(thermal::kZeroCelsius);
   for (float& degree : picture.degrees) {
     degree = kelvin ? degree - zero : degree;
-    if (!(degree > -zero) || !std::isfinite(degree)) {
+    if (!(degree > -zero && degree < thermal::kHottestBody)) {
       degree = std::numeric_limits<float>::quiet_NaN();
       ++picture.count.without_temperature;
     }

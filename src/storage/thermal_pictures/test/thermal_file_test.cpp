@@ -169,12 +169,16 @@ TEST_F(ThermalFile, FloatTemperatures) {
   cv::Mat image(6, 8, CV_32FC1, cv::Scalar(300.5));
   image.at<float>(1, 1) = NAN;
   image.at<float>(1, 2) = INFINITY;
+  image.at<float>(1, 3) = 9999;
+  image.at<float>(1, 4) = 3.4e38F;
+  image.at<float>(1, 5) = -9999;
   const fs::path file = write("a.tiff", image);
   const ThermalPicture celsius = ThermalFileReader({}).read(file);
   EXPECT_EQ(celsius.kind, ThermalFileKind::kTemperature32);
   EXPECT_FLOAT_EQ(celsius.degrees[0], 300.5F);
-  EXPECT_EQ(celsius.count.without_temperature, 2U);
+  EXPECT_EQ(celsius.count.without_temperature, 5U);
   EXPECT_TRUE(std::isnan(celsius.view()(2, 1)));
+  EXPECT_TRUE(std::isnan(celsius.view()(3, 1)));
   ThermalSettings settings;
   settings.float_unit = TemperatureUnit::kKelvin;
   EXPECT_NEAR(ThermalFileReader(settings).read(file).degrees[0], 27.35, 1e-3);

@@ -11,6 +11,8 @@
 namespace pipescout::thermal {
 
 inline constexpr double kZeroCelsius = 273.15;  ///< K
+/// degC: no body in view of a thermal camera is as hot; larger values mark missing data.
+inline constexpr double kHottestBody = 2000;
 
 /// Factory calibration of a camera: a black body of T kelvin gives r1 / (r2 (exp(b / T) - f)) - o
 /// counts.
