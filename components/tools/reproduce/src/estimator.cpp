@@ -262,7 +262,7 @@ class Estimator {
   }
 
   void add_late_rack() {
-    struct Scores {
+    struct LateRackScores {
       estimation_study::LateRackScore online;
       double batch_nees = 0;
     };
@@ -279,14 +279,14 @@ class Estimator {
           estimation::BatchSmoother batch(
               estimation::BatchSmootherParameters::like(flight.parameters), std::move(recording));
           batch.solve();
-          return Scores{estimation_study::score_late_rack(flight),
-                        estimation_study::rack_nees(batch.globals(), flight.truth,
-                                                    batch.global_covariance())};
+          return LateRackScores{estimation_study::score_late_rack(flight),
+                                estimation_study::rack_nees(batch.globals(), flight.truth,
+                                                            batch.global_covariance())};
         });
     std::vector<double> online;
     std::vector<double> batch;
     std::vector<double> accepted;
-    for (const Scores& score : scores) {
+    for (const LateRackScores& score : scores) {
       online.push_back(score.online.nees);
       batch.push_back(score.batch_nees);
       accepted.push_back(score.online.accepted_share);
