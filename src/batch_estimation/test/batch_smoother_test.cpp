@@ -225,6 +225,7 @@ TEST(BatchSmootherTest, FindsTheCalibrationOfADrive) {
                                   .rack_rotation = 0.5,
                                   .gps_lever_arm = 1,
                                   .gps_time_offset = 0.2,
+                                  .visual_pose_time_offset = 0.1,
                                   .gyro_scale = 0.02,
                                   .gyro_misalignment = 0.01,
                                   .accelerometer_scale = 0.01,

@@ -339,10 +339,6 @@ void EstimatorParameters::declare_smoother() {
       "visual_pose.time_offset_deviation",
       [](auto& p) -> double& { return p.smoother.global_deviations.visual_pose_time_offset; },
       kNotNegative, "s, standard deviation of the time offset of visual poses; 0: not estimated");
-  bound_->real(
-      "visual_pose.time_offset_deviation",
-      [](auto& p) -> double& { return p.smoother.global_deviations.visual_pose_time_offset; },
-      kNotNegative, "s, standard deviation of the time offset of visual poses; 0: not estimated");
 }
 
 void EstimatorParameters::declare_use() {
