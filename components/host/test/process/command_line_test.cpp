@@ -244,7 +244,9 @@ TEST_F(CommandLine, SignalsEndTheSearch) {
 }
 
 TEST_F(CommandLine, ReadsParameters) {
-  EXPECT_EQ(out({"param", "list", "/talker"}), "  count\n  period\n  text\n  use_sim_time\n");
+  EXPECT_EQ(out({"param", "list", "/talker"}),
+            "  count\n  inputs.maximum_ages\n  inputs.minimum_rates\n  inputs.topics\n"
+            "  period\n  text\n  use_sim_time\n");
   expect_listed({"param", "list"},
                 AllOf(HasSubstr("/talker:\n  count\n"), HasSubstr("/far/talker:\n  count\n")));
   EXPECT_THAT(out({"param", "list", "/talker", "--param-type"}),
@@ -258,8 +260,9 @@ TEST_F(CommandLine, ReadsParameters) {
             "  Description: time between two messages, s\n"
             "  Constraints:\n    Min value: 0.001\n    Max value: 10.0\n");
   EXPECT_EQ(out({"param", "dump", "/talker"}),
-            "/talker:\n  ros__parameters:\n    count: 0\n    period: 0.02\n    text: \"it's: x\"\n"
-            "    use_sim_time: false\n");
+            "/talker:\n  ros__parameters:\n    count: 0\n"
+            "    inputs:\n      maximum_ages: []\n      minimum_rates: []\n      topics: []\n"
+            "    period: 0.02\n    text: \"it's: x\"\n    use_sim_time: false\n");
 }
 
 TEST_F(CommandLine, SetsParameters) {
