@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "endpoint_name.hpp"
 #include "input_watch.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
@@ -75,12 +76,6 @@ constexpr std::array kClientTotals{
     Total<ClientStatistics>{"late_replies", &ClientStatistics::late_replies, false},
 };
 
-template <class Endpoint>
-std::string ros_name(const Endpoint& endpoint) {
-  const WireTopic& topic = endpoint.topic();
-  const auto demangled = demangle_topic_name(topic.name);
-  return demangled ? demangled->name : topic.name;
-}
 std::string ros_name(const UntypedActionServer& server) {
   return server.name();
 }

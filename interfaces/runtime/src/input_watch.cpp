@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "endpoint_name.hpp"
 #include "pipescout/runtime/names.hpp"
 
 namespace pipescout {
@@ -28,11 +29,6 @@ double window_of(const InputExpectation& expected) {
   return expected.minimum_rate > 0.0
              ? std::max(kShortestWindow, kMessagesOfWindow / expected.minimum_rate)
              : kShortestWindow;
-}
-
-std::string ros_name(const UntypedSubscription& subscription) {
-  const auto demangled = demangle_topic_name(subscription.topic().name);
-  return demangled ? demangled->name : subscription.topic().name;
 }
 
 /// For people: "99.8", "0.0123".
