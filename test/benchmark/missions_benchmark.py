@@ -6,7 +6,8 @@ The crawler's, the rack's and the patrol's mission, shortened, are recorded with
 and replayed into the same components without the simulator: at the highest rate, again, and in
 real time; the output bags must be the same bytes. Then each mission runs alone, beside a recorder,
 beside busy loops and beside a reader that stops (test/systems/listeners_test.py). Builds what it
-runs. Takes some minutes; for the speed give it an idle machine.
+runs. Takes half an hour, a third of it for the crawler's replay in real time; for the speed give
+it an idle machine.
 """
 import argparse
 import json
@@ -27,7 +28,7 @@ LISTENERS_TEST = ROOT / "test" / "systems" / "listeners_test.py"
 LEAST_PATROL_SPEED = 10.0  # times real time
 # What shortens the mission, by mission; its simulator.
 MISSIONS = {
-    "crawler": (["--param", "crawler_simulation.length:=20.0"], "crawler_simulation"),
+    "crawler": (["--param", "crawler_simulation.length:=150.0"], "crawler_simulation"),
     "rack": (["--param", "visual_servo.way_points:=[0.9, 4.0, 2.6, 1.5707963]", "duration:=40.0",
               "rate:=1000.0"], "rack_simulation"),
     "patrol": (["--param", "patrol_simulation.row.length:=6.0",
@@ -88,7 +89,8 @@ def replays(environment, mission, scratch):
     outputs = []
     took = []
     for name, more in (("first", []), ("second", []), ("real_time", ["--rate", "1"])):
-        out = scratch / name
+        out = scratch / name / "bag"  # of one name: files and metadata have it
+        out.parent.mkdir()
         begin = time.monotonic()
         pipescout(environment, "run", composition, "--bag", bag, "--record", out,
                   "--out", scratch / f"{name}_mission", *more)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
@@ -10,13 +11,15 @@
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/parameters.hpp"
+#include "pipescout/runtime/timer.hpp"
 
 namespace pipescout {
 
 /// Shared with what is posted to the executor, which may outlive the handle.
 class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
  public:
-  Impl(Node& node, std::string_view what, const std::vector<std::string>& topics) : node_(node) {
+  Impl(Node& node, std::string_view what, const std::vector<std::string>& topics)
+      : node_(node), what_(what) {
     const std::string description = "nodes that must have subscribed before " + std::string(what) +
                                     "; takes effect when configured";
     const auto declare = [&](const std::string& name, const std::string& of) {
@@ -41,6 +44,9 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
     }
     std::vector<Awaited> awaited;
     for (std::size_t i = 0; i < publishers.size(); ++i) {
+      if (publishers[i] == nullptr) {
+        continue;
+      }
       const auto names = parameters_[i].share();
       for (const std::string& name : *names) {
         awaited.push_back({resolve(name, names_[i]), publishers[i]});
@@ -56,6 +62,13 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
       }
     });
     look();
+    if (!all_there_) {
+      // By real time: simulated time may not run before.
+      complaint_ = std::make_unique<Timer>(node_.default_group(), kUsualWait, [this] {
+        complaint_->set_enabled(false);
+        node_.logger().warn("before " + what_ + " it waits for the subscriptions of " + missing());
+      });
+    }
   }
 
   std::function<void(std::size_t)> on_matched() {
@@ -68,6 +81,7 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
 
   void stop() {
     changes_.reset();
+    complaint_.reset();
     awaited_.clear();
     arrived_ = nullptr;
     all_there_ = false;
@@ -90,6 +104,8 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
 
  private:
   static constexpr const char* kParameter = "wait_for_subscribers";
+  /// Longer than processes of a composition take to start and to find each other.
+  static constexpr Duration kUsualWait = std::chrono::seconds(5);
 
   struct Awaited {
     NodeName node;
@@ -145,16 +161,19 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
     }
     all_there_ = true;
     changes_.reset();
+    complaint_.reset();
     const auto arrived = std::exchange(arrived_, nullptr);
     arrived();
   }
 
   Node& node_;
+  const std::string what_;
   std::vector<std::string> names_;  // of the parameters
   std::vector<Parameter<std::vector<std::string>>> parameters_;
   std::vector<Awaited> awaited_;
   std::function<void()> arrived_;  // empty: nobody waits
   std::shared_ptr<void> changes_;
+  std::unique_ptr<Timer> complaint_;
   std::atomic<bool> look_is_due_ = false;
   bool all_there_ = false;
 };

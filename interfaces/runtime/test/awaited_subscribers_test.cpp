@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
@@ -138,6 +139,26 @@ TEST_F(AwaitedSubscribersTest, ARemoteNodeCountsOnceItIsMatchedWhateverComesFirs
   } while (network_.deliver_one());
   settle();
   EXPECT_EQ(source.arrivals, 1);
+}
+
+TEST_F(AwaitedSubscribersTest, NobodyIsAwaitedOnATopicThatIsNotPublished) {
+  Source source(here_, {"listener"}, {"nobody"});
+  const Listener listener(here_, "listener", {"left"});
+  int arrivals = 0;
+  source.awaited.watch({source.left_publisher.untyped(), nullptr}, [&] { ++arrivals; });
+  EXPECT_EQ(arrivals, 1);
+}
+
+TEST_F(AwaitedSubscribersTest, WhoDoesNotComeIsLogged) {
+  Source source(here_, {"late"}, {});
+  std::string logged;
+  Logger logger = source.node.logger();  // a copy shares its state
+  logger.set_sink(
+      [&](LogSeverity, const std::string& text, const Logger::Location&) { logged = text; });
+  source.watch();
+  here_.executor.spin_until([&] { return !logged.empty(); }, std::chrono::minutes(1));
+  EXPECT_EQ(logged,
+            "before it starts it waits for the subscriptions of /robot/late to /robot/left");
 }
 
 TEST_F(AwaitedSubscribersTest, StopsAndBeginsAgain) {

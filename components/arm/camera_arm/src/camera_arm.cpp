@@ -44,19 +44,13 @@ CallbackReturn CameraArm::on_configure() {
   request_ = ArmRequest::kTrack;
   cycles_ = 0;
 
-  command_publisher_ = create_publisher(topics::kArmCommand);
-  state_publisher_ = create_publisher(topics::kArmState);
+  command_publisher_ =
+      create_publisher(topics::kArmCommand, {.events = {.matched = awaited_.on_matched()}});
+  state_publisher_ =
+      create_publisher(topics::kArmState, {.events = {.matched = awaited_.on_matched()}});
   if (settings_->publish_tf) {
     tf_publisher_ = create_publisher(topics::kTf);
   }
-  joint_subscription_ = create_subscription(
-      topics::kJointStates, [this](const JointState& message) { on_joint_states(message); });
-  camera_info_subscription_ = create_subscription(
-      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
-  track_subscription_ = create_subscription(
-      topics::kPipeTrack, [this](const PipeTrack& message) { on_track(message); });
-  odometry_subscription_ = create_subscription(
-      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   stow_service_ = create_service<SetBool>(
       "~/stow", [this](const SetBool::Request& request, SetBool::Response& response) {
         response.success = is_commandable(response.message);
@@ -71,8 +65,21 @@ CallbackReturn CameraArm::on_configure() {
           controller_->reset();
         }
       });
+  awaited_.watch({command_publisher_.untyped(), state_publisher_.untyped()},
+                 [this] { subscribe(); });
   cycle_timer_ = create_timer(from_seconds(settings_->controller.period), [this] { cycle(); });
   return CallbackReturn::kSuccess;
+}
+
+void CameraArm::subscribe() {
+  joint_subscription_ = create_subscription(
+      topics::kJointStates, [this](const JointState& message) { on_joint_states(message); });
+  camera_info_subscription_ = create_subscription(
+      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  odometry_subscription_ = create_subscription(
+      topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  track_subscription_ = create_subscription(
+      topics::kPipeTrack, [this](const PipeTrack& message) { on_track(message); });
 }
 
 CallbackReturn CameraArm::on_activate() {
@@ -83,6 +90,7 @@ CallbackReturn CameraArm::on_activate() {
 }
 
 CallbackReturn CameraArm::on_cleanup() {
+  awaited_.stop();
   cycle_timer_.reset();
   stow_service_ = {};
   reset_service_ = {};

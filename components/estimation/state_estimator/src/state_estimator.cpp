@@ -94,13 +94,16 @@ CallbackReturn StateEstimator::on_configure() {
   told_updates_ = 0;
   hinted_.reset();
   imu_heard_ = true;
+  is_subscribed_ = false;
   rack_is_lost_ = false;
   start_is_given_ = false;
   status_ = {};
   told_ = {};
 
-  odometry_publisher_ = create_publisher(topics::kOdometryFiltered);
-  state_publisher_ = create_publisher(topics::kEstimatorState);
+  odometry_publisher_ =
+      create_publisher(topics::kOdometryFiltered, {.events = {.matched = awaited_.on_matched()}});
+  state_publisher_ =
+      create_publisher(topics::kEstimatorState, {.events = {.matched = awaited_.on_matched()}});
   hint_publisher_ = create_publisher(topics::kRackPoseHint);
   if (settings_.publish_tf) {
     tf_publisher_ = create_publisher(topics::kTf);
@@ -109,7 +112,26 @@ CallbackReturn StateEstimator::on_configure() {
     planar_.emplace(estimation::PlanarMotionParameters{
         .gravity = settings_.estimator.smoother.gravity,
         .longest_gap = settings_.estimator.odometer.largest_gap});
-  } else {
+  }
+  awaited_.watch({odometry_publisher_.untyped(), state_publisher_.untyped()},
+                 [this] { subscribe(); });
+  silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
+    if (is_subscribed_ && !std::exchange(imu_heard_, false)) {
+      const std::string input = settings_.implied_imu
+                                    ? "motion of source '" +
+                                          settings_.sources[*settings_.implied_imu].name +
+                                          "', which stands for an IMU,"
+                                    : std::string("reading of the IMU on imu/data");
+      report_fault("imu.silent", "no " + input + " for " + seconds(settings_.silent_after));
+    }
+    status_ = estimator_->status();
+    tell_status();
+  });
+  return CallbackReturn::kSuccess;
+}
+
+void StateEstimator::subscribe() {
+  if (!settings_.implied_imu) {
     imu_subscription_ =
         create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
   }
@@ -126,22 +148,11 @@ CallbackReturn StateEstimator::on_configure() {
   initial_pose_subscription_ = create_subscription(
       topics::kInitialPose, [this](const Pose& message) { on_initial_pose(message); });
   subscribe_to_sources();
-  silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
-    if (!std::exchange(imu_heard_, false)) {
-      const std::string input = settings_.implied_imu
-                                    ? "motion of source '" +
-                                          settings_.sources[*settings_.implied_imu].name +
-                                          "', which stands for an IMU,"
-                                    : std::string("reading of the IMU on imu/data");
-      report_fault("imu.silent", "no " + input + " for " + seconds(settings_.silent_after));
-    }
-    status_ = estimator_->status();
-    tell_status();
-  });
-  return CallbackReturn::kSuccess;
+  is_subscribed_ = true;
 }
 
 CallbackReturn StateEstimator::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   imu_subscription_ = {};
   fix_subscription_ = {};

@@ -194,6 +194,22 @@ TEST_F(StateEstimatorTest, PublishesLessOftenWhenAsked) {
   EXPECT_EQ(odometry_.size() - before, 20U);
 }
 
+TEST_F(StateEstimatorTest, InputsAreHeardOnceTheNamedNodeListensToTheState) {
+  start({{"wait_for_subscribers.odometry", std::vector<std::string>{"recorder"}}});
+  drive(0, 1);
+  EXPECT_TRUE(states_.empty());
+  Node recorder({.context = harness_.context().shared_from_this(),
+                 .executor = &harness_.executor(),
+                 .name = {"/", "recorder"}});
+  std::size_t recorded = 0;
+  const auto subscription = recorder.create_subscription(
+      topics::kOdometryFiltered, [&](const nav_msgs::msg::Odometry&) { ++recorded; });
+  harness_.spin();
+  drive(1, 12);
+  EXPECT_FALSE(odometry_.empty());
+  EXPECT_EQ(recorded, odometry_.messages().size());
+}
+
 TEST_F(StateEstimatorTest, SaysWhatItWaitsFor) {
   start(known_datum());
   drive(0, 3, false);

@@ -91,22 +91,29 @@ CallbackReturn LeakInspector::on_configure() {
   failed_ = 0;
   image_heard_ = true;
 
-  detections_publisher_ = create_publisher(topics::kLeakDetections);
-  event_publisher_ = create_publisher(topics::kLeakEvents);
-  image_subscription_ = create_subscription(topics::kThermalImage,
-                                            [this](const Image& message) { on_image(message); });
-  camera_info_subscription_ = create_subscription(
-      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  detections_publisher_ =
+      create_publisher(topics::kLeakDetections, {.events = {.matched = awaited_.on_matched()}});
+  event_publisher_ =
+      create_publisher(topics::kLeakEvents, {.events = {.matched = awaited_.on_matched()}});
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
-    if (!std::exchange(image_heard_, false)) {
+    if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
                    "no image for " + std::to_string(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  awaited_.watch({detections_publisher_.untyped(), event_publisher_.untyped()},
+                 [this] { subscribe(); });
   return CallbackReturn::kSuccess;
+}
+
+void LeakInspector::subscribe() {
+  camera_info_subscription_ = create_subscription(
+      topics::kThermalCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ = create_subscription(topics::kThermalImage,
+                                            [this](const Image& message) { on_image(message); });
 }
 
 CallbackReturn LeakInspector::on_deactivate() {
@@ -131,6 +138,7 @@ CallbackReturn LeakInspector::on_deactivate() {
 }
 
 CallbackReturn LeakInspector::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   counts_timer_.reset();
   image_subscription_ = {};

@@ -187,6 +187,23 @@ TEST_F(LeakInspectorTest, RaisesALeakWhereItIs) {
   EXPECT_GE(detected, 10U);
 }
 
+TEST_F(LeakInspectorTest, PicturesAreHeardOnceTheNamedNodeListensToTheDetections) {
+  start({{"wait_for_subscribers.detections", std::vector<std::string>{"recorder"}}});
+  send_calibration();
+  drive(10, 11);
+  EXPECT_TRUE(detections_.messages().empty());
+  Node recorder({.context = harness_.context().shared_from_this(),
+                 .executor = &harness_.executor(),
+                 .name = {"/", "recorder"}});
+  std::size_t recorded = 0;
+  const auto subscription = recorder.create_subscription(
+      topics::kLeakDetections, [&](const LeakDetections&) { ++recorded; });
+  harness_.spin();
+  drive(11, 12);
+  EXPECT_FALSE(detections_.messages().empty());
+  EXPECT_EQ(recorded, detections_.messages().size());
+}
+
 TEST_F(LeakInspectorTest, RaisesItWithinThreePicturesOfSeeingIt) {
   start();
   send_calibration();

@@ -254,27 +254,34 @@ CallbackReturn RackLocalizer::on_configure() {
                    diagonal(start_position_deviation_.get(), start_rotation_deviation_.get())};
   }
 
-  pose_publisher_ = create_publisher(topics::kRackPose);
-  state_publisher_ = create_publisher(topics::kRackState);
-  image_subscription_ = create_subscription(topics::kCameraImage,
-                                            [this](const Image& message) { on_image(message); });
-  camera_info_subscription_ = create_subscription(
-      topics::kCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  pose_publisher_ =
+      create_publisher(topics::kRackPose, {.events = {.matched = awaited_.on_matched()}});
+  state_publisher_ =
+      create_publisher(topics::kRackState, {.events = {.matched = awaited_.on_matched()}});
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   hint_subscription_ = create_subscription(topics::kRackPoseHint,
                                            [this](const Pose& message) { on_pose_hint(message); });
   const double silent_after = silent_after_.get();
   silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
-    if (!std::exchange(image_heard_, false)) {
+    if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent", "no image for " + std::to_string(silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
+  awaited_.watch({pose_publisher_.untyped(), state_publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
+void RackLocalizer::subscribe() {
+  camera_info_subscription_ = create_subscription(
+      topics::kCameraInfo, [this](const CameraInfo& message) { on_camera_info(message); });
+  image_subscription_ = create_subscription(topics::kCameraImage,
+                                            [this](const Image& message) { on_image(message); });
+}
+
 CallbackReturn RackLocalizer::on_cleanup() {
+  awaited_.stop();
   silence_timer_.reset();
   counts_timer_.reset();
   image_subscription_ = {};

@@ -261,11 +261,9 @@ CallbackReturn VisualServo::on_configure() {
   told_outcomes_ = 0;
   told_complete_ = false;
   // Its last command, zero, is said after the managed endpoints have been disabled.
-  publisher_ = create_publisher(topics::kVelocityCommand, {.managed = false});
-  pose_subscription_ =
-      create_subscription(topics::kRackPose, [this](const Pose& message) { on_pose(message); });
-  state_subscription_ =
-      create_subscription(topics::kRackState, [this](const State& message) { on_state(message); });
+  publisher_ = create_publisher(topics::kVelocityCommand,
+                                {.events = {.matched = awaited_.on_matched()}, .managed = false});
+  awaited_.watch({publisher_.untyped()}, [this] { subscribe(); });
   timer_ = create_timer(longest_silence_, [this] {
     // Only what poses and states did not make it say.
     if (!commanded_at_ || now() < *commanded_at_ || now() - *commanded_at_ >= longest_silence_) {
@@ -275,6 +273,13 @@ CallbackReturn VisualServo::on_configure() {
   return CallbackReturn::kSuccess;
 }
 
+void VisualServo::subscribe() {
+  pose_subscription_ =
+      create_subscription(topics::kRackPose, [this](const Pose& message) { on_pose(message); });
+  state_subscription_ =
+      create_subscription(topics::kRackState, [this](const State& message) { on_state(message); });
+}
+
 CallbackReturn VisualServo::on_deactivate() {
   servo_->reset();
   publish(ServoCommand{}, now());
@@ -282,6 +287,7 @@ CallbackReturn VisualServo::on_deactivate() {
 }
 
 CallbackReturn VisualServo::on_cleanup() {
+  awaited_.stop();
   timer_.reset();
   pose_subscription_ = {};
   state_subscription_ = {};

@@ -85,15 +85,16 @@ CallbackReturn PatrolSimulation::on_configure() {
   true_track_publisher_ =
       create_publisher(topics::kTruePipeTrack, {.events = {.matched = matched}});
   if (with_arm) {
-    joint_publisher_ = create_publisher(topics::kJointStates);
+    joint_publisher_ = create_publisher(topics::kJointStates, {.events = {.matched = matched}});
     command_subscription_ = create_subscription(
         topics::kArmCommand, [this](const JointTrajectory& message) { on_command(message); });
   }
   run_steps_.configure(
       *clock_publisher_.untyped(),
       {image_publisher_.untyped(), camera_info_publisher_.untyped(), imu_publisher_.untyped(),
-       fix_publisher_.untyped(), readings_publisher_.untyped(), true_odometry_publisher_.untyped(),
-       true_leaks_publisher_.untyped(), true_track_publisher_.untyped()},
+       fix_publisher_.untyped(), readings_publisher_.untyped(), joint_publisher_.untyped(),
+       true_odometry_publisher_.untyped(), true_leaks_publisher_.untyped(),
+       true_track_publisher_.untyped()},
       from_seconds(step_period_), [this] { return next_step(); },
       [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   return CallbackReturn::kSuccess;

@@ -15,7 +15,8 @@ namespace pipescout {
 
 /// Nodes, named in parameters of a component, that must have subscribed to what it publishes before
 /// it begins: none of them misses the first message, however they are spread over processes. Who
-/// else listens, a recorder beside a mission for example, makes no difference.
+/// else listens, a recorder beside a mission for example, makes no difference. Who is still missing
+/// after 5 s is logged, once.
 ///
 /// To be used in the node's default group.
 class AwaitedSubscribers {
@@ -33,8 +34,9 @@ class AwaitedSubscribers {
   /// For PublisherEvents::matched of the publishers: a match is no change of the graph.
   [[nodiscard]] std::function<void(std::size_t)> on_matched();
   /// Reads the parameters. `arrived` is called once, as soon as all are there: at once, within this
-  /// call, or later in the node's default group. `publishers`: one for each of the topics. Throws
-  /// std::invalid_argument, with the name of the parameter, for an invalid node name.
+  /// call, or later in the node's default group. `publishers`: one for each of the topics; null
+  /// where it is not published, so that nobody is waited for there. Throws std::invalid_argument,
+  /// with the name of the parameter, for an invalid node name.
   void watch(const std::vector<std::shared_ptr<UntypedPublisher>>& publishers,
              std::function<void()> arrived);
   /// `arrived` is not called any more.

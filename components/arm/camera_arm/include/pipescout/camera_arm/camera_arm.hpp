@@ -17,6 +17,7 @@
 
 #include "pipescout/camera_arm/arm_settings.hpp"
 #include "pipescout/manipulation/arm_controller.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
@@ -50,6 +51,8 @@ class CameraArm final : public Component {
 
   /// Services take requests while active only; else `refusal` says so.
   [[nodiscard]] bool is_commandable(std::string& refusal) const;
+  /// The inputs are subscribed to when enough subscriptions of the outputs are matched.
+  void subscribe();
   void on_joint_states(const JointState& message);
   void on_track(const PipeTrack& message);
   void on_odometry(const Odometry& message);
@@ -60,6 +63,8 @@ class CameraArm final : public Component {
   void tell(const manipulation::ArmCommand& command);
 
   ArmParameters declared_;
+  AwaitedSubscribers awaited_{
+      *this, "the component subscribes to its inputs", {"command", "state"}};
 
   // As configured.
   std::optional<ArmSettings> settings_;

@@ -21,6 +21,7 @@
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/estimation/wheel_drive.hpp"
 #include "pipescout/geometry/geodesy.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/state_estimator/agreeing_fixes.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
@@ -53,6 +54,8 @@ class StateEstimator final : public Component {
   using State = pipescout_msgs::msg::EstimatorState;
   using Transforms = tf2_msgs::msg::TFMessage;
 
+  /// The inputs are subscribed to when enough subscriptions of the outputs are matched.
+  void subscribe();
   void on_imu(const Imu& message);
   void take_reading(const estimation::ImuReading& reading);
   void on_fix(const Fix& message);
@@ -122,6 +125,8 @@ class StateEstimator final : public Component {
   };
 
   EstimatorParameters declared_;
+  AwaitedSubscribers awaited_{
+      *this, "the component subscribes to its inputs", {"odometry", "state"}};
 
   EstimatorSettings settings_;  // as configured
   std::optional<estimation::StateEstimator> estimator_;
@@ -135,6 +140,7 @@ class StateEstimator final : public Component {
   std::optional<Time> published_;
   std::uint64_t told_updates_ = 0;
   std::optional<Time> hinted_;
+  bool is_subscribed_ = false;
   bool imu_heard_ = true;
   bool rack_is_lost_ = false;
   bool start_is_given_ = false;

@@ -18,6 +18,7 @@
 #include "pipescout/leak_inspector/inspector_settings.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/message_conversions/thermal_image.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
@@ -47,6 +48,8 @@ class LeakInspector final : public Component {
   using CameraInfo = sensor_msgs::msg::CameraInfo;
   using Odometry = nav_msgs::msg::Odometry;
 
+  /// Images are subscribed to when enough subscriptions of what is found are matched.
+  void subscribe();
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
@@ -64,6 +67,8 @@ class LeakInspector final : public Component {
   void tell_counts();
 
   InspectorParameters declared_;
+  AwaitedSubscribers awaited_{
+      *this, "the component subscribes to images", {"detections", "events"}};
 
   // As configured.
   std::optional<InspectorSettings> settings_;

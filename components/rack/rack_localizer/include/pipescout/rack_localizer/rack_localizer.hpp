@@ -18,6 +18,7 @@
 #include "pipescout/message_conversions/grey_image.hpp"
 #include "pipescout/message_conversions/odometry_history.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 
@@ -51,6 +52,8 @@ class RackLocalizer final : public Component {
   [[nodiscard]] rack_vision::RackLocalizationParameters localization_parameters() const;
   [[nodiscard]] rack_vision::FirstPoseHint hint() const;
 
+  /// Images are subscribed to when enough subscriptions of the pose are matched.
+  void subscribe();
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
@@ -62,6 +65,7 @@ class RackLocalizer final : public Component {
   void publish(const Image& image, const rack_vision::RackTrackerResult& result);
   void tell_counts();
 
+  AwaitedSubscribers awaited_{*this, "the component subscribes to images", {"pose", "state"}};
   Parameter<std::string> rack_file_;
   Parameter<std::string> frame_id_;
   Parameter<std::vector<double>> start_position_;

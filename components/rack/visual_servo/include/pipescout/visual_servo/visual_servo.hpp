@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 
 namespace pipescout {
@@ -47,6 +48,8 @@ class VisualServo final : public Component {
   [[nodiscard]] rack_vision::WayPointMission new_mission() const;
   [[nodiscard]] rack_vision::VisualServoParameters servo_parameters() const;
 
+  /// The inputs are subscribed to when enough subscriptions of the command are matched.
+  void subscribe();
   void on_pose(const Pose& message);
   /// Infinite, and counted, when the covariance is invalid; 0 when it is not given.
   [[nodiscard]] Deviation deviation_of(const Pose& message);
@@ -57,6 +60,7 @@ class VisualServo final : public Component {
   void publish(const rack_vision::ServoCommand& command, Time stamp);
   void tell(const rack_vision::ServoCommand& command);
 
+  AwaitedSubscribers awaited_{*this, "the component subscribes to its inputs"};
   Parameter<std::vector<double>> way_points_;
   Parameter<double> hold_;
   Parameter<double> path_speed_;

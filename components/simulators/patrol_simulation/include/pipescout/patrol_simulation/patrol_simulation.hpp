@@ -99,8 +99,8 @@ class PatrolSimulation final : public Component {
   Subscription<JointTrajectory> command_subscription_;
   // Last: its steps end before their publishers.
   SimulationRun run_steps_{*this,
-                           {"image", "camera_info", "imu", "fix", "readings", "true_odometry",
-                            "true_leaks", "true_track"}};
+                           {"image", "camera_info", "imu", "fix", "readings", "joint_states",
+                            "true_odometry", "true_leaks", "true_track"}};
 };
 
 }  // namespace pipescout
