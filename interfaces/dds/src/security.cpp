@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "security.hpp"
 
-#include <sys/stat.h>
-
 #include <array>
 #include <chrono>
 #include <ctime>
@@ -11,23 +9,30 @@
 #include <system_error>
 #include <utility>
 
-#include "security_files.hpp"
+#include "pipescout/keystore/certificates.hpp"
+#include "pipescout/keystore/enclave_files.hpp"
 
 namespace pipescout::dds {
 namespace {
 
 namespace fs = std::filesystem;
 
-// As rmw_dds_common (Humble) names them.
-constexpr const char* kIdentityCa = "identity_ca.cert.pem";
-constexpr const char* kCertificate = "cert.pem";
-constexpr const char* kPrivateKey = "key.pem";
-constexpr const char* kPermissionsCa = "permissions_ca.cert.pem";
-constexpr const char* kGovernance = "governance.p7s";
-constexpr const char* kPermissions = "permissions.p7s";
+using keystore::Certificate;
+using keystore::content_of;
+using keystore::date_text;
+using keystore::kCertificate;
+using keystore::kEnclaveRevocations;
+using keystore::KeystoreError;
+using keystore::kGovernance;
+using keystore::kIdentityCa;
+using keystore::kPermissions;
+using keystore::kPermissionsCa;
+using keystore::kPrivateKey;
+using keystore::RevocationList;
+using keystore::Validity;
+
 constexpr std::array kRequired{kIdentityCa,    kCertificate, kPrivateKey,
                                kPermissionsCa, kGovernance,  kPermissions};
-constexpr const char* kRevocations = "crl.pem";  // may be missing
 
 // From when on the end of a validity is warned of.
 constexpr std::time_t kWarningSeconds = std::time_t{30} * 24 * 3600;
@@ -41,15 +46,6 @@ std::string read(const fs::path& file) {
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {
   throw TransportError("DDS Security: " + file.string() + ": " + why);
-}
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string content(std::istreambuf_iterator<char>(stream), {});
-  if (!stream || content.empty()) {
-    refuse(file, "cannot be read, or is empty");
-  }
-  return content;
 }
 
 /// Why the enclave cannot be used at all; empty when all files are there.
@@ -70,45 +66,74 @@ std::string missing(const SecurityOptions& security, const std::string& enclave,
   return {};
 }
 
-void check_owner_alone(const fs::path& key) {
-  struct stat status {};
-  if (stat(key.c_str(), &status) != 0) {
-    refuse(key, "cannot be read");
-  }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    refuse(key, "others than its owner have access to the private key; chmod 600 it");
-  }
-}
-
 void check_validity(const fs::path& file, const Validity& validity, std::time_t now,
                     Warnings& warnings) {
   if (now < validity.not_before) {
-    refuse(file, "not valid before " + utc_text(validity.not_before) + "; it is " + utc_text(now) +
-                     " now");
+    refuse(file, "not valid before " + date_text(validity.not_before) + "; it is " +
+                     date_text(now) + " now");
   }
   if (now > validity.not_after) {
     refuse(file,
-           "expired on " + utc_text(validity.not_after) + "; it is " + utc_text(now) + " now");
+           "expired on " + date_text(validity.not_after) + "; it is " + date_text(now) + " now");
   }
   if (now > validity.not_after - kWarningSeconds) {
-    warnings.add("DDS Security: " + file.string() + " expires on " + utc_text(validity.not_after));
+    warnings.add("DDS Security: " + file.string() + " expires on " + date_text(validity.not_after));
+  }
+}
+
+template <class T>
+T load(const fs::path& file) {
+  const std::string text = content_of(file);
+  try {
+    return T(text);
+  } catch (const KeystoreError& error) {
+    refuse(file, error.what());
+  }
+}
+
+void check_documents(const fs::path& folder, const Certificate& permissions_ca, std::time_t now,
+                     Warnings& warnings) {
+  for (const char* const name : {kGovernance, kPermissions}) {
+    const auto document = permissions_ca.verified(content_of(folder / name));
+    if (!document) {
+      refuse(folder / name, std::string("not signed by the authority of ") + kPermissionsCa +
+                                ", or changed since");
+    }
+    try {
+      for (const Validity& validity : keystore::validities_in(*document)) {
+        check_validity(folder / name, validity, now, warnings);
+      }
+    } catch (const KeystoreError& error) {
+      refuse(folder / name, error.what());
+    }
+  }
+}
+
+void check_revocations(const fs::path& folder, const Certificate& identity_ca,
+                       const Certificate& own, std::time_t now, Warnings& warnings) {
+  const fs::path file = folder / kEnclaveRevocations;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    return;
+  }
+  const auto revocations = load<RevocationList>(file);
+  if (!revocations.is_signed_by(identity_ca)) {
+    refuse(file, std::string("not signed by the authority of ") + kIdentityCa);
+  }
+  check_validity(file, revocations.validity(), now, warnings);
+  if (const auto since = revocations.revoked_since(own)) {
+    refuse(folder / kCertificate,
+           "was revoked on " + date_text(*since) + " (" + kEnclaveRevocations + ")");
   }
 }
 
 /// Fast DDS says of most of this only that the participant could not be created.
 void check_files(const fs::path& folder, Warnings& warnings) {
   const std::time_t now = std::time(nullptr);
-  check_owner_alone(folder / kPrivateKey);
-  const auto load = [&](const char* name) {
-    try {
-      return Certificate(content_of(folder / name));
-    } catch (const SecurityFileError& error) {
-      refuse(folder / name, error.what());
-    }
-  };
-  const Certificate identity_ca = load(kIdentityCa);
-  const Certificate permissions_ca = load(kPermissionsCa);
-  const Certificate own = load(kCertificate);
+  keystore::check_secret(folder / kPrivateKey);
+  const auto identity_ca = load<Certificate>(folder / kIdentityCa);
+  const auto permissions_ca = load<Certificate>(folder / kPermissionsCa);
+  const auto own = load<Certificate>(folder / kCertificate);
   check_validity(folder / kIdentityCa, identity_ca.validity(), now, warnings);
   check_validity(folder / kPermissionsCa, permissions_ca.validity(), now, warnings);
   check_validity(folder / kCertificate, own.validity(), now, warnings);
@@ -118,32 +143,8 @@ void check_files(const fs::path& folder, Warnings& warnings) {
   if (!own.fits_key(content_of(folder / kPrivateKey))) {
     refuse(folder / kPrivateKey, std::string("is no private key of ") + kCertificate);
   }
-  for (const char* const name : {kGovernance, kPermissions}) {
-    const auto document = permissions_ca.verified(content_of(folder / name));
-    if (!document) {
-      refuse(folder / name, std::string("not signed by the authority of ") + kPermissionsCa +
-                                ", or changed since");
-    }
-    for (const Validity& validity : validities_in(*document)) {
-      check_validity(folder / name, validity, now, warnings);
-    }
-  }
-  std::error_code ignored;
-  if (fs::exists(folder / kRevocations, ignored)) {
-    try {
-      const RevocationList revocations(content_of(folder / kRevocations));
-      if (!revocations.is_signed_by(identity_ca)) {
-        refuse(folder / kRevocations, std::string("not signed by the authority of ") + kIdentityCa);
-      }
-      check_validity(folder / kRevocations, revocations.validity(), now, warnings);
-      if (const auto since = revocations.revoked_since(own)) {
-        refuse(folder / kCertificate,
-               "was revoked on " + utc_text(*since) + " (" + kRevocations + ")");
-      }
-    } catch (const SecurityFileError& error) {
-      refuse(folder / kRevocations, error.what());
-    }
-  }
+  check_documents(folder, permissions_ca, now, warnings);
+  check_revocations(folder, identity_ca, own, now, warnings);
 }
 
 }  // namespace
@@ -173,7 +174,11 @@ std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnin
                  "'Enforce')");
     return {};
   }
-  check_files(folder, warnings);
+  try {
+    check_files(folder, warnings);
+  } catch (const KeystoreError& error) {
+    throw TransportError(std::string("DDS Security: ") + error.what());
+  }
   auto& properties = qos.properties().properties();
   const auto set = [&](const std::string& name, const std::string& value) {
     properties.emplace_back("dds.sec." + name, value);
@@ -191,11 +196,11 @@ std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnin
   set_file("access.builtin.Access-Permissions.governance", kGovernance);
   set_file("access.builtin.Access-Permissions.permissions", kPermissions);
   std::error_code ignored;
-  if (!fs::exists(folder / kRevocations, ignored)) {
+  if (!fs::exists(folder / kEnclaveRevocations, ignored)) {
     return {};
   }
-  set_file("auth.builtin.PKI-DH.identity_crl", kRevocations);
-  return folder / kRevocations;
+  set_file("auth.builtin.PKI-DH.identity_crl", kEnclaveRevocations);
+  return folder / kEnclaveRevocations;
 }
 
 RevocationWatch::RevocationWatch(EventThread& events, std::filesystem::path file,

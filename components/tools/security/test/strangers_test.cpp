@@ -316,7 +316,7 @@ TEST_F(SecurityFiles, UnusableOnesAreNamed) {
   };
   EXPECT_THAT(spoilt("cert.pem", "x"), HasSubstr("cert.pem: is no certificate"));
   EXPECT_THAT(spoilt("key.pem", "x"), HasSubstr("key.pem: is no private key of cert.pem"));
-  EXPECT_THAT(spoilt("governance.p7s", ""), HasSubstr("governance.p7s: cannot be read"));
+  EXPECT_THAT(spoilt("governance.p7s", ""), HasSubstr("governance.p7s: is empty"));
   EXPECT_THAT(spoilt("permissions.p7s", "x"), HasSubstr("permissions.p7s: not signed"));
   EXPECT_THAT(spoilt("crl.pem", "x"), HasSubstr("crl.pem: is no certificate revocation list"));
 }

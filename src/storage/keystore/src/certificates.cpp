@@ -1,132 +1,107 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "certificates.hpp"
+#include "pipescout/keystore/certificates.hpp"
 
 #include <openssl/err.h>
 #include <openssl/pem.h>
 
-#include <string>
+#include <chrono>
+#include <limits>
+#include <string_view>
+
+#include "openssl_handles.hpp"
+#include "pipescout/files/utc_text.hpp"
 
 namespace pipescout::keystore {
 namespace {
 
-constexpr long kVersion3 = 2;
-constexpr long kListVersion2 = 1;
-constexpr int kSerialBits = 159;  // RFC 5280, 4.1.2.2: at most 20 octets, positive
-
-void require(bool good, const char* what) {
-  if (!good) {
-    const auto code = ERR_peek_last_error();
-    const char* const reason = code == 0 ? nullptr : ERR_reason_error_string(code);
-    ERR_clear_error();
-    throw KeystoreError(std::string(what) + (reason == nullptr ? "" : std::string(": ") + reason));
-  }
-}
-
-OpenSsl<BIO> reader_of(const std::string& text) {
-  return OpenSsl<BIO>(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
-}
-
-std::string text_of(BIO& bio) {
-  char* bytes = nullptr;
-  const long size = BIO_get_mem_data(&bio, &bytes);
-  return {bytes, static_cast<std::size_t>(size)};
-}
-
-/// A key with a passphrase cannot be read: OpenSSL would ask for it on the terminal.
-int refuse_passphrase(char*, int, int, void*) {
-  return -1;
-}
-
-std::time_t seconds_of(const ASN1_TIME* time) {
+std::time_t to_time(const ASN1_TIME* time, const char* what) {
   std::tm parts{};
-  require(time != nullptr && ASN1_TIME_to_tm(time, &parts) == 1, "malformed date");
+  if (time == nullptr || ASN1_TIME_to_tm(time, &parts) != 1) {
+    throw KeystoreError(std::string("has no valid ") + what);
+  }
   return timegm(&parts);
 }
 
-void add_extension(X509& certificate, X509* issuer, int kind, const char* value) {
-  X509V3_CTX context;
-  X509V3_set_ctx(&context, issuer, &certificate, nullptr, nullptr, 0);
-  const OpenSsl<X509_EXTENSION> extension(X509V3_EXT_conf_nid(nullptr, &context, kind, value));
-  require(extension != nullptr && X509_add_ext(&certificate, extension.get(), -1) == 1,
-          "cannot add an extension to a certificate");
+/// "2027-11-26T12:00:00" of XML, in UTC.
+std::time_t to_time(const std::string& text) {
+  std::tm parts{};
+  const char* const end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &parts);
+  if (end == nullptr || (*end != '\0' && std::string_view(end) != "Z")) {
+    throw KeystoreError("'" + text + "' is no date such as 2027-11-26T12:00:00");
+  }
+  return timegm(&parts);
 }
 
-Certificate unsigned_certificate(EVP_PKEY& key, const std::string& name, const Validity& validity) {
-  Certificate certificate(X509_new());
-  const OpenSsl<BIGNUM> serial(BN_new());
-  require(BN_rand(serial.get(), kSerialBits, BN_RAND_TOP_ANY, BN_RAND_BOTTOM_ANY) == 1 &&
-              BN_to_ASN1_INTEGER(serial.get(), X509_get_serialNumber(certificate.get())) != nullptr,
-          "cannot make a serial number");
-  X509_NAME* const subject = X509_get_subject_name(certificate.get());
-  require(
-      X509_set_version(certificate.get(), kVersion3) == 1 &&
-          ASN1_TIME_set(X509_getm_notBefore(certificate.get()), validity.not_before) != nullptr &&
-          ASN1_TIME_set(X509_getm_notAfter(certificate.get()), validity.not_after) != nullptr &&
-          X509_set_pubkey(certificate.get(), &key) == 1,
-      "cannot make a certificate");
-  require(X509_NAME_add_entry_by_NID(subject, NID_commonName, MBSTRING_UTF8,
-                                     reinterpret_cast<const unsigned char*>(name.data()),
-                                     static_cast<int>(name.size()), -1, 0) == 1,
-          "cannot name a certificate");
-  return certificate;
-}
-
-void sign_list(X509_CRL& list, EVP_PKEY& authority_key) {
-  require(X509_CRL_sort(&list) == 1 && X509_CRL_sign(&list, &authority_key, EVP_sha256()) > 0,
-          "cannot sign the revocation list");
+/// The texts of all elements of this name; they have no attributes.
+std::vector<std::string> elements(const std::string& document, const std::string& name) {
+  const std::string begin = "<" + name + ">";
+  const std::string end = "</" + name + ">";
+  std::vector<std::string> texts;
+  std::size_t position = 0;
+  while ((position = document.find(begin, position)) != std::string::npos) {
+    position += begin.size();
+    const auto stop = document.find(end, position);
+    if (stop == std::string::npos) {
+      throw KeystoreError("<" + name + "> without an end");
+    }
+    const std::string_view text = std::string_view(document).substr(position, stop - position);
+    const auto first = text.find_first_not_of(" \t\r\n");
+    const auto last = text.find_last_not_of(" \t\r\n");
+    texts.emplace_back(first == std::string_view::npos ? std::string_view{}
+                                                       : text.substr(first, last - first + 1));
+  }
+  return texts;
 }
 
 }  // namespace
 
-Key make_key() {
-  Key key(EVP_EC_gen("P-256"));
-  require(key != nullptr, "cannot make a key");
-  return key;
+std::string date_text(std::time_t time) {
+  return utc_text(std::chrono::sys_seconds(std::chrono::seconds(time)), UtcForm::kReadable);
 }
 
-Certificate make_authority(EVP_PKEY& key, const std::string& name, const Validity& validity) {
-  Certificate certificate = unsigned_certificate(key, name, validity);
-  add_extension(*certificate, certificate.get(), NID_basic_constraints,
-                "critical,CA:TRUE,pathlen:1");
-  add_extension(*certificate, certificate.get(), NID_subject_key_identifier, "hash");
-  require(X509_set_issuer_name(certificate.get(), X509_get_subject_name(certificate.get())) == 1 &&
-              X509_sign(certificate.get(), &key, EVP_sha256()) > 0,
-          "cannot sign a certificate");
-  return certificate;
+Certificate::Certificate(const std::string& pem)
+    : certificate_(PEM_read_bio_X509(reader_of(pem).get(), nullptr, refuse_passphrase, nullptr),
+                   X509_free) {
+  ERR_clear_error();
+  if (certificate_ == nullptr) {
+    throw KeystoreError("is no certificate (PEM)");
+  }
 }
 
-Certificate make_certificate(EVP_PKEY& key, const std::string& name, const Validity& validity,
-                             X509& authority, EVP_PKEY& authority_key) {
-  Certificate certificate = unsigned_certificate(key, name, validity);
-  require(X509_set_issuer_name(certificate.get(), X509_get_subject_name(&authority)) == 1,
-          "cannot name the authority in a certificate");
-  add_extension(*certificate, &authority, NID_basic_constraints, "critical,CA:FALSE");
-  require(X509_sign(certificate.get(), &authority_key, EVP_sha256()) > 0,
-          "cannot sign a certificate");
-  return certificate;
+Certificate::Certificate(x509_st* certificate) : certificate_(certificate, X509_free) {}
+
+Validity Certificate::validity() const {
+  return {to_time(X509_get0_notBefore(certificate_.get()), "start of validity"),
+          to_time(X509_get0_notAfter(certificate_.get()), "end of validity")};
 }
 
-std::string sign(const std::string& document, X509& authority, EVP_PKEY& authority_key) {
-  constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED;
-  const auto input = reader_of(document);
-  const OpenSsl<PKCS7> signature(
-      PKCS7_sign(&authority, &authority_key, nullptr, input.get(), kFlags));
-  const OpenSsl<BIO> output(BIO_new(BIO_s_mem()));
-  const auto again = reader_of(document);
-  require(signature != nullptr &&
-              SMIME_write_PKCS7(output.get(), signature.get(), again.get(), kFlags) == 1,
-          "cannot sign a document");
-  return text_of(*output);
+bool Certificate::is_signed_by(const Certificate& authority) const {
+  const bool valid = X509_verify(certificate_.get(), X509_get0_pubkey(&authority.handle())) == 1;
+  ERR_clear_error();
+  return valid;
 }
 
-std::optional<std::string> verified(const std::string& message, X509& authority) {
+bool Certificate::is_same_as(const Certificate& other) const {
+  return X509_cmp(certificate_.get(), other.certificate_.get()) == 0;
+}
+
+bool Certificate::fits_key(const std::string& key) const {
+  const OpenSsl<EVP_PKEY> loaded(
+      PEM_read_bio_PrivateKey(reader_of(key).get(), nullptr, refuse_passphrase, nullptr));
+  const bool fits =
+      loaded != nullptr && X509_check_private_key(certificate_.get(), loaded.get()) == 1;
+  ERR_clear_error();
+  return fits;
+}
+
+std::optional<std::string> Certificate::verified(const std::string& message) const {
   BIO* detached = nullptr;
-  const auto input = reader_of(message);
-  const OpenSsl<PKCS7> signature(SMIME_read_PKCS7(input.get(), &detached));
+  const OpenSsl<PKCS7> signature(SMIME_read_PKCS7(reader_of(message).get(), &detached));
   const OpenSsl<BIO> document(detached);
   const OpenSsl<BIO> output(BIO_new(BIO_s_mem()));
   const OpenSsl<STACK_OF(X509)> signers(sk_X509_new_null());
-  sk_X509_push(signers.get(), &authority);
+  sk_X509_push(signers.get(), certificate_.get());
+  // As Fast DDS does: the authority itself has signed, whatever certificates the message brings.
   const bool valid = signature != nullptr &&
                      PKCS7_verify(signature.get(), signers.get(), nullptr, document.get(),
                                   output.get(), PKCS7_TEXT | PKCS7_NOVERIFY | PKCS7_NOINTERN) == 1;
@@ -134,97 +109,48 @@ std::optional<std::string> verified(const std::string& message, X509& authority)
   return valid ? std::optional(text_of(*output)) : std::nullopt;
 }
 
-RevocationList make_revocation_list(X509& authority, EVP_PKEY& authority_key, std::time_t now) {
-  RevocationList list(X509_CRL_new());
-  const OpenSsl<ASN1_TIME> today(ASN1_TIME_set(nullptr, now));
-  // Valid as long as the authority: a robot that has been away must not fall silent.
-  require(X509_CRL_set_version(list.get(), kListVersion2) == 1 &&
-              X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(&authority)) == 1 &&
-              X509_CRL_set1_lastUpdate(list.get(), today.get()) == 1 &&
-              X509_CRL_set1_nextUpdate(list.get(), X509_get0_notAfter(&authority)) == 1,
-          "cannot make a revocation list");
-  sign_list(*list, authority_key);
-  return list;
-}
-
-bool add_revoked(X509_CRL& list, X509& certificate, X509& authority, EVP_PKEY& authority_key,
-                 std::time_t now) {
-  if (revoked_since(list, certificate)) {
-    return false;
+RevocationList::RevocationList(const std::string& pem)
+    : list_(PEM_read_bio_X509_CRL(reader_of(pem).get(), nullptr, refuse_passphrase, nullptr),
+            X509_CRL_free) {
+  ERR_clear_error();
+  if (list_ == nullptr) {
+    throw KeystoreError("is no certificate revocation list (PEM)");
   }
-  require(X509_CRL_verify(&list, X509_get0_pubkey(&authority)) == 1,
-          "the revocation list is not signed by the authority of the identities");
-  const OpenSsl<ASN1_TIME> today(ASN1_TIME_set(nullptr, now));
-  OpenSsl<X509_REVOKED> entry(X509_REVOKED_new());
-  require(X509_REVOKED_set_serialNumber(entry.get(), X509_get_serialNumber(&certificate)) == 1 &&
-              X509_REVOKED_set_revocationDate(entry.get(), today.get()) == 1 &&
-              X509_CRL_add0_revoked(&list, entry.get()) == 1,
-          "cannot revoke a certificate");
-  static_cast<void>(entry.release());  // the list has it
-  require(X509_CRL_set1_lastUpdate(&list, today.get()) == 1, "cannot date the revocation list");
-  sign_list(list, authority_key);
-  return true;
 }
 
-std::optional<std::time_t> revoked_since(X509_CRL& list, X509& certificate) {
-  X509_REVOKED* entry = nullptr;
-  if (X509_CRL_get0_by_cert(&list, &entry, &certificate) != 1) {
-    return std::nullopt;
-  }
-  return seconds_of(X509_REVOKED_get0_revocationDate(entry));
+RevocationList::RevocationList(X509_crl_st* list) : list_(list, X509_CRL_free) {}
+
+Validity RevocationList::validity() const {
+  const ASN1_TIME* const next = X509_CRL_get0_nextUpdate(list_.get());
+  return {to_time(X509_CRL_get0_lastUpdate(list_.get()), "date"),
+          next == nullptr ? std::numeric_limits<std::time_t>::max() : to_time(next, "next date")};
 }
 
-Validity validity_of(const X509& certificate) {
-  return {seconds_of(X509_get0_notBefore(&certificate)),
-          seconds_of(X509_get0_notAfter(&certificate))};
-}
-
-bool is_signed_by(X509& certificate, X509& authority) {
-  const bool valid = X509_verify(&certificate, X509_get0_pubkey(&authority)) == 1;
+bool RevocationList::is_signed_by(const Certificate& authority) const {
+  const bool valid = X509_CRL_verify(list_.get(), X509_get0_pubkey(&authority.handle())) == 1;
   ERR_clear_error();
   return valid;
 }
 
-std::string to_pem(EVP_PKEY& key) {
-  const OpenSsl<BIO> output(BIO_new(BIO_s_mem()));
-  require(PEM_write_bio_PrivateKey(output.get(), &key, nullptr, nullptr, 0, nullptr, nullptr) == 1,
-          "cannot write a key");
-  return text_of(*output);
+std::optional<std::time_t> RevocationList::revoked_since(const Certificate& certificate) const {
+  X509_REVOKED* entry = nullptr;
+  if (X509_CRL_get0_by_cert(list_.get(), &entry, &certificate.handle()) != 1) {
+    return std::nullopt;
+  }
+  return to_time(X509_REVOKED_get0_revocationDate(entry), "date of a revocation");
 }
 
-std::string to_pem(X509& certificate) {
-  const OpenSsl<BIO> output(BIO_new(BIO_s_mem()));
-  require(PEM_write_bio_X509(output.get(), &certificate) == 1, "cannot write a certificate");
-  return text_of(*output);
-}
-
-std::string to_pem(X509_CRL& list) {
-  const OpenSsl<BIO> output(BIO_new(BIO_s_mem()));
-  require(PEM_write_bio_X509_CRL(output.get(), &list) == 1, "cannot write a revocation list");
-  return text_of(*output);
-}
-
-Key read_key(const std::string& pem) {
-  Key key(PEM_read_bio_PrivateKey(reader_of(pem).get(), nullptr, refuse_passphrase, nullptr));
-  ERR_clear_error();
-  require(key != nullptr, "is no private key (PEM, without a passphrase)");
-  return key;
-}
-
-Certificate read_certificate(const std::string& pem) {
-  Certificate certificate(
-      PEM_read_bio_X509(reader_of(pem).get(), nullptr, refuse_passphrase, nullptr));
-  ERR_clear_error();
-  require(certificate != nullptr, "is no certificate (PEM)");
-  return certificate;
-}
-
-RevocationList read_revocation_list(const std::string& pem) {
-  RevocationList list(
-      PEM_read_bio_X509_CRL(reader_of(pem).get(), nullptr, refuse_passphrase, nullptr));
-  ERR_clear_error();
-  require(list != nullptr, "is no certificate revocation list (PEM)");
-  return list;
+std::vector<Validity> validities_in(const std::string& document) {
+  const auto starts = elements(document, "not_before");
+  const auto ends = elements(document, "not_after");
+  if (starts.size() != ends.size()) {
+    throw KeystoreError("a validity needs both <not_before> and <not_after>");
+  }
+  std::vector<Validity> validities;
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    validities.push_back({to_time(starts[k]), to_time(ends[k])});
+  }
+  return validities;
 }
 
 }  // namespace pipescout::keystore

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/stat.h>
-
-#include <array>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <system_error>
+#include <utility>
 
-#include "certificates.hpp"
 #include "keystore_files.hpp"
 #include "pipescout/keystore/keystore.hpp"
+#include "signing.hpp"
 
 namespace pipescout::keystore {
 namespace {
@@ -18,15 +14,20 @@ using Severity = Finding::Severity;
 
 constexpr std::time_t kSecondsOfOneDay = 24 * 3600;
 
+template <class T>
+std::optional<T> load_optional(const fs::path& file) {
+  return load<T>(file);
+}
+
 class Check {
  public:
   Check(const fs::path& keystore, int warn_days, std::time_t now)
       : layout_{keystore}, warn_seconds_(warn_days * kSecondsOfOneDay), now_(now) {}
 
   std::vector<Finding> run() {
-    const auto identity = load_certificate(layout_.shared(kIdentityCa), nullptr);
-    const auto permissions = load_certificate(layout_.shared(kPermissionsCa), nullptr);
-    if (identity && permissions && X509_cmp(identity.get(), permissions.get()) == 0) {
+    identity_ = load_certificate(layout_.shared(kIdentityCa));
+    permissions_ = load_certificate(layout_.shared(kPermissionsCa));
+    if (identity_ && permissions_ && identity_->is_same_as(*permissions_)) {
       add(Severity::kWarning, layout_.shared(kPermissionsCa),
           "is the authority of the identities too: who can make one can make the other");
     }
@@ -37,19 +38,16 @@ class Check {
         secret(layout_.secret(key));
       }
     }
-    RevocationList revocations;
     if (fs::exists(layout_.shared(kRevocations), ignored)) {
-      revocations = attempt(layout_.shared(kRevocations),
-                            [&](const fs::path& file) { return load(file, read_revocation_list); });
-      if (revocations && identity &&
-          X509_CRL_verify(revocations.get(), X509_get0_pubkey(identity.get())) != 1) {
+      revocations_ = attempt(layout_.shared(kRevocations), load_optional<RevocationList>);
+      if (revocations_ && identity_ && !revocations_->is_signed_by(*identity_)) {
         add(Severity::kError, layout_.shared(kRevocations),
             "not signed by the authority of the identities");
       }
     }
-    document(layout_.governance(), permissions.get());
+    document(layout_.governance());
     for (const auto& name : list_enclaves(layout_.folder)) {
-      enclave(layout_.enclave(name), identity.get(), permissions.get(), revocations.get());
+      enclave(layout_.enclave(name));
     }
     return std::move(findings_);
   }
@@ -97,38 +95,36 @@ class Check {
     }
   }
 
-  Certificate load_certificate(const fs::path& file, X509* authority) {
-    auto certificate =
-        attempt(file, [](const fs::path& path) { return load(path, read_certificate); });
-    if (certificate == nullptr) {
-      return certificate;
+  std::optional<Certificate> load_certificate(const fs::path& file) {
+    auto certificate = attempt(file, load_optional<Certificate>);
+    if (certificate) {
+      validity(file, certificate->validity());
     }
-    if (authority != nullptr && !is_signed_by(*certificate, *authority)) {
-      add(Severity::kError, file, "not signed by the authority of the identities");
-    }
-    validity(file, validity_of(*certificate));
     return certificate;
   }
 
-  void document(const fs::path& file, X509* authority) {
+  void document(const fs::path& file) {
     const auto text = attempt(file, [](const fs::path& path) { return content_of(path); });
-    if (!text.empty() && authority != nullptr) {
-      const bool good = verified(text, *authority).has_value();
+    if (!text.empty() && permissions_) {
+      const bool good = permissions_->verified(text).has_value();
       add(good ? Severity::kOk : Severity::kError, file,
           good ? "signed by the authority of the permissions"
                : "not signed by the authority of the permissions, or changed since");
     }
   }
 
-  void enclave(const fs::path& folder, X509* identity, X509* permissions, X509_CRL* revocations) {
-    const auto certificate = load_certificate(folder / kCertificate, identity);
-    if (certificate && revocations != nullptr) {
-      if (const auto since = revoked_since(*revocations, *certificate)) {
+  void enclave(const fs::path& folder) {
+    const auto certificate = load_certificate(folder / kCertificate);
+    if (certificate && identity_ && !certificate->is_signed_by(*identity_)) {
+      add(Severity::kError, folder / kCertificate, "not signed by the authority of the identities");
+    }
+    if (certificate && revocations_) {
+      if (const auto since = revocations_->revoked_since(*certificate)) {
         add(Severity::kWarning, folder / kCertificate, "revoked on " + date_text(*since));
       }
     }
     secret(folder / kPrivateKey);
-    document(folder / kPermissions, permissions);
+    document(folder / kPermissions);
     for (const char* const name : {kIdentityCa, kPermissionsCa, kGovernance}) {
       attempt(folder / name, [](const fs::path& path) { return content_of(path); });
     }
@@ -137,40 +133,13 @@ class Check {
   const Layout layout_;
   const std::time_t warn_seconds_;
   const std::time_t now_;
+  std::optional<Certificate> identity_;  // of the authorities
+  std::optional<Certificate> permissions_;
+  std::optional<RevocationList> revocations_;
   std::vector<Finding> findings_;
 };
 
 }  // namespace
-
-std::string date_text(std::time_t time) {
-  std::tm parts{};
-  gmtime_r(&time, &parts);
-  std::array<char, 32> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &parts)};
-}
-
-std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
-    throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
-  }
-  std::string content(std::istreambuf_iterator<char>(stream), {});
-  if (content.empty()) {
-    throw KeystoreError(file.string() + ": is empty");
-  }
-  return content;
-}
-
-void check_secret(const fs::path& file) {
-  struct stat status {};
-  if (stat(file.c_str(), &status) != 0) {
-    throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
-  }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    throw KeystoreError(file.string() +
-                        ": others than its owner have access to the private key; chmod 600 it");
-  }
-}
 
 std::vector<Finding> check(const fs::path& keystore, int warn_days, std::time_t now) {
   return Check(keystore, warn_days, now).run();

@@ -9,9 +9,9 @@
 #include <system_error>
 #include <utility>
 
-#include "certificates.hpp"
 #include "keystore_files.hpp"
 #include "pipescout/files/whole_file.hpp"
+#include "signing.hpp"
 
 namespace pipescout::keystore {
 namespace {
@@ -115,14 +115,14 @@ struct Authority {
 
 Authority load_authority(const Layout& layout, const char* certificate, const char* key) {
   check_secret(layout.secret(key));
-  return {load(layout.shared(certificate), read_certificate), load(layout.secret(key), read_key)};
+  return {load<Certificate>(layout.shared(certificate)), load(layout.secret(key), read_key)};
 }
 
 void make_authority_files(const Layout& layout, const char* certificate_file, const char* key_file,
                           const std::string& name, const Validity& validity) {
   const Key key = make_key();
   write_secret(layout.secret(key_file), to_pem(*key));
-  write(layout.shared(certificate_file), to_pem(*make_authority(*key, name, validity)));
+  write(layout.shared(certificate_file), to_pem(make_authority(*key, name, validity)));
 }
 
 void require_keystore(const Layout& layout) {
@@ -162,12 +162,12 @@ void create_keystore(const fs::path& keystore, unsigned domain, int days, std::t
   make_authority_files(layout, kIdentityCa, kIdentityKey, "Pipescout identities", validity);
   make_authority_files(layout, kPermissionsCa, kPermissionsKey, "Pipescout permissions", validity);
   const auto identity = load_authority(layout, kIdentityCa, kIdentityKey);
-  const auto list = make_revocation_list(*identity.certificate, *identity.key, now);
-  write(layout.shared(kRevocations), to_pem(*list));
+  const auto list = make_revocation_list(identity.certificate, *identity.key, now);
+  write(layout.shared(kRevocations), to_pem(list));
   const auto permissions = load_authority(layout, kPermissionsCa, kPermissionsKey);
   const std::string governance = to_governance_xml(domain);
   write(layout.enclaves() / "governance.xml", governance);
-  write(layout.governance(), sign(governance, *permissions.certificate, *permissions.key));
+  write(layout.governance(), sign(governance, permissions.certificate, *permissions.key));
 }
 
 void create_enclave(const fs::path& keystore, const EnclaveRequest& request, std::time_t now) {
@@ -185,8 +185,8 @@ void create_enclave(const fs::path& keystore, const EnclaveRequest& request, std
   }
   const auto identity = load_authority(layout, kIdentityCa, kIdentityKey);
   const auto permissions = load_authority(layout, kPermissionsCa, kPermissionsKey);
-  const Validity of_identity = validity_of(*identity.certificate);
-  const Validity of_permissions = validity_of(*permissions.certificate);
+  const Validity of_identity = identity.certificate.validity();
+  const Validity of_permissions = permissions.certificate.validity();
   const auto latest = std::min(of_identity.not_after, of_permissions.not_after);
   if (now > latest) {
     throw KeystoreError(keystore.string() + ": an authority expired on " + date_text(latest));
@@ -195,14 +195,14 @@ void create_enclave(const fs::path& keystore, const EnclaveRequest& request, std
   make_folder(folder, fs::perms::owner_all);
   const Key key = make_key();
   const auto certificate =
-      make_certificate(*key, request.name, validity, *identity.certificate, *identity.key);
+      make_certificate(*key, request.name, validity, identity.certificate, *identity.key);
   const std::string grant =
       to_permissions_xml(request.name, request.policy ? &*request.policy : nullptr, request.domain,
                          validity.not_before, validity.not_after);
   write_secret(folder / kPrivateKey, to_pem(*key));
-  write(folder / kCertificate, to_pem(*certificate));
+  write(folder / kCertificate, to_pem(certificate));
   write(folder / "permissions.xml", grant);
-  write(folder / kPermissions, sign(grant, *permissions.certificate, *permissions.key));
+  write(folder / kPermissions, sign(grant, permissions.certificate, *permissions.key));
   link_shared_files(layout, folder);
 }
 
@@ -211,16 +211,16 @@ void revoke(const fs::path& keystore, const std::string& enclave, std::time_t no
   const Layout layout{keystore};
   require_keystore(layout);
   const auto identity = load_authority(layout, kIdentityCa, kIdentityKey);
-  const auto certificate = load(layout.enclave(enclave) / kCertificate, read_certificate);
+  const auto certificate = load<Certificate>(layout.enclave(enclave) / kCertificate);
   std::error_code ignored;
   const auto list = fs::exists(layout.shared(kRevocations), ignored)
-                        ? load(layout.shared(kRevocations), read_revocation_list)
-                        : make_revocation_list(*identity.certificate, *identity.key, now);
-  if (!add_revoked(*list, *certificate, *identity.certificate, *identity.key, now)) {
+                        ? load<RevocationList>(layout.shared(kRevocations))
+                        : make_revocation_list(identity.certificate, *identity.key, now);
+  if (!add_revoked(list, certificate, identity.certificate, *identity.key, now)) {
     throw KeystoreError("enclave '" + enclave + "': was revoked on " +
-                        date_text(*revoked_since(*list, *certificate)));
+                        date_text(*list.revoked_since(certificate)));
   }
-  write(layout.shared(kRevocations), to_pem(*list));
+  write(layout.shared(kRevocations), to_pem(list));
   for (const auto& name : list_enclaves(keystore)) {
     link_shared_files(layout, layout.enclave(name));
   }

@@ -4,23 +4,16 @@
 #include <filesystem>
 #include <string>
 
-#include "pipescout/keystore/keystore.hpp"
+#include "pipescout/keystore/enclave_files.hpp"
 
 /// Where the files of a keystore stand, and how they are read.
 namespace pipescout::keystore {
 
 namespace fs = std::filesystem;
 
-inline constexpr const char* kIdentityCa = "identity_ca.cert.pem";
 inline constexpr const char* kIdentityKey = "identity_ca.key.pem";
-inline constexpr const char* kPermissionsCa = "permissions_ca.cert.pem";
 inline constexpr const char* kPermissionsKey = "permissions_ca.key.pem";
 inline constexpr const char* kRevocations = "identity_ca.crl.pem";
-inline constexpr const char* kEnclaveRevocations = "crl.pem";
-inline constexpr const char* kCertificate = "cert.pem";
-inline constexpr const char* kPrivateKey = "key.pem";
-inline constexpr const char* kGovernance = "governance.p7s";
-inline constexpr const char* kPermissions = "permissions.p7s";
 
 struct Layout {
   fs::path folder;
@@ -34,12 +27,6 @@ struct Layout {
   }
 };
 
-/// Throws KeystoreError naming the file.
-[[nodiscard]] std::string content_of(const fs::path& file);
-
-/// Throws KeystoreError when others than its owner have access to the file.
-void check_secret(const fs::path& file);
-
 /// What a function reads from the content; its errors get the name of the file.
 template <class Read>
 [[nodiscard]] auto load(const fs::path& file, const Read& read) {
@@ -49,6 +36,12 @@ template <class Read>
     const std::string what = error.what();
     throw KeystoreError(what.starts_with(file.string()) ? what : file.string() + ": " + what);
   }
+}
+
+/// The same of what is made from a text.
+template <class T>
+[[nodiscard]] T load(const fs::path& file) {
+  return load(file, [](const std::string& text) { return T(text); });
 }
 
 }  // namespace pipescout::keystore

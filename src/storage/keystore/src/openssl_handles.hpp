@@ -9,6 +9,7 @@
 #include <openssl/x509v3.h>
 
 #include <memory>
+#include <string>
 
 namespace pipescout::keystore {
 
@@ -27,5 +28,22 @@ struct OpenSslDeleter {
 
 template <class T>
 using OpenSsl = std::unique_ptr<T, OpenSslDeleter>;
+
+/// Reads the text, which must outlive it.
+[[nodiscard]] inline OpenSsl<BIO> reader_of(const std::string& text) {
+  return OpenSsl<BIO>(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+}
+
+/// What was written to one in memory.
+[[nodiscard]] inline std::string text_of(BIO& bio) {
+  char* bytes = nullptr;
+  const long size = BIO_get_mem_data(&bio, &bytes);
+  return {bytes, static_cast<std::size_t>(size)};
+}
+
+/// A key with a passphrase cannot be read: OpenSSL would ask for it on the terminal.
+inline int refuse_passphrase(char*, int, int, void*) {
+  return -1;
+}
 
 }  // namespace pipescout::keystore

@@ -4,10 +4,10 @@
 #include <ctime>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "pipescout/keystore/certificates.hpp"
 #include "pipescout/keystore/policy.hpp"
 
 /// A keystore in the layout of SROS 2:
@@ -18,19 +18,6 @@
 ///
 /// Identity and permissions have an authority each. Errors are KeystoreError, which names the file.
 namespace pipescout::keystore {
-
-class KeystoreError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-struct Validity {
-  std::time_t not_before = 0;
-  std::time_t not_after = 0;
-};
-
-/// "2027-11-26 12:00 UTC".
-[[nodiscard]] std::string date_text(std::time_t time);
 
 /// Makes authorities and governance. `days`: validity of the authorities, 1 to 36500. Refuses a
 /// folder that holds a keystore.

@@ -12,10 +12,10 @@
 struct x509_st;
 struct X509_crl_st;
 
-/// The files of DDS Security, as far as they are looked at before Fast DDS gets them.
-namespace pipescout::dds {
+/// What DDS Security's files say, from their texts. Errors are KeystoreError without a file.
+namespace pipescout::keystore {
 
-class SecurityFileError : public std::runtime_error {
+class KeystoreError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
@@ -26,42 +26,50 @@ struct Validity {
 };
 
 /// "2027-11-26 12:00:00 UTC".
-[[nodiscard]] std::string utc_text(std::time_t time);
+[[nodiscard]] std::string date_text(std::time_t time);
 
-/// An X.509 certificate.
+/// An X.509 certificate. Copies share it.
 class Certificate {
  public:
-  /// From PEM. Throws SecurityFileError.
+  /// From PEM.
   explicit Certificate(const std::string& pem);
+  /// Takes it over; not null.
+  explicit Certificate(x509_st* certificate);
 
   [[nodiscard]] Validity validity() const;
   [[nodiscard]] bool is_signed_by(const Certificate& authority) const;
+  [[nodiscard]] bool is_same_as(const Certificate& other) const;
   /// `key`: a private key, PEM.
   [[nodiscard]] bool fits_key(const std::string& key) const;
   /// The document in a message that this authority signed (S/MIME); nothing when it did not.
   [[nodiscard]] std::optional<std::string> verified(const std::string& message) const;
 
+  [[nodiscard]] x509_st& handle() const { return *certificate_; }
+
  private:
-  friend class RevocationList;
   std::shared_ptr<x509_st> certificate_;
 };
 
-/// An X.509 certificate revocation list.
+/// An X.509 certificate revocation list. Copies share it.
 class RevocationList {
  public:
-  /// From PEM. Throws SecurityFileError.
+  /// From PEM.
   explicit RevocationList(const std::string& pem);
+  /// Takes it over; not null.
+  explicit RevocationList(X509_crl_st* list);
 
   [[nodiscard]] Validity validity() const;
   [[nodiscard]] bool is_signed_by(const Certificate& authority) const;
   [[nodiscard]] std::optional<std::time_t> revoked_since(const Certificate& certificate) const;
+
+  [[nodiscard]] X509_crl_st& handle() const { return *list_; }
 
  private:
   std::shared_ptr<X509_crl_st> list_;
 };
 
 /// The validities of the grants in a permissions document (DDS Security 1.1, 9.4.1.3); none for a
-/// governance. Throws SecurityFileError naming a date that is none.
+/// governance. The error names a date that is none.
 [[nodiscard]] std::vector<Validity> validities_in(const std::string& document);
 
-}  // namespace pipescout::dds
+}  // namespace pipescout::keystore

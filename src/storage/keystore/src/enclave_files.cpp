@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/keystore/enclave_files.hpp"
+
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+namespace pipescout::keystore {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
+  }
+  std::string content(std::istreambuf_iterator<char>(stream), {});
+  if (content.empty()) {
+    throw KeystoreError(file.string() + ": is empty");
+  }
+  return content;
+}
+
+void check_secret(const fs::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) {
+    throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
+  }
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    throw KeystoreError(file.string() +
+                        ": others than its owner have access to the private key; chmod 600 it");
+  }
+}
+
+}  // namespace pipescout::keystore
