@@ -76,9 +76,14 @@ class LatticePlanner::Search {
 
   [[nodiscard]] const OccupancyGrid& grid() const { return sweep_.grid(); }
   void change(std::span<const CellChange> cells) {
-    sweep_.change(cells);
-    to_goal_.forget();
-    to_start_.forget();
+    const CellBox box = sweep_.change(cells);
+    // What the distance field says changes as far as it reaches.
+    const int reach =
+        static_cast<int>(std::ceil(sweep_.field().largest() / grid().resolution())) + 1;
+    const CellBox near{{box.low.column - reach, box.low.row - reach},
+                       {box.high.column + reach, box.high.row + reach}};
+    to_goal_.forget(near);
+    to_start_.forget(near);
   }
 
   Plan plan(const Pose2d& start, const Pose2d& goal, const ShouldStop& should_stop,
@@ -91,8 +96,8 @@ class LatticePlanner::Search {
     }
     last_goal_ = goal;
     bool stopped = should_stop();
-    to_goal_.set_root(goal.position());
-    if (stopped || !to_goal_.reach(start.position(), should_stop, stopped)) {
+    to_goal_.set_root(goal.position(), start.position());
+    if (stopped || !to_goal_.reach(should_stop, stopped)) {
       plan.status = stopped ? PlanStatus::kStopped : PlanStatus::kUnreachable;
       return plan;
     }
@@ -141,9 +146,8 @@ class LatticePlanner::Search {
     if (path.empty()) {
       return true;
     }
-    return sweep_.is_free(path.poses().front().pose, arcs_of_path(path)) &&
-           std::all_of(path.poses().begin(), path.poses().end(),
-                       [&](const PathPose& pose) { return sweep_.is_free(pose.pose); });
+    const Pose2d& start = path.poses().front().pose;
+    return sweep_.is_free(start) && sweep_.is_free(start, arcs_of_path(path));
   }
 
  private:
@@ -191,8 +195,8 @@ class LatticePlanner::Search {
       }
       bool stopped = forwards.stopped;
       if (!stopped && !has_root) {
-        to_start_.set_root(start.position());
-        (void)to_start_.reach(goal.position(), should_stop, stopped);
+        to_start_.set_root(start.position(), goal.position());
+        (void)to_start_.reach(should_stop, stopped);
         has_root = true;
       }
       LatticeSearch::Result backwards;
@@ -317,8 +321,8 @@ class LatticePlanner::Search {
       const ArcList after = cut(last_, place, length);
       if (sweep_.is_free(target) && sweep_.is_free(target, after)) {
         bool stopped = false;
-        to_start_.set_root(target.position());
-        if (!to_start_.reach(start.position(), should_stop, stopped)) {
+        to_start_.set_root(target.position(), start.position());
+        if (!to_start_.reach(should_stop, stopped)) {
           return std::nullopt;
         }
         LatticeSearch::Result found =

@@ -10,6 +10,7 @@
 
 #include "assignment.hpp"
 #include "pipescout/validation/check.hpp"
+#include "tour_bound.hpp"
 
 namespace pipescout::navigation {
 namespace {
@@ -208,10 +209,13 @@ double bound_of_rows(const Problem& problem) {
   return least_assignment(costs, count);
 }
 
-/// Each end of a row is joined to one end of another: twice a matching is an assignment.
-double bound_of_ends(const Problem& problem) {
+/// What it costs to come from an end of a row to one of another, in the cheaper direction.
+RowEnds ends_of(const Problem& problem) {
   const std::size_t size = 2 * problem.count();
-  std::vector<double> costs(size * size, kForbidden);
+  RowEnds ends{.along = {}, .joins = std::vector<double>(size * size, kForbidden)};
+  for (std::size_t row = 0; row < problem.count(); ++row) {
+    ends.along.push_back(std::min(problem.along(row, 0), problem.along(row, 1)));
+  }
   // End 0 of a row is where direction 0 begins.
   const auto join = [&](std::size_t p, std::size_t q) {
     double least = kForbidden;
@@ -228,22 +232,28 @@ double bound_of_ends(const Problem& problem) {
   for (std::size_t p = 0; p < size; ++p) {
     for (std::size_t q = 0; q < size; ++q) {
       if (p / 2 != q / 2) {
-        costs[p * size + q] = std::min(join(p, q), join(q, p));
+        ends.joins[p * size + q] = std::min(join(p, q), join(q, p));
       }
     }
   }
-  return least_assignment(costs, size) / 2;
+  return ends;
 }
 
-double lower_bound_of(const Problem& problem) {
-  double along = 0;
-  for (std::size_t row = 0; row < problem.count(); ++row) {
-    along += std::min(problem.along(row, 0), problem.along(row, 1));
-  }
+double lower_bound_of(const Problem& problem, double cost,
+                      const std::function<bool()>& should_stop) {
   if (problem.count() == 1) {
     return 0;
   }
-  return along + std::max(bound_of_rows(problem), bound_of_ends(problem));
+  const RowEnds ends = ends_of(problem);
+  double along = 0;
+  for (const double row : ends.along) {
+    along += row;
+  }
+  // Twice a matching of the ends is an assignment.
+  const double by_assignment =
+      along +
+      std::max(bound_of_rows(problem), least_assignment(ends.joins, 2 * problem.count()) / 2);
+  return std::max(by_assignment, bound_by_spanning_trees(ends, cost, should_stop));
 }
 
 void append_route(RoutePlanner& planner, std::uint32_t from, std::uint32_t to, Tour& tour) {
@@ -316,7 +326,7 @@ Tour plan_tour(RoutePlanner& planner, std::uint32_t start, std::span<const TourR
   }
   std::vector<std::size_t> directions;
   tour.cost = cost_of(problem, order, &directions);
-  tour.lower_bound = lower_bound_of(problem);
+  tour.lower_bound = lower_bound_of(problem, tour.cost, should_stop);
   std::uint32_t at = start;
   for (std::size_t i = 1; i < order.size(); ++i) {
     append_route(planner, at, problem.node(order[i], directions[i], 0), tour);
