@@ -42,7 +42,8 @@ class OmplPaths::Checker {
 
   [[nodiscard]] bool is_valid(const ompl::base::State* state) const {
     const auto* pose = state->as<Space::StateType>();
-    const auto bounds = field_.bounds(grid_.to_grid({pose->getX(), pose->getY()}));
+    const auto bounds =
+        field_.bounds(grid_.to_grid(navigation::Point2d{pose->getX(), pose->getY()}));
     if (bounds.low > footprint_.circumscribed_radius()) {
       return true;
     }

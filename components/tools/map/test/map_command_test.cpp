@@ -27,7 +27,7 @@ class MapCommand : public ::testing::Test {
         {.resolution = 0.1, .origin = {-1, -2, 0}, .width = 200, .height = 100},
         navigation::CellState::kFree);
     if (blocked) {
-      grid.set({100, 50}, navigation::CellState::kOccupied);
+      grid.set({100, 53}, navigation::CellState::kOccupied);
     }
     write_grid(file("map.yaml"), grid);
     write_route_graph(file("graph.geojson"),

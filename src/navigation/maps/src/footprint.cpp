@@ -168,20 +168,44 @@ struct Interval {
   }
 };
 
-/// x of the part of an edge with bottom <= y <= top.
-void add_edge(const Point2d& a, const Point2d& b, double bottom, double top, Interval& interval) {
-  const Point2d& lower = a.y <= b.y ? a : b;
-  const Point2d& upper = a.y <= b.y ? b : a;
-  if (upper.y < bottom || lower.y > top) {
-    return;
+/// The columns that a convex polygon covers in each of some rows of a grid, one after the other. A
+/// convex polygon's share of a row is convex: it touches all cells from its lowest to its highest
+/// x, and no other.
+class Rows {
+ public:
+  static constexpr int kMost = 64;
+
+  Rows(const CellRange& range, double margin)
+      : first_(range.first), count_(range.last - range.first + 1), margin_(margin) {
+    std::fill_n(columns_.begin(), static_cast<std::size_t>(count_), Interval{});
   }
-  const double height = upper.y - lower.y;
-  const auto x_at = [&](double y) {
-    return height > 0 ? lower.x + (y - lower.y) / height * (upper.x - lower.x) : lower.x;
-  };
-  interval.add(lower.y >= bottom ? lower.x : x_at(bottom));
-  interval.add(upper.y <= top ? upper.x : x_at(top));
-}
+  void add_segment(const Point2d& a, const Point2d& b) {
+    const Point2d& lower = a.y <= b.y ? a : b;
+    const Point2d& upper = a.y <= b.y ? b : a;
+    const double height = upper.y - lower.y;
+    const double slope = height > 0 ? (upper.x - lower.x) / height : 0;
+    // Rows are closed: an end on an edge belongs to both.
+    const double from = std::ceil(lower.y - margin_) - 1 - first_;
+    const double to = std::floor(upper.y + margin_) - first_;
+    const int last = static_cast<int>(std::clamp(to, -1.0, count_ - 1.0));
+    for (int row = static_cast<int>(std::clamp(from, 0.0, count_ + 0.0)); row <= last; ++row) {
+      const double bottom = first_ + row - margin_;
+      const double top = first_ + row + 1 + margin_;
+      Interval& columns = columns_[static_cast<std::size_t>(row)];
+      columns.add(lower.y >= bottom ? lower.x : lower.x + (bottom - lower.y) * slope);
+      columns.add(upper.y <= top ? upper.x : lower.x + (top - lower.y) * slope);
+    }
+  }
+  [[nodiscard]] const Interval& columns(int row) const {
+    return columns_[static_cast<std::size_t>(row - first_)];
+  }
+
+ private:
+  int first_;
+  int count_;
+  double margin_;
+  std::array<Interval, kMost> columns_;
+};
 
 /// Corners on their way into a grid: on the stack, but for polygons of very many.
 class CornerBuffer {
@@ -228,19 +252,19 @@ bool hull_collides(CornerBuffer& corners, double margin, const OccupancyGrid& gr
   for (const Point2d& corner : corners) {
     rows.add(corner.y);
   }
-  const CellRange row_range = touched(rows.low - margin, rows.high + margin, grid.height());
-  for (int row = row_range.first; row <= row_range.last; ++row) {
-    // A convex polygon's share of a strip is convex: it touches all cells of the strip from its
-    // lowest to its highest x, and no other.
-    Interval columns;
-    for_each_segment([&](const Point2d& a, const Point2d& b) {
-      add_edge(a, b, row - margin, row + 1 + margin, columns);
-    });
-    if (columns.low <= columns.high &&
-        is_row_blocked(grid, row,
-                       touched(columns.low - margin, columns.high + margin, grid.width()),
-                       unknown_blocks)) {
-      return true;
+  const CellRange range = touched(rows.low - margin, rows.high + margin, grid.height());
+  for (int first = range.first; first <= range.last; first += Rows::kMost) {
+    const int last = std::min(range.last, first + Rows::kMost - 1);
+    Rows covered({first, last}, margin);
+    for_each_segment([&](const Point2d& a, const Point2d& b) { covered.add_segment(a, b); });
+    for (int row = first; row <= last; ++row) {
+      const Interval& columns = covered.columns(row);
+      if (columns.low <= columns.high &&
+          is_row_blocked(grid, row,
+                         touched(columns.low - margin, columns.high + margin, grid.width()),
+                         unknown_blocks)) {
+        return true;
+      }
     }
   }
   return false;

@@ -171,7 +171,9 @@ double GridDistance::bound_in_grid(const Point2d& p_grid) const {
   if (reached.query == query_ && reached.cost + to_robot < level_) {
     cost = reached.cost;
   }
-  const double off = std::hypot(p_grid.x - corner.x * scale_, p_grid.y - corner.y * scale_);
+  const double x = p_grid.x - corner.x * scale_;
+  const double y = p_grid.y - corner.y * scale_;
+  const double off = std::sqrt(x * x + y * y);
   return std::max(0.0, cost * (cell_ / kSide / kOverstated) - off * grid_.resolution() - root_off_);
 }
 

@@ -298,64 +298,117 @@ class LatticePlanner::Search {
   std::optional<ArcList> reuse(const Pose2d& start, const ShouldStop& should_stop, Plan& plan) {
     const double length = length_of(last_);
     const double here = nearest_on_last(start);
-    // Joined again further on each time: behind the first place that is blocked.
-    double join = here;
     const ArcList rest = cut(last_, here, length);
     const Pose2d on_path = end_of_arcs(last_start_, cut(last_, 0, here));
     constexpr double kOnPath = 1e-4;  // m and rad
     const bool is_on_path = distance(start, on_path) < kOnPath &&
                             std::abs(wrap_angle(start.heading - on_path.heading)) < kOnPath;
     const double free = sweep_.free_length(on_path, rest);
-    if (is_on_path && free >= length - here) {
+    const bool all_free = free >= length - here;
+    if (is_on_path && all_free) {
       return rest;
     }
-    if (free < length - here) {
-      join = here + free;
-    }
-    constexpr std::array kAhead{2.0, 4.0, 8.0, 16.0};  // turning radii
-    constexpr std::size_t kMostExpansions = 3000;
-    constexpr double kGreedy = 2.5;
+    // Left ever earlier and joined again ever later: behind the first place that is blocked.
+    const double blocked = all_free ? here : here + free;
+    constexpr std::array kAhead{2.5, 4.0, 8.0, 16.0};  // turning radii
     for (const double ahead : kAhead) {
-      const double place = std::min(length, join + ahead * lattice_.radius());
-      const Pose2d target = end_of_arcs(last_start_, cut(last_, 0, place));
-      const ArcList after = cut(last_, place, length);
+      const double reach = ahead * lattice_.radius();
+      const double leave = is_on_path ? std::max(here, blocked - reach) : here;
+      const double join = std::min(length, blocked + reach);
+      const Pose2d target = end_of_arcs(last_start_, cut(last_, 0, join));
+      const ArcList after = cut(last_, join, length);
       if (sweep_.is_free(target) && sweep_.is_free(target, after)) {
-        bool stopped = false;
-        to_start_.set_root(target.position(), start.position());
-        if (!to_start_.reach(should_stop, stopped)) {
-          return std::nullopt;
+        ArcList arcs = is_on_path ? cut(last_, here, leave) : ArcList{};
+        const Pose2d from = end_of_arcs(start, arcs);
+        std::optional<ArcList> around;
+        if (!all_free) {
+          around = swerve(from, end_of_arcs(last_start_, cut(last_, 0, blocked)), target);
         }
-        LatticeSearch::Result found =
-            lattice_.search({start, target, &to_start_, kGreedy, kMostExpansions,
-                             std::numeric_limits<double>::infinity(), false},
-                            should_stop);
-        plan.expansions += found.expansions;
-        if (found.arcs) {
-          found.arcs->insert(found.arcs->end(), after.begin(), after.end());
-          tidy(*found.arcs);
-          return found.arcs;
+        if (!around) {
+          around = search_around(from, target, should_stop, plan);
+        }
+        if (around) {
+          arcs.insert(arcs.end(), around->begin(), around->end());
+          arcs.insert(arcs.end(), after.begin(), after.end());
+          tidy(arcs);
+          return arcs;
         }
       }
-      if (place >= length || should_stop()) {
+      if (join >= length || should_stop()) {
         return std::nullopt;
       }
     }
     return std::nullopt;
   }
 
-  [[nodiscard]] double nearest_on_last(const Pose2d& pose) const {
-    const Path path = sampled(last_start_, last_, settings_.step);
-    double best = std::numeric_limits<double>::infinity();
-    double place = 0;
-    for (const PathPose& candidate : path.poses()) {
-      const double away =
-          distance(candidate.pose, pose) +
-          lattice_.radius() * std::abs(wrap_angle(candidate.pose.heading - pose.heading));
-      if (away < best) {
-        best = away;
-        place = candidate.arc_length;
+  /// Past an obstacle at `blocked` on either side of it, and back onto the path.
+  [[nodiscard]] std::optional<ArcList> swerve(const Pose2d& from, const Pose2d& blocked,
+                                              const Pose2d& target) const {
+    constexpr std::array kAside{0.5, -0.5, 0.8, -0.8, 1.2, -1.2, 1.8, -1.8};  // turning radii
+    for (const double aside : kAside) {
+      const Pose2d beside = compose(blocked, {0, aside * lattice_.radius(), 0});
+      if (!sweep_.is_free(beside)) {
+        continue;
+      }
+      ArcList arcs = shortest_word(from, beside);
+      const ArcList back = shortest_word(beside, target);
+      // No detour that begins with turning about.
+      if (length_of(arcs) + length_of(back) >
+          2 * distance(from, beside) + 2 * distance(beside, target)) {
+        continue;
+      }
+      if (sweep_.is_free(from, arcs) && sweep_.is_free(beside, back)) {
+        arcs.insert(arcs.end(), back.begin(), back.end());
+        return arcs;
       }
     }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] ArcList shortest_word(const Pose2d& from, const Pose2d& to) const {
+    const auto words = reeds_shepp_words(from, to, lattice_.radius());
+    return words.empty() ? ArcList{} : arcs_of_word(words.front(), lattice_.radius());
+  }
+
+  std::optional<ArcList> search_around(const Pose2d& from, const Pose2d& target,
+                                       const ShouldStop& should_stop, Plan& plan) {
+    constexpr std::size_t kMostExpansions = 3000;
+    constexpr double kGreedy = 2.5;
+    bool stopped = false;
+    to_start_.set_root(target.position(), from.position());
+    if (!to_start_.reach(should_stop, stopped)) {
+      return std::nullopt;
+    }
+    LatticeSearch::Result found =
+        lattice_.search({from, target, &to_start_, kGreedy, kMostExpansions,
+                         std::numeric_limits<double>::infinity(), false},
+                        should_stop);
+    plan.expansions += found.expansions;
+    return std::move(found.arcs);
+  }
+
+  /// m along the last path, of its pose nearest to another.
+  [[nodiscard]] double nearest_on_last(const Pose2d& pose) const {
+    constexpr double kCoarse = 0.5;  // m
+    const double length = length_of(last_);
+    double best = std::numeric_limits<double>::infinity();
+    double place = 0;
+    const auto try_between = [&](double from, double to, double step) {
+      const Path path =
+          sampled(end_of_arcs(last_start_, cut(last_, 0, from)), cut(last_, from, to), step);
+      for (const PathPose& candidate : path.poses()) {
+        const double away =
+            distance(candidate.pose, pose) +
+            lattice_.radius() * std::abs(wrap_angle(candidate.pose.heading - pose.heading));
+        if (away < best) {
+          best = away;
+          place = from + candidate.arc_length;
+        }
+      }
+    };
+    try_between(0, length, kCoarse);
+    const double near = place;
+    try_between(std::max(0.0, near - kCoarse), std::min(length, near + kCoarse), settings_.step);
     return place;
   }
 
