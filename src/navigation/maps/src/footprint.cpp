@@ -215,6 +215,7 @@ class CornerBuffer {
       many_.resize(count);
     }
   }
+  [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] Point2d* begin() { return many_.empty() ? few_.data() : many_.data(); }
   [[nodiscard]] Point2d* end() { return begin() + count_; }
 
@@ -289,6 +290,31 @@ bool part_collides(const std::vector<Point2d>& part, const Transform& transform,
   });
 }
 
+/// The convex hull as a closed line, whose first corner is its last one too (Andrew, "Another
+/// efficient algorithm for convex hulls in two dimensions", 1979). Sorts the corners. Returns where
+/// the hull ends; `hull` has room for twice the corners.
+const Point2d* hull_of(CornerBuffer& corners, CornerBuffer& hull) {
+  std::sort(corners.begin(), corners.end(), [](const Point2d& a, const Point2d& b) {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+  });
+  Point2d* end = hull.begin();
+  const auto add = [&](const Point2d& corner, const Point2d* first) {
+    while (end - first >= 2 && turn(end[-2], end[-1], corner) <= 0) {
+      --end;
+    }
+    *end++ = corner;
+  };
+  for (const Point2d& corner : corners) {
+    add(corner, hull.begin());
+  }
+  // Back along the other side, from the highest corner on.
+  const Point2d* const highest = end - 1;
+  for (const Point2d* corner = corners.end() - 1; corner-- > corners.begin();) {
+    add(*corner, highest);
+  }
+  return end;
+}
+
 bool hull_of_both_collides(const std::vector<Point2d>& part, const Transform& from,
                            const Transform& to, double margin, const OccupancyGrid& grid,
                            bool unknown_blocks) {
@@ -296,11 +322,11 @@ bool hull_of_both_collides(const std::vector<Point2d>& part, const Transform& fr
   std::transform(part.begin(), part.end(), corners.begin(), from);
   std::transform(part.begin(), part.end(),
                  corners.begin() + static_cast<std::ptrdiff_t>(part.size()), to);
+  CornerBuffer hull(2 * corners.size());
+  const Point2d* const end = hull_of(corners, hull);
   return hull_collides(corners, margin, grid, unknown_blocks, [&](const auto& take) {
-    for (const Point2d* a = corners.begin(); a != corners.end(); ++a) {
-      for (const Point2d* b = a + 1; b != corners.end(); ++b) {
-        take(*a, *b);
-      }
+    for (const Point2d* corner = hull.begin() + 1; corner < end; ++corner) {
+      take(corner[-1], corner[0]);
     }
   });
 }

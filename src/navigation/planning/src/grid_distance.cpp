@@ -87,9 +87,16 @@ void GridDistance::set_root(const Point2d& root, const Point2d& robot) {
 bool GridDistance::is_open(int column, int row) {
   std::int8_t& open = state_of_cell(column, row);
   if (open < 0) {
-    constexpr double kHalf = 0.5;
-    const Point2d centre{(column + kHalf) * scale_, (row + kHalf) * scale_};
-    open = field_.bounds(centre).high + cell_ * std::numbers::sqrt2 / 2 >= disc_radius_ ? 1 : 0;
+    // Closed only if the disc collides wherever in each of the grid's cells its centre is.
+    const double needed = disc_radius_ - grid_.resolution() * std::numbers::sqrt2 / 2;
+    open = 0;
+    const int last_row = std::min((row + 1) * scale_, grid_.height());
+    const int last_column = std::min((column + 1) * scale_, grid_.width());
+    for (int y = row * scale_; y < last_row && open == 0; ++y) {
+      for (int x = column * scale_; x < last_column && open == 0; ++x) {
+        open = field_.at({x, y}) >= needed ? 1 : 0;
+      }
+    }
   }
   return open == 1;
 }

@@ -54,7 +54,7 @@ class Footprint {
 /// a curvature in 1/m. It is then free at each of the infinitely many poses. True may be wrong by
 /// the height of the arcs that its corners move on: checks the hull of each convex part at both
 /// ends, enlarged by that height. True for arcs of more than half a turn. Allocates nothing for
-/// convex parts of up to 16 corners.
+/// convex parts of up to 8 corners.
 [[nodiscard]] bool may_collide_along(const Footprint& footprint, const OccupancyGrid& grid,
                                      const Pose2d& T_map_robot, double curvature, double length,
                                      UnknownCells unknown);
