@@ -29,10 +29,12 @@ std::int32_t steps_between(int columns, int rows) {
 }  // namespace
 
 GridDistance::GridDistance(const OccupancyGrid& grid, const DistanceField& field,
-                           double disc_radius)
+                           double disc_radius, Use use)
     : grid_(grid),
       field_(field),
       disc_radius_(std::min(disc_radius, field.largest())),
+      needed_(disc_radius_ -
+              (use == Use::kProof ? grid.resolution() * std::numbers::sqrt2 / 2 : 0)),
       scale_(std::max(1, static_cast<int>(kCellPerDisc * disc_radius_ / grid.resolution()))),
       cell_(scale_ * grid.resolution()),
       columns_((grid.width() + scale_ - 1) / scale_),
@@ -87,14 +89,12 @@ void GridDistance::set_root(const Point2d& root, const Point2d& robot) {
 bool GridDistance::is_open(int column, int row) {
   std::int8_t& open = state_of_cell(column, row);
   if (open < 0) {
-    // Closed only if the disc collides wherever in each of the grid's cells its centre is.
-    const double needed = disc_radius_ - grid_.resolution() * std::numbers::sqrt2 / 2;
     open = 0;
     const int last_row = std::min((row + 1) * scale_, grid_.height());
     const int last_column = std::min((column + 1) * scale_, grid_.width());
     for (int y = row * scale_; y < last_row && open == 0; ++y) {
       for (int x = column * scale_; x < last_column && open == 0; ++x) {
-        open = field_.at({x, y}) >= needed ? 1 : 0;
+        open = field_.at({x, y}) >= needed_ ? 1 : 0;
       }
     }
   }

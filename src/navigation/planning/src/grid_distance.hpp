@@ -12,7 +12,7 @@ namespace pipescout::navigation {
 
 /// Lower bounds of the length of any path to a root, for a disc that moves among obstacles.
 ///
-/// Coarse cells are closed if the disc collides wherever in them its centre is. Distances are those
+/// Coarse cells are closed if the disc does not fit into them. Distances are those
 /// of steps along the sides (10) and diagonals (14) of open cells, between the corners of cells.
 /// docs/decisions/lower-bound-by-a-lipschitz-function.md proves that, over sqrt(1 + 0.4^2), they
 /// bound the length of each curve through open cells.
@@ -22,13 +22,19 @@ namespace pipescout::navigation {
 /// bounded without having been visited.
 class GridDistance {
  public:
-  GridDistance(const OccupancyGrid& grid, const DistanceField& field, double disc_radius);
+  /// What a coarse cell is closed for.
+  enum class Use {
+    kProof,  ///< the disc collides wherever in it its centre is: bounds hold
+    kGuide   ///< it collides at the centre of each of the grid's cells in it: more of what is too
+             ///< narrow is closed, and little that is not
+  };
+  GridDistance(const OccupancyGrid& grid, const DistanceField& field, double disc_radius, Use use);
 
   /// The field has changed in the box: what is known of cells there is forgotten.
   void forget(const CellBox& box);
   void set_root(const Point2d& root, const Point2d& robot);
-  /// False where the robot cannot reach the root, which is proven, or when told to stop (`stopped`
-  /// is then true).
+  /// False where the robot cannot reach the root, for proofs proven, or when told to stop
+  /// (`stopped` is then true).
   [[nodiscard]] bool reach(const std::function<bool()>& should_stop, bool& stopped);
   /// m, of the length of a path from a position to the root.
   [[nodiscard]] double bound(const Point2d& position) const {
@@ -60,8 +66,9 @@ class GridDistance {
   const OccupancyGrid& grid_;
   const DistanceField& field_;
   double disc_radius_;
-  int scale_;    ///< cells of the grid per coarse cell, along each axis
-  double cell_;  ///< m
+  double needed_;  ///< m, distance of the centre of a cell that is open
+  int scale_;      ///< cells of the grid per coarse cell, along each axis
+  double cell_;    ///< m
   int columns_;
   int rows_;
   std::vector<std::int8_t> open_;  ///< with a closed border; -1: not known yet

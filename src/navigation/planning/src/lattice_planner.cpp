@@ -70,8 +70,11 @@ class LatticePlanner::Search {
          const LatticeSettings& settings)
       : sweep_(std::move(grid), std::move(footprint), checked(settings)),
         lattice_(std::move(primitives), settings, sweep_),
-        to_goal_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius()),
-        to_start_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius()),
+        proof_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(), GridDistance::Use::kProof),
+        to_goal_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(),
+                 GridDistance::Use::kGuide),
+        to_start_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(),
+                  GridDistance::Use::kGuide),
         settings_(settings) {}
 
   [[nodiscard]] const OccupancyGrid& grid() const { return sweep_.grid(); }
@@ -82,6 +85,7 @@ class LatticePlanner::Search {
         static_cast<int>(std::ceil(sweep_.field().largest() / grid().resolution())) + 1;
     const CellBox near{{box.low.column - reach, box.low.row - reach},
                        {box.high.column + reach, box.high.row + reach}};
+    proof_.forget(near);
     to_goal_.forget(near);
     to_start_.forget(near);
   }
@@ -95,14 +99,6 @@ class LatticePlanner::Search {
       return plan;
     }
     last_goal_ = goal;
-    bool stopped = should_stop();
-    to_goal_.set_root(goal.position(), start.position());
-    if (stopped || !to_goal_.reach(should_stop, stopped)) {
-      plan.status = stopped ? PlanStatus::kStopped : PlanStatus::kUnreachable;
-      return plan;
-    }
-    plan.lower_bound = std::max(reeds_shepp_length(start, goal, lattice_.radius()),
-                                to_goal_.bound(start.position()));
     std::optional<ArcList> best = first_path(start, goal, should_stop, plan);
     if (!best) {
       return plan;
@@ -114,6 +110,9 @@ class LatticePlanner::Search {
       }
     };
     tell();
+    prove(start, goal, should_stop);
+    plan.lower_bound = std::max(reeds_shepp_length(start, goal, lattice_.radius()),
+                                proof_.bound(start.position()));
     improve(start, goal, *best, cost, should_stop, plan, tell);
     finish(start, std::move(*best), cost, plan);
     return plan;
@@ -175,35 +174,55 @@ class LatticePlanner::Search {
     return sweep_.is_free(goal) ? PlanStatus::kFound : PlanStatus::kGoalInCollision;
   }
 
+  /// The distances of proofs, as far as there is time. False if there is proven to be no way.
+  bool prove(const Pose2d& start, const Pose2d& goal, const ShouldStop& should_stop) {
+    bool stopped = false;
+    proof_.set_root(goal.position(), start.position());
+    return proof_.reach(should_stop, stopped) || stopped;
+  }
+
   /// From the start, and from the goal backwards, in turns: where one end stands in a narrow place,
   /// it is easier to leave it than to find it.
   std::optional<ArcList> first_path(const Pose2d& start, const Pose2d& goal,
                                     const ShouldStop& should_stop, Plan& plan) {
     constexpr std::size_t kFirstTry = 2000;
     constexpr double kGreedy = 2.5;
-    plan.status = PlanStatus::kNotFound;
-    bool has_root = false;
-    for (std::size_t most = kFirstTry; most <= 2 * settings_.most_expansions; most *= 4) {
+    bool stopped = should_stop();
+    to_goal_.set_root(goal.position(), start.position());
+    to_start_.set_root(start.position(), goal.position());
+    const GridDistance* ahead = &to_goal_;
+    const GridDistance* back = &to_start_;
+    if (!stopped && !to_goal_.reach(should_stop, stopped) && !stopped) {
+      // The guide sees no way: it closes more than it can prove to be closed.
+      if (!prove(start, goal, should_stop)) {
+        plan.status = PlanStatus::kUnreachable;
+        return std::nullopt;
+      }
+      ahead = &proof_;
+      back = nullptr;
+    }
+    bool has_back = false;
+    for (std::size_t most = kFirstTry; most <= 2 * settings_.most_expansions && !stopped;
+         most *= 4) {
       const std::size_t limit = std::min(most, settings_.most_expansions);
       LatticeSearch::Result forwards = lattice_.search(
-          {start, goal, &to_goal_, kGreedy, limit, std::numeric_limits<double>::infinity(), false},
+          {start, goal, ahead, kGreedy, limit, std::numeric_limits<double>::infinity(), false},
           should_stop);
       plan.expansions += forwards.expansions;
       if (forwards.arcs) {
         plan.status = PlanStatus::kFound;
         return forwards.arcs;
       }
-      bool stopped = forwards.stopped;
-      if (!stopped && !has_root) {
-        to_start_.set_root(start.position(), goal.position());
-        (void)to_start_.reach(should_stop, stopped);
-        has_root = true;
+      stopped = forwards.stopped;
+      if (!stopped && !has_back) {
+        has_back = back != nullptr && to_start_.reach(should_stop, stopped);
+        back = has_back ? back : nullptr;
       }
       LatticeSearch::Result backwards;
       if (!stopped) {
-        backwards = lattice_.search({goal, start, &to_start_, kGreedy, limit,
-                                     std::numeric_limits<double>::infinity(), true},
-                                    should_stop);
+        backwards = lattice_.search(
+            {goal, start, back, kGreedy, limit, std::numeric_limits<double>::infinity(), true},
+            should_stop);
         plan.expansions += backwards.expansions;
         stopped = backwards.stopped;
       }
@@ -211,14 +230,11 @@ class LatticePlanner::Search {
         plan.status = PlanStatus::kFound;
         return reversed(*backwards.arcs);
       }
-      if (stopped) {
-        plan.status = PlanStatus::kStopped;
-        return std::nullopt;
-      }
       if (forwards.exhausted && backwards.exhausted) {
-        return std::nullopt;
+        break;
       }
     }
+    plan.status = stopped ? PlanStatus::kStopped : PlanStatus::kNotFound;
     return std::nullopt;
   }
 
@@ -232,7 +248,7 @@ class LatticePlanner::Search {
         return;
       }
       LatticeSearch::Result found = lattice_.search(
-          {start, goal, &to_goal_, weight, settings_.most_expansions, cost, false}, should_stop);
+          {start, goal, &proof_, weight, settings_.most_expansions, cost, false}, should_stop);
       plan.expansions += found.expansions;
       if (!found.arcs) {
         continue;
@@ -425,7 +441,8 @@ class LatticePlanner::Search {
 
   FootprintSweep sweep_;
   LatticeSearch lattice_;
-  GridDistance to_goal_;
+  GridDistance proof_;    ///< to the goal
+  GridDistance to_goal_;  ///< guides
   GridDistance to_start_;
   LatticeSettings settings_;
   ArcList last_;

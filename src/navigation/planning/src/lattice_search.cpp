@@ -66,7 +66,9 @@ Pose2d LatticeSearch::pose_of(int column, int row, int heading) const {
 }
 
 double LatticeSearch::bound_of_position(const Query& query, const Pose2d& pose) {
-  return std::max(distance(pose, query.goal), query.to_goal->bound(pose.position()));
+  const double straight = distance(pose, query.goal);
+  return query.to_goal == nullptr ? straight
+                                  : std::max(straight, query.to_goal->bound(pose.position()));
 }
 
 double LatticeSearch::bound_of_pose(const Query& query, const Pose2d& pose, double bound) const {

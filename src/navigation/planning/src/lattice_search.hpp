@@ -23,7 +23,7 @@ class LatticeSearch {
   struct Query {
     Pose2d start;
     Pose2d goal;
-    const GridDistance* to_goal;
+    const GridDistance* to_goal;  ///< null: the straight line alone
     double weight;
     std::size_t most_expansions;
     double below;    ///< only paths that cost less are of use
