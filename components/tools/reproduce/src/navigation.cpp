@@ -148,7 +148,9 @@ class Navigation {
         found += sample.status == PlanStatus::kFound ? 1 : 0;
         broken += sample.curvature_kept && sample.goal_met && sample.free ? 0 : 1;
         overrun = std::max(overrun, sample.overrun);
-        bounds.push_back(sample.suboptimality);
+        if (sample.status == PlanStatus::kFound) {
+          bounds.push_back(sample.suboptimality);
+        }
         ++count;
         const auto replan = navigation_study::score_replan(planner, robot, start, goal,
                                                            extent_.deadline, draw, work_clock);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 
 #include "assignment.hpp"
@@ -135,6 +136,66 @@ Order inserted(const Problem& problem) {
     }
     order.insert(order.begin() + static_cast<std::ptrdiff_t>(place), row);
   }
+  return order;
+}
+
+/// The best order of few rows by dynamic programming over sets of rows (Held and Karp, "A dynamic
+/// programming approach to sequencing problems", 1962); nothing for too many rows, or when told to
+/// stop.
+std::optional<Order> best_of_all(const Problem& problem, const std::function<bool()>& should_stop) {
+  constexpr std::size_t kMostExact = 14;
+  const std::size_t rows = problem.count() - 1;
+  if (rows == 0 || rows > kMostExact) {
+    return std::nullopt;
+  }
+  // A way is row and direction: 2 (row - 1) + direction. What it costs to have driven a set of
+  // rows, with that way last.
+  const std::size_t ways = 2 * rows;
+  const std::size_t sets = std::size_t{1} << rows;
+  std::vector<double> costs(sets * ways, kInfinity);
+  std::vector<std::uint8_t> before(sets * ways, 0);
+  for (std::size_t set = 1; set < sets; ++set) {
+    if (should_stop()) {
+      return std::nullopt;
+    }
+    for (std::size_t way = 0; way < ways; ++way) {
+      const std::size_t row = way / 2;
+      if ((set >> row & 1U) == 0) {
+        continue;
+      }
+      const std::size_t rest = set & ~(std::size_t{1} << row);
+      double& least = costs[set * ways + way];
+      if (rest == 0) {
+        least = problem.between(0, 0, row + 1, way % 2);
+      }
+      for (std::size_t last = 0; last < ways && rest != 0; ++last) {
+        const double cost =
+            costs[rest * ways + last] + problem.between(last / 2 + 1, last % 2, row + 1, way % 2);
+        if (cost < least) {
+          least = cost;
+          before[set * ways + way] = static_cast<std::uint8_t>(last);
+        }
+      }
+      least += problem.along(row + 1, way % 2);
+    }
+  }
+  std::size_t set = sets - 1;
+  std::size_t last = 0;
+  const auto closed = [&](std::size_t way) {
+    return costs[set * ways + way] + problem.between(way / 2 + 1, way % 2, 0, 0);
+  };
+  for (std::size_t way = 1; way < ways; ++way) {
+    last = closed(way) < closed(last) ? way : last;
+  }
+  Order order;
+  while (set != 0) {
+    order.push_back(last / 2 + 1);
+    const std::size_t next = before[set * ways + last];
+    set &= ~(std::size_t{1} << (last / 2));
+    last = next;
+  }
+  order.push_back(0);
+  std::reverse(order.begin(), order.end());
   return order;
 }
 
@@ -310,11 +371,14 @@ Tour plan_tour(RoutePlanner& planner, std::uint32_t start, std::span<const TourR
   if (tour.status != TourStatus::kFound || rows.empty()) {
     return tour;
   }
-  Order order = inserted(problem);
+  const std::optional<Order> best = best_of_all(problem, should_stop);
+  Order order = best ? *best : inserted(problem);
   double cost = cost_of(problem, order, nullptr);
-  improve(problem, order, cost, should_stop);
+  if (!best) {
+    improve(problem, order, cost, should_stop);
+  }
   std::mt19937_64 engine(kSeed);
-  for (int failures = 0; failures < kPatience && !should_stop(); ++failures) {
+  for (int failures = 0; failures < kPatience && !best && !should_stop(); ++failures) {
     Order other = perturbed(order, engine);
     double other_cost = cost_of(problem, other, nullptr);
     improve(problem, other, other_cost, should_stop);
@@ -326,7 +390,7 @@ Tour plan_tour(RoutePlanner& planner, std::uint32_t start, std::span<const TourR
   }
   std::vector<std::size_t> directions;
   tour.cost = cost_of(problem, order, &directions);
-  tour.lower_bound = lower_bound_of(problem, tour.cost, should_stop);
+  tour.lower_bound = best ? tour.cost : lower_bound_of(problem, tour.cost, should_stop);
   std::uint32_t at = start;
   for (std::size_t i = 1; i < order.size(); ++i) {
     append_route(planner, at, problem.node(order[i], directions[i], 0), tour);
