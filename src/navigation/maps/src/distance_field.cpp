@@ -51,8 +51,9 @@ DistanceField::Bounds DistanceField::bounds(const Point2d& p_grid) const {
   const double column = std::floor(std::clamp(p_grid.x, -1.0, geometry_.width + 0.0));
   const double row = std::floor(std::clamp(p_grid.y, -1.0, geometry_.height + 0.0));
   const double of_centre = at({static_cast<int>(column), static_cast<int>(row)});
-  const double off =
-      std::hypot(p_grid.x - column - kHalf, p_grid.y - row - kHalf) * geometry_.resolution;
+  const double x = p_grid.x - column - kHalf;
+  const double y = p_grid.y - row - kHalf;
+  const double off = std::sqrt(x * x + y * y) * geometry_.resolution;
   return {of_centre - off, of_centre + off};
 }
 

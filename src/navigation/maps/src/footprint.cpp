@@ -2,10 +2,13 @@
 #include "pipescout/navigation_maps/footprint.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
+#include "pipescout/navigation_maps/path.hpp"
 #include "pipescout/validation/check.hpp"
 
 namespace pipescout::navigation {
@@ -14,6 +17,7 @@ namespace {
 constexpr double kLargestDistance = 100;  // m
 constexpr double kLargestMargin = 10;     // m
 constexpr double kSmallestArea = 1e-6;    // m^2
+constexpr std::size_t kFewCorners = 32;
 
 Point2d minus(const Point2d& a, const Point2d& b) {
   return {a.x - b.x, a.y - b.y};
@@ -164,47 +168,167 @@ struct Interval {
   }
 };
 
-/// x of the part of an edge with bottom <= y <= top.
-void add_edge(const Point2d& a, const Point2d& b, double bottom, double top, Interval& interval) {
-  const Point2d& lower = a.y <= b.y ? a : b;
-  const Point2d& upper = a.y <= b.y ? b : a;
-  if (upper.y < bottom || lower.y > top) {
-    return;
+/// The columns that a convex polygon covers in each of some rows of a grid, one after the other. A
+/// convex polygon's share of a row is convex: it touches all cells from its lowest to its highest
+/// x, and no other.
+class Rows {
+ public:
+  static constexpr int kMost = 64;
+
+  Rows(const CellRange& range, double margin)
+      : first_(range.first), count_(range.last - range.first + 1), margin_(margin) {
+    std::fill_n(columns_.begin(), static_cast<std::size_t>(count_), Interval{});
   }
-  const double height = upper.y - lower.y;
-  const auto x_at = [&](double y) {
-    return height > 0 ? lower.x + (y - lower.y) / height * (upper.x - lower.x) : lower.x;
-  };
-  interval.add(lower.y >= bottom ? lower.x : x_at(bottom));
-  interval.add(upper.y <= top ? upper.x : x_at(top));
+  void add_segment(const Point2d& a, const Point2d& b) {
+    const Point2d& lower = a.y <= b.y ? a : b;
+    const Point2d& upper = a.y <= b.y ? b : a;
+    const double height = upper.y - lower.y;
+    const double slope = height > 0 ? (upper.x - lower.x) / height : 0;
+    // Rows are closed: an end on an edge belongs to both.
+    const double from = std::ceil(lower.y - margin_) - 1 - first_;
+    const double to = std::floor(upper.y + margin_) - first_;
+    const int last = static_cast<int>(std::clamp(to, -1.0, count_ - 1.0));
+    for (int row = static_cast<int>(std::clamp(from, 0.0, count_ + 0.0)); row <= last; ++row) {
+      const double bottom = first_ + row - margin_;
+      const double top = first_ + row + 1 + margin_;
+      Interval& columns = columns_[static_cast<std::size_t>(row)];
+      columns.add(lower.y >= bottom ? lower.x : lower.x + (bottom - lower.y) * slope);
+      columns.add(upper.y <= top ? upper.x : lower.x + (top - lower.y) * slope);
+    }
+  }
+  [[nodiscard]] const Interval& columns(int row) const {
+    return columns_[static_cast<std::size_t>(row - first_)];
+  }
+
+ private:
+  int first_;
+  int count_;
+  double margin_;
+  std::array<Interval, kMost> columns_;
+};
+
+/// Corners on their way into a grid: on the stack, but for polygons of very many.
+class CornerBuffer {
+ public:
+  explicit CornerBuffer(std::size_t count) : count_(count) {
+    if (count > few_.size()) {
+      many_.resize(count);
+    }
+  }
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] Point2d* begin() { return many_.empty() ? few_.data() : many_.data(); }
+  [[nodiscard]] Point2d* end() { return begin() + count_; }
+
+ private:
+  std::size_t count_;
+  std::array<Point2d, kFewCorners> few_;
+  std::vector<Point2d> many_;
+};
+
+/// Whether a row of the grid has a blocked cell in the range, which may go one beyond its ends.
+bool is_row_blocked(const OccupancyGrid& grid, int row, const CellRange& range,
+                    bool unknown_blocks) {
+  const bool outside =
+      row < 0 || row >= grid.height() || range.first < 0 || range.last >= grid.width();
+  if (outside && unknown_blocks) {
+    return range.first <= range.last;
+  }
+  if (row < 0 || row >= grid.height()) {
+    return false;
+  }
+  const CellState* const cells = grid.cells().data() + grid.index({0, row});
+  const CellState* const first = cells + std::max(range.first, 0);
+  const CellState* const last = cells + std::min(range.last, grid.width() - 1) + 1;
+  return std::any_of(first, std::max(first, last), [&](CellState state) {
+    return state == CellState::kOccupied || (unknown_blocks && state == CellState::kUnknown);
+  });
 }
 
-bool part_collides(const std::vector<Point2d>& part, const Transform& transform,
-                   const OccupancyGrid& grid, bool unknown_blocks) {
+/// Whether a convex polygon, enlarged by `margin` cells or a little more, shares a point with a
+/// blocked cell. `for_each_segment` gives segments of which it is the hull.
+template <typename ForEachSegment>
+bool hull_collides(CornerBuffer& corners, double margin, const OccupancyGrid& grid,
+                   bool unknown_blocks, const ForEachSegment& for_each_segment) {
   Interval rows;
-  for (const Point2d& corner : part) {
-    rows.add(transform(corner).y);
+  for (const Point2d& corner : corners) {
+    rows.add(corner.y);
   }
-  const CellRange row_range = touched(rows.low, rows.high, grid.height());
-  for (int row = row_range.first; row <= row_range.last; ++row) {
-    // A convex polygon's share of a strip is convex: it touches all cells of the strip from its
-    // lowest to its highest x, and no other.
-    Interval columns;
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      add_edge(transform(part[i]), transform(part[(i + 1) % part.size()]), row, row + 1, columns);
-    }
-    if (columns.low > columns.high) {
-      continue;
-    }
-    const CellRange range = touched(columns.low, columns.high, grid.width());
-    for (int column = range.first; column <= range.last; ++column) {
-      const CellState state = grid.at({column, row});
-      if (state == CellState::kOccupied || (state == CellState::kUnknown && unknown_blocks)) {
+  const CellRange range = touched(rows.low - margin, rows.high + margin, grid.height());
+  for (int first = range.first; first <= range.last; first += Rows::kMost) {
+    const int last = std::min(range.last, first + Rows::kMost - 1);
+    Rows covered({first, last}, margin);
+    for_each_segment([&](const Point2d& a, const Point2d& b) { covered.add_segment(a, b); });
+    for (int row = first; row <= last; ++row) {
+      const Interval& columns = covered.columns(row);
+      if (columns.low <= columns.high &&
+          is_row_blocked(grid, row,
+                         touched(columns.low - margin, columns.high + margin, grid.width()),
+                         unknown_blocks)) {
         return true;
       }
     }
   }
   return false;
+}
+
+Transform into_grid(const OccupancyGrid& grid, const Pose2d& T_map_robot) {
+  const Pose2d pose = grid.to_grid(T_map_robot);
+  const double scale = 1 / grid.resolution();
+  return {scale * std::cos(pose.heading), scale * std::sin(pose.heading), pose.x, pose.y};
+}
+
+bool part_collides(const std::vector<Point2d>& part, const Transform& transform,
+                   const OccupancyGrid& grid, bool unknown_blocks) {
+  CornerBuffer corners(part.size());
+  std::transform(part.begin(), part.end(), corners.begin(), transform);
+  return hull_collides(corners, 0, grid, unknown_blocks, [&](const auto& take) {
+    const Point2d* before = corners.end() - 1;
+    for (const Point2d& corner : corners) {
+      take(*before, corner);
+      before = &corner;
+    }
+  });
+}
+
+/// The convex hull as a closed line, whose first corner is its last one too (Andrew, "Another
+/// efficient algorithm for convex hulls in two dimensions", 1979). Sorts the corners. Returns where
+/// the hull ends; `hull` has room for twice the corners.
+const Point2d* hull_of(CornerBuffer& corners, CornerBuffer& hull) {
+  std::sort(corners.begin(), corners.end(), [](const Point2d& a, const Point2d& b) {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+  });
+  Point2d* end = hull.begin();
+  const auto add = [&](const Point2d& corner, const Point2d* first) {
+    while (end - first >= 2 && turn(end[-2], end[-1], corner) <= 0) {
+      --end;
+    }
+    *end++ = corner;
+  };
+  for (const Point2d& corner : corners) {
+    add(corner, hull.begin());
+  }
+  // Back along the other side, from the highest corner on.
+  const Point2d* const highest = end - 1;
+  for (const Point2d* corner = corners.end() - 1; corner-- > corners.begin();) {
+    add(*corner, highest);
+  }
+  return end;
+}
+
+bool hull_of_both_collides(const std::vector<Point2d>& part, const Transform& from,
+                           const Transform& to, double margin, const OccupancyGrid& grid,
+                           bool unknown_blocks) {
+  CornerBuffer corners(2 * part.size());
+  std::transform(part.begin(), part.end(), corners.begin(), from);
+  std::transform(part.begin(), part.end(),
+                 corners.begin() + static_cast<std::ptrdiff_t>(part.size()), to);
+  CornerBuffer hull(2 * corners.size());
+  const Point2d* const end = hull_of(corners, hull);
+  return hull_collides(corners, margin, grid, unknown_blocks, [&](const auto& take) {
+    for (const Point2d* corner = hull.begin() + 1; corner < end; ++corner) {
+      take(corner[-1], corner[0]);
+    }
+  });
 }
 
 bool separated_along_an_edge_of(const std::vector<Point2d>& a, const Pose2d& T_map_a,
@@ -286,14 +410,35 @@ bool collides(const Footprint& footprint, const OccupancyGrid& grid, const Pose2
   if (!is_finite(T_map_robot)) {
     return true;
   }
-  const Pose2d pose = grid.to_grid(T_map_robot);
-  const double scale = 1 / grid.resolution();
-  const Transform transform{scale * std::cos(pose.heading), scale * std::sin(pose.heading), pose.x,
-                            pose.y};
+  const Transform transform = into_grid(grid, T_map_robot);
   const bool unknown_blocks = unknown == UnknownCells::kBlocked;
   return std::any_of(footprint.convex_parts().begin(), footprint.convex_parts().end(),
                      [&](const std::vector<Point2d>& part) {
                        return part_collides(part, transform, grid, unknown_blocks);
+                     });
+}
+
+bool may_collide_along(const Footprint& footprint, const OccupancyGrid& grid,
+                       const Pose2d& T_map_robot, double curvature, double length,
+                       UnknownCells unknown) {
+  const Pose2d end = drive_arc(T_map_robot, curvature, length);
+  if (!is_finite(T_map_robot) || !is_finite(end)) {
+    return true;
+  }
+  // Each point moves on an arc whose radius is at most this; the arc is within its height of the
+  // chord, and the chord within the hull.
+  const double turn = std::abs(curvature * length);
+  const double height = turn > 0 ? (1 / std::abs(curvature) + footprint.circumscribed_radius()) *
+                                       (1 - std::cos(std::min(turn, std::numbers::pi) / 2))
+                                 : 0;
+  const Transform from = into_grid(grid, T_map_robot);
+  const Transform to = into_grid(grid, end);
+  const bool unknown_blocks = unknown == UnknownCells::kBlocked;
+  return turn > std::numbers::pi ||
+         std::any_of(footprint.convex_parts().begin(), footprint.convex_parts().end(),
+                     [&](const std::vector<Point2d>& part) {
+                       return hull_of_both_collides(part, from, to, height / grid.resolution(),
+                                                    grid, unknown_blocks);
                      });
 }
 

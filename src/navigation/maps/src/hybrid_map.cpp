@@ -39,12 +39,14 @@ std::vector<MapProblem> check_map(const HybridMap& map, const Footprint& footpri
     const std::string name = "node " + std::to_string(node.id) + place(node.position);
     const auto cell = map.grid.cell_at(node.position);
     if (!cell) {
-      problems.push_back({MapProblem::Kind::kNodeOutside, name + " is outside the grid"});
+      problems.push_back(
+          {MapProblem::Kind::kNodeOutside, name + " is outside the grid", node.position});
     } else if (map.grid.at(*cell) != CellState::kFree) {
       problems.push_back(
           {MapProblem::Kind::kNodeBlocked,
            name + (map.grid.at(*cell) == CellState::kOccupied ? " is in an obstacle"
-                                                              : " is in an unknown area")});
+                                                              : " is in an unknown area"),
+           node.position});
     }
   }
   for (const RouteEdge& edge : map.graph.edges()) {
@@ -54,9 +56,9 @@ std::vector<MapProblem> check_map(const HybridMap& map, const Footprint& footpri
     }
     for (std::size_t i = 1; i < line.size(); ++i) {
       if (const auto at = blocked_at(line[i - 1], line[i], map, footprint)) {
-        problems.push_back(
-            {MapProblem::Kind::kEdgeBlocked,
-             "edge " + std::to_string(edge.id) + ": the robot collides" + place(*at)});
+        problems.push_back({MapProblem::Kind::kEdgeBlocked,
+                            "edge " + std::to_string(edge.id) + ": the robot collides" + place(*at),
+                            *at});
         break;
       }
     }
@@ -67,7 +69,8 @@ std::vector<MapProblem> check_map(const HybridMap& map, const Footprint& footpri
       problems.push_back({MapProblem::Kind::kDisconnected,
                           "node " + std::to_string(map.graph.nodes()[i].id) +
                               " cannot be reached from node " +
-                              std::to_string(map.graph.nodes().front().id) + " and left again"});
+                              std::to_string(map.graph.nodes().front().id) + " and left again",
+                          map.graph.nodes()[i].position});
     }
   }
   return problems;

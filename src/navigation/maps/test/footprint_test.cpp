@@ -8,6 +8,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "pipescout/navigation_maps/path.hpp"
+
 namespace pipescout::navigation {
 namespace {
 
@@ -81,6 +83,45 @@ TEST(Footprint, InflatedKeepsTheMargin) {
   const Footprint footprint = Footprint::rectangle(0.8, 0.2, 0.6).inflated(0.1);
   EXPECT_NEAR(footprint.inscribed_radius(), 0.3, 1e-12);
   EXPECT_NEAR(footprint.circumscribed_radius(), std::hypot(0.9, 0.4), 1e-12);
+}
+
+/// Of an L, which has two convex parts, and of a rectangle.
+TEST(Footprint, ArcsSaidToBeFreeAreFreeAtEachPose) {
+  std::mt19937 engine(7);
+  const auto draw = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(engine()) / 4294967296.0;
+  };
+  const std::vector<Footprint> footprints{
+      Footprint::rectangle(1.0, 0.4, 0.8),
+      Footprint::polygon({{-0.4, -0.4}, {1, -0.4}, {1, 0}, {0.2, 0}, {0.2, 0.6}, {-0.4, 0.6}})};
+  int free = 0;
+  int collided = 0;
+  for (int i = 0; i < 4000; ++i) {
+    OccupancyGrid grid({.resolution = 0.1, .origin = {1, -1, 0.3}, .width = 60, .height = 60},
+                       CellState::kFree);
+    for (int k = 0; k < 12; ++k) {
+      grid.set({static_cast<int>(draw(0, 60)), static_cast<int>(draw(0, 60))},
+               CellState::kOccupied);
+    }
+    const Footprint& footprint = footprints[static_cast<std::size_t>(i % 2)];
+    const Point2d middle = grid.centre({30, 30});
+    const Pose2d pose{middle.x, middle.y, draw(-3, 3)};
+    const double curvature = i % 5 == 0 ? 0 : draw(-1, 1);
+    const double length = draw(-1, 1);
+    bool hit = false;
+    for (int part = 0; part <= 100; ++part) {
+      hit = hit || collides(footprint, grid, drive_arc(pose, curvature, length * part / 100),
+                            UnknownCells::kBlocked);
+    }
+    const bool may =
+        may_collide_along(footprint, grid, pose, curvature, length, UnknownCells::kBlocked);
+    EXPECT_TRUE(may || !hit) << i;
+    free += may ? 0 : 1;
+    collided += hit ? 1 : 0;
+  }
+  EXPECT_GT(free, 500);
+  // No more than one in ten of the others is refused for nothing.
+  EXPECT_GT(collided, 0.9 * (4000 - free));
 }
 
 }  // namespace

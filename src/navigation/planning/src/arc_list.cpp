@@ -76,20 +76,32 @@ void tidy(ArcList& arcs) {
 
 Path sampled(const Pose2d& start, const ArcList& arcs, double step) {
   std::vector<PathPose> poses;
+  poses.reserve(static_cast<std::size_t>(length_of(arcs) / step) + 2 * arcs.size() + 1);
   Pose2d pose = start;
   double driven = 0;
   for (const ArcPiece& arc : arcs) {
     const Direction direction = arc.length > 0 ? Direction::kForward : Direction::kReverse;
-    const double parts = std::ceil(std::abs(arc.length) / step);
+    const double length = std::abs(arc.length);
+    const double parts = std::ceil(length / step);
     if (!poses.empty() && poses.back().direction == direction) {
       poses.pop_back();
     }
-    for (double i = 0; i <= parts; ++i) {
-      poses.push_back({drive_arc(pose, arc.curvature, arc.length * i / parts), direction,
-                       arc.curvature, driven + std::abs(arc.length) * i / parts});
+    poses.push_back({pose, direction, arc.curvature, driven});
+    // All chords are alike, each turned on from the one before.
+    const double turn = arc.curvature * arc.length / parts;
+    const Pose2d chord = drive_arc({}, arc.curvature, arc.length / parts);
+    Point2d along = transform({0, 0, pose.heading}, chord.position());
+    const double cosine = std::cos(turn);
+    const double sine = std::sin(turn);
+    Pose2d at = pose;
+    for (double i = 1; i < parts; ++i) {
+      at = {at.x + along.x, at.y + along.y, wrap_angle(at.heading + turn)};
+      along = {cosine * along.x - sine * along.y, sine * along.x + cosine * along.y};
+      poses.push_back({at, direction, arc.curvature, driven + length * i / parts});
     }
-    pose = poses.back().pose;
-    driven = poses.back().arc_length;
+    pose = drive_arc(pose, arc.curvature, arc.length);
+    driven += length;
+    poses.push_back({pose, direction, arc.curvature, driven});
   }
   if (poses.empty()) {
     poses.push_back({.pose = start});

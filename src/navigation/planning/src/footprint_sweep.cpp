@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kLargestDiscs = 6;
 constexpr double kSpareCells = 3;
-constexpr double kSwing = 0.02;     // m; at 0.05 m a step, of corners 1 m away, at 0.8 rad/m
-constexpr double kCrawl = 1e-3;     // m, steps at obstacles nearer than that
 constexpr double kMostCells = 200;  // of a distance field
 
 struct Box {
@@ -52,8 +50,6 @@ FootprintSweep::FootprintSweep(OccupancyGrid grid, Footprint footprint,
                                const LatticeSettings& settings)
     : grid_(std::move(grid)),
       footprint_(std::move(footprint)),
-      with_swing_(footprint_.inflated(kSwing)),
-      step_(std::min(settings.step, grid_.resolution() / 2)),
       near_(settings.near),
       unknown_(settings.unknown),
       field_(grid_, unknown_, reach_of_field(grid_, footprint_, settings.near)) {
@@ -62,13 +58,13 @@ FootprintSweep::FootprintSweep(OccupancyGrid grid, Footprint footprint,
   disc_radius_ = disc_radius_of(box);
   const double width = (box.high.x - box.low.x) / count;
   for (double i = 0; i < count; ++i) {
-    discs_.push_back({{box.low.x + (i + 1.0 / 2) * width, (box.low.y + box.high.y) / 2}});
+    discs_.push_back({box.low.x + (i + 1.0 / 2) * width, (box.low.y + box.high.y) / 2});
   }
 }
 
-void FootprintSweep::change(std::span<const CellChange> cells) {
+CellBox FootprintSweep::change(std::span<const CellChange> cells) {
   if (cells.empty()) {
-    return;
+    return {{0, 0}, {-1, -1}};
   }
   CellBox box{cells.front().cell, cells.front().cell};
   for (const CellChange& change : cells) {
@@ -85,29 +81,32 @@ void FootprintSweep::change(std::span<const CellChange> cells) {
     grid_.set(change.cell, change.state);
   }
   field_.update(grid_, box);
+  return box;
 }
 
 double FootprintSweep::room(const Pose2d& pose) const {
-  // What only the exact check can tell apart; it also says so of poses far outside.
-  const double cosine = std::cos(pose.heading);
-  const double sine = std::sin(pose.heading);
-  double room = field_.largest();
-  for (const Disc& disc : discs_) {
-    const Point2d centre{pose.x + cosine * disc.centre.x - sine * disc.centre.y,
-                         pose.y + sine * disc.centre.x + cosine * disc.centre.y};
-    room = std::min(room, field_.bounds(grid_.to_grid(centre)).low - disc_radius_);
+  const Pose2d in_grid = grid_.to_grid(pose);
+  // To the edge of the grid.
+  const double inside =
+      std::min({in_grid.x, in_grid.y, grid_.width() - in_grid.x, grid_.height() - in_grid.y}) *
+      grid_.resolution();
+  const double cosine = std::cos(in_grid.heading) / grid_.resolution();
+  const double sine = std::sin(in_grid.heading) / grid_.resolution();
+  double room = std::min(inside, field_.largest());
+  for (const Point2d& disc : discs_) {
+    const Point2d centre{in_grid.x + cosine * disc.x - sine * disc.y,
+                         in_grid.y + sine * disc.x + cosine * disc.y};
+    room = std::min(room, field_.bounds(centre).low - disc_radius_);
   }
-  if (room > step_) {
-    return room;
-  }
-  const auto bounds = field_.bounds(grid_.to_grid(pose.position()));
-  if (bounds.high < footprint_.inscribed_radius() && bounds.high < field_.largest()) {
-    return 0;
-  }
-  if (!collides(with_swing_, grid_, pose, unknown_)) {
-    return step_;
-  }
-  return collides(footprint_, grid_, pose, unknown_) ? 0 : kCrawl;
+  return room;
+}
+
+bool FootprintSweep::collides_at(const Pose2d& pose) const {
+  return !grid_.cell_at(pose.position()) || collides(footprint_, grid_, pose, unknown_);
+}
+
+bool FootprintSweep::is_free(const Pose2d& pose) const {
+  return room(pose) > 0 || !collides_at(pose);
 }
 
 bool FootprintSweep::is_free(const Pose2d& start, const ArcList& arcs) const {
@@ -115,7 +114,26 @@ bool FootprintSweep::is_free(const Pose2d& start, const ArcList& arcs) const {
   return free_length(start, arcs) >= length_of(arcs) - kRounding;
 }
 
+bool FootprintSweep::is_stretch_free(const Pose2d& start, const ArcPiece& arc, double from,
+                                     double to) const {
+  constexpr double kShortest = 1e-3;  // m; what may collide on less is taken to do so
+  const Pose2d end = drive_arc(start, arc.curvature, std::copysign(to, arc.length));
+  if (!grid_.cell_at(end.position())) {
+    return false;
+  }
+  if (!may_collide_along(footprint_, grid_,
+                         drive_arc(start, arc.curvature, std::copysign(from, arc.length)),
+                         arc.curvature, std::copysign(to - from, arc.length), unknown_)) {
+    return true;
+  }
+  const double middle = (from + to) / 2;
+  return to - from > kShortest && !collides_at(end) && is_stretch_free(start, arc, from, middle) &&
+         is_stretch_free(start, arc, middle, to);
+}
+
 double FootprintSweep::free_length(const Pose2d& start, const ArcList& arcs) const {
+  constexpr double kStretch = 0.2;   // m
+  constexpr double kWorthIt = 0.05;  // m; with less room, the footprint itself is checked
   Pose2d pose = start;
   double driven = 0;
   for (const ArcPiece& arc : arcs) {
@@ -123,16 +141,22 @@ double FootprintSweep::free_length(const Pose2d& start, const ArcList& arcs) con
     // No point of the footprint moves farther than this for each metre of the origin.
     const double swing = 1 + std::abs(arc.curvature) * footprint_.circumscribed_radius();
     for (double along = 0; along < length;) {
-      const double free = room(drive_arc(pose, arc.curvature, std::copysign(along, arc.length)));
-      if (free == 0) {
+      const double free =
+          room(drive_arc(pose, arc.curvature, std::copysign(along, arc.length))) / swing;
+      if (free > kWorthIt) {
+        along += free;
+        continue;
+      }
+      const double to = std::min(length, along + kStretch);
+      if (!is_stretch_free(pose, arc, along, to)) {
         return driven + along;
       }
-      along += free <= step_ ? free : std::max(step_, free / swing);
+      along = to;
     }
     pose = drive_arc(pose, arc.curvature, arc.length);
     driven += length;
   }
-  return arcs.empty() || room(pose) > 0 ? driven : driven - step_;
+  return driven;
 }
 
 double FootprintSweep::nearness(const Pose2d& start, const ArcList& arcs) const {

@@ -70,15 +70,24 @@ class LatticePlanner::Search {
          const LatticeSettings& settings)
       : sweep_(std::move(grid), std::move(footprint), checked(settings)),
         lattice_(std::move(primitives), settings, sweep_),
-        to_goal_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius()),
-        to_start_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius()),
+        proof_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(), GridDistance::Use::kProof),
+        to_goal_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(),
+                 GridDistance::Use::kGuide),
+        to_start_(sweep_.grid(), sweep_.field(), sweep_.inscribed_radius(),
+                  GridDistance::Use::kGuide),
         settings_(settings) {}
 
   [[nodiscard]] const OccupancyGrid& grid() const { return sweep_.grid(); }
   void change(std::span<const CellChange> cells) {
-    sweep_.change(cells);
-    to_goal_.forget();
-    to_start_.forget();
+    const CellBox box = sweep_.change(cells);
+    // What the distance field says changes as far as it reaches.
+    const int reach =
+        static_cast<int>(std::ceil(sweep_.field().largest() / grid().resolution())) + 1;
+    const CellBox near{{box.low.column - reach, box.low.row - reach},
+                       {box.high.column + reach, box.high.row + reach}};
+    proof_.forget(near);
+    to_goal_.forget(near);
+    to_start_.forget(near);
   }
 
   Plan plan(const Pose2d& start, const Pose2d& goal, const ShouldStop& should_stop,
@@ -90,14 +99,6 @@ class LatticePlanner::Search {
       return plan;
     }
     last_goal_ = goal;
-    bool stopped = should_stop();
-    to_goal_.set_root(goal.position());
-    if (stopped || !to_goal_.reach(start.position(), should_stop, stopped)) {
-      plan.status = stopped ? PlanStatus::kStopped : PlanStatus::kUnreachable;
-      return plan;
-    }
-    plan.lower_bound = std::max(reeds_shepp_length(start, goal, lattice_.radius()),
-                                to_goal_.bound(start.position()));
     std::optional<ArcList> best = first_path(start, goal, should_stop, plan);
     if (!best) {
       return plan;
@@ -109,6 +110,9 @@ class LatticePlanner::Search {
       }
     };
     tell();
+    prove(start, goal, should_stop);
+    plan.lower_bound = std::max(reeds_shepp_length(start, goal, lattice_.radius()),
+                                proof_.bound(start.position()));
     improve(start, goal, *best, cost, should_stop, plan, tell);
     finish(start, std::move(*best), cost, plan);
     return plan;
@@ -141,9 +145,8 @@ class LatticePlanner::Search {
     if (path.empty()) {
       return true;
     }
-    return sweep_.is_free(path.poses().front().pose, arcs_of_path(path)) &&
-           std::all_of(path.poses().begin(), path.poses().end(),
-                       [&](const PathPose& pose) { return sweep_.is_free(pose.pose); });
+    const Pose2d& start = path.poses().front().pose;
+    return sweep_.is_free(start) && sweep_.is_free(start, arcs_of_path(path));
   }
 
  private:
@@ -171,35 +174,55 @@ class LatticePlanner::Search {
     return sweep_.is_free(goal) ? PlanStatus::kFound : PlanStatus::kGoalInCollision;
   }
 
+  /// The distances of proofs, as far as there is time. False if there is proven to be no way.
+  bool prove(const Pose2d& start, const Pose2d& goal, const ShouldStop& should_stop) {
+    bool stopped = false;
+    proof_.set_root(goal.position(), start.position());
+    return proof_.reach(should_stop, stopped) || stopped;
+  }
+
   /// From the start, and from the goal backwards, in turns: where one end stands in a narrow place,
   /// it is easier to leave it than to find it.
   std::optional<ArcList> first_path(const Pose2d& start, const Pose2d& goal,
                                     const ShouldStop& should_stop, Plan& plan) {
     constexpr std::size_t kFirstTry = 2000;
     constexpr double kGreedy = 2.5;
-    plan.status = PlanStatus::kNotFound;
-    bool has_root = false;
-    for (std::size_t most = kFirstTry; most <= 2 * settings_.most_expansions; most *= 4) {
+    bool stopped = should_stop();
+    to_goal_.set_root(goal.position(), start.position());
+    to_start_.set_root(start.position(), goal.position());
+    const GridDistance* ahead = &to_goal_;
+    const GridDistance* back = &to_start_;
+    if (!stopped && !to_goal_.reach(should_stop, stopped) && !stopped) {
+      // The guide sees no way: it closes more than it can prove to be closed.
+      if (!prove(start, goal, should_stop)) {
+        plan.status = PlanStatus::kUnreachable;
+        return std::nullopt;
+      }
+      ahead = &proof_;
+      back = nullptr;
+    }
+    bool has_back = false;
+    for (std::size_t most = kFirstTry; most <= 2 * settings_.most_expansions && !stopped;
+         most *= 4) {
       const std::size_t limit = std::min(most, settings_.most_expansions);
       LatticeSearch::Result forwards = lattice_.search(
-          {start, goal, &to_goal_, kGreedy, limit, std::numeric_limits<double>::infinity(), false},
+          {start, goal, ahead, kGreedy, limit, std::numeric_limits<double>::infinity(), false},
           should_stop);
       plan.expansions += forwards.expansions;
       if (forwards.arcs) {
         plan.status = PlanStatus::kFound;
         return forwards.arcs;
       }
-      bool stopped = forwards.stopped;
-      if (!stopped && !has_root) {
-        to_start_.set_root(start.position());
-        (void)to_start_.reach(goal.position(), should_stop, stopped);
-        has_root = true;
+      stopped = forwards.stopped;
+      if (!stopped && !has_back) {
+        has_back = back != nullptr && to_start_.reach(should_stop, stopped);
+        back = has_back ? back : nullptr;
       }
       LatticeSearch::Result backwards;
       if (!stopped) {
-        backwards = lattice_.search({goal, start, &to_start_, kGreedy, limit,
-                                     std::numeric_limits<double>::infinity(), true},
-                                    should_stop);
+        backwards = lattice_.search(
+            {goal, start, back, kGreedy, limit, std::numeric_limits<double>::infinity(), true},
+            should_stop);
         plan.expansions += backwards.expansions;
         stopped = backwards.stopped;
       }
@@ -207,14 +230,11 @@ class LatticePlanner::Search {
         plan.status = PlanStatus::kFound;
         return reversed(*backwards.arcs);
       }
-      if (stopped) {
-        plan.status = PlanStatus::kStopped;
-        return std::nullopt;
-      }
       if (forwards.exhausted && backwards.exhausted) {
-        return std::nullopt;
+        break;
       }
     }
+    plan.status = stopped ? PlanStatus::kStopped : PlanStatus::kNotFound;
     return std::nullopt;
   }
 
@@ -228,7 +248,7 @@ class LatticePlanner::Search {
         return;
       }
       LatticeSearch::Result found = lattice_.search(
-          {start, goal, &to_goal_, weight, settings_.most_expansions, cost, false}, should_stop);
+          {start, goal, &proof_, weight, settings_.most_expansions, cost, false}, should_stop);
       plan.expansions += found.expansions;
       if (!found.arcs) {
         continue;
@@ -294,64 +314,117 @@ class LatticePlanner::Search {
   std::optional<ArcList> reuse(const Pose2d& start, const ShouldStop& should_stop, Plan& plan) {
     const double length = length_of(last_);
     const double here = nearest_on_last(start);
-    // Joined again further on each time: behind the first place that is blocked.
-    double join = here;
     const ArcList rest = cut(last_, here, length);
     const Pose2d on_path = end_of_arcs(last_start_, cut(last_, 0, here));
     constexpr double kOnPath = 1e-4;  // m and rad
     const bool is_on_path = distance(start, on_path) < kOnPath &&
                             std::abs(wrap_angle(start.heading - on_path.heading)) < kOnPath;
     const double free = sweep_.free_length(on_path, rest);
-    if (is_on_path && free >= length - here) {
+    const bool all_free = free >= length - here;
+    if (is_on_path && all_free) {
       return rest;
     }
-    if (free < length - here) {
-      join = here + free;
-    }
-    constexpr std::array kAhead{2.0, 4.0, 8.0, 16.0};  // turning radii
-    constexpr std::size_t kMostExpansions = 3000;
-    constexpr double kGreedy = 2.5;
+    // Left ever earlier and joined again ever later: behind the first place that is blocked.
+    const double blocked = all_free ? here : here + free;
+    constexpr std::array kAhead{2.5, 4.0, 8.0, 16.0};  // turning radii
     for (const double ahead : kAhead) {
-      const double place = std::min(length, join + ahead * lattice_.radius());
-      const Pose2d target = end_of_arcs(last_start_, cut(last_, 0, place));
-      const ArcList after = cut(last_, place, length);
+      const double reach = ahead * lattice_.radius();
+      const double leave = is_on_path ? std::max(here, blocked - reach) : here;
+      const double join = std::min(length, blocked + reach);
+      const Pose2d target = end_of_arcs(last_start_, cut(last_, 0, join));
+      const ArcList after = cut(last_, join, length);
       if (sweep_.is_free(target) && sweep_.is_free(target, after)) {
-        bool stopped = false;
-        to_start_.set_root(target.position());
-        if (!to_start_.reach(start.position(), should_stop, stopped)) {
-          return std::nullopt;
+        ArcList arcs = is_on_path ? cut(last_, here, leave) : ArcList{};
+        const Pose2d from = end_of_arcs(start, arcs);
+        std::optional<ArcList> around;
+        if (!all_free) {
+          around = swerve(from, end_of_arcs(last_start_, cut(last_, 0, blocked)), target);
         }
-        LatticeSearch::Result found =
-            lattice_.search({start, target, &to_start_, kGreedy, kMostExpansions,
-                             std::numeric_limits<double>::infinity(), false},
-                            should_stop);
-        plan.expansions += found.expansions;
-        if (found.arcs) {
-          found.arcs->insert(found.arcs->end(), after.begin(), after.end());
-          tidy(*found.arcs);
-          return found.arcs;
+        if (!around) {
+          around = search_around(from, target, should_stop, plan);
+        }
+        if (around) {
+          arcs.insert(arcs.end(), around->begin(), around->end());
+          arcs.insert(arcs.end(), after.begin(), after.end());
+          tidy(arcs);
+          return arcs;
         }
       }
-      if (place >= length || should_stop()) {
+      if (join >= length || should_stop()) {
         return std::nullopt;
       }
     }
     return std::nullopt;
   }
 
-  [[nodiscard]] double nearest_on_last(const Pose2d& pose) const {
-    const Path path = sampled(last_start_, last_, settings_.step);
-    double best = std::numeric_limits<double>::infinity();
-    double place = 0;
-    for (const PathPose& candidate : path.poses()) {
-      const double away =
-          distance(candidate.pose, pose) +
-          lattice_.radius() * std::abs(wrap_angle(candidate.pose.heading - pose.heading));
-      if (away < best) {
-        best = away;
-        place = candidate.arc_length;
+  /// Past an obstacle at `blocked` on either side of it, and back onto the path.
+  [[nodiscard]] std::optional<ArcList> swerve(const Pose2d& from, const Pose2d& blocked,
+                                              const Pose2d& target) const {
+    constexpr std::array kAside{0.5, -0.5, 0.8, -0.8, 1.2, -1.2, 1.8, -1.8};  // turning radii
+    for (const double aside : kAside) {
+      const Pose2d beside = compose(blocked, {0, aside * lattice_.radius(), 0});
+      if (!sweep_.is_free(beside)) {
+        continue;
+      }
+      ArcList arcs = shortest_word(from, beside);
+      const ArcList back = shortest_word(beside, target);
+      // No detour that begins with turning about.
+      if (length_of(arcs) + length_of(back) >
+          2 * distance(from, beside) + 2 * distance(beside, target)) {
+        continue;
+      }
+      if (sweep_.is_free(from, arcs) && sweep_.is_free(beside, back)) {
+        arcs.insert(arcs.end(), back.begin(), back.end());
+        return arcs;
       }
     }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] ArcList shortest_word(const Pose2d& from, const Pose2d& to) const {
+    const auto words = reeds_shepp_words(from, to, lattice_.radius());
+    return words.empty() ? ArcList{} : arcs_of_word(words.front(), lattice_.radius());
+  }
+
+  std::optional<ArcList> search_around(const Pose2d& from, const Pose2d& target,
+                                       const ShouldStop& should_stop, Plan& plan) {
+    constexpr std::size_t kMostExpansions = 3000;
+    constexpr double kGreedy = 2.5;
+    bool stopped = false;
+    to_start_.set_root(target.position(), from.position());
+    if (!to_start_.reach(should_stop, stopped)) {
+      return std::nullopt;
+    }
+    LatticeSearch::Result found =
+        lattice_.search({from, target, &to_start_, kGreedy, kMostExpansions,
+                         std::numeric_limits<double>::infinity(), false},
+                        should_stop);
+    plan.expansions += found.expansions;
+    return std::move(found.arcs);
+  }
+
+  /// m along the last path, of its pose nearest to another.
+  [[nodiscard]] double nearest_on_last(const Pose2d& pose) const {
+    constexpr double kCoarse = 0.5;  // m
+    const double length = length_of(last_);
+    double best = std::numeric_limits<double>::infinity();
+    double place = 0;
+    const auto try_between = [&](double from, double to, double step) {
+      const Path path =
+          sampled(end_of_arcs(last_start_, cut(last_, 0, from)), cut(last_, from, to), step);
+      for (const PathPose& candidate : path.poses()) {
+        const double away =
+            distance(candidate.pose, pose) +
+            lattice_.radius() * std::abs(wrap_angle(candidate.pose.heading - pose.heading));
+        if (away < best) {
+          best = away;
+          place = from + candidate.arc_length;
+        }
+      }
+    };
+    try_between(0, length, kCoarse);
+    const double near = place;
+    try_between(std::max(0.0, near - kCoarse), std::min(length, near + kCoarse), settings_.step);
     return place;
   }
 
@@ -368,7 +441,8 @@ class LatticePlanner::Search {
 
   FootprintSweep sweep_;
   LatticeSearch lattice_;
-  GridDistance to_goal_;
+  GridDistance proof_;    ///< to the goal
+  GridDistance to_goal_;  ///< guides
   GridDistance to_start_;
   LatticeSettings settings_;
   ArcList last_;

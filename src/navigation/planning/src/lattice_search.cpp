@@ -49,22 +49,32 @@ LatticeSearch::LatticeSearch(LatticePrimitives primitives, const LatticeSettings
   }
 }
 
-Pose2d LatticeSearch::pose_of(const Query& query, const Node& node) const {
+void LatticeSearch::lay_out(const Pose2d& start) {
   // The start stands at the lattice's heading 0.
-  const Pose2d in_start{node.column * spacing_, node.row * spacing_,
-                        headings_[static_cast<std::size_t>(node.heading)]};
-  const Pose2d lattice{query.start.x, query.start.y, query.start.heading - headings_.front()};
-  return compose(lattice, in_start);
+  origin_ = {start.x, start.y, start.heading - headings_.front()};
+  column_step_ = {spacing_ * std::cos(origin_.heading), spacing_ * std::sin(origin_.heading)};
+  headings_in_map_.clear();
+  for (const double heading : headings_) {
+    headings_in_map_.push_back(wrap_angle(origin_.heading + heading));
+  }
 }
 
-double LatticeSearch::bound(const Query& query, const Pose2d& pose) const {
-  constexpr double kNear = 8;  // turning radii; beyond, headings hardly matter
+Pose2d LatticeSearch::pose_of(int column, int row, int heading) const {
+  return {origin_.x + column * column_step_.x - row * column_step_.y,
+          origin_.y + column * column_step_.y + row * column_step_.x,
+          headings_in_map_[static_cast<std::size_t>(heading)]};
+}
+
+double LatticeSearch::bound_of_position(const Query& query, const Pose2d& pose) {
   const double straight = distance(pose, query.goal);
-  const double over_grid = query.to_goal->bound(pose.position());
-  if (straight > kNear * radius_ || over_grid > 2 * kNear * radius_) {
-    return std::max(straight, over_grid);
-  }
-  return std::max(over_grid, reeds_shepp_length(pose, query.goal, radius_));
+  return query.to_goal == nullptr ? straight
+                                  : std::max(straight, query.to_goal->bound(pose.position()));
+}
+
+double LatticeSearch::bound_of_pose(const Query& query, const Pose2d& pose, double bound) const {
+  constexpr double kNear = 8;  // turning radii; beyond, headings hardly matter
+  return bound < kNear * radius_ ? std::max(bound, reeds_shepp_length(pose, query.goal, radius_))
+                                 : bound;
 }
 
 double LatticeSearch::step_cost(const Query& query, const Node& from, const Motion& motion) const {
@@ -106,20 +116,21 @@ ArcList LatticeSearch::arcs_to(std::int32_t node) const {
 }
 
 std::optional<ArcList> LatticeSearch::expand_analytically(const Query& query, const Node& node,
-                                                          const Pose2d& pose, double bound,
-                                                          std::size_t expansions) const {
+                                                          std::size_t expansions,
+                                                          const ShouldStop& should_stop) const {
   // Seldom far from the goal, always near it.
-  const double far = bound / (2 * radius_);
+  const double far = node.rest / (2 * radius_);
   const auto every = static_cast<std::size_t>(std::max(1.0, far * far / 4));
   if (expansions % every != 0) {
     return std::nullopt;
   }
   constexpr double kNear = 6;  // turning radii; there, other words than the shortest help too
   constexpr std::size_t kWords = 8;
+  const Pose2d pose = pose_of(node.column, node.row, node.heading);
   const auto words = reeds_shepp_words(pose, query.goal, radius_);
-  const std::size_t count = bound < kNear * radius_ ? std::min(kWords, words.size()) : 1;
+  const std::size_t count = node.rest < kNear * radius_ ? std::min(kWords, words.size()) : 1;
   for (std::size_t i = 0; i < count; ++i) {
-    if (node.cost + words[i].length() >= query.below) {
+    if (node.cost + words[i].length() >= query.below || (i > 0 && should_stop())) {
       break;
     }
     ArcList arcs = arcs_of_word(words[i], radius_);
@@ -130,96 +141,116 @@ std::optional<ArcList> LatticeSearch::expand_analytically(const Query& query, co
   return std::nullopt;
 }
 
+void LatticeSearch::push(const Query& query, const Candidate& candidate) {
+  if (candidate.cost + candidate.rest >= query.below) {
+    return;
+  }
+  open_.push_back(candidate);
+  open_.back().key = candidate.cost + query.weight * candidate.rest;
+  std::push_heap(open_.begin(), open_.end(),
+                 [](const Candidate& a, const Candidate& b) { return a.key > b.key; });
+}
+
 void LatticeSearch::add_neighbours(const Query& query, std::int32_t index) {
   const Node node = nodes_[static_cast<std::size_t>(index)];
   for (const Motion& motion : motions_[static_cast<std::size_t>(node.heading)]) {
-    Node next{node.column + motion.columns,
-              node.row + motion.rows,
-              motion.end_heading,
-              index,
-              &motion,
-              node.cost + step_cost(query, node, motion)};
-    if (seen_.contains(key_of(next.column, next.row, next.heading, motion.reverse))) {
+    const int column = node.column + motion.columns;
+    const int row = node.row + motion.rows;
+    if (seen_.contains(key_of(column, row, motion.end_heading, motion.reverse))) {
       continue;
     }
-    const Pose2d pose = pose_of(query, next);
+    const Pose2d pose = pose_of(column, row, motion.end_heading);
     if (!sweep_.grid().cell_at(pose.position())) {
       continue;
     }
-    const double rest = bound(query, pose);
-    if (next.cost + rest >= query.below) {
-      continue;
-    }
-    open_.push_back({next.cost + query.weight * rest, next.cost, index, &motion});
-    std::push_heap(open_.begin(), open_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.key > b.key; });
+    push(query, {.key = 0,
+                 .cost = node.cost + step_cost(query, node, motion),
+                 .rest = bound_of_position(query, pose),
+                 .parent = index,
+                 .refined = false,
+                 .motion = &motion});
   }
 }
 
+std::optional<std::int32_t> LatticeSearch::take_up_best(const Query& query,
+                                                        const ShouldStop& should_stop,
+                                                        bool& stopped) {
+  constexpr std::size_t kCandidatesPerQuestion = 16;
+  for (std::size_t tried = 1; !open_.empty(); ++tried) {
+    if (tried % kCandidatesPerQuestion == 0 && should_stop()) {
+      stopped = true;
+      return std::nullopt;
+    }
+    std::pop_heap(open_.begin(), open_.end(),
+                  [](const Candidate& a, const Candidate& b) { return a.key > b.key; });
+    Candidate best = open_.back();
+    open_.pop_back();
+    const Node& parent = nodes_[static_cast<std::size_t>(best.parent)];
+    Node next{parent.column + best.motion->columns,
+              parent.row + best.motion->rows,
+              best.motion->end_heading,
+              best.parent,
+              best.motion,
+              best.cost,
+              best.rest};
+    const std::uint64_t key = key_of(next.column, next.row, next.heading, best.motion->reverse);
+    if (seen_.contains(key)) {
+      continue;
+    }
+    if (!best.refined) {
+      // The bound that costs more, only for what the cheap one has brought to the top.
+      best.refined = true;
+      best.rest = bound_of_pose(query, pose_of(next.column, next.row, next.heading), next.rest);
+      if (best.rest > next.rest) {
+        push(query, best);
+        continue;
+      }
+    }
+    const Pose2d from = pose_of(parent.column, parent.row, parent.heading);
+    if (!sweep_.is_free(from, best.motion->arcs)) {
+      continue;
+    }
+    if (settings_.nearness_factor > 0) {
+      next.cost += settings_.nearness_factor * sweep_.nearness(from, best.motion->arcs);
+    }
+    seen_.insert(key);
+    nodes_.push_back(next);
+    return static_cast<std::int32_t>(nodes_.size() - 1);
+  }
+  return std::nullopt;
+}
+
 LatticeSearch::Result LatticeSearch::search(const Query& query, const ShouldStop& should_stop) {
-  constexpr std::size_t kExpansionsPerQuestion = 8;
   Result result;
+  lay_out(query.start);
   nodes_.clear();
   open_.clear();
   seen_.clear();
-  nodes_.push_back({0, 0, 0, -1, nullptr, 0});
-  std::int32_t index = 0;
-  while (true) {
-    const Node node = nodes_[static_cast<std::size_t>(index)];
-    const Pose2d pose = pose_of(query, node);
-    if (auto arcs = expand_analytically(query, node, pose, bound(query, pose), result.expansions)) {
-      ArcList all = arcs_to(index);
+  nodes_.push_back({0, 0, 0, -1, nullptr, 0,
+                    bound_of_pose(query, query.start, bound_of_position(query, query.start))});
+  std::optional<std::int32_t> index = 0;
+  while (index) {
+    const Node node = nodes_[static_cast<std::size_t>(*index)];
+    if (auto arcs = expand_analytically(query, node, result.expansions, should_stop)) {
+      ArcList all = arcs_to(*index);
       all.insert(all.end(), arcs->begin(), arcs->end());
       tidy(all);
       result.arcs = std::move(all);
       return result;
     }
     ++result.expansions;
-    add_neighbours(query, index);
+    add_neighbours(query, *index);
     if (result.expansions >= query.most_expansions) {
       return result;
     }
-    if (result.expansions % kExpansionsPerQuestion == 0 && should_stop()) {
-      result.stopped = true;
+    result.stopped = should_stop();
+    if (result.stopped) {
       return result;
     }
-    index = -1;
-    for (std::size_t tried = 1; index < 0; ++tried) {
-      if (open_.empty()) {
-        result.exhausted = true;
-        return result;
-      }
-      if (tried % 64 == 0 && should_stop()) {
-        result.stopped = true;
-        return result;
-      }
-      std::pop_heap(open_.begin(), open_.end(),
-                    [](const Candidate& a, const Candidate& b) { return a.key > b.key; });
-      const Candidate best = open_.back();
-      open_.pop_back();
-      const Node& parent = nodes_[static_cast<std::size_t>(best.parent)];
-      Node next{parent.column + best.motion->columns,
-                parent.row + best.motion->rows,
-                best.motion->end_heading,
-                best.parent,
-                best.motion,
-                best.cost};
-      const std::uint64_t key = key_of(next.column, next.row, next.heading, best.motion->reverse);
-      if (seen_.contains(key)) {
-        continue;
-      }
-      const Pose2d from = pose_of(query, parent);
-      if (!sweep_.is_free(from, best.motion->arcs)) {
-        continue;
-      }
-      if (settings_.nearness_factor > 0) {
-        next.cost += settings_.nearness_factor * sweep_.nearness(from, best.motion->arcs);
-      }
-      seen_.insert(key);
-      index = static_cast<std::int32_t>(nodes_.size());
-      nodes_.push_back(next);
-    }
+    index = take_up_best(query, should_stop, result.stopped);
   }
+  result.exhausted = !result.stopped;
+  return result;
 }
 
 }  // namespace pipescout::navigation

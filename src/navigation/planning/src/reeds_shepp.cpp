@@ -148,13 +148,14 @@ void for_each_word(const Pose2d& from, const Pose2d& to, double radius, const Ta
   const double x = seen.x / radius;
   const double y = seen.y / radius;
   const double phi = seen.heading;
+  const double sine = std::sin(phi);
+  const double cosine = std::cos(phi);
   const auto try_all = [&](auto formula, const std::array<int, 5>& turns, int count,
                            const auto& lengths, double x_of, double y_of) {
     for (const int time : {1, -1}) {
       for (const int side : {1, -1}) {
         // Time flipped: driven the other way; reflected: left and right exchanged.
-        const double angle = time * side * phi;
-        const Target goal{time * x_of, side * y_of, angle, std::sin(angle), std::cos(angle)};
+        const Target goal{time * x_of, side * y_of, time * side * phi, time * side * sine, cosine};
         Lengths found{};
         if (!formula(goal, found)) {
           continue;
@@ -170,8 +171,8 @@ void for_each_word(const Pose2d& from, const Pose2d& to, double radius, const Ta
     }
   };
   // Backwards: the word in the other order leads from the goal, seen in its own frame.
-  const double back_x = x * std::cos(phi) + y * std::sin(phi);
-  const double back_y = x * std::sin(phi) - y * std::cos(phi);
+  const double back_x = x * cosine + y * sine;
+  const double back_y = x * sine - y * cosine;
   constexpr int kL = 1;
   constexpr int kR = -1;
   const auto straight = [](const Lengths& w) { return std::array<double, 5>{w.t, w.u, w.v}; };

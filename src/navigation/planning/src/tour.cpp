@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 
 #include "assignment.hpp"
 #include "pipescout/validation/check.hpp"
+#include "tour_bound.hpp"
 
 namespace pipescout::navigation {
 namespace {
@@ -137,6 +139,66 @@ Order inserted(const Problem& problem) {
   return order;
 }
 
+/// The best order of few rows by dynamic programming over sets of rows (Held and Karp, "A dynamic
+/// programming approach to sequencing problems", 1962); nothing for too many rows, or when told to
+/// stop.
+std::optional<Order> best_of_all(const Problem& problem, const std::function<bool()>& should_stop) {
+  constexpr std::size_t kMostExact = 14;
+  const std::size_t rows = problem.count() - 1;
+  if (rows == 0 || rows > kMostExact) {
+    return std::nullopt;
+  }
+  // A way is row and direction: 2 (row - 1) + direction. What it costs to have driven a set of
+  // rows, with that way last.
+  const std::size_t ways = 2 * rows;
+  const std::size_t sets = std::size_t{1} << rows;
+  std::vector<double> costs(sets * ways, kInfinity);
+  std::vector<std::uint8_t> before(sets * ways, 0);
+  for (std::size_t set = 1; set < sets; ++set) {
+    if (should_stop()) {
+      return std::nullopt;
+    }
+    for (std::size_t way = 0; way < ways; ++way) {
+      const std::size_t row = way / 2;
+      if ((set >> row & 1U) == 0) {
+        continue;
+      }
+      const std::size_t rest = set & ~(std::size_t{1} << row);
+      double& least = costs[set * ways + way];
+      if (rest == 0) {
+        least = problem.between(0, 0, row + 1, way % 2);
+      }
+      for (std::size_t last = 0; last < ways && rest != 0; ++last) {
+        const double cost =
+            costs[rest * ways + last] + problem.between(last / 2 + 1, last % 2, row + 1, way % 2);
+        if (cost < least) {
+          least = cost;
+          before[set * ways + way] = static_cast<std::uint8_t>(last);
+        }
+      }
+      least += problem.along(row + 1, way % 2);
+    }
+  }
+  std::size_t set = sets - 1;
+  std::size_t last = 0;
+  const auto closed = [&](std::size_t way) {
+    return costs[set * ways + way] + problem.between(way / 2 + 1, way % 2, 0, 0);
+  };
+  for (std::size_t way = 1; way < ways; ++way) {
+    last = closed(way) < closed(last) ? way : last;
+  }
+  Order order;
+  while (set != 0) {
+    order.push_back(last / 2 + 1);
+    const std::size_t next = before[set * ways + last];
+    set &= ~(std::size_t{1} << (last / 2));
+    last = next;
+  }
+  order.push_back(0);
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
 constexpr double kNoGain = 1e-9;
 
 /// Stretches turned round, and moved elsewhere, as long as that helps.
@@ -208,10 +270,13 @@ double bound_of_rows(const Problem& problem) {
   return least_assignment(costs, count);
 }
 
-/// Each end of a row is joined to one end of another: twice a matching is an assignment.
-double bound_of_ends(const Problem& problem) {
+/// What it costs to come from an end of a row to one of another, in the cheaper direction.
+RowEnds ends_of(const Problem& problem) {
   const std::size_t size = 2 * problem.count();
-  std::vector<double> costs(size * size, kForbidden);
+  RowEnds ends{.along = {}, .joins = std::vector<double>(size * size, kForbidden)};
+  for (std::size_t row = 0; row < problem.count(); ++row) {
+    ends.along.push_back(std::min(problem.along(row, 0), problem.along(row, 1)));
+  }
   // End 0 of a row is where direction 0 begins.
   const auto join = [&](std::size_t p, std::size_t q) {
     double least = kForbidden;
@@ -228,22 +293,28 @@ double bound_of_ends(const Problem& problem) {
   for (std::size_t p = 0; p < size; ++p) {
     for (std::size_t q = 0; q < size; ++q) {
       if (p / 2 != q / 2) {
-        costs[p * size + q] = std::min(join(p, q), join(q, p));
+        ends.joins[p * size + q] = std::min(join(p, q), join(q, p));
       }
     }
   }
-  return least_assignment(costs, size) / 2;
+  return ends;
 }
 
-double lower_bound_of(const Problem& problem) {
-  double along = 0;
-  for (std::size_t row = 0; row < problem.count(); ++row) {
-    along += std::min(problem.along(row, 0), problem.along(row, 1));
-  }
+double lower_bound_of(const Problem& problem, double cost,
+                      const std::function<bool()>& should_stop) {
   if (problem.count() == 1) {
     return 0;
   }
-  return along + std::max(bound_of_rows(problem), bound_of_ends(problem));
+  const RowEnds ends = ends_of(problem);
+  double along = 0;
+  for (const double row : ends.along) {
+    along += row;
+  }
+  // Twice a matching of the ends is an assignment.
+  const double by_assignment =
+      along +
+      std::max(bound_of_rows(problem), least_assignment(ends.joins, 2 * problem.count()) / 2);
+  return std::max(by_assignment, bound_by_spanning_trees(ends, cost, should_stop));
 }
 
 void append_route(RoutePlanner& planner, std::uint32_t from, std::uint32_t to, Tour& tour) {
@@ -300,11 +371,14 @@ Tour plan_tour(RoutePlanner& planner, std::uint32_t start, std::span<const TourR
   if (tour.status != TourStatus::kFound || rows.empty()) {
     return tour;
   }
-  Order order = inserted(problem);
+  const std::optional<Order> best = best_of_all(problem, should_stop);
+  Order order = best ? *best : inserted(problem);
   double cost = cost_of(problem, order, nullptr);
-  improve(problem, order, cost, should_stop);
+  if (!best) {
+    improve(problem, order, cost, should_stop);
+  }
   std::mt19937_64 engine(kSeed);
-  for (int failures = 0; failures < kPatience && !should_stop(); ++failures) {
+  for (int failures = 0; failures < kPatience && !best && !should_stop(); ++failures) {
     Order other = perturbed(order, engine);
     double other_cost = cost_of(problem, other, nullptr);
     improve(problem, other, other_cost, should_stop);
@@ -316,7 +390,7 @@ Tour plan_tour(RoutePlanner& planner, std::uint32_t start, std::span<const TourR
   }
   std::vector<std::size_t> directions;
   tour.cost = cost_of(problem, order, &directions);
-  tour.lower_bound = lower_bound_of(problem);
+  tour.lower_bound = best ? tour.cost : lower_bound_of(problem, tour.cost, should_stop);
   std::uint32_t at = start;
   for (std::size_t i = 1; i < order.size(); ++i) {
     append_route(planner, at, problem.node(order[i], directions[i], 0), tour);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -198,6 +199,49 @@ TEST(LatticePlanner, ReplansAroundWhatBlocksAndGoesOnWhereFree) {
   EXPECT_FALSE(lattice.is_free(first.path));
   EXPECT_THROW(lattice.change(std::vector<CellChange>{{{400, 0}, CellState::kFree}}),
                std::invalid_argument);
+}
+
+TEST(LatticePlanner, LittleIsAskedAfterTheFirstYes) {
+  OccupancyGrid grid = room(30, 20);
+  fill(grid, 8, 0, 9, 14);
+  fill(grid, 16, 6, 17, 20);
+  LatticePlanner lattice = planner(grid);
+  for (int questions = 0; questions < 400; questions += 7) {
+    int asked = 0;
+    const Plan plan = lattice.plan({3, 3, 0}, {25, 15, 1}, [&] { return ++asked > questions; });
+    EXPECT_LE(asked, questions + 8);
+    EXPECT_TRUE(plan.status == PlanStatus::kFound || plan.status == PlanStatus::kStopped);
+  }
+}
+
+/// Pillars that a path winds between: the cells of the bound are larger than those of the grid.
+TEST(LatticePlanner, TheBoundHoldsAmongPillars) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    std::mt19937_64 engine(seed);
+    OccupancyGrid grid = room(20, 12);
+    for (int i = 0; i < 40; ++i) {
+      const double x = 2.5 + static_cast<double>(engine() % 140) / 10;
+      const double y = static_cast<double>(engine() % 110) / 10;
+      fill(grid, x, y, x + 0.3, y + 0.3);
+    }
+    // Nearly a disc: what the bound takes the robot for.
+    const Footprint robot = Footprint::rectangle(0.3, 0.3, 0.6);
+    LatticePlanner lattice = planner(
+        grid, {.reverse_factor = 1, .cusp_cost = 0, .steering_cost = 0, .nearness_factor = 0},
+        robot);
+    const Plan plan = lattice.plan({1, 6, 0}, {19, 6, 0}, after(20000));
+    if (plan.status == PlanStatus::kFound) {
+      expect_drivable(plan, grid, {1, 6, 0}, {19, 6, 0}, robot);
+      EXPECT_LE(plan.suboptimality, 1.35) << seed;
+    }
+  }
+}
+
+TEST(LatticePlanner, PathsStayInTheGridWhereUnknownIsFree) {
+  OccupancyGrid grid = room(12, 8);
+  fill(grid, 6, 0, 6.3, 8);
+  LatticePlanner lattice = planner(grid, {.unknown = UnknownCells::kFree});
+  EXPECT_EQ(lattice.plan({3, 4, 0}, {9, 4, 0}, after(5000)).status, PlanStatus::kUnreachable);
 }
 
 }  // namespace

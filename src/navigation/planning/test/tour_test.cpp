@@ -102,5 +102,42 @@ TEST(Tour, StopsWhenToldAndNeedsNoRows) {
                std::invalid_argument);
 }
 
+TEST(Tour, ManyRowsAreBoundedByTrees) {
+  RoutePlanner planner(rows_of_collectors(20), length_cost());
+  const auto rows = tour_rows(planner.graph(), all_rows(20), RowSides::kOne);
+  const Tour tour = plan_tour(planner, 0, rows, kNever);
+  expect_tour(tour, planner, 0, rows);
+  EXPECT_GE(tour.lower_bound, 0.97 * tour.cost);
+}
+
+/// Two fields far apart: matchings of ends would leave the way between them out.
+TEST(Tour, TheBoundCountsTheWayBetweenFields) {
+  std::vector<RouteNode> nodes;
+  std::vector<RouteEdge> edges;
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    const auto id = static_cast<std::int64_t>(edges.size());
+    edges.push_back({.id = id, .from = a, .to = b});
+    edges.push_back({.id = id + 1, .from = b, .to = a});
+  };
+  for (const double x : {0.0, 1000.0}) {
+    const auto first = static_cast<std::uint32_t>(nodes.size());
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      nodes.push_back({.id = first + i, .position = {x + 20 * (i / 2), 100.0 * (i % 2)}});
+    }
+    join(first, first + 1);
+    join(first + 2, first + 3);
+    join(first, first + 2);
+    join(first + 1, first + 3);
+  }
+  join(2, 4);
+  RoutePlanner planner(std::make_shared<const RouteGraph>(nodes, edges), length_cost());
+  const std::vector<std::uint32_t> driven{0, 2, 8, 10};
+  const auto rows = tour_rows(planner.graph(), driven, RowSides::kOne);
+  const Tour tour = plan_tour(planner, 0, rows, kNever);
+  expect_tour(tour, planner, 0, rows);
+  EXPECT_NEAR(tour.cost, 400 + 2 * 980 + 80, 1e-6);
+  EXPECT_NEAR(tour.lower_bound, tour.cost, 1e-6);
+}
+
 }  // namespace
 }  // namespace pipescout::navigation

@@ -22,6 +22,7 @@ using navigation::OccupancyGrid;
 constexpr double kWhite = 255;
 constexpr double kOccupiedThreshold = 0.65;  // what map_saver writes
 constexpr double kFreeThreshold = 0.25;
+constexpr double kOldFreeThreshold = 0.196;  // of ROS 1, which wrote what is unknown as 205
 constexpr double kPercent = 100;
 
 struct Image {
@@ -216,6 +217,20 @@ CellState state_of(std::uint8_t pixel, const Description& description) {
   return occupied < description.free_threshold ? CellState::kFree : CellState::kUnknown;
 }
 
+OccupancyGrid grid_of(const Image& image, Description description) {
+  description.geometry.width = image.width;
+  description.geometry.height = image.height;
+  std::vector<CellState> cells;
+  cells.reserve(image.pixels.size());
+  const auto width = static_cast<std::size_t>(image.width);
+  for (auto row = static_cast<std::size_t>(image.height); row-- > 0;) {
+    for (std::size_t column = 0; column < width; ++column) {
+      cells.push_back(state_of(image.pixels[row * width + column], description));
+    }
+  }
+  return {description.geometry, std::move(cells)};
+}
+
 std::uint8_t pixel_of(CellState state, GridMode mode) {
   constexpr std::uint8_t kFreePixel = 254;
   constexpr std::uint8_t kUnknownPixel = 128;  // between the thresholds
@@ -240,7 +255,7 @@ navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
   constexpr double kSame = 1e-6;  // m
   const std::string path = yaml.string();
   const DescriptionReader reader(path);
-  Description description = reader.read();
+  const Description description = reader.read();
   if (resolution && std::abs(*resolution - description.geometry.resolution) > kSame) {
     reader.fail_at("resolution", "resolution is " + map_number(description.geometry.resolution) +
                                      " m; it must be " + map_number(*resolution) + " m here");
@@ -250,18 +265,18 @@ navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
   if (!text) {
     reader.fail_at("image", "image '" + image_path.string() + "' cannot be read");
   }
-  const Image image = PgmReader(*text, image_path.string()).read();
-  description.geometry.width = image.width;
-  description.geometry.height = image.height;
-  std::vector<CellState> cells;
-  cells.reserve(image.pixels.size());
-  const auto width = static_cast<std::size_t>(image.width);
-  for (auto row = static_cast<std::size_t>(image.height); row-- > 0;) {
-    for (std::size_t column = 0; column < width; ++column) {
-      cells.push_back(state_of(image.pixels[row * width + column], description));
-    }
+  return grid_of(PgmReader(*text, image_path.string()).read(), description);
+}
+
+navigation::OccupancyGrid read_grid_image(const std::filesystem::path& image, double resolution) {
+  const std::optional<std::string> text = map_text_of(image);
+  if (!text) {
+    throw MapFileError(image.string() + ": it cannot be read");
   }
-  return {description.geometry, std::move(cells)};
+  Description description;
+  description.geometry.resolution = resolution;
+  description.free_threshold = kOldFreeThreshold;
+  return grid_of(PgmReader(*text, image.string()).read(), description);
 }
 
 void write_grid(const std::filesystem::path& yaml, const navigation::OccupancyGrid& grid,

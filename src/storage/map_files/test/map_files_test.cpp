@@ -48,6 +48,17 @@ constexpr const char* kYaml =
     "image: map.pgm\nresolution: 0.5\norigin: [1.0, -2.0, 0.1]\nnegate: 0\n"
     "occupied_thresh: 0.65\nfree_thresh: 0.25\n";
 
+TEST_F(MapFiles, AnImageAloneHasTheThresholdsOfRos1) {
+  write("map.pgm", "P2\n3 1\n255\n254 205 0\n");
+  const OccupancyGrid grid = read_grid_image(file("map.pgm"), 0.1);
+  EXPECT_EQ(grid.at({0, 0}), CellState::kFree);
+  EXPECT_EQ(grid.at({1, 0}), CellState::kUnknown);
+  EXPECT_EQ(grid.at({2, 0}), CellState::kOccupied);
+  EXPECT_EQ(grid.resolution(), 0.1);
+  expect_error([&] { (void)read_grid_image(file("none.pgm"), 0.1); }, "none.pgm");
+  EXPECT_THROW((void)read_grid_image(file("map.pgm"), 0), std::invalid_argument);
+}
+
 TEST_F(MapFiles, GridsOfAllModesComeBack) {
   OccupancyGrid grid({.resolution = 0.05, .origin = {-3, 4, 0.5}, .width = 3, .height = 2},
                      CellState::kUnknown);

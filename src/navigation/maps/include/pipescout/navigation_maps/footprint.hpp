@@ -45,10 +45,19 @@ class Footprint {
 
 /// Whether the footprint at T_map_robot shares a point with a blocked cell. Exact but for rounding
 /// of floating-point numbers: the polygon is turned, not the cells it covers at some heading. All
-/// outside the grid counts as unknown. True for a pose that is not finite. Allocates nothing.
-/// O(rows + cells under the footprint).
+/// outside the grid counts as unknown. True for a pose that is not finite. Allocates nothing for
+/// convex parts of up to 32 corners. O(rows + cells under the footprint).
 [[nodiscard]] bool collides(const Footprint& footprint, const OccupancyGrid& grid,
                             const Pose2d& T_map_robot, UnknownCells unknown);
+
+/// False only if the footprint collides nowhere on an arc of `length` m (negative: in reverse) with
+/// a curvature in 1/m. It is then free at each of the infinitely many poses. True may be wrong by
+/// the height of the arcs that its corners move on: checks the hull of each convex part at both
+/// ends, enlarged by that height. True for arcs of more than half a turn. Allocates nothing for
+/// convex parts of up to 8 corners.
+[[nodiscard]] bool may_collide_along(const Footprint& footprint, const OccupancyGrid& grid,
+                                     const Pose2d& T_map_robot, double curvature, double length,
+                                     UnknownCells unknown);
 
 /// Whether the footprints share a point. Exact, as above.
 [[nodiscard]] bool overlap(const Footprint& a, const Pose2d& T_map_a, const Footprint& b,

@@ -27,6 +27,7 @@ struct MapProblem {
   };
   Kind kind;
   std::string text;  ///< names the node or edge by its id, and where
+  Point2d position;  ///< m, of it
 };
 
 /// Checks that graph and grid belong together: each edge is driven along in steps of half a cell,

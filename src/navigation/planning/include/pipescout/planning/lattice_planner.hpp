@@ -22,7 +22,7 @@ struct LatticeSettings {
   double near = 0.5;            ///< m, clearance of the origin beyond its inscribed radius from
                                 ///< which on nearness costs nothing, (0, 10]
   UnknownCells unknown = UnknownCells::kBlocked;
-  double step = 0.05;  ///< m between poses of the path, and between footprints checked, (0, 1]
+  double step = 0.05;                     ///< m between poses of the path, (0, 1]
   std::size_t most_expansions = 200'000;  ///< of one search
 
   /// Throws std::invalid_argument that names the field.
@@ -61,7 +61,8 @@ struct CellChange {
   CellState state = CellState::kUnknown;
 };
 
-/// Asked often, at least about every 1 ms: true ends the planning with the best path so far.
+/// Asked often, about every 0.1 ms and at least every 1 ms: true ends the planning with the best
+/// path so far.
 using ShouldStop = std::function<bool()>;
 /// Told of each better path as it is found.
 using OnPath = std::function<void(const Path&, double cost)>;
@@ -76,7 +77,9 @@ using OnPath = std::function<void(const Path&, double cost)>;
 /// is left.
 ///
 /// Heuristics: the Reeds-Shepp length, and the distance over a grid on which a disc inside the
-/// footprint moves. Both bound the length of any path from below; costs are at least lengths.
+/// footprint moves. Both bound the length of any path from below, which is proven
+/// (docs/decisions/lower-bound-by-a-lipschitz-function.md); costs are at least lengths. Paths stay
+/// in the grid.
 /// Not thread-safe.
 class LatticePlanner {
  public:
@@ -100,7 +103,8 @@ class LatticePlanner {
   /// and kNotFound if there was no plan.
   [[nodiscard]] Plan replan(const Pose2d& start, const ShouldStop& should_stop);
 
-  /// Whether the footprint can be driven along the path: exact at poses at most `step` apart.
+  /// Whether the footprint is free all along the path, between its poses too. What comes within a
+  /// micrometre of an obstacle may be said to collide.
   [[nodiscard]] bool is_free(const Path& path) const;
 
  private:

@@ -41,10 +41,12 @@ struct Tour {
 };
 
 /// A closed tour that drives along all rows (the rural postman problem; Corberan and Laporte, "Arc
-/// Routing", 2014): insertion, then 2-opt and Or-opt with the best direction of each row by dynamic
-/// programming, perturbed again and again until nothing is won or `should_stop`. The lower bound is
-/// an assignment of the ends of rows to each other (Kuhn, 1955), in which a tour would have to be
-/// one piece. O(rows^3). Rows out of range throw std::invalid_argument. At most 1000 rows.
+/// Routing", 2014). Up to 14 rows: the best there is, by dynamic programming; it is its own bound.
+/// More: insertion, then 2-opt and Or-opt with the best direction of each row, perturbed again and
+/// again until nothing is won or `should_stop`. The lower bound then is the larger of an assignment
+/// of the ends of rows to each other (Kuhn, 1955), in which a tour would have to be one piece, and
+/// of 1-trees with prices on the ends (Held and Karp, 1971). O(rows^3). Rows out of range throw
+/// std::invalid_argument. At most 1000 rows.
 [[nodiscard]] Tour plan_tour(RoutePlanner& planner, std::uint32_t start,
                              std::span<const TourRow> rows,
                              const std::function<bool()>& should_stop);

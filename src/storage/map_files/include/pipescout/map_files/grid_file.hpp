@@ -30,6 +30,12 @@ enum class GridMode {
 [[nodiscard]] navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
                                                   std::optional<double> resolution = {});
 
+/// An image that has no YAML file, with the thresholds of ROS 1: occupied above 0.65, free below
+/// 0.196, so that its grey (205) is unknown; resolution in m, origin at the lower left pixel.
+/// Throws MapFileError naming the file, std::invalid_argument for a resolution outside (0, 1000].
+[[nodiscard]] navigation::OccupancyGrid read_grid_image(const std::filesystem::path& image,
+                                                        double resolution);
+
 /// Writes `yaml` and, next to it, the image of the same name with `.pgm`. Reading them gives the
 /// same grid. Throws std::system_error naming the file.
 void write_grid(const std::filesystem::path& yaml, const navigation::OccupancyGrid& grid,
