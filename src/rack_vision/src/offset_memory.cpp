@@ -67,16 +67,10 @@ void OffsetMemory::reset() {
       set(i, 0, sigma_);
     }
   }
-  model_ = belief_;
-}
-
-bool OffsetMemory::contradicts_model() const {
-  return are_improbable(model_, belief_);
 }
 
 void OffsetMemory::replace(const OffsetBelief& belief) {
   belief_ = belief;
-  model_ = belief;
   images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     const auto row = static_cast<Eigen::Index>(i);

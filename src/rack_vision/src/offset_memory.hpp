@@ -36,9 +36,6 @@ class OffsetMemory {
   /// are by `doubt`.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
-  /// Whether the offsets that were found contradict what the model says of them.
-  [[nodiscard]] bool contradicts_model() const;
-
   /// Replaces what the model says of the offsets, until `reset`.
   void replace(const OffsetBelief& belief);
 
@@ -61,7 +58,6 @@ class OffsetMemory {
   std::array<double, kMaxPipes> doubted_{};  ///< m, one sigma of a pipe that is doubted
   std::array<int, kMaxPipes> images_in_doubt_{};
   OffsetBelief belief_;
-  OffsetBelief model_;  ///< before the first image
 };
 
 }  // namespace pipescout::rack_vision
