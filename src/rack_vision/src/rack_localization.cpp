@@ -108,6 +108,7 @@ class RackLocalization::Implementation {
     }
     ++counts_.given;
     has_start_ = true;
+    ambiguous_ = false;
     // Where one image does not bear it out, others are tried.
     last_pose_ = LastPose{T_rack_camera, covariance};
     velocity_.setZero();
@@ -145,9 +146,13 @@ class RackLocalization::Implementation {
       propose(image, stamp);
     }
     // The tracker has the count of motions that cannot be used.
-    const RackTrackerResult result =
+    RackTrackerResult result =
         tracker_.track(image, stamp, motion && !good_motion ? motion : measured_);
     follow(result);
+    if (ambiguous_ &&
+        (result.status == TrackStatus::kNotStarted || result.status == TrackStatus::kLost)) {
+      result.reason = "ambiguous: the image alone fits several poses";
+    }
     return result;
   }
 
@@ -242,6 +247,7 @@ class RackLocalization::Implementation {
     const bool image_is_next = ++tries_ % kImageEvery == 0;
     if (last_pose_ && near_enough(*last_pose_) && !(image_is_next && parameters_.find_first_pose)) {
       ++counts_.from_last_pose;
+      ambiguous_ = false;
       has_start_ = tracker_.set_pose(last_pose_->T_rack_camera, last_pose_->covariance);
       return;
     }
@@ -271,6 +277,7 @@ class RackLocalization::Implementation {
       sharpen(hint.heading, heading(last_pose_->T_rack_camera), deviation(5));
     }
     const FirstPose found = finder_.find(image, model_, offsets_, camera_, hint);
+    ambiguous_ = found.status == FirstPoseStatus::kAmbiguous;
     if (found.status == FirstPoseStatus::kAmbiguous) {
       ++counts_.image_ambiguous;
     } else if (found.status == FirstPoseStatus::kNotEnoughEdges) {
@@ -329,6 +336,7 @@ class RackLocalization::Implementation {
 
   bool has_start_ = false;  ///< the tracker was given a pose that no image has confirmed
   bool tracking_ = false;
+  bool ambiguous_ = false;  ///< the last search in the image found several poses
   bool lost_ = false;
   unsigned tries_ = 0;  ///< to find a pose, since the last one
   std::optional<double> tracked_stamp_;
