@@ -31,7 +31,7 @@ INTERFACES = {"interfaces/runtime", "interfaces/dds", "interfaces/catalogue", "i
 MAY_USE = {
     "idl": {"idl"},
     "interfaces/runtime": {"idl", "src/storage"},
-    "interfaces/dds": {"idl", "interfaces/runtime"},
+    "interfaces/dds": {"idl", "interfaces/runtime", "src/storage"},
     "interfaces/testing": {"idl", "interfaces/runtime"},
     "interfaces/catalogue": {"idl", "interfaces/runtime", "interfaces/catalogue", "src", "src/storage"},
     "src": {"src"},
