@@ -204,7 +204,7 @@ class Survey {
   double time_of(const FolderPicture& from, const ThermalPicture& picture,
                  const PicturePose* pose) {
     std::optional<double> told = pose != nullptr && pose->time ? pose->time : picture.taken;
-    told = told ? told : from.frames->size() == 1 ? from.taken : std::nullopt;
+    told = told ? told : from.taken;
     times_are_told_ = times_are_told_ || told;
     if (!told && times_are_told_) {
       return std::numeric_limits<double>::quiet_NaN();

@@ -106,6 +106,14 @@ TEST_F(SurveyOrder, SequencesAreSurveyedFrameByFrame) {
   EXPECT_THAT(problems_, ElementsAre());
 }
 
+TEST_F(SurveyOrder, FramesOfSequencesTakeTheirTurns) {
+  write("a.seq", frame(kBegin) + frame(kBegin + 2));
+  write("b.seq", frame(kBegin + 1) + frame(5) + frame(kBegin + 4));
+  write("c.fff", frame(kBegin + 3));
+  EXPECT_THAT(order(), ElementsAre("a.seq#1", "b.seq#1", "b.seq#2", "a.seq#2", "c.fff", "b.seq#3"));
+  EXPECT_EQ(survey().out_of_order, 0U);
+}
+
 TEST_F(SurveyOrder, PicturesOfOneSecondFollowEachOther) {
   for (const char* name : {"1.fff", "2.fff", "10.fff"}) {
     write(name, frame(kBegin));

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "picture_time.hpp"
+
 namespace pipescout {
 namespace {
 
@@ -24,6 +26,11 @@ constexpr std::size_t kRecordSizeAt = 16;
 constexpr std::uint32_t kLeastVersion = 100;
 constexpr std::uint32_t kMostVersion = 199;
 constexpr std::uint32_t kMostEntries = 1000;
+// The record of the camera, whose first two bytes are the number 2, and in it the time: s since
+// 1970 UTC, and ms in 16 bits.
+constexpr std::uint32_t kCameraRecord = 0x20;
+constexpr std::size_t kTimeAt = 0x384;
+constexpr std::uint32_t kSixteenBits = 0xffff;
 constexpr std::size_t kBlock = 65536;  // bytes read at once in the search for a header
 
 using Header = std::array<char, kHeaderSize>;
@@ -41,8 +48,9 @@ class Frames {
         end_of_frame(0) ? std::optional<std::uint64_t>(0) : std::nullopt;
     while (at) {
       const std::uint64_t end = *end_of_frame(*at);
+      const std::optional<double> taken = taken_;
       const auto next = next_frame(end);
-      frames.push_back({*at, next.value_or(size_) - *at});
+      frames.push_back({*at, next.value_or(size_) - *at, taken});
       at = next;
     }
     return frames;
@@ -87,16 +95,34 @@ class Frames {
     if (entries > kMostEntries) {
       return std::nullopt;
     }
+    taken_.reset();
     std::uint64_t end = std::max(at + kHeaderSize, directory + std::uint64_t{entries} * kEntrySize);
     for (std::uint32_t i = 0; i < entries; ++i) {
       std::array<char, kEntrySize> entry{};
       if (!read(directory + std::uint64_t{i} * kEntrySize, entry)) {
         break;  // cut short: what is there is the frame
       }
-      end = std::max(
-          end, at + number(entry, kRecordAt, swapped) + number(entry, kRecordSizeAt, swapped));
+      const std::uint64_t record = at + number(entry, kRecordAt, swapped);
+      const std::uint32_t type = number(entry, 0, swapped);
+      if ((swapped ? type >> 16U : type & kSixteenBits) == kCameraRecord) {
+        taken_ = time_in(record);
+      }
+      end = std::max(end, record + number(entry, kRecordSizeAt, swapped));
     }
     return std::min(end, size_);
+  }
+
+  /// Of the record of the camera; nothing where its clock was not set.
+  std::optional<double> time_in(std::uint64_t record) {
+    std::array<char, 2> two{};
+    std::array<char, 8> time{};
+    if (!read(record, two) || !read(record + kTimeAt, time)) {
+      return std::nullopt;
+    }
+    const bool swapped = two[0] == 0;
+    const std::uint32_t fraction = number(time, 4, swapped) & kSixteenBits;
+    const double taken = number(time, 0, swapped) + 1e-3 * fraction;
+    return is_plausible_time(taken) ? std::optional(taken) : std::nullopt;
   }
 
   /// The first frame at `from` or behind it.
@@ -126,6 +152,7 @@ class Frames {
 
   std::ifstream stream_;
   std::uint64_t size_ = 0;
+  std::optional<double> taken_;  // of the frame that was looked at last
 };
 
 }  // namespace

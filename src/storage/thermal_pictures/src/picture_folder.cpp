@@ -122,16 +122,23 @@ PictureFolder pictures_in(const fs::path& folder, const ToldTimes& told,
     file.taken = told(file.name());
   }
   result.problem = ask_times(files, reader);
-  std::ranges::stable_sort(files, [](const FolderPicture& a, const FolderPicture& b) {
+  for (const FolderPicture& file : files) {
+    std::optional<double> taken = file.taken;
+    for (std::size_t frame = 0; frame < file.frames->size(); ++frame) {
+      FolderPicture& picture = result.pictures.emplace_back(file);
+      picture.frame = frame;
+      if (file.frames->size() > 1) {
+        // A frame that does not tell follows the one before.
+        const auto known = told(picture.name());
+        taken = known ? known : (*file.frames)[frame].taken ? (*file.frames)[frame].taken : taken;
+      }
+      picture.taken = taken;
+    }
+  }
+  std::ranges::stable_sort(result.pictures, [](const FolderPicture& a, const FolderPicture& b) {
     constexpr double kLast = std::numeric_limits<double>::infinity();
     return a.taken.value_or(kLast) < b.taken.value_or(kLast);
   });
-  for (const FolderPicture& file : files) {
-    for (std::size_t frame = 0; frame < file.frames->size(); ++frame) {
-      result.pictures.push_back(file);
-      result.pictures.back().frame = frame;
-    }
-  }
   return result;
 }
 

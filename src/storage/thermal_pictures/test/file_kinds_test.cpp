@@ -72,6 +72,7 @@ TEST_F(FileKinds, ASequenceIsReadFrameByFrame) {
       const ThermalPicture picture = reader.read(file, frames, i);
       EXPECT_EQ(picture.counts.front(), 20000 + 100 * i);
       EXPECT_THAT(picture.taken, Optional(1700000000.0 + static_cast<double>(i)));
+      EXPECT_EQ(frames[i].taken, picture.taken);
     }
   }
 }
