@@ -18,7 +18,7 @@ struct FolderPicture {
   std::filesystem::path file;
   std::shared_ptr<const std::vector<FrameExtent>> frames;  ///< of the file
   std::size_t frame = 0;                                   ///< index in them
-  std::optional<double> taken;                             ///< of the file or frame, s since 1970 UTC
+  std::optional<double> taken;  ///< of the file or frame, s since 1970 UTC
 
   /// Of the file; of a sequence with the number of the frame, from 1 on: "rec.seq#3".
   [[nodiscard]] std::string name() const;

@@ -46,7 +46,8 @@ struct GeographicPlace {
 struct FrameExtent {
   std::uint64_t offset = 0;
   std::uint64_t size = 0;
-  std::optional<double> taken{};  ///< s since 1970 UTC, of frames of FLIR's with a clock that was set
+  std::optional<double>
+      taken{};  ///< s since 1970 UTC, of frames of FLIR's with a clock that was set
 };
 
 struct ThermalPicture {
