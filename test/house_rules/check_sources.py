@@ -184,6 +184,26 @@ def tests_do_not_sleep():
             before = line
 
 
+def libraries_do_not_ask_the_locale():
+    """Libraries read and write numbers without the locale that their program may have set."""
+    # Programs of the project set none; what a user's program links does.
+    libraries = re.compile(r"(src/|interfaces/(?!testing/)|components/(?!tools/|host/))(?!.*/(test|example|testing)/)")
+    asks = re.compile(r"\b(strto(d|f|ld)|std::sto(d|f|ld)|atof|sscanf)\s*\(|\.as<(double|float)>"
+                      r'|printf\([^;]*"[^"]*%[-+0-9.*]*[aefgAEFG]')
+    stream = re.compile(r"\bstd::[io]?stringstream (\w+)[;({]")
+    for name in sources():
+        if not libraries.match(name):
+            continue
+        text = read(name)
+        for match in asks.finditer(text):
+            yield f"{name}:{text.count(chr(10), 0, match.start()) + 1}: {match.group(0).split(chr(10))[0]}"
+        for match in stream.finditer(text):
+            shifts_numbers = re.search(rf"\b{match.group(1)}\b\s*(<<|>>)(?!\s*\w+\.rdbuf)", text)
+            if shifts_numbers and f"{match.group(1)}.imbue(" not in text:
+                yield (f"{name}:{text.count(chr(10), 0, match.start()) + 1}: stream "
+                       f"'{match.group(1)}' has the global locale; imbue std::locale::classic()")
+
+
 def nothing_is_left_open():
     """No reminders in what is delivered."""
     pattern = re.compile(r"\b(TODO|FIXME|XXX)\b")
@@ -291,7 +311,7 @@ def no_private_places():
 RULES = [
     packages_stand_where_their_kind_is, includes_run_one_way, dependencies_run_one_way,
     fast_dds_in_one_place, files_stay_small, randomness_is_seeded,
-    tests_do_not_sleep, nothing_is_left_open, sources_carry_the_licence,
+    tests_do_not_sleep, libraries_do_not_ask_the_locale, nothing_is_left_open, sources_carry_the_licence,
     packages_declare_what_they_use, packages_are_described, formatting, no_private_places,
 ]
 

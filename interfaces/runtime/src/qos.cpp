@@ -2,6 +2,7 @@
 #include "pipescout/runtime/qos.hpp"
 
 #include <algorithm>
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 
@@ -50,6 +51,7 @@ const char* to_string(QosPolicy policy) noexcept {
 
 std::string to_string(const QoS& qos) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << (qos.reliability == Reliability::kReliable ? "reliable" : "best effort") << ", "
        << (qos.durability == Durability::kTransientLocal ? "transient local" : "volatile")
        << ", depth " << qos.depth;

@@ -2,6 +2,7 @@
 // What comes out.
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <numbers>
 #include <sstream>
 
@@ -74,6 +75,7 @@ EstimatorStatus StateEstimator::Implementation::status() const {
     status.since_absolute_position = std::max(now - last_position_, 0.0);
   }
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   switch (phase_) {
     case Phase::kRunning:
       status.waits_for = WaitsFor::kNothing;

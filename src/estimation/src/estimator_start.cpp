@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iomanip>
+#include <locale>
 #include <numbers>
 #include <sstream>
 
@@ -45,6 +46,7 @@ std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force,
     return {};
   }
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << std::setprecision(3);
   if (turned) {
     const std::string axis = axis_of(parameters_.R_body_imu.inverse() * up);

@@ -51,9 +51,8 @@ class ArmController::Implementation {
     // Joint angles for a radian that the camera pitches by, when ready.
     const Jacobian jacobian = model_.camera_jacobian(ready_);
     if (model_.size() >= 6 && manipulability(jacobian) < parameters_.least_manipulability) {
-      throw std::invalid_argument("ready: is singular, its manipulability " +
-                                  std::to_string(manipulability(jacobian)) + " is below " +
-                                  std::to_string(parameters_.least_manipulability));
+      validation::refuse("ready: is singular, its manipulability ", manipulability(jacobian),
+                         " is below ", parameters_.least_manipulability);
     }
     geometry::Vector6d pitching = geometry::Vector6d::Zero();
     pitching[3] = 1;
@@ -123,10 +122,9 @@ class ArmController::Implementation {
     for (int i = 0; i <= kWayChecks; ++i) {
       const double share = i / double{kWayChecks};
       if (!steps_.clear(model_, ready_ + share * (stow_ - ready_))) {
-        throw std::invalid_argument(std::string(i == 0 ? "ready" : "stow") +
-                                    (i == 0 || i == kWayChecks ? "" : ": the way to it") +
-                                    ": the arm is closer to itself or the ground than " +
-                                    std::to_string(parameters_.least_clearance) + " m");
+        validation::refuse(
+            i == 0 ? "ready" : "stow", i == 0 || i == kWayChecks ? "" : ": the way to it",
+            ": the arm is closer to itself or the ground than ", parameters_.least_clearance, " m");
       }
     }
   }
@@ -412,6 +410,21 @@ InputVerdict ArmController::observe(const PipeSection& section, double now) {
 }
 InputVerdict ArmController::observe(const VehicleMotion& motion, double now) {
   return implementation_->inputs_.observe(motion, now);
+}
+std::optional<std::pair<double, JointVector>> ArmController::joints() const {
+  const internal::ArmInputs& inputs = implementation_->inputs_;
+  return inputs.joints_known() ? std::optional(std::pair(inputs.joints_time(), inputs.joints()))
+                               : std::nullopt;
+}
+std::vector<std::string> ArmController::unseen_joints() const {
+  std::vector<std::string> names;
+  const std::vector<ArmJoint>& joints = implementation_->model_.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (!implementation_->inputs_.joint_seen(i)) {
+      names.push_back(joints[i].name);
+    }
+  }
+  return names;
 }
 ArmCommand ArmController::step(double now, ArmRequest request) {
   return implementation_->step(now, request);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "pipescout/validation/check.hpp"
 #include "urdf_text.hpp"
@@ -27,15 +29,25 @@ Eigen::Vector3d eigen(const KDL::Vector& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-ArmJoint limits_of(const urdf::Joint& joint) {
+ArmJoint limits_of(const urdf::Joint& joint, const ArmModelOptions& options) {
   const std::string name = "joint '" + joint.name + "'";
-  if (joint.type != urdf::Joint::REVOLUTE) {
-    refuse(name, ": ",
-           joint.type == urdf::Joint::CONTINUOUS ? "is continuous: it has no position limits"
-                                                 : "is neither fixed nor revolute");
+  if (joint.type != urdf::Joint::REVOLUTE && joint.type != urdf::Joint::CONTINUOUS) {
+    refuse(name, ": is neither fixed, revolute nor continuous");
   }
   if (joint.mimic) {
     refuse(name, ": mimics joint '" + joint.mimic->joint_name + "'");
+  }
+  if (!(eigen(vector(joint.axis)).norm() > 0)) {
+    refuse(name, ": has no axis");
+  }
+  if (joint.type == urdf::Joint::CONTINUOUS) {
+    constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+    const double velocity = joint.limits ? joint.limits->velocity : 0;
+    return {.name = joint.name,
+            .lower = -kUnlimited,
+            .upper = kUnlimited,
+            .velocity =
+                velocity > 0 && std::isfinite(velocity) ? velocity : options.continuous_velocity};
   }
   if (!joint.limits) {
     refuse(name, ": has no limits");
@@ -43,15 +55,10 @@ ArmJoint limits_of(const urdf::Joint& joint) {
   const urdf::JointLimits& limits = *joint.limits;
   if (!(std::isfinite(limits.lower) && std::isfinite(limits.upper) &&
         limits.lower < limits.upper)) {
-    refuse(name, ": ",
-           "has no position limits: lower " + std::to_string(limits.lower) + ", upper " +
-               std::to_string(limits.upper));
+    refuse(name, ": has no position limits: lower ", limits.lower, ", upper ", limits.upper);
   }
   if (!(limits.velocity > 0 && std::isfinite(limits.velocity))) {
-    refuse(name, ": has no velocity limit: velocity " + std::to_string(limits.velocity));
-  }
-  if (!(eigen(vector(joint.axis)).norm() > 0)) {
-    refuse(name, ": has no axis");
+    refuse(name, ": has no velocity limit: velocity ", limits.velocity);
   }
   return {.name = joint.name,
           .lower = limits.lower,
@@ -59,11 +66,42 @@ ArmJoint limits_of(const urdf::Joint& joint) {
           .velocity = limits.velocity};
 }
 
+/// Along the longest side, around the rectangle of the two others.
+Capsule capsule_around(const urdf::Box& box, const KDL::Frame& at) {
+  const Eigen::Vector3d half = eigen(vector(box.dim)) / 2;
+  Eigen::Index longest = 0;
+  half.maxCoeff(&longest);
+  Eigen::Vector3d across = half;
+  across[longest] = 0;
+  const Eigen::Vector3d along = half - across;
+  const KDL::Vector end(along.x(), along.y(), along.z());
+  return {.from = eigen(at * -end), .to = eigen(at * end), .radius = across.norm()};
+}
+
+/// From the link's frame to those of the joints that it carries.
+std::vector<Capsule> mesh_capsules(const urdf::Link& link, double radius) {
+  if (!(radius > 0)) {
+    refuse(
+        "link '", link.name,
+        "': a body for collisions is a mesh, which needs a mesh_radius, or a sphere, cylinder or "
+        "box in its place");
+  }
+  std::vector<Capsule> capsules;
+  const Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  for (const auto& joint : link.child_joints) {
+    const auto& to = joint->parent_to_joint_origin_transform.position;
+    capsules.push_back({.from = from, .to = eigen(vector(to)), .radius = radius});
+  }
+  if (capsules.empty()) {
+    capsules.push_back({.from = from, .to = from, .radius = radius});
+  }
+  return capsules;
+}
+
 Capsule capsule_of(const urdf::Collision& collision, const std::string& link) {
   const auto check = [&link](const char* size, double value) {
     if (!(value >= 0 && std::isfinite(value))) {
-      refuse("link '", link,
-             "': ", std::string("a body has the ") + size + " " + std::to_string(value));
+      refuse("link '", link, "': a body has the ", size, " ", value);
     }
     return value;
   };
@@ -77,7 +115,12 @@ Capsule capsule_of(const urdf::Collision& collision, const std::string& link) {
             .to = eigen(at * half),
             .radius = check("radius", cylinder->radius)};
   }
-  refuse("link '", link, "': a body for collisions is neither a sphere nor a cylinder");
+  if (const auto* box = dynamic_cast<const urdf::Box*>(collision.geometry.get())) {
+    check("side", std::min({box->dim.x, box->dim.y, box->dim.z}));
+    check("side", std::max({box->dim.x, box->dim.y, box->dim.z}));
+    return capsule_around(*box, at);
+  }
+  refuse("link '", link, "': a body for collisions has no shape");
 }
 
 /// From the base, without it, to the camera.
@@ -104,14 +147,26 @@ std::vector<urdf::LinkConstSharedPtr> links_between(const urdf::ModelInterface& 
 }  // namespace
 
 ArmDescription parse_arm(std::string_view urdf, const std::string& base_link,
-                         const std::string& camera_link) {
+                         const std::string& camera_link, const ArmModelOptions& options) {
+  options.validate();
   const urdf::ModelInterfaceSharedPtr robot = parse_urdf(urdf);
   ArmDescription arm;
-  const auto add_bodies = [&arm](const urdf::Link& link) {
-    for (const auto& collision : link.collision_array) {
+  const auto add_bodies = [&](const urdf::Link& link) {
+    bool has_mesh = false;
+    const auto add = [&arm](const Capsule& capsule) {
       arm.bodies.push_back({.segment = arm.chain.getNrOfSegments(),
                             .joint = static_cast<int>(arm.joints.size()),
-                            .capsule = capsule_of(*collision, link.name)});
+                            .capsule = capsule});
+    };
+    for (const auto& collision : link.collision_array) {
+      const bool is_mesh = collision->geometry && collision->geometry->type == urdf::Geometry::MESH;
+      has_mesh = has_mesh || is_mesh;
+      if (!is_mesh) {
+        add(capsule_of(*collision, link.name));
+      }
+    }
+    if (has_mesh) {
+      std::ranges::for_each(mesh_capsules(link, options.mesh_radius), add);
     }
   };
   const auto links = links_between(*robot, base_link, camera_link);
@@ -122,7 +177,7 @@ ArmDescription parse_arm(std::string_view urdf, const std::string& base_link,
     if (joint.type == urdf::Joint::FIXED) {
       arm.chain.addSegment(KDL::Segment(link->name, KDL::Joint(KDL::Joint::Fixed), at));
     } else {
-      arm.joints.push_back(limits_of(joint));
+      arm.joints.push_back(limits_of(joint, options));
       const KDL::Joint turning(joint.name, at.p, at.M * vector(joint.axis), KDL::Joint::RotAxis);
       arm.chain.addSegment(KDL::Segment(link->name, turning, at));
     }

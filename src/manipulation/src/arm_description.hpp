@@ -26,6 +26,7 @@ struct ArmDescription {
 
 /// As the constructor of ArmModel.
 [[nodiscard]] ArmDescription parse_arm(std::string_view urdf, const std::string& base_link,
-                                       const std::string& camera_link);
+                                       const std::string& camera_link,
+                                       const ArmModelOptions& options);
 
 }  // namespace pipescout::manipulation::internal

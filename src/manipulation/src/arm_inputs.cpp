@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace pipescout::manipulation::internal {
 namespace {
@@ -53,6 +54,8 @@ void ArmInputs::forget_pipe() noexcept {
 
 void ArmInputs::forget() noexcept {
   joints_time_.reset();
+  before_.fill(std::nullopt);
+  latest_.fill(std::nullopt);
   R_base_camera_.clear();
   motion_time_.reset();
   R_map_base_.clear();
@@ -86,28 +89,70 @@ InputVerdict ArmInputs::take(const ArmModel& model, const JointReadings& reading
   if (!std::isfinite(now) || !std::isfinite(readings.time)) {
     return InputVerdict::kNotANumber;
   }
-  JointVector q(model.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const auto found =
-        std::ranges::find(readings.names, model.joints()[static_cast<std::size_t>(i)].name);
+  std::array<std::optional<double>, kMostJoints> read;
+  std::optional<double> last;
+  bool is_of_arm = false;
+  for (std::size_t i = 0; i < model.joints().size(); ++i) {
+    const auto found = std::ranges::find(readings.names, model.joints()[i].name);
     const auto place = static_cast<std::size_t>(found - readings.names.begin());
-    if (place >= readings.positions.size() || found == readings.names.end()) {
-      return InputVerdict::kMissingJoint;
+    if (found == readings.names.end() || place >= readings.positions.size()) {
+      continue;
     }
-    q[i] = readings.positions[place];
+    if (!std::isfinite(readings.positions[place])) {
+      return InputVerdict::kNotANumber;
+    }
+    is_of_arm = true;
+    read[i] = readings.positions[place];
+    last = latest_[i] ? std::max(last.value_or(latest_[i]->time), latest_[i]->time) : last;
   }
-  if (!q.allFinite()) {
-    return InputVerdict::kNotANumber;
+  if (!is_of_arm) {
+    return InputVerdict::kOfOthers;
   }
-  const InputVerdict verdict =
-      judge_time(readings.time, now, parameters_.joints_stale_after, joints_time_);
-  if (verdict == InputVerdict::kTaken) {
-    joints_time_ = readings.time;
-    joints_ = q;
-    R_base_camera_.add(readings.time, model.T_base_camera(q).rotation(), Eigen::Vector3d::Zero(),
-                       parameters_.period / 2);
+  const InputVerdict verdict = judge_time(readings.time, now, parameters_.joints_stale_after, last);
+  if (verdict != InputVerdict::kTaken) {
+    return verdict;
   }
-  return verdict;
+  for (std::size_t i = 0; i < model.joints().size(); ++i) {
+    if (read[i]) {
+      add_reading(i, readings.time, *read[i], std::isinf(model.joints()[i].upper));
+    }
+  }
+  return merge(model);
+}
+
+void ArmInputs::add_reading(std::size_t joint, double time, double position, bool is_continuous) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  before_[joint] = latest_[joint];
+  if (is_continuous && latest_[joint]) {
+    // Some drivers count turns, and some do not.
+    position += kTurn * std::round((latest_[joint]->position - position) / kTurn);
+  }
+  latest_[joint] = JointReading{time, position};
+}
+
+InputVerdict ArmInputs::merge(const ArmModel& model) {
+  double common = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < model.joints().size(); ++i) {
+    if (!latest_[i]) {
+      return InputVerdict::kPartial;
+    }
+    common = std::min(common, latest_[i]->time);
+  }
+  if (joints_time_ && common <= *joints_time_) {
+    return InputVerdict::kPartial;
+  }
+  joints_.resize(model.size());
+  for (std::size_t i = 0; i < model.joints().size(); ++i) {
+    const JointReading& to = *latest_[i];
+    const JointReading& from = before_[i].value_or(to);
+    const double span = to.time - from.time;
+    const double share = span > 0 ? std::clamp((common - from.time) / span, 0.0, 1.0) : 1;
+    joints_[static_cast<Eigen::Index>(i)] = std::lerp(from.position, to.position, share);
+  }
+  joints_time_ = common;
+  R_base_camera_.add(common, model.T_base_camera(joints_).rotation(), Eigen::Vector3d::Zero(),
+                     parameters_.period / 2);
+  return InputVerdict::kTaken;
 }
 
 InputVerdict ArmInputs::take(const VehicleMotion& motion, double now) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 
@@ -26,6 +27,10 @@ class ArmInputs {
   [[nodiscard]] const std::optional<geometry::Camera>& camera() const noexcept { return camera_; }
   [[nodiscard]] bool joints_known() const noexcept { return joints_time_.has_value(); }
   [[nodiscard]] const JointVector& joints() const noexcept { return joints_; }
+  /// s, of `joints`; only when known.
+  [[nodiscard]] double joints_time() const noexcept { return joints_time_.value_or(0); }
+  /// Whether a joint, by its index in the arm, was in any message.
+  [[nodiscard]] bool joint_seen(std::size_t joint) const { return latest_.at(joint).has_value(); }
   [[nodiscard]] bool joints_fresh(double now) const noexcept;
   [[nodiscard]] bool motion_fresh(double now) const noexcept;
   [[nodiscard]] bool section_fresh(double now) const noexcept;
@@ -46,12 +51,21 @@ class ArmInputs {
   InputVerdict take(const ArmModel& model, const JointReadings& readings, double now);
   InputVerdict take(const PipeSection& section, double now);
   InputVerdict take(const VehicleMotion& motion, double now);
+  void add_reading(std::size_t joint, double time, double position, bool is_continuous);
+  /// All joints at the time up to which all are known, each between its last two readings.
+  InputVerdict merge(const ArmModel& model);
   /// Of a stamp, by the age that is stale and the last one that was taken.
   [[nodiscard]] InputVerdict judge_time(double time, double now, double stale_after,
                                         const std::optional<double>& last) const noexcept;
 
   ArmControllerParameters parameters_;
   std::optional<geometry::Camera> camera_;
+  struct JointReading {
+    double time;      // s
+    double position;  // rad
+  };
+  std::array<std::optional<JointReading>, kMostJoints> before_;
+  std::array<std::optional<JointReading>, kMostJoints> latest_;
   std::optional<double> joints_time_;
   JointVector joints_{};
   RotationHistory R_base_camera_;

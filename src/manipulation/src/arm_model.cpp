@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "arm_description.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::manipulation {
 namespace {
@@ -116,10 +117,16 @@ class ArmModel::Implementation {
   std::vector<std::pair<std::size_t, std::size_t>> pairs_;  // bodies that may hit each other
 };
 
+void ArmModelOptions::validate() const {
+  validation::require("mesh_radius", mesh_radius, mesh_radius >= 0 && mesh_radius <= 10, "[0, 10]");
+  validation::require("continuous_velocity", continuous_velocity,
+                      continuous_velocity > 0 && continuous_velocity <= 100, "(0, 100]");
+}
+
 ArmModel::ArmModel(std::string_view urdf, const std::string& base_link,
-                   const std::string& camera_link)
-    : implementation_(
-          std::make_unique<Implementation>(internal::parse_arm(urdf, base_link, camera_link))) {}
+                   const std::string& camera_link, const ArmModelOptions& options)
+    : implementation_(std::make_unique<Implementation>(
+          internal::parse_arm(urdf, base_link, camera_link, options))) {}
 ArmModel::ArmModel(ArmModel&&) noexcept = default;
 ArmModel& ArmModel::operator=(ArmModel&&) noexcept = default;
 ArmModel::~ArmModel() = default;

@@ -26,6 +26,9 @@ double braking_distance(double velocity, double acceleration, double period) noe
 double fastest_that_stops(double distance, double acceleration, double period) noexcept {
   // The whole way, (n + 1) r + n (n + 1) / 2, grows with n + r and is that of n + 1 where r is 1.
   const double way = std::max(0.0, distance) / (acceleration * period * period);
+  if (std::isinf(way)) {
+    return way;  // a continuous joint
+  }
   const double n = std::floor((std::sqrt(1 + 8 * way) - 1) / 2);
   const double r = (way - n * (n + 1) / 2) / (n + 1);
   return acceleration * period * (n + r);

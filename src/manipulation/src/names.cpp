@@ -11,8 +11,8 @@ const char* to_string(InputVerdict verdict) noexcept {
       return "not a number";
     case InputVerdict::kNoRotation:
       return "no rotation";
-    case InputVerdict::kMissingJoint:
-      return "missing joint";
+    case InputVerdict::kPartial:
+      return "part of the joints";
     case InputVerdict::kFromTheFuture:
       return "from the future";
     case InputVerdict::kStale:
@@ -21,6 +21,8 @@ const char* to_string(InputVerdict verdict) noexcept {
       return "out of order";
     case InputVerdict::kOtherImageSize:
       return "other image size";
+    case InputVerdict::kOfOthers:
+      return "of other devices";
   }
   return "unknown";
 }

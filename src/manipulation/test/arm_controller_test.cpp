@@ -302,8 +302,8 @@ TEST(ArmController, CountsInputsByVerdict) {
   const std::vector<std::string> names{"shoulder_pan_joint", "gripper"};
   const std::vector<double> positions{0.1, 0.2};
   EXPECT_EQ(controller.observe({.time = later(), .names = names, .positions = positions}, later()),
-            InputVerdict::kMissingJoint);
-  EXPECT_EQ(controller.joint_counts()[static_cast<std::size_t>(InputVerdict::kMissingJoint)], 1U);
+            InputVerdict::kPartial);
+  EXPECT_EQ(controller.joint_counts()[static_cast<std::size_t>(InputVerdict::kPartial)], 1U);
 
   VehicleMotion motion{.time = later()};
   motion.R_map_base.coeffs() *= 2;

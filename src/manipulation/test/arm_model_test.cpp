@@ -137,7 +137,6 @@ TEST(ArmModel, RefusesNamingTheLinkOrJoint) {
   EXPECT_TRUE(names(refusal(pendulum(), "aside", "camera"), "link 'camera': no chain"));
   EXPECT_TRUE(names(refusal(pendulum(), "base", "aside"), "0 joints"));
   EXPECT_TRUE(names(refusal(pendulum(""), "base", "camera"), "swing"));
-  EXPECT_TRUE(names(refusal(pendulum("", "continuous"), "base", "camera"), "joint 'swing'"));
   EXPECT_TRUE(names(refusal(pendulum(limit, "prismatic"), "base", "camera"), "joint 'swing'"));
   EXPECT_TRUE(names(refusal(pendulum(R"(<limit lower="1" upper="1" velocity="1" effort="1"/>)"),
                             "base", "camera"),
@@ -145,11 +144,48 @@ TEST(ArmModel, RefusesNamingTheLinkOrJoint) {
   EXPECT_TRUE(names(refusal(pendulum(R"(<limit lower="0" upper="1" velocity="0" effort="1"/>)"),
                             "base", "camera"),
                     "joint 'swing': has no velocity limit"));
-  EXPECT_TRUE(
-      names(refusal(pendulum(limit, "revolute",
-                             R"(<collision><geometry><box size="1 1 1"/></geometry></collision>)"),
-                    "base", "camera"),
-            "link 'rod'"));
+  EXPECT_TRUE(names(
+      refusal(pendulum(limit, "revolute",
+                       R"(<collision><geometry><mesh filename="rod.stl"/></geometry></collision>)"),
+              "base", "camera"),
+      "link 'rod': a body for collisions is a mesh"));
+}
+
+TEST(ArmModel, ContinuousJointsHaveNoLimits) {
+  const ArmModel arm(pendulum("", "continuous"), "base", "camera");
+  ASSERT_EQ(arm.size(), 1);
+  EXPECT_EQ(arm.joints()[0].upper, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(arm.joints()[0].lower, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(arm.joints()[0].velocity, 1);
+  EXPECT_LT(
+      (arm.T_base_camera(posture({kPi / 2 + 4 * kPi})).translation() - Vector3d(0, 0, -1)).norm(),
+      1e-9);
+  const std::string limited = R"(<limit velocity="0.7" effort="1"/>)";
+  EXPECT_EQ(ArmModel(pendulum(limited, "continuous"), "base", "camera").joints()[0].velocity, 0.7);
+  EXPECT_EQ(ArmModel(pendulum("", "continuous"), "base", "camera", {.continuous_velocity = 0.2})
+                .joints()[0]
+                .velocity,
+            0.2);
+}
+
+TEST(ArmModel, MeshesAreCapsulesBetweenJoints) {
+  const std::string mesh =
+      R"(<collision><origin xyz="9 9 9"/><geometry><mesh filename="package://a/rod.dae"/></geometry></collision>)";
+  const std::string limit = R"(<limit lower="-2" upper="2" velocity="1" effort="1"/>)";
+  const ArmModel arm(pendulum(limit, "revolute", mesh), "base", "camera", {.mesh_radius = 0.1});
+  EXPECT_NEAR(arm.clearance(posture({0}), 0).plane, 1 - 0.1, 1e-9);
+  EXPECT_NEAR(arm.clearance(posture({kPi / 6}), 0).plane, 1 - 2 * 0.5 - 0.1, 1e-9);
+  EXPECT_THROW(ArmModel(pendulum(), "base", "camera", {.mesh_radius = -1}), std::invalid_argument);
+  EXPECT_THROW(ArmModel(pendulum(), "base", "camera", {.continuous_velocity = 0}),
+               std::invalid_argument);
+}
+
+TEST(ArmModel, BoxesAreCapsulesAroundThem) {
+  const std::string box =
+      R"(<collision><origin xyz="1 0 0"/><geometry><box size="2 0.6 0.8"/></geometry></collision>)";
+  const std::string limit = R"(<limit lower="-2" upper="2" velocity="1" effort="1"/>)";
+  const ArmModel arm(pendulum(limit, "revolute", box), "base", "camera");
+  EXPECT_NEAR(arm.clearance(posture({0}), 0).plane, 1 - 0.5, 1e-9);
 }
 
 TEST(ArmModel, RefusesWrongAngles) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 
 #include "section_overlap.hpp"
@@ -29,12 +30,14 @@ struct Place {
   void require(bool holds, const std::string& field, double value, const char* range) const {
     if (!holds) {
       std::ostringstream text;
+      text.imbue(std::locale::classic());
       text << field << " is " << value << "; it must be " << range;
       fail(text.str());
     }
   }
   [[noreturn]] void fail(const std::string& message) const {
     std::ostringstream text;
+    text.imbue(std::locale::classic());
     text << (part == Part::kPipe ? "pipe " : "support ") << index;
     if (!name.empty()) {
       text << " '" << name << "'";

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <exception>
+#include <locale>
 #include <sstream>
 
 namespace pipescout::thermal {
@@ -109,6 +110,7 @@ void of_object(const ObjectParameters& o, Doubts& found) {
 
 std::string to_string(const Doubt& doubt) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << doubt.field << ' ' << doubt.value << ": " << doubt.reason;
   return text.str();
 }

@@ -135,17 +135,30 @@ double celsius_of_bin(std::size_t bin, const Scale<Pixel>& scale) {
 /// Smallest and largest value; NaN are left out.
 template <class Pixel>
 std::pair<Pixel, Pixel> extremes(const ImageView<Pixel>& image) {
-  Pixel low = std::numeric_limits<Pixel>::max();
-  Pixel high = std::numeric_limits<Pixel>::lowest();
+  // Side by side, because a comparison of floats waits for the one before.
+  constexpr int kLanes = 16;
+  std::array<Pixel, kLanes> lows{};
+  std::array<Pixel, kLanes> highs{};
+  lows.fill(std::numeric_limits<Pixel>::max());
+  highs.fill(std::numeric_limits<Pixel>::lowest());
+  const auto take = [&](Pixel value, std::size_t lane) {
+    // In this order a NaN is never taken.
+    lows[lane] = value < lows[lane] ? value : lows[lane];
+    highs[lane] = value > highs[lane] ? value : highs[lane];
+  };
   for (int y = 0; y < image.height; ++y) {
     const Pixel* const row = image.row(y);
-    for (int x = 0; x < image.width; ++x) {
-      // In this order a NaN is never taken.
-      low = row[x] < low ? row[x] : low;
-      high = row[x] > high ? row[x] : high;
+    int x = 0;
+    for (; x + kLanes <= image.width; x += kLanes) {
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        take(row[static_cast<std::size_t>(x) + lane], lane);
+      }
+    }
+    for (; x < image.width; ++x) {
+      take(row[x], 0);
     }
   }
-  return {low, high};
+  return {*std::ranges::min_element(lows), *std::ranges::max_element(highs)};
 }
 
 /// Root mean square of the differences in a histogram, K; the largest, `kClippedPart` of all, are
@@ -169,6 +182,40 @@ double clipped_root_mean_square(std::span<const std::uint32_t> histogram) {
     squares += histogram[bin] * square(bin);
   }
   return std::sqrt(squares / all);
+}
+
+/// What the pixels of a row differ from the means of the squares around them. `columns`: of each
+/// column, the sum of the `rows` rows of the squares.
+void differences_of_row(const float* row, const double* columns, int width, int radius, int rows,
+                        float sign, float* differences) {
+  double sum = 0;
+  for (int x = 0; x < std::min(radius, width); ++x) {
+    sum += columns[x];
+  }
+  const auto slide = [&](int x) {
+    const double enters = x + radius < width ? columns[x + radius] : 0;
+    const double leaves = x - radius - 1 >= 0 ? columns[x - radius - 1] : 0;
+    sum += enters - leaves;
+    const int count = rows * (std::min(x + radius, width - 1) - std::max(x - radius, 0) + 1);
+    differences[x] = sign * (row[x] - static_cast<float>(sum / count));
+  };
+  int x = 0;
+  for (; x < std::min(radius + 1, width); ++x) {
+    slide(x);
+  }
+  // Away from the border by two: additions that wait for each other are what takes the time.
+  const double share = 1.0 / (rows * (2.0 * radius + 1));
+  for (; x + 1 + radius < width; x += 2) {
+    const double first = columns[x + radius] - columns[x - radius - 1];
+    const double second = columns[x + 1 + radius] - columns[x - radius];
+    const double one = sum + first;
+    sum += first + second;
+    differences[x] = sign * (row[x] - static_cast<float>(one * share));
+    differences[x + 1] = sign * (row[x + 1] - static_cast<float>(sum * share));
+  }
+  for (; x < width; ++x) {
+    slide(x);
+  }
 }
 
 }  // namespace
@@ -304,48 +351,48 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
   float known = 0;
   for (int y = 0; y < image.height; ++y) {
     float* const to = temperatures_.data() + static_cast<std::size_t>(y) * width;
+    int missing = 0;
     for (int x = 0; x < image.width; ++x) {
-      const float t = scale(image(x, y));
-      known = std::isnan(t) ? known : t;
-      to[x] = known;
+      to[x] = scale(image(x, y));
+      missing |= to[x] != to[x] ? 1 : 0;
     }
+    for (int x = 0; missing != 0 && x < image.width; ++x) {
+      to[x] = std::isnan(to[x]) ? known : to[x];
+      known = to[x];
+    }
+    known = to[image.width - 1];
   }
   column_sums_.assign(width, 0.0);
-  const auto take = [&](int y, double sign) {
-    const float* const row = temperatures_.data() + static_cast<std::size_t>(y) * width;
+  const auto row_of = [&](int y) {
+    return temperatures_.data() + static_cast<std::size_t>(y) * width;
+  };
+  const auto take = [&](const float* row, double sign) {
     for (std::size_t x = 0; x < width; ++x) {
       column_sums_[x] += sign * row[x];
     }
   };
   for (int y = 0; y < std::min(radius, image.height); ++y) {
-    take(y, 1);
+    take(row_of(y), 1);
   }
   const auto sign = parameters.polarity == Polarity::kHot ? 1.0F : -1.0F;
   histogram_.assign(kDifferenceBins, 0);
   for (int y = 0; y < image.height; ++y) {
-    if (y + radius < image.height) {
-      take(y + radius, 1);
-    }
-    if (y - radius - 1 >= 0) {
-      take(y - radius - 1, -1);
+    const bool enters = y + radius < image.height;
+    const bool leaves = y - radius - 1 >= 0;
+    if (enters && leaves) {
+      const float* const entering = row_of(y + radius);
+      const float* const leaving = row_of(y - radius - 1);
+      for (std::size_t x = 0; x < width; ++x) {
+        column_sums_[x] += double{entering[x]} - double{leaving[x]};
+      }
+    } else if (enters) {
+      take(row_of(y + radius), 1);
+    } else if (leaves) {
+      take(row_of(y - radius - 1), -1);
     }
     const int rows = std::min(y + radius, image.height - 1) - std::max(y - radius, 0) + 1;
-    double sum = 0;
-    for (int x = 0; x < std::min(radius, image.width); ++x) {
-      sum += column_sums_[static_cast<std::size_t>(x)];
-    }
-    const std::size_t first = static_cast<std::size_t>(y) * width;
-    for (int x = 0; x < image.width; ++x) {
-      if (x + radius < image.width) {
-        sum += column_sums_[static_cast<std::size_t>(x + radius)];
-      }
-      if (x - radius - 1 >= 0) {
-        sum -= column_sums_[static_cast<std::size_t>(x - radius - 1)];
-      }
-      const int columns = std::min(x + radius, image.width - 1) - std::max(x - radius, 0) + 1;
-      const std::size_t at = first + static_cast<std::size_t>(x);
-      differences_[at] = sign * (temperatures_[at] - static_cast<float>(sum / (rows * columns)));
-    }
+    differences_of_row(row_of(y), column_sums_.data(), image.width, radius, rows, sign,
+                       differences_.data() + static_cast<std::size_t>(y) * width);
   }
   constexpr auto kLast = static_cast<float>(kDifferenceBins - 1);
   for (int y = 0; y < image.height; y += 2) {

@@ -135,8 +135,6 @@ std::string counter(const std::string& input, InputVerdict verdict) {
       return input + ".not_a_number";
     case InputVerdict::kNoRotation:
       return input + ".no_rotation";
-    case InputVerdict::kMissingJoint:
-      return input + ".missing_joint";
     case InputVerdict::kFromTheFuture:
       return input + ".header.stamp.in_future";
     case InputVerdict::kStale:
@@ -146,6 +144,8 @@ std::string counter(const std::string& input, InputVerdict verdict) {
     case InputVerdict::kOtherImageSize:
       return input + ".other_image_size";
     case InputVerdict::kTaken:
+    case InputVerdict::kPartial:
+    case InputVerdict::kOfOthers:
       break;
   }
   return input + ".taken";

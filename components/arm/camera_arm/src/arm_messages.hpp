@@ -30,7 +30,7 @@ namespace pipescout {
 [[nodiscard]] pipescout_msgs::msg::ArmState state_message(
     const manipulation::ArmCommand& command, const std::vector<manipulation::ArmJoint>& joints);
 
-/// What an input that is not taken counts as: "joint_states.missing_joint".
+/// What an input that is not taken counts as: "joint_states.not_a_number".
 [[nodiscard]] std::string counter(const std::string& input, manipulation::InputVerdict verdict);
 
 }  // namespace pipescout

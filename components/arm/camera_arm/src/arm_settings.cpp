@@ -40,6 +40,16 @@ void ArmParameters::declare_arm(Parameters& parameters) {
       "urdf_file", "",
       {.description =
            "robot description of the arm; empty: the six-joint arm of pipescout_manipulation"});
+  const manipulation::ArmModelOptions model;
+  mesh_radius_ = parameters.declare<double>(
+      "mesh_radius", model.mesh_radius,
+      {.description = "m, radius of the links whose collision geometry is a mesh; 0: such "
+                      "descriptions are refused",
+       .floating_point_range = FloatingPointRange{0, 10}});
+  continuous_velocity_ = parameters.declare<double>(
+      "continuous_velocity", model.continuous_velocity,
+      {.description = "rad/s, largest rate of continuous joints without a velocity limit",
+       .floating_point_range = FloatingPointRange{1e-3, 100}});
   base_frame_ = parameters.declare<std::string>("base_frame", "base_link",
                                                 {.description = "base link of the arm"});
   camera_frame_ = parameters.declare<std::string>(
@@ -158,6 +168,8 @@ ArmSettings ArmParameters::read() const {
   ArmSettings result;
   result.urdf = urdf_file_.share()->empty() ? std::string(manipulation::camera_arm_urdf())
                                             : file_content(urdf_file_);
+  result.model.mesh_radius = mesh_radius_.get();
+  result.model.continuous_velocity = continuous_velocity_.get();
   result.base_frame = base_frame_.get();
   result.camera_frame = camera_frame_.get();
   result.map_frame = map_frame_.get();

@@ -38,8 +38,9 @@ CameraArm::~CameraArm() = default;
 
 CallbackReturn CameraArm::on_configure() {
   settings_ = declared_.read();
-  controller_.emplace(ArmModel(settings_->urdf, settings_->base_frame, settings_->camera_frame),
-                      settings_->controller);
+  controller_.emplace(
+      ArmModel(settings_->urdf, settings_->base_frame, settings_->camera_frame, settings_->model),
+      settings_->controller);
   calibration_.reset();
   request_ = ArmRequest::kTrack;
   cycles_ = 0;
@@ -115,7 +116,8 @@ bool CameraArm::is_commandable(std::string& refusal) const {
 }
 
 void CameraArm::count(const char* input, InputVerdict verdict) {
-  if (verdict != InputVerdict::kTaken) {
+  if (verdict != InputVerdict::kTaken && verdict != InputVerdict::kPartial &&
+      verdict != InputVerdict::kOfOthers) {
     report_fault(counter(input, verdict),
                  std::string(input) + " is not used: " + to_string(verdict));
   }
@@ -147,20 +149,17 @@ void CameraArm::on_joint_states(const JointState& message) {
                            seconds(now()));
   count("joint_states", verdict);
   if (verdict == InputVerdict::kTaken && settings_->publish_tf) {
-    publish_transform(message);
+    publish_transform(message.header.stamp);
   }
 }
 
-void CameraArm::publish_transform(const JointState& message) {
+void CameraArm::publish_transform(const builtin_interfaces::msg::Time& last) {
   const ArmModel& arm = controller_->model();
-  manipulation::JointVector q(arm.size());
-  for (Eigen::Index i = 0; i < arm.size(); ++i) {
-    const auto found =
-        std::ranges::find(message.name, arm.joints()[static_cast<std::size_t>(i)].name);
-    q[i] = message.position[static_cast<std::size_t>(found - message.name.begin())];
-  }
+  const auto [time, q] = controller_->joints().value();
   geometry_msgs::msg::TransformStamped transform;
-  transform.header.stamp = message.header.stamp;
+  // Of joints in several messages the time may be that of another one.
+  transform.header.stamp =
+      pipescout::seconds(last) == time ? last : to_message(Time(from_seconds(time)));
   transform.header.frame_id = settings_->base_frame;
   transform.child_frame_id = settings_->camera_frame;
   transform.transform = transform_message(arm.T_base_camera(q));
@@ -202,6 +201,11 @@ void CameraArm::cycle() {
 }
 
 void CameraArm::tell(const ArmCommand& command) {
+  std::string unseen;
+  for (const std::string& name : controller_->unseen_joints()) {
+    unseen += (unseen.empty() ? "" : ", ") + name;
+  }
+  diagnostics().set_value("joints_without_readings", unseen);
   if (told_ && told_->state == command.state && told_->reason == command.reason) {
     return;
   }

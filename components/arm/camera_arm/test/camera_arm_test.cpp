@@ -237,7 +237,7 @@ TEST_F(CameraArmTest, BadInputIsCountedByNameAndNotUsed) {
   send(topics::kOdometryFiltered, elsewhere);
   const auto status = harness_.next_diagnostics(arm);
   const auto value = [&](const char* key) { return harness_.value(status, key).value_or("none"); };
-  EXPECT_EQ(value("joint_states.missing_joint"), "1");
+  EXPECT_EQ(value("joint_states.missing_joint"), "none") << "it may come in another message";
   EXPECT_EQ(value("track.not_a_number"), "1");
   EXPECT_EQ(value("track.other_image_size"), "1");
   EXPECT_EQ(value("odometry.no_rotation"), "1");

@@ -2,6 +2,7 @@
 #include "pipescout/leak_inspector/inspector_settings.hpp"
 
 #include <cmath>
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -112,6 +113,7 @@ std::optional<geometry::GeodeticPosition> InspectorParameters::datum() const {
 ConditionRecord InspectorParameters::conditions() const {
   const ObjectParameters object = detection_.object();
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << "emissivity " << object.emissivity << ", reflected " << object.reflected_temperature
        << " degC, distance " << object.distance << " m, air " << object.atmospheric_temperature
        << " degC, relative humidity " << object.relative_humidity << ", window "

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iomanip>
+#include <locale>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -499,6 +500,7 @@ void RackLocalizer::tell_counts() {
     static constexpr std::array kNames{"camera.focal_length", "camera.centre_u", "camera.centre_v"};
     for (Eigen::Index i = 0; i < 3; ++i) {
       std::ostringstream text;
+      text.imbue(std::locale::classic());
       text << std::fixed << std::setprecision(2) << intrinsics_->mean(i) << " +- "
            << std::sqrt(intrinsics_->covariance(i, i)) << " px";
       diagnostics().set_value(kNames[static_cast<std::size_t>(i)], text.str());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -435,9 +436,12 @@ class BagRecorder::Recording {
     } else if (++silent_looks_ == kLooksPerSilence && !has_ended_) {
       has_ended_ = true;
       std::array<char, 64> seconds{};
-      std::snprintf(seconds.data(), seconds.size(), "%g", to_seconds(settings_.silence));
-      recorder_.report_failed(std::string("no message has arrived for ") + seconds.data() +
-                              " s, and '" + settings_.source + "' has not reported completion");
+      const auto written =
+          std::to_chars(seconds.data(), seconds.data() + seconds.size(),
+                        to_seconds(settings_.silence), std::chars_format::general, 6);
+      recorder_.report_failed("no message has arrived for " +
+                              std::string(seconds.data(), written.ptr) + " s, and '" +
+                              settings_.source + "' has not reported completion");
     }
   }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/command_line/command.hpp"
 
+#include <algorithm>
 #include <iostream>
+#include <sstream>
+#include <utility>
 
 #include "pipescout/command_line/suggestion.hpp"
 
@@ -31,6 +34,45 @@ std::string unknown_command(const CLI::App& app, const std::vector<std::string>&
   return "";
 }
 
+/// Before a word behind "--", so that CLI11 takes it for no option. Of itself CLI11 knows "--" only
+/// where the command still lacks an argument.
+constexpr char kArgumentMark = '\x01';
+
+std::string unmarked(std::string text) {
+  std::erase(text, kArgumentMark);
+  return text;
+}
+
+/// All arguments of all commands take the mark off their values before anything looks at them.
+void accept_marked(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_positional()) {
+      option->transform(CLI::Validator(
+          [](std::string& value) {
+            value = unmarked(value);
+            return std::string();
+          },
+          "", ""));
+    }
+  }
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    accept_marked(*command);
+  }
+}
+
+/// As POSIX has it (utility conventions, guideline 10): the first "--" ends the options and is
+/// itself no argument.
+std::vector<std::string> with_marks(CLI::App& app, std::vector<std::string> words) {
+  const auto end = std::find(words.begin(), words.end(), "--");
+  if (end != words.end()) {
+    accept_marked(app);
+    for (auto word = words.erase(end); word != words.end(); ++word) {
+      word->insert(0, 1, kArgumentMark);
+    }
+  }
+  return words;
+}
+
 }  // namespace
 
 CLI::Range count_range() {
@@ -47,11 +89,16 @@ int run_command(CLI::App& app, const Action& action, const std::vector<std::stri
     return kExitUsage;
   }
   try {
+    std::vector<std::string> marked = with_marks(app, words);
     // CLI11 takes the last word first.
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+    std::reverse(marked.begin(), marked.end());
+    app.parse(std::move(marked));
   } catch (const CLI::ParseError& error) {
     // Help and version come this way too, with exit code 0.
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+    std::ostringstream problem;
+    const int code = app.exit(error, std::cout, problem);
+    std::cerr << unmarked(problem.str());
+    return code == 0 ? kExitOk : kExitUsage;
   }
   try {
     const int code = action();

@@ -6,6 +6,7 @@
 
 #include "formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/geometry/antimeridian.hpp"
 
 namespace pipescout::estimate {
 namespace {
@@ -213,35 +214,17 @@ std::string trajectory_geojson(const Trajectory& trajectory) {
     return {};
   }
   const geometry::LocalFrame map(*trajectory.datum);
-  struct Place {
-    double longitude, latitude, altitude;
-  };
-  std::vector<std::vector<Place>> lines(1);
+  std::vector<geometry::GeodeticPosition> line;
   for (const TrajectoryPoint& point : trajectory.points) {
-    const auto g = map.geodetic(point.position);
-    const Place place{std::remainder(g.longitude, 360.0), g.latitude, g.altitude};
-    if (!lines.back().empty() && std::abs(place.longitude - lines.back().back().longitude) > 180) {
-      // Both parts end at the meridian, where the straight line crosses it.
-      const Place last = lines.back().back();
-      const double side = last.longitude > 0 ? 180.0 : -180.0;
-      const double unrolled = place.longitude + (side > 0 ? 360.0 : -360.0);
-      const double share =
-          unrolled == last.longitude ? 0 : (side - last.longitude) / (unrolled - last.longitude);
-      const double latitude = last.latitude + share * (place.latitude - last.latitude);
-      const double altitude = last.altitude + share * (place.altitude - last.altitude);
-      lines.back().push_back({side, latitude, altitude});
-      lines.push_back({{-side, latitude, altitude}});
-    }
-    lines.back().push_back(place);
+    line.push_back(map.geodetic(point.position));
   }
-  // A line needs two positions.
-  std::erase_if(lines, [](const auto& line) { return line.size() < 2; });
+  const auto lines = geometry::cut_at_antimeridian(line);
   std::string out =
       R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{"name":"trajectory"},"geometry":{"type":"MultiLineString","coordinates":[)";
   for (std::size_t i = 0; i < lines.size(); ++i) {
     out += i == 0 ? "[" : ",[";
     for (std::size_t k = 0; k < lines[i].size(); ++k) {
-      const Place& p = lines[i][k];
+      const geometry::GeodeticPosition& p = lines[i][k];
       out += (k == 0 ? "[" : ",[") + coordinate(p.longitude) + "," + coordinate(p.latitude) +
              formatted(",%.3f]", p.altitude);
     }

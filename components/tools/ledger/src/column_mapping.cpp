@@ -16,7 +16,16 @@ namespace {
 
 using command_line::suggestion;
 
-constexpr double kFoot = 0.3048;  // m
+struct LengthUnit {
+  const char* name;
+  const char* symbol;
+  double metres;
+};
+constexpr std::array<LengthUnit, 5> kUnits{{{"metres", "m", 1.0},
+                                            {"millimetres", "mm", 1e-3},
+                                            {"centimetres", "cm", 1e-2},
+                                            {"kilometres", "km", 1e3},
+                                            {"feet", "ft", 0.3048}}};
 constexpr std::array kKeys{"delimiter",
                            "distance",
                            "unit",
@@ -121,11 +130,18 @@ class Reader {
   }
 
   double metres_per(const std::string& key, bool required) const {
-    const auto unit = text(key, required);
-    if (unit && *unit != "feet" && *unit != "metres") {
-      fail(root_[key], key + " must be feet or metres, not '" + *unit + "'");
+    const auto name = text(key, required);
+    if (!name) {
+      return 1.0;
     }
-    return unit == "feet" ? kFoot : 1.0;
+    std::string names;
+    for (const auto& unit : kUnits) {
+      if (*name == unit.name || *name == unit.symbol) {
+        return unit.metres;
+      }
+      names += (names.empty() ? "" : ", ") + std::string(unit.name) + " (" + unit.symbol + ")";
+    }
+    fail(root_[key], key + " must be one of " + names + ", not '" + *name + "'");
   }
 
   char delimiter() const {

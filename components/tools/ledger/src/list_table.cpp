@@ -13,23 +13,31 @@ namespace {
 
 constexpr double kLargest = 1e9;
 
-std::string plain(const std::string& cell) {
-  std::string text = cell;
-  std::replace_if(
-      text.begin(), text.end(),
-      [](char c) { return static_cast<unsigned char>(c) < 0x20U || c == '\x7F'; }, ' ');
-  const auto first = text.find_first_not_of(' ');
-  return first == std::string::npos ? ""
-                                    : text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 }  // namespace
+
+std::string folded(std::string_view text) {
+  constexpr std::string_view kNoBreakSpace = "\xC2\xA0";
+  std::string result;
+  bool blank = false;
+  while (!text.empty()) {
+    const auto code = static_cast<unsigned char>(text.front());
+    if (code <= 0x20U || code == 0x7FU || text.starts_with(kNoBreakSpace)) {
+      blank = true;
+      text.remove_prefix(code <= 0x7FU ? 1 : kNoBreakSpace.size());
+      continue;
+    }
+    if (blank && !result.empty()) {
+      result += ' ';
+    }
+    blank = false;
+    result += text.front();
+    text.remove_prefix(1);
+  }
+  return result;
+}
 
 std::string read_list_text(const std::string& path) {
   std::string text = read_csv_text(path);
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
-    throw CsvError(path, 0, "is UTF-16; save it as UTF-8");
-  }
   if (const auto zero = text.find('\0'); zero != std::string::npos) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(zero);
     throw CsvError(path, 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n')),
@@ -50,7 +58,7 @@ ListTable::ListTable(const std::string& path, char delimiter)
     throw CsvError(path_, 0, "is empty; a header line is needed");
   }
   auto& header = rows_.rows.front().cells;
-  std::transform(header.begin(), header.end(), header.begin(), plain);
+  std::transform(header.begin(), header.end(), header.begin(), folded);
   if (header.size() > kMaxCsvColumns) {
     throw CsvError(
         path_, rows_.rows.front().line,
@@ -68,7 +76,8 @@ ListTable::ListTable(const std::string& path, char delimiter)
   }
 }
 
-std::optional<std::size_t> ListTable::find_column(const std::string& name) const {
+std::optional<std::size_t> ListTable::find_column(const std::string& wanted) const {
+  const std::string name = folded(wanted);
   const auto found = std::find(columns().begin(), columns().end(), name);
   if (found == columns().end()) {
     return std::nullopt;
@@ -80,7 +89,7 @@ std::optional<std::size_t> ListTable::find_column(const std::string& name) const
 }
 
 std::string ListTable::cell(std::size_t row, std::size_t column) const {
-  return plain(rows_.rows[row + 1].cells[column]);
+  return folded(rows_.rows[row + 1].cells[column]);
 }
 
 std::optional<double> ListTable::number(std::size_t row, std::size_t column) const {

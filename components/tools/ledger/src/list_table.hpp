@@ -11,8 +11,12 @@
 
 namespace pipescout::ledger {
 
-/// The text of a CSV file. Throws CsvError for what `read_csv_text` refuses, UTF-16, and bytes that
-/// no text has.
+/// With one blank for each run of white space, line ends and control characters, and none at the
+/// ends: spreadsheets break lines in headers and fill up with blanks that do not break (U+00A0).
+[[nodiscard]] std::string folded(std::string_view text);
+
+/// The text of a CSV file. Throws CsvError for what `read_csv_text` refuses, and for bytes that no
+/// text has.
 [[nodiscard]] std::string read_list_text(const std::string& path);
 
 /// A table with quotes, of which only the columns that are asked for matter. Throws CsvError.
@@ -25,10 +29,10 @@ class ListTable {
   [[nodiscard]] std::size_t line(std::size_t row) const { return rows_.rows[row + 1].line; }
   [[nodiscard]] const std::vector<std::string>& columns() const { return rows_.rows[0].cells; }
 
-  /// Refuses a name that two columns have.
-  [[nodiscard]] std::optional<std::size_t> find_column(const std::string& name) const;
+  /// Compares `folded` names. Refuses one that two columns have.
+  [[nodiscard]] std::optional<std::size_t> find_column(const std::string& wanted) const;
 
-  /// Without blanks at the ends, and with a blank for each control character.
+  /// The cell `folded`.
   [[nodiscard]] std::string cell(std::size_t row, std::size_t column) const;
 
   /// A finite number below 1e9; nothing when the cell is empty.

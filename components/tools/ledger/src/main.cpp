@@ -11,6 +11,7 @@
 
 #include "ledger_report.hpp"
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/csv/utf8.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 #include "run_file.hpp"
@@ -52,9 +53,16 @@ RunFile read_run_of(const Options& options) {
 }
 
 LedgerRun run_of(const Options& options) {
-  return {.name = options.name.empty() ? std::filesystem::path(options.run).stem().string()
-                                       : options.name,
-          .date = options.date};
+  LedgerRun run{.name = options.name.empty() ? std::filesystem::path(options.run).stem().string()
+                                             : options.name,
+                .date = options.date};
+  for (const std::string& text : {run.name, run.date}) {
+    if (first_byte_not_utf8(text) != std::string_view::npos) {
+      throw CommandError("the name or the date of the run, '" + text +
+                         "', is not UTF-8: give others with --name and --date");
+    }
+  }
+  return run;
 }
 
 LedgerParameters parameters_of(const RunFile& run) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <utility>
@@ -25,6 +26,8 @@ using odometry::WeldLedger;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSurveySigma = 1.0;  // m, of points that do not say
 constexpr std::size_t kKindsShown = 30;
+// m: the longest pipelines of the world are below 9000 km, in sections of some 100 km for a run.
+constexpr double kLongestRun = 5e6;
 
 /// The kinds of a list, the most frequent first: "'metal loss' (1625), 'GirthWeld' (1607)".
 std::string kinds_of(const std::map<std::string, std::size_t>& counts) {
@@ -70,13 +73,14 @@ class ListReader {
   RunFile read() {
     run_.path = table_.path();
     run_.length_noise = mapping_.odometer_standard_deviation;
+    std::vector<std::string> welds;
+    std::ranges::transform(mapping_.girth_welds, std::back_inserter(welds), folded);
     std::map<std::string, std::size_t> counts;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
-      const auto kind = table_.cell(row, kind_);
+      const std::string kind = table_.cell(row, kind_);
       ++counts[kind];
       const double chainage = table_.required(row, distance_) * mapping_.metres_per_unit;
-      const auto& names = mapping_.girth_welds;
-      if (std::find(names.begin(), names.end(), kind) != names.end()) {
+      if (std::ranges::find(welds, kind) != welds.end()) {
         add_weld(row, chainage);
       } else {
         add_feature(row, kind, chainage);
@@ -93,10 +97,26 @@ class ListReader {
                          ")" + sentence_end(suggestion(mapping_.girth_welds.front(), known)) +
                          "It says " + kinds_of(counts));
     }
+    check_length();
     return std::move(run_);
   }
 
  private:
+  /// A wrong unit would give a ledger of a pipe that nobody has.
+  void check_length() const {
+    const double length = run_.welds.back().chainage - run_.welds.front().chainage;
+    if (length > kLongestRun) {
+      const auto km = [](double metres) {
+        return std::to_string(std::lround(metres / 1000.0)) + " km";
+      };
+      throw CsvError(table_.path(), 0,
+                     "from the first girth weld to the last are " + km(length) +
+                         ", and no run is longer than " + km(kLongestRun) +
+                         ": is the unit of column '" + mapping_.distance.name + "' right, which " +
+                         mapping_.path + " has?");
+    }
+  }
+
   std::size_t column(const MappedColumn& wanted, const std::string& what) const {
     const auto found = table_.find_column(wanted.name);
     if (!found) {

@@ -82,7 +82,8 @@ TEST(ColumnMapping, ErrorsNameFileLineAndKey) {
                          "'clock'? (known: delimiter, distance, "));
   EXPECT_THAT(error_of("distance: d\n"), HasSubstr("key 'unit' is missing"));
   EXPECT_THAT(error_of("distance: d\nunit: yards\n"),
-              "m.yaml:2:7: unit must be feet or metres, not 'yards'");
+              "m.yaml:2:7: unit must be one of metres (m), millimetres (mm), centimetres (cm), "
+              "kilometres (km), feet (ft), not 'yards'");
   EXPECT_THAT(error_of("distance: d\nunit: feet\nkind: k\n"), HasSubstr("'girth_weld' is missing"));
   EXPECT_THAT(error_of("distance: [a, b]\n"), "m.yaml:1:11: distance must be a text");
   EXPECT_THAT(error_of("distance: d\nunit: feet\nkind: k\ngirth_weld: []\n"),

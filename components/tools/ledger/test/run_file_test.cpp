@@ -123,6 +123,38 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
             "run.csv:1: two columns are named 'event'");
 }
 
+TEST_F(RunFiles, TextThatIsNotUtf8IsRefusedWithItsLine) {
+  EXPECT_THAT(error(kHeader + "GWD,5,,,\nAu\xDF"
+                              "en,6,,,\n"),
+              StartsWith("run.csv:3: is not UTF-8: byte 0xdf"));
+  EXPECT_THAT(ledger_error("id,joint_length_m\nNaht-S\xFC"
+                           "d,12\nB,\n"),
+              StartsWith("run.csv:2: is not UTF-8: byte 0xfc"));
+}
+
+TEST_F(RunFiles, HeadersOfSpreadsheetsAreMatchedWithWhiteSpaceFolded) {
+  const std::string mapping =
+      "distance: log dist. [mm]\nunit: mm\nkind: event  type\n"
+      "girth_weld: Girth Weld\n";
+  const auto run = read(
+      "\"event\ntype\",\"log\r\n dist.\u00A0[mm]\"\n"
+      "\"Girth\nWeld\",4000\nGirth  Weld,16120\n",
+      mapping);
+  ASSERT_EQ(run.welds.size(), 2U);
+  EXPECT_DOUBLE_EQ(run.welds[1].chainage, 16.12);
+}
+
+TEST_F(RunFiles, ARunThatNoPipeHasIsAskedAbout) {
+  const std::string text = "d,k\n4000,w\n130110000,w\n";
+  const std::string mapping = "distance: d\nkind: k\ngirth_weld: w\nunit: ";
+  EXPECT_EQ(error(text, mapping + "metres"),
+            "run.csv: from the first girth weld to the last are 130106 km, and no run is longer "
+            "than 5000 km: is the unit of column 'd' right, which m.yaml has?");
+  EXPECT_DOUBLE_EQ(read(text, mapping + "mm").welds[1].chainage, 130110);
+  EXPECT_DOUBLE_EQ(read(text, mapping + "millimetres").welds[0].chainage, 4);
+  EXPECT_DOUBLE_EQ(read("d,k\n4000,w\n4040,w\n", mapping + "ft").welds[0].chainage, 4000 * 0.3048);
+}
+
 TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
   EXPECT_EQ(error("event,Log [ft],o'clock,to weld\nGWD,1,,\n"),
             "run.csv:1: no column 'log [ft]', which m.yaml:1:11 wants as the distance; did you "

@@ -148,12 +148,18 @@ QoS read_profile(const YAML::Node& profile) {
   return qos;
 }
 
+/// As text: yaml-cpp would group its digits by the global locale.
+template <class Integer>
+void write_integer(YAML::Emitter& out, const char* key, Integer value) {
+  out << YAML::Key << key << YAML::Value << std::to_string(value);
+}
+
 void write_duration(YAML::Emitter& out, const char* key, const std::optional<Duration>& duration) {
   const auto ns = duration ? duration->count() : 0;
-  out << YAML::Key << key << YAML::Value << YAML::BeginMap << YAML::Key << "sec" << YAML::Value
-      << (duration ? ns / kNanosecondsInSecond : kForeverSeconds) << YAML::Key << "nsec"
-      << YAML::Value << (duration ? ns % kNanosecondsInSecond : kForeverNanoseconds)
-      << YAML::EndMap;
+  out << YAML::Key << key << YAML::Value << YAML::BeginMap;
+  write_integer(out, "sec", duration ? ns / kNanosecondsInSecond : kForeverSeconds);
+  write_integer(out, "nsec", duration ? ns % kNanosecondsInSecond : kForeverNanoseconds);
+  out << YAML::EndMap;
 }
 
 bool same_but_for_history(QoS a, const QoS& b) {
@@ -171,13 +177,14 @@ std::string qos_profiles_to_yaml(std::span<const QoS> profiles) {
   out << YAML::BeginSeq;
   for (const QoS& qos : profiles) {
     const auto history = qos.depth == 0 ? History::kUnknown : History::kKeepLast;
-    out << YAML::BeginMap << YAML::Key << "history" << YAML::Value << number_of(kHistory, history)
-        << YAML::Key << "depth" << YAML::Value << qos.depth << YAML::Key << "reliability"
-        << YAML::Value << number_of(kReliability, qos.reliability) << YAML::Key << "durability"
-        << YAML::Value << number_of(kDurability, qos.durability);
+    out << YAML::BeginMap;
+    write_integer(out, "history", number_of(kHistory, history));
+    write_integer(out, "depth", qos.depth);
+    write_integer(out, "reliability", number_of(kReliability, qos.reliability));
+    write_integer(out, "durability", number_of(kDurability, qos.durability));
     write_duration(out, "deadline", qos.deadline);
     write_duration(out, "lifespan", qos.lifespan);
-    out << YAML::Key << "liveliness" << YAML::Value << number_of(kLiveliness, qos.liveliness);
+    write_integer(out, "liveliness", number_of(kLiveliness, qos.liveliness));
     write_duration(out, "liveliness_lease_duration", qos.liveliness_lease);
     out << YAML::Key << "avoid_ros_namespace_conventions" << YAML::Value << false << YAML::EndMap;
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <locale>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -249,6 +250,7 @@ std::optional<TemperatureTable> DetectionParameters::grey() const {
 
 std::string DetectionParameters::calibration_text() const {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   for (const auto& [what, parameter] :
        {std::pair{"Planck R1 R2 B F O", &planck_}, std::pair{"K per count, degC at 0", &linear_},
         std::pair{"degC of black and white", &grey_range_}}) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <optional>
 #include <sstream>
 
@@ -11,6 +12,7 @@ namespace {
 
 std::string place(const Point2d& position) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   text << " at (" << position.x << ", " << position.y << ") m";
   return text.str();
 }

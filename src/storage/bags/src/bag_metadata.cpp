@@ -175,9 +175,16 @@ int policy_number(std::string_view policy, std::string_view name) {
   return policy == "durability" ? find(kDurability) : find(kLiveliness);
 }
 
+/// As text: yaml-cpp would group its digits by the global locale.
+template <class Integer>
+void emit_integer(YAML::Emitter& out, const char* key, Integer value) {
+  out << YAML::Key << key << YAML::Value << std::to_string(value);
+}
+
 void emit_nanoseconds(YAML::Emitter& out, const char* key, const char* unit, std::int64_t value) {
-  out << YAML::Key << key << YAML::Value << YAML::BeginMap << YAML::Key << unit << YAML::Value
-      << value << YAML::EndMap;
+  out << YAML::Key << key << YAML::Value << YAML::BeginMap;
+  emit_integer(out, unit, value);
+  out << YAML::EndMap;
 }
 
 void emit_topic(YAML::Emitter& out, const TopicCount& count) {
@@ -189,7 +196,8 @@ void emit_topic(YAML::Emitter& out, const TopicCount& count) {
   out << YAML::Key << "offered_qos_profiles" << YAML::Value << YAML::DoubleQuoted
       << topic.offered_qos_profiles;
   out << YAML::EndMap;
-  out << YAML::Key << "message_count" << YAML::Value << count.messages << YAML::EndMap;
+  emit_integer(out, "message_count", count.messages);
+  out << YAML::EndMap;
 }
 
 }  // namespace
@@ -198,12 +206,12 @@ std::string metadata_to_yaml(const BagMetadata& metadata) {
   YAML::Emitter out;
   out << YAML::BeginMap << YAML::Key << "rosbag2_bagfile_information" << YAML::Value
       << YAML::BeginMap;
-  out << YAML::Key << "version" << YAML::Value << kWrittenVersion;
+  emit_integer(out, "version", kWrittenVersion);
   out << YAML::Key << "storage_identifier" << YAML::Value
       << std::string(storage_identifier(metadata.storage));
   emit_nanoseconds(out, "duration", "nanoseconds", metadata.duration);
   emit_nanoseconds(out, "starting_time", "nanoseconds_since_epoch", metadata.starting_time);
-  out << YAML::Key << "message_count" << YAML::Value << metadata.messages;
+  emit_integer(out, "message_count", metadata.messages);
   out << YAML::Key << "topics_with_message_count" << YAML::Value << YAML::BeginSeq;
   for (const TopicCount& each : metadata.topics) {
     emit_topic(out, each);
@@ -225,7 +233,8 @@ std::string metadata_to_yaml(const BagMetadata& metadata) {
     out << YAML::BeginMap << YAML::Key << "path" << YAML::Value << file.path;
     emit_nanoseconds(out, "starting_time", "nanoseconds_since_epoch", file.starting_time);
     emit_nanoseconds(out, "duration", "nanoseconds", file.duration);
-    out << YAML::Key << "message_count" << YAML::Value << file.messages << YAML::EndMap;
+    emit_integer(out, "message_count", file.messages);
+    out << YAML::EndMap;
   }
   out << YAML::EndSeq << YAML::EndMap << YAML::EndMap;
   return std::string(out.c_str()) + "\n";

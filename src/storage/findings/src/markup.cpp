@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace pipescout {
 namespace {
@@ -66,9 +66,11 @@ std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) {
     return "-";
   }
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  const std::string digits = text.data();
+  // Long enough for the largest number, whose value has 309 digits.
+  std::array<char, 400> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value,
+                                          std::chars_format::fixed, decimals);
+  const std::string digits(text.data(), end);
   // "-0.0" and the like.
   return digits.find_first_not_of("-0.") == std::string::npos && digits[0] == '-' ? digits.substr(1)
                                                                                   : digits;

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "example_findings.hpp"
+#include "pipescout/files/testing/comma_locale.hpp"
 
 namespace pipescout {
 namespace {
@@ -21,6 +22,16 @@ const std::vector<leak_findings::Finding> kFindings = {test::example_finding(1),
                                                        test::bare_finding(2)};
 // San Jose del Valle.
 const geometry::GeodeticPosition kDatum{.latitude = 36.66, .longitude = -5.8, .altitude = 60};
+
+TEST(LeakExports, AreTheSameInALocaleWithCommas) {
+  const auto all = [] {
+    return leaks_geojson(kFindings, kDatum) + leaks_kml(kFindings, kDatum) +
+           leaks_csv(kFindings, kDatum);
+  };
+  const std::string before = all();
+  const ::pipescout::testing::CommaLocale locale;
+  EXPECT_EQ(all(), before);
+}
 
 TEST(LeaksGeoJson, IsACollectionOfPoints) {
   const auto json = nlohmann::json::parse(leaks_geojson(kFindings, kDatum));

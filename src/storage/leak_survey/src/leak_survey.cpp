@@ -15,6 +15,7 @@
 #include "pipescout/leak_store/leak_report.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
+#include "pipescout/thermal_files/picture_folder.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"
 #include "pipescout/thermal_files/yaml_entries.hpp"
 #include "survey_texts.hpp"
@@ -29,25 +30,6 @@ using leak_findings::FindingState;
 constexpr int kOverviewSide = 320;  // pixels
 // Where nobody has told it, and no pose needs it: that of a lens as cameras are sold with.
 constexpr double kUsualFieldOfView = 0.436;  // rad
-
-std::vector<fs::path> pictures_in(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    if (!at->is_directory() && has_thermal_extension(at->path())) {
-      files.push_back(at->path());
-    }
-  }
-  if (error) {
-    throw std::runtime_error(folder.string() + ": " + error.message());
-  }
-  if (files.empty()) {
-    throw std::runtime_error(folder.string() +
-                             ": contains no image: no .jpg, .jpeg, .fff, .png, .tif or .tiff");
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 /// s since 1970 UTC
 double written(const fs::path& file) {
@@ -107,22 +89,32 @@ class Survey {
   }
 
   LeakSurveyResult run() {
-    const std::vector<fs::path> files = pictures_in(options_.pictures);
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      progress(i, files.size());
+    const auto told = [this](const std::string& name) {
+      const auto pose = poses_.by_file.find(name);
+      return pose == poses_.by_file.end() ? std::nullopt : pose->second.time;
+    };
+    const PictureFolder found = pictures_in(options_.pictures, told, reader_);
+    tell_unread(found);
+    const std::vector<FolderPicture>& pictures = found.pictures;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      progress(i, pictures.size());
       try {
-        look_at(files[i]);
+        look_at(pictures[i]);
+        tell_alike();
       } catch (const ThermalFileError& error) {
-        ++result_.failed;
-        complain(error.what());
-        show({.name = files[i].filename().string(), .problem = error.what()}, 3);
+        tell_failed(pictures[i], error.what());
       }
     }
-    progress(files.size(), files.size());
+    tell_alike();
+    progress(pictures.size(), pictures.size());
     if (result_.without_pose > 0) {
       complain("no pose for " + std::to_string(result_.without_pose) + " of " +
-               std::to_string(files.size()) + " pictures, the first of them " +
+               std::to_string(pictures.size()) + " pictures, the first of them " +
                first_without_pose_ + ": leaks in them have no position");
+    }
+    if (result_.same_time > 0) {
+      complain(std::to_string(result_.same_time) + " of " + std::to_string(pictures.size()) +
+               " pictures have the time of the one before: they follow it at frame_rate");
     }
     finish();
     return result_;
@@ -155,6 +147,41 @@ class Survey {
     return 0.5 * width / std::tan(0.5 * settings_.field_of_view.value_or(kUsualFieldOfView));
   }
 
+  void tell_unread(const PictureFolder& found) {
+    if (!found.problem.empty()) {
+      complain(found.problem);
+    }
+    for (const std::string& name : found.unread) {
+      ++result_.failed;
+      complain(name + ": is a recording in a format that is not read");
+      show({.name = name, .problem = "is a recording in a format that is not read"}, 3);
+    }
+  }
+
+  /// Of the frames of a sequence that fail alike only the first.
+  void tell_failed(const FolderPicture& picture, const std::string& problem) {
+    ++result_.failed;
+    const std::string reason = problem.substr(std::min(problem.rfind(": "), problem.size()));
+    if (picture.frame > 0 && reason == failed_reason_) {
+      ++failed_alike_;
+      return;
+    }
+    tell_alike();
+    failed_reason_ = reason;
+    failed_file_ = picture.file.string();
+    complain(problem);
+    show({.name = picture.name(), .problem = problem}, 3);
+  }
+  /// And then how many more.
+  void tell_alike() {
+    if (failed_alike_ > 0) {
+      complain(failed_file_ + ": " + std::to_string(failed_alike_) + " more frames likewise" +
+               failed_reason_);
+    }
+    failed_alike_ = 0;
+    failed_reason_.clear();
+  }
+
   leak_findings::LeakFindings& findings_for(const ThermalPicture& picture) {
     if (!findings_) {
       geometry::CameraParameters camera = settings_.camera.value_or(geometry::CameraParameters{});
@@ -172,26 +199,36 @@ class Survey {
   }
 
   /// NaN where the picture does not tell and others do. Where none does, they follow each other at
-  /// the frame rate, from when the first file was written.
-  double time_of(const fs::path& file, const ThermalPicture& picture, const PicturePose* pose) {
-    const std::optional<double> told = pose != nullptr && pose->time ? pose->time : picture.taken;
+  /// the frame rate, from when the first file was written; so do pictures of the same time, as
+  /// clocks of whole seconds give it.
+  double time_of(const FolderPicture& from, const ThermalPicture& picture,
+                 const PicturePose* pose) {
+    std::optional<double> told = pose != nullptr && pose->time ? pose->time : picture.taken;
+    told = told ? told : from.taken;
     times_are_told_ = times_are_told_ || told;
-    if (told || times_are_told_) {
-      return told.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (!told && times_are_told_) {
+      return std::numeric_limits<double>::quiet_NaN();
     }
-    return last_time_ ? *last_time_ + 1 / settings_.frame_rate : written(file);
+    const double next = last_time_ ? *last_time_ + 1 / settings_.frame_rate : written(from.file);
+    if (!told) {
+      return next;
+    }
+    const bool is_same = last_time_ && last_told_ && *told >= *last_told_ && *told <= *last_time_;
+    result_.same_time += is_same ? 1U : 0U;
+    last_told_ = told;
+    return is_same ? next : *told;
   }
 
-  void look_at(const fs::path& file) {
-    const ThermalPicture picture = reader_.read(file);
+  void look_at(const FolderPicture& from) {
+    const ThermalPicture picture = reader_.read(from.file, *from.frames, from.frame);
     ++result_.pictures;
-    const std::string name = file.filename().string();
+    const std::string name = from.name();
     const auto pose = poses_.by_file.find(name);
     const PicturePose* known = pose == poses_.by_file.end() ? nullptr : &pose->second;
 
     leak_findings::LeakFindings& findings = findings_for(picture);
     leak_findings::Frame frame;
-    frame.time = time_of(file, picture, known);
+    frame.time = time_of(from, picture, known);
     frame.number = ++number_;
     if (known != nullptr && known->pose) {
       frame.pose = known->pose;
@@ -332,7 +369,11 @@ class Survey {
   std::size_t shown_count_ = 0;
   std::uint64_t number_ = 0;
   std::optional<double> last_time_;
+  std::optional<double> last_told_;
   bool times_are_told_ = false;
+  std::string failed_reason_;  // of the frame before
+  std::string failed_file_;
+  std::size_t failed_alike_ = 0;  // frames in a row
   LeakSurveyResult result_;
   std::string first_without_pose_;  // file name
 };

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/leak_survey/picture_recording.hpp"
 
-#include <iomanip>
-#include <sstream>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -16,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 using leak_findings::FramePose;
 
-constexpr int kDigits = 8;  // of the number of a picture: more than a year at 2 Hz, 46 days at 25
+constexpr std::size_t kDigits =
+    8;  // of the number of a picture: more than a year at 2 Hz, 46 days at 25
 
 /// The camera's place for that of the base. An error of the base's orientation moves the camera
 /// about the base.
@@ -31,9 +31,8 @@ FramePose of_camera(const FramePose& base, const geometry::SE3& T_base_camera) {
 }
 
 std::string file_name(std::size_t number) {
-  std::ostringstream name;
-  name << std::setw(kDigits) << std::setfill('0') << number << ".tiff";
-  return name.str();
+  const std::string digits = std::to_string(number);
+  return std::string(kDigits - std::min(kDigits, digits.size()), '0') + digits + ".tiff";
 }
 
 }  // namespace

@@ -96,8 +96,8 @@ class Reader : public YamlEntries {
   double in_range(const YAML::Node& node, double value, double least, double most,
                   const char* unit) const {
     if (!(value >= least && value <= most)) {
-      refuse(node, std::to_string(value) + " is outside [" + std::to_string(least) + ", " +
-                       std::to_string(most) + "] " + unit);
+      refuse(node, yaml_number(value) + " is outside [" + yaml_number(least) + ", " +
+                       yaml_number(most) + "] " + unit);
     }
     return value;
   }

@@ -2,9 +2,10 @@
 #include "survey_texts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "pipescout/statistics/normal.hpp"
 
@@ -13,18 +14,20 @@ namespace {
 
 constexpr std::size_t kMostLeaksTold = 3;  // of one picture
 
+std::string digits(double value, std::chars_format format, int precision) {
+  // Long enough for the largest number, whose value has 309 digits.
+  std::array<char, 400> text{};
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), value, format, precision);
+  return {text.data(), end};
+}
+
 std::string rounded(double value) {
-  std::ostringstream text;
-  text.precision(4);
-  text << value;
-  return text.str();
+  return digits(value, std::chars_format::general, 4);
 }
 
 std::string fixed_tenth(double value) {
-  std::ostringstream text;
-  text.precision(1);
-  text << std::fixed << value;
-  return text.str();
+  return digits(value, std::chars_format::fixed, 1);
 }
 
 /// "emissivity 0.95 +- 0.02"

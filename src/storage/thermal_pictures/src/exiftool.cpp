@@ -3,9 +3,11 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -75,29 +77,22 @@ std::string read_all(int descriptor, bool& whole) {
   }
 }
 
-}  // namespace
-
-std::string exiftool_json(const std::string& program, const std::vector<std::string>& tags,
-                          const std::filesystem::path& file) {
-  const Descriptor input(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  if (input.get() < 0) {
-    throw ExiftoolError(std::strerror(errno));
-  }
+/// Runs the program with these words behind its options; `actions` give it its files.
+std::string output_of(const std::string& program, const std::vector<std::string>& tags,
+                      const std::vector<std::string>& files, FileActions& actions) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw ExiftoolError(std::string("no pipe: ") + std::strerror(errno));
   }
   const Descriptor output(ends[0]);
   Descriptor written(ends[1]);
-  FileActions actions;
-  actions.make(input.get(), STDIN_FILENO);
   actions.make(written.get(), STDOUT_FILENO);
   actions.silence(STDERR_FILENO);
 
   // -config "": nothing of the user's own configuration is run.
   std::vector<std::string> words{program, "-config", "", "-j", "-n", "-b"};
   words.insert(words.end(), tags.begin(), tags.end());
-  words.emplace_back("-");
+  words.insert(words.end(), files.begin(), files.end());
   std::vector<char*> pointers;
   for (std::string& word : words) {
     pointers.push_back(word.data());
@@ -127,6 +122,55 @@ std::string exiftool_json(const std::string& program, const std::vector<std::str
     throw ExiftoolError(program + " has failed");
   }
   return text;
+}
+
+/// A file in memory with this content.
+Descriptor in_memory(std::span<const std::uint8_t> content) {
+  Descriptor memory(::memfd_create("image", MFD_CLOEXEC));
+  if (memory.get() < 0) {
+    throw ExiftoolError(std::string("no file in memory: ") + std::strerror(errno));
+  }
+  while (!content.empty()) {
+    const ssize_t size = ::write(memory.get(), content.data(), content.size());
+    if (size < 0 && errno != EINTR) {
+      throw ExiftoolError(std::string("no file in memory: ") + std::strerror(errno));
+    }
+    content = content.subspan(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  }
+  ::lseek(memory.get(), 0, SEEK_SET);
+  return memory;
+}
+
+}  // namespace
+
+std::string exiftool_json(const std::string& program, const std::vector<std::string>& tags,
+                          std::span<const std::uint8_t> content) {
+  const Descriptor input = in_memory(content);
+  FileActions actions;
+  actions.make(input.get(), STDIN_FILENO);
+  return output_of(program, tags, {"-"}, actions);
+}
+
+std::string exiftool_json(const std::string& program, const std::vector<std::string>& tags,
+                          std::span<const std::filesystem::path> files) {
+  std::vector<Descriptor> open;
+  std::vector<std::string> names;
+  FileActions actions;
+  for (const std::filesystem::path& file : files) {
+    // What cannot be opened, or would wait for a writer, is an empty file, so that the order stays.
+    std::error_code error;
+    const int number = std::filesystem::is_regular_file(file, error)
+                           ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC)
+                           : -1;
+    open.emplace_back(number >= 0 ? number : ::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    if (open.back().get() < 0) {
+      throw ExiftoolError(std::strerror(errno));
+    }
+    // Duplicated to itself, a descriptor is inherited.
+    actions.make(open.back().get(), open.back().get());
+    names.push_back("/dev/fd/" + std::to_string(open.back().get()));
+  }
+  return output_of(program, tags, names, actions);
 }
 
 }  // namespace pipescout

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "base64.hpp"
+#include "picture_time.hpp"
 #include "pipescout/statistics/median.hpp"
 
 namespace pipescout {
@@ -17,8 +16,38 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Before this nobody pressed the shutter of a camera that writes such files.
-constexpr double kYear2001 = 978307200;  // s since 1970
+constexpr std::string_view kBase64 = "base64:";  // begins what exiftool gives of bytes
+
+/// With six digits, whatever the locale.
+std::string short_number(double value) {
+  std::array<char, 32> text{};
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6);
+  return {text.data(), end};
+}
+
+/// What a person can read of a text that a camera has put into a field of bytes: exiftool gives it
+/// in base64 where it is not UTF-8. Of that the characters of ASCII; control characters are left
+/// out. Empty where there is none.
+std::string readable(const std::string& text) {
+  std::string bytes = text;
+  bool ascii_only = false;
+  if (text.starts_with(kBase64)) {
+    const auto decoded = decode_base64(std::string_view(text).substr(kBase64.size()));
+    bytes = decoded ? std::string(decoded->begin(), decoded->end()) : "";
+    ascii_only = true;
+  }
+  std::string kept;
+  for (const char c : bytes) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code >= 0x20 && code != 0x7f && !(ascii_only && code > 0x7f)) {
+      kept += c;
+    }
+  }
+  const auto first = kept.find_first_not_of(' ');
+  return first == std::string::npos ? ""
+                                    : kept.substr(first, kept.find_last_not_of(' ') - first + 1);
+}
 
 class Tags {
  public:
@@ -35,9 +64,10 @@ class Tags {
     }
     if (found->is_string()) {
       const auto& text = found->get_ref<const std::string&>();
-      char* end = nullptr;
-      const double value = std::strtod(text.c_str(), &end);
-      if (!text.empty() && end == text.c_str() + text.size() && std::isfinite(value)) {
+      const char* const last = text.data() + text.size();
+      double value = 0;
+      const auto [end, error] = std::from_chars(text.data(), last, value);
+      if (error == std::errc{} && end == last && std::isfinite(value)) {
         return value;
       }
     }
@@ -56,9 +86,8 @@ class Tags {
     if (const auto value = number(name)) {
       target = *value;
     } else {
-      std::array<char, 128> text{};
-      std::snprintf(text.data(), text.size(), "%s: not in the file; %g is used", field, target);
-      doubts_.emplace_back(text.data());
+      doubts_.push_back(std::string(field) + ": not in the file; " + short_number(target) +
+                        " is used");
     }
   }
 
@@ -79,14 +108,24 @@ std::string joined(const std::string& a, const std::string& b) {
   return a.empty() || b.empty() ? a + b : a + " " + b;
 }
 
+/// Begins with the markers of an image (SOI) and of a JPEG-LS frame (SOF55, ITU-T T.87).
+bool is_jpeg_ls(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::array<std::uint8_t, 4> kMarkers{0xff, 0xd8, 0xff, 0xf7};
+  return bytes.size() > kMarkers.size() &&
+         std::equal(kMarkers.begin(), kMarkers.end(), bytes.begin());
+}
+
 Pixels<std::uint16_t> raw_picture(const Tags& tags) {
-  constexpr std::string_view kPrefix = "base64:";
   const std::string encoded = tags.text("RawThermalImage");
-  const auto bytes = encoded.starts_with(kPrefix)
-                         ? decode_base64(std::string_view(encoded).substr(kPrefix.size()))
+  const auto bytes = encoded.starts_with(kBase64)
+                         ? decode_base64(std::string_view(encoded).substr(kBase64.size()))
                          : std::nullopt;
   if (!bytes) {
     throw FlirError("its thermal block contains no image");
+  }
+  if (is_jpeg_ls(*bytes)) {
+    throw FlirError(
+        "its image is compressed as JPEG-LS (CSQ), which is not read; export it as SEQ");
   }
   AnyPixels any;
   try {
@@ -130,10 +169,8 @@ void order_bytes(std::vector<std::uint16_t>& counts, const Tags& tags,
   }
   if (tells && !fits(counts)) {
     const double median = statistics::median(counts);
-    std::array<char, 128> text{};
-    std::snprintf(text.data(), text.size(),
-                  "counts: their median is %.0f, and the camera noted %.0f", median, told);
-    doubts.emplace_back(text.data());
+    doubts.push_back("counts: their median is " + std::to_string(std::lround(median)) +
+                     ", and the camera noted " + std::to_string(std::lround(told)));
   }
 }
 
@@ -219,40 +256,6 @@ const std::vector<std::string>& flir_tags() {
   return kTags;
 }
 
-std::optional<double> exif_time(const std::string& text) {
-  int year = 0;
-  unsigned month = 0;
-  unsigned day = 0;
-  int hour = 0;
-  int minute = 0;
-  double second = 0;
-  int read = 0;
-  if (std::sscanf(text.c_str(), "%4d:%2u:%2u %2d:%2d:%lf%n", &year, &month, &day, &hour, &minute,
-                  &second, &read) != 6) {
-    return std::nullopt;
-  }
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
-                                         std::chrono::day(day)};
-  if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59 || !(second >= 0) ||
-      second >= 61) {
-    return std::nullopt;
-  }
-  const std::string rest = text.substr(static_cast<std::size_t>(read));
-  int offset = 0;  // min
-  if (!rest.empty() && rest != "Z") {
-    char sign = 0;
-    int hours = 0;
-    int minutes = 0;
-    if (std::sscanf(rest.c_str(), "%c%2d:%2d", &sign, &hours, &minutes) != 3 ||
-        (sign != '+' && sign != '-')) {
-      return std::nullopt;
-    }
-    offset = (sign == '-' ? -1 : 1) * (60 * hours + minutes);
-  }
-  const auto days = std::chrono::sys_days(date).time_since_epoch().count();
-  return static_cast<double>(days) * 86400.0 + 3600.0 * hour + 60.0 * (minute - offset) + second;
-}
-
 std::optional<FlirContent> flir_content(const std::string& json, std::string& complaint) {
   const Json documents = Json::parse(json, nullptr, false);
   if (!documents.is_array() || documents.empty() || !documents[0].is_object()) {
@@ -272,14 +275,16 @@ std::optional<FlirContent> flir_content(const std::string& json, std::string& co
   content.camera = camera_of(tags);
   content.object = object_of(tags);
   content.range = range_of(tags);
-  content.camera_name = joined(tags.text("CameraModel"), tags.text("CameraSerialNumber"));
-  content.lens = joined(tags.text("LensModel"), tags.text("LensSerialNumber"));
+  content.camera_name =
+      joined(readable(tags.text("CameraModel")), readable(tags.text("CameraSerialNumber")));
+  content.lens = joined(readable(tags.text("LensModel")), readable(tags.text("LensSerialNumber")));
   const std::string taken = tags.text("DateTimeOriginal");
   content.taken = exif_time(taken);
   if (!content.taken) {
     content.doubts.push_back(taken.empty() ? "taken: not in the file"
                                            : "taken: '" + taken + "' is not a time");
-  } else if (*content.taken < kYear2001) {
+  } else if (!is_plausible_time(*content.taken)) {
+    content.taken.reset();
     content.doubts.push_back("taken: " + taken + ": the camera's clock was not set");
   }
   const auto latitude = tags.number("GPSLatitude");

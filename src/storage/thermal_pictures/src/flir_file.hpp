@@ -39,8 +39,4 @@ struct FlirContent {
 [[nodiscard]] std::optional<FlirContent> flir_content(const std::string& json,
                                                       std::string& complaint);
 
-/// "2018:11:05 12:14:43.084+01:00" in s since 1970 UTC; without an offset it is taken for UTC.
-/// Nothing for another text.
-[[nodiscard]] std::optional<double> exif_time(const std::string& text);
-
 }  // namespace pipescout

@@ -6,14 +6,18 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
 
 #include "exiftool.hpp"
+#include "fff_frames.hpp"
 #include "flir_file.hpp"
+#include "picture_time.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
 #include "pixel_file.hpp"
+#include "tiff_missing.hpp"
 
 namespace pipescout {
 namespace {
@@ -21,6 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMostBytes = 1U << 30U;
+// The tag with the value of missing pixels is text of 7 digits or more, as much as a float has.
+constexpr double kDigitsOfMissing = 1e-6;
+constexpr std::size_t kFilesAtOnce = 200;  // open in one run of exiftool
 
 /// What a file begins with.
 enum class Container : std::uint8_t { kPng, kTiff, kJpeg, kFff, kOther };
@@ -44,12 +51,12 @@ Container container_of(std::span<const std::uint8_t> bytes) {
   return Container::kOther;
 }
 
-std::vector<std::uint8_t> bytes_of(const fs::path& file) {
+std::vector<std::uint8_t> bytes_of(const fs::path& file, std::optional<FrameExtent> frame) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) {
     throw ThermalFileError(error ? error.message() : "is not a file");
   }
-  const auto size = fs::file_size(file, error);
+  const auto size = frame ? frame->size : fs::file_size(file, error);
   if (error) {
     throw ThermalFileError(error.message());
   }
@@ -61,6 +68,7 @@ std::vector<std::uint8_t> bytes_of(const fs::path& file) {
   }
   std::vector<std::uint8_t> bytes(size);
   std::ifstream stream(file, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(frame ? frame->offset : 0));
   if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
     throw ThermalFileError("cannot be read");
   }
@@ -168,19 +176,59 @@ ThermalPicture from_pixels(AnyPixels pixels, const ThermalSettings& settings) {
   return from_grey(std::get<Pixels<std::uint8_t>>(pixels), settings);
 }
 
-ThermalPicture read_unnamed(const fs::path& file, const ThermalSettings& settings,
-                            const std::string& exiftool) {
-  const std::vector<std::uint8_t> bytes = bytes_of(file);
+/// Indices of the pixels with this value.
+std::vector<std::size_t> pixels_with(std::optional<double> value, const AnyPixels& pixels) {
+  std::vector<std::size_t> found;
+  if (!value) {
+    return found;
+  }
+  std::visit(
+      [&](const auto& image) {
+        for (std::size_t i = 0; i < image.values.size(); ++i) {
+          if (std::abs(static_cast<double>(image.values[i]) - *value) <=
+              kDigitsOfMissing * std::abs(*value)) {
+            found.push_back(i);
+          }
+        }
+      },
+      pixels);
+  return found;
+}
+
+void remove(const std::vector<std::size_t>& missing, ThermalPicture& picture) {
+  for (const std::size_t i : missing) {
+    if (!std::isnan(picture.degrees[i])) {
+      picture.degrees[i] = std::numeric_limits<float>::quiet_NaN();
+      ++picture.count.without_temperature;
+    }
+  }
+}
+
+ThermalPicture read_unnamed(const fs::path& file, std::optional<FrameExtent> frame,
+                            const ThermalSettings& settings, const std::string& exiftool) {
+  const std::vector<std::uint8_t> bytes = bytes_of(file, frame);
   const Container container = container_of(bytes);
   if (container == Container::kOther) {
     throw ThermalFileError("is neither PNG, TIFF, JPEG nor FLIR's FFF");
   }
   if (container == Container::kPng || container == Container::kTiff) {
-    return from_pixels(decode_pixels(bytes), settings);
+    AnyPixels pixels = decode_pixels(bytes);
+    const std::vector<std::size_t> missing = container == Container::kTiff
+                                                 ? pixels_with(tiff_missing_value(bytes), pixels)
+                                                 : std::vector<std::size_t>();
+    ThermalPicture picture = from_pixels(std::move(pixels), settings);
+    remove(missing, picture);
+    return picture;
   }
   std::string complaint;
-  auto flir = flir_content(exiftool_json(exiftool, flir_tags(), file), complaint);
+  auto flir = flir_content(exiftool_json(exiftool, flir_tags(), bytes), complaint);
   if (flir) {
+    if (!flir->taken) {
+      // Asked only now: EXIF has the same name for it, and few cameras have no clock.
+      PictureTime time = picture_times(exiftool_json(exiftool, time_tags(), bytes), 1).front();
+      flir->taken = time.taken;
+      std::move(time.doubts.begin(), time.doubts.end(), std::back_inserter(flir->doubts));
+    }
     return from_flir(std::move(*flir), settings);
   }
   if (container == Container::kJpeg && settings.grey) {
@@ -211,17 +259,61 @@ ThermalFileReader::ThermalFileReader(ThermalSettings settings, std::string exift
 
 ThermalPicture ThermalFileReader::read(const fs::path& file) {
   try {
-    return read_unnamed(file, settings_, exiftool_);
+    return read_unnamed(file, std::nullopt, settings_, exiftool_);
   } catch (const std::exception& error) {
     throw ThermalFileError(file.string() + ": " + error.what());
   }
+}
+
+ThermalPicture ThermalFileReader::read(const fs::path& file, const std::vector<FrameExtent>& frames,
+                                       std::size_t index) {
+  if (frames.size() == 1) {
+    return read(file);
+  }
+  try {
+    return read_unnamed(file, frames.at(index), settings_, exiftool_);
+  } catch (const std::exception& error) {
+    throw ThermalFileError(file.string() + ": frame " + std::to_string(index + 1) + ": " +
+                           error.what());
+  }
+}
+
+std::vector<FrameExtent> ThermalFileReader::frames(const fs::path& file) {
+  std::error_code error;
+  std::vector<FrameExtent> frames;
+  if (fs::is_regular_file(file, error)) {
+    frames = fff_frames(file);
+  }
+  if (frames.empty()) {
+    const auto size = fs::file_size(file, error);
+    frames.push_back({0, error ? 0 : size});
+  }
+  return frames;
+}
+
+std::vector<std::optional<double>> ThermalFileReader::times(std::span<const fs::path> files) const {
+  std::vector<std::optional<double>> times;
+  while (!files.empty()) {
+    const auto some = files.first(std::min(files.size(), kFilesAtOnce));
+    files = files.subspan(some.size());
+    try {
+      for (const PictureTime& time :
+           picture_times(exiftool_json(exiftool_, time_tags(), some), some.size())) {
+        times.push_back(time.taken);
+      }
+    } catch (const std::exception& error) {
+      throw ThermalFileError(error.what());
+    }
+  }
+  return times;
 }
 
 bool has_thermal_extension(const fs::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::array kExtensions{".jpg", ".jpeg", ".fff", ".png", ".tif", ".tiff"};
+  constexpr std::array kExtensions{".jpg", ".jpeg", ".fff", ".seq",
+                                   ".csq", ".png",  ".tif", ".tiff"};
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 

@@ -169,6 +169,11 @@ void Reader::read(const YAML::Node& root, ThermalSettings& settings) const {
   }
 }
 
+/// As text: yaml-cpp would group its digits by the global locale.
+void emit_integer(YAML::Emitter& out, const char* name, int value) {
+  out << YAML::Key << name << YAML::Value << std::to_string(value);
+}
+
 template <class Fields>
 void emit(YAML::Emitter& out, const char* name, Fields fields) {
   out << YAML::Key << name << YAML::Value << YAML::Flow << YAML::BeginMap;
@@ -227,9 +232,12 @@ std::string to_yaml(const ThermalSettings& settings) {
   if (!settings.regions.empty()) {
     out << YAML::Key << "regions" << YAML::Value << YAML::BeginSeq;
     for (const RegionChanges& region : settings.regions) {
-      out << YAML::Flow << YAML::BeginMap << YAML::Key << "x" << YAML::Value << region.x
-          << YAML::Key << "y" << YAML::Value << region.y << YAML::Key << "width" << YAML::Value
-          << region.width << YAML::Key << "height" << YAML::Value << region.height;
+      out << YAML::Flow << YAML::BeginMap;
+      for (const auto& [name, value] :
+           {std::pair("x", region.x), std::pair("y", region.y), std::pair("width", region.width),
+            std::pair("height", region.height)}) {
+        emit_integer(out, name, value);
+      }
       emit(out, "object", region.object);
       out << YAML::EndMap;
     }
@@ -244,9 +252,10 @@ std::string to_yaml(const ThermalSettings& settings) {
   out << YAML::Key << "air_path" << YAML::Value
       << kAirPaths.at(static_cast<std::size_t>(settings.air_path));
   if (settings.range) {
-    out << YAML::Key << "range" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key
-        << "least" << YAML::Value << settings.range->least << YAML::Key << "most" << YAML::Value
-        << settings.range->most << YAML::EndMap;
+    out << YAML::Key << "range" << YAML::Value << YAML::Flow << YAML::BeginMap;
+    emit_integer(out, "least", settings.range->least);
+    emit_integer(out, "most", settings.range->most);
+    out << YAML::EndMap;
   }
   out << YAML::EndMap;
   return std::string(out.c_str()) + "\n";

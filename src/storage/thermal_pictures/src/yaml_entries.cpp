@@ -4,21 +4,50 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <type_traits>
 
 namespace pipescout {
 namespace {
 
-/// Nothing where the node does not spell one.
+/// Nothing where the node does not spell one. yaml-cpp would read it by the global locale.
 template <class T>
 std::optional<T> as(const YAML::Node& node) {
-  try {
-    return node.as<T>();
-  } catch (const YAML::Exception&) {
+  if (!node.IsScalar()) {
     return std::nullopt;
   }
+  std::string_view text = node.Scalar();
+  if (text.starts_with('+')) {
+    text.remove_prefix(1);
+  }
+  if constexpr (std::is_floating_point_v<T>) {
+    const T sign = text.starts_with('-') ? -1 : 1;
+    const std::string_view word = text.substr(sign < 0 ? 1 : 0);
+    for (const auto name : {".inf", ".Inf", ".INF"}) {
+      if (word == name) {
+        return sign * std::numeric_limits<T>::infinity();
+      }
+    }
+    for (const auto name : {".nan", ".NaN", ".NAN"}) {
+      if (text == name) {
+        return std::numeric_limits<T>::quiet_NaN();
+      }
+    }
+    // from_chars takes "inf" and "nan(x)" too.
+    if (text.find_first_not_of("+-.0123456789eE") != std::string_view::npos) {
+      return std::nullopt;
+    }
+  }
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  return value;
 }
 
 std::string spelled(const YAML::Node& node) {

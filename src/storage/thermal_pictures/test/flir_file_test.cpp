@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "picture_time.hpp"
+
 namespace pipescout {
 namespace {
 
@@ -120,6 +122,7 @@ TEST(FlirFile, ABrokenBlockIsNamed) {
   EXPECT_THAT(reading(R"([{"RawThermalImage":"Binary data"}])"), throws("contains no image"));
   EXPECT_THAT(reading(R"([{"RawThermalImage":17}])"), throws("contains no image"));
   EXPECT_THAT(reading(document("AAAA")), throws("cannot be decoded"));
+  EXPECT_THAT(reading(document(base64({0xff, 0xd8, 0xff, 0xf7, 0, 11}))), throws("JPEG-LS"));
   EXPECT_THAT(reading(document(png(kSwapped).substr(0, 60))), throws("cannot be decoded"));
   EXPECT_THAT(reading(document(png(kSwapped), "", R"("PlanckR1":5)")), throws("no PlanckR2"));
   std::string other = document(png(kSwapped));
@@ -147,6 +150,7 @@ TEST(FlirFile, AClockThatWasNeverSetIsDoubted) {
   std::string json = document(png(kSwapped));
   json.replace(json.find("2018:11"), 4, "2000");
   EXPECT_THAT(content_of(json).doubts, ElementsAre(HasSubstr("clock was not set")));
+  EXPECT_FALSE(content_of(json).taken.has_value());
 }
 
 }  // namespace

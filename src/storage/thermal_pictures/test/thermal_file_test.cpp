@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "synthetic_flir.hpp"
+#include "pipescout/thermal_files/testing/synthetic_flir.hpp"
 
 namespace pipescout {
 namespace {

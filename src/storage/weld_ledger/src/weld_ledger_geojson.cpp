@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/geometry/antimeridian.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout {
@@ -43,6 +45,22 @@ std::string coordinates(const MapPosition& position) {
          ',' + json_number(position.coordinates[2]) + ']';
 }
 
+/// The pipe through these points, in pieces where it crosses the antimeridian.
+std::string line_geometry(const std::vector<geometry::GeodeticPosition>& points) {
+  std::string lines;
+  std::size_t count = 0;
+  for (const auto& piece : geometry::cut_at_antimeridian(points)) {
+    std::string line;
+    for (const geometry::GeodeticPosition& p : piece) {
+      line += (line.empty() ? "" : ",") +
+              coordinates({.coordinates = {p.latitude, p.longitude, p.altitude}});
+    }
+    lines += (count++ > 0 ? ",[" : "[") + line + ']';
+  }
+  return count == 1 ? R"({"type":"LineString","coordinates":)" + lines + '}'
+                    : R"({"type":"MultiLineString","coordinates":[)" + lines + "]}";
+}
+
 std::string feature(const std::string& geometry, const std::string& properties) {
   return "{\"type\":\"Feature\",\"geometry\":" + geometry + ",\"properties\":{" + properties + "}}";
 }
@@ -51,8 +69,7 @@ std::string feature(const std::string& geometry, const std::string& properties) 
 
 std::string to_geojson(const WeldLedger& ledger) {
   const bool geodetic = ledger.frame == MapFrame::kGeodetic;
-  std::string line;
-  std::size_t located = 0;
+  std::vector<geometry::GeodeticPosition> line;
   std::string points;
   const std::vector<WeldEvidence> believed = evidence(ledger);
   for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
@@ -75,8 +92,8 @@ std::string to_geojson(const WeldLedger& ledger) {
       properties += ",\"position_sd_m\":" + json_number(weld.position->standard_deviation);
       if (geodetic) {
         geometry = "{\"type\":\"Point\",\"coordinates\":" + coordinates(*weld.position) + '}';
-        line += located++ > 0 ? "," : "";
-        line += coordinates(*weld.position);
+        const auto& at = weld.position->coordinates;
+        line.push_back({at[0], at[1], at[2]});
       } else {
         properties += ",\"x_m\":" + json_number(weld.position->coordinates[0]) +
                       ",\"y_m\":" + json_number(weld.position->coordinates[1]) +
@@ -87,10 +104,8 @@ std::string to_geojson(const WeldLedger& ledger) {
     points += feature(geometry, properties);
   }
   std::string text = "{\"type\":\"FeatureCollection\",\"features\":[\n";
-  if (located >= 2) {
-    text +=
-        feature("{\"type\":\"LineString\",\"coordinates\":[" + line + "]}", "\"name\":\"pipe\"") +
-        (points.empty() ? "" : ",\n");
+  if (line.size() >= 2) {
+    text += feature(line_geometry(line), "\"name\":\"pipe\"") + (points.empty() ? "" : ",\n");
   }
   return text + points + "\n]}\n";
 }

@@ -199,6 +199,16 @@ TEST(LedgerText, GeoJsonHasLongitudeFirst) {
   EXPECT_THAT(to_geojson({}), testing::HasSubstr("\"features\":[\n\n]"));
 }
 
+TEST(LedgerText, GeoJsonCutsTheLineAtTheAntimeridian) {
+  const WeldLedger ledger = ledger_from_csv(
+      "id,chainage_m,latitude_deg,longitude_deg,height_m,position_sd_m\n"
+      "A,0,-16.5,179.75,4,0.5\nB,12,-16.5,-179.75,6,0.5\n");
+  EXPECT_THAT(to_geojson(ledger),
+              testing::HasSubstr("{\"type\":\"MultiLineString\",\"coordinates\":["
+                                 "[[179.75,-16.5,4],[180,-16.5,5]],"
+                                 "[[-180,-16.5,5],[-179.75,-16.5,6]]]}"));
+}
+
 TEST(LedgerText, GeoJsonKeepsLocalCoordinatesAsProperties) {
   const std::string text = to_geojson(make_ledger(MapFrame::kLocal));
   EXPECT_THAT(text, testing::HasSubstr("\"geometry\":null"));

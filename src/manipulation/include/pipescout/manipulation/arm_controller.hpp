@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -78,7 +80,10 @@ struct ArmControllerParameters {
   void validate(std::size_t joints) const;
 };
 
-/// Content of joint_states. Joints may be in any order; those of other devices are ignored.
+/// Content of joint_states. Joints may be in any order; those of other devices are ignored. The
+/// arm's may come in several messages with times of their own: they are merged at the latest time
+/// up to which all are known, each interpolated linearly between its last two readings. Continuous
+/// joints may count turns or not.
 struct JointReadings {
   double time = 0;  ///< s
   std::span<const std::string> names{};
@@ -117,15 +122,16 @@ struct VehicleMotion {
 /// The first that applies, in this order.
 enum class InputVerdict : std::uint8_t {
   kTaken = 0,
-  kNotANumber = 1,    ///< a used value is not finite, or out of range
-  kNoRotation = 2,    ///< the norm of the quaternion is off 1 by more than 1e-3
-  kMissingJoint = 3,  ///< a joint of the arm is missing
+  kNotANumber = 1,  ///< a used value is not finite, or out of range
+  kNoRotation = 2,  ///< the norm of the quaternion is off 1 by more than 1e-3
+  kPartial = 3,     ///< accepted, and other joints of the arm are not known at this time yet
   kFromTheFuture = 4,
   kStale = 5,           ///< or from before the first joint readings, or odometry that is used
   kOutOfOrder = 6,      ///< not later than the last accepted one
   kOtherImageSize = 7,  ///< not that of the camera's intrinsics, or these are unknown
+  kOfOthers = 8,        ///< no joint of the arm is in it
 };
-inline constexpr std::size_t kInputVerdicts = 8;
+inline constexpr std::size_t kInputVerdicts = 9;
 
 enum class ArmState : std::uint8_t {
   kIdle = 0,       ///< initial state: no commands
@@ -210,6 +216,11 @@ class ArmController {
   InputVerdict observe(const JointReadings& readings, double now);
   InputVerdict observe(const PipeSection& section, double now);
   InputVerdict observe(const VehicleMotion& motion, double now);
+
+  /// The joints of the last readings that were taken, and their time, s; nothing before the first.
+  [[nodiscard]] std::optional<std::pair<double, JointVector>> joints() const;
+  /// Names of joints of the arm that were in no message yet.
+  [[nodiscard]] std::vector<std::string> unseen_joints() const;
 
   /// The command of this cycle. The previous command is assumed to be reached one period after it.
   /// A step less than half a period after the last one, or with `now` before it or not finite,

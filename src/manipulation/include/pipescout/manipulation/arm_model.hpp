@@ -21,7 +21,7 @@ using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
 /// 6 x joints. Rows as geometry::SE3's tangents: [linear, m/s; angular, rad/s] per rad/s.
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints>;
 
-/// A revolute joint.
+/// A revolute joint, or a continuous one, whose limits are infinite.
 struct ArmJoint {
   std::string name;
   double lower = 0;     ///< rad
@@ -36,20 +36,34 @@ struct Clearance {
   double plane = 0;  ///< of the moving links from the plane of the ground
 };
 
+/// For what a robot description may leave open.
+struct ArmModelOptions {
+  /// m, [0, 10]: a mesh, whose content is not read, is taken for capsules of this radius from the
+  /// link's frame to those of the joints that it carries. 0: meshes are refused.
+  double mesh_radius = 0;
+  /// rad/s, (0, 100]: largest rate of continuous joints without a velocity limit.
+  double continuous_velocity = 1;
+
+  /// Throws std::invalid_argument naming the field, the value and the range.
+  void validate() const;
+};
+
 /// An arm described by a URDF: the chain of joints between two of its links.
 ///
 /// Bodies are the links' collision geometry: spheres, and cylinders, which are rounded to capsules
-/// (half a sphere at each end, beyond the cylinder's length). Links fixed to each other are one
-/// body. The kinematics are those of Orocos KDL. Nothing allocates after construction. Not for use
-/// by several threads at once.
+/// (half a sphere at each end, beyond the cylinder's length), boxes, which are taken for the
+/// capsule along their longest side that contains them, and meshes by `ArmModelOptions`. Links
+/// fixed to each other are one body. The kinematics are those of Orocos KDL. Nothing allocates
+/// after construction. Not for use by several threads at once.
 class ArmModel {
  public:
   /// `urdf`: the text of a robot description. Throws std::invalid_argument naming the link or
   /// joint: the text is not a robot description, a link is missing, the camera is not a descendant
-  /// of the base, a joint of the chain is neither fixed nor revolute, has no position or velocity
-  /// limits or mimics another, there are no joints or more than `kMostJoints`, or a body is neither
-  /// a sphere nor a cylinder.
-  ArmModel(std::string_view urdf, const std::string& base_link, const std::string& camera_link);
+  /// of the base, a joint of the chain is neither fixed, revolute nor continuous, is revolute
+  /// without position or velocity limits or mimics another, there are no joints or more than
+  /// `kMostJoints`, or a body is a mesh without `mesh_radius`.
+  ArmModel(std::string_view urdf, const std::string& base_link, const std::string& camera_link,
+           const ArmModelOptions& options = {});
   ArmModel(ArmModel&&) noexcept;
   ArmModel& operator=(ArmModel&&) noexcept;
   ~ArmModel();

@@ -17,6 +17,7 @@ struct ArmSettings {
   std::string base_frame;
   std::string camera_frame;
   std::string map_frame;
+  manipulation::ArmModelOptions model;
   manipulation::ArmControllerParameters controller;
   bool publish_tf = true;
 };
@@ -39,6 +40,8 @@ class ArmParameters {
 
   BoundParameters<manipulation::ArmControllerParameters> controller_;
   Parameter<std::string> urdf_file_;
+  Parameter<double> mesh_radius_;
+  Parameter<double> continuous_velocity_;
   Parameter<std::string> base_frame_;
   Parameter<std::string> camera_frame_;
   Parameter<std::string> map_frame_;

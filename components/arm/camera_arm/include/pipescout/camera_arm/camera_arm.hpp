@@ -58,7 +58,7 @@ class CameraArm final : public Component {
   void on_odometry(const Odometry& message);
   void on_camera_info(const CameraInfo& message);
   void count(const char* input, manipulation::InputVerdict verdict);
-  void publish_transform(const JointState& message);
+  void publish_transform(const builtin_interfaces::msg::Time& last);
   void cycle();
   void tell(const manipulation::ArmCommand& command);
 

@@ -44,7 +44,7 @@ using Action = std::function<int()>;
 /// callbacks of the (sub)commands of `app` set. Returns the exit code: kExitUsage when the words
 /// cannot be parsed or name an unknown subcommand, kExitError when the action throws, 128 + signal
 /// when it throws CommandInterrupted. Errors go to stderr. A word such as -1 or -.inf is a value
-/// only where `app` is told so, by "--" before it.
+/// only behind "--", which ends the options of any command.
 [[nodiscard]] int run_command(CLI::App& app, const Action& action,
                               const std::vector<std::string>& words);
 

@@ -14,10 +14,12 @@ namespace pipescout {
 struct LeakSurveyOptions {
   /// Reader of the entry `parameters` of `survey.yaml`, with the preset as default. Must be set.
   SurveyParametersReader read_parameters;
-  /// Folder of the images, which are processed in the order of their names; files with other
-  /// extensions and subfolders are ignored. `thermal.yaml` (read_thermal_settings) and
-  /// `survey.yaml` (parse_survey_settings) in it are optional. Or the folder of a mission with
-  /// recorded images: PictureRecording.
+  /// Folder of the images, which are processed in the order in which they were taken, as far as
+  /// poses and files tell, and otherwise in the natural order of their names; sequences frame by
+  /// frame. Subfolders and files with other extensions are ignored, but recordings of thermal
+  /// cameras in formats that are not read are named and counted. `thermal.yaml`
+  /// (read_thermal_settings) and `survey.yaml` (parse_survey_settings) in it are optional. Or the
+  /// folder of a mission with recorded images: PictureRecording.
   std::filesystem::path pictures;
   /// Folder of leaks.sqlite, which may exist with findings of other days, report.html,
   /// leaks.geojson, leaks.kml and leaks.csv. Created when it does not exist.
@@ -36,8 +38,9 @@ struct LeakSurveyOptions {
 
 struct LeakSurveyResult {
   std::size_t pictures = 0;      ///< read
-  std::size_t failed = 0;        ///< not read, or without temperatures
+  std::size_t failed = 0;        ///< not read, or without temperatures; unread recordings too
   std::size_t out_of_order = 0;  ///< taken before the previous image: they do not update findings
+  std::size_t same_time = 0;     ///< with the time of the previous one, which they follow
   std::size_t without_pose = 0;  ///< while others have one: leaks in them have no position
   std::size_t with_pipes = 0;
   std::size_t leak_detections = 0;

@@ -17,7 +17,7 @@ struct PicturePose {
 };
 
 struct SurveyPoses {
-  std::map<std::string, PicturePose> by_file;  ///< by the file name of the image
+  std::map<std::string, PicturePose> by_file;  ///< by the file name of the image, or "rec.seq#3"
   /// Note that the last line is truncated, as by a full disk, and ignored; else empty.
   std::string problem;
 };

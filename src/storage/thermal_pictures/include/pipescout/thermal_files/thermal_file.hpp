@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -41,6 +42,14 @@ struct GeographicPlace {
   std::optional<double> altitude;
 };
 
+/// Where an image is in its file, bytes.
+struct FrameExtent {
+  std::uint64_t offset = 0;
+  std::uint64_t size = 0;
+  std::optional<double>
+      taken{};  ///< s since 1970 UTC, of frames of FLIR's with a clock that was set
+};
+
 struct ThermalPicture {
   ThermalFileKind kind = ThermalFileKind::kFlir;
   int width = 0;
@@ -53,9 +62,10 @@ struct ThermalPicture {
   /// Of the image without its regions; nothing without Planck constants.
   std::optional<thermal::Radiometry> radiometry;
 
-  std::optional<double> taken;  ///< s since 1970 UTC
+  /// s since 1970 UTC. FLIR's files only, and only of a clock that was set: before 2001 it was not.
+  std::optional<double> taken;
   std::optional<GeographicPlace> place;
-  std::string camera;               ///< model and serial number; empty if unknown
+  std::string camera;               ///< model and serial number, readable; empty if unknown
   std::string lens;                 ///< likewise
   std::vector<std::string> doubts;  ///< implausible metadata of the file
 
@@ -76,6 +86,20 @@ class ThermalFileReader {
   /// without the settings that its kind needs or with parameters out of range; and when exiftool is
   /// missing. The next file is not affected.
   [[nodiscard]] ThermalPicture read(const std::filesystem::path& file);
+  /// One of its `frames`. The message names its number, from 1 on, too.
+  [[nodiscard]] ThermalPicture read(const std::filesystem::path& file,
+                                    const std::vector<FrameExtent>& frames, std::size_t index);
+
+  /// The images of a file: more than one in a sequence of FLIR's (SEQ, CSQ, or FFF of several). Of
+  /// any other file, and of one that cannot be read, one: all of it.
+  [[nodiscard]] static std::vector<FrameExtent> frames(const std::filesystem::path& file);
+
+  /// When the images, or the first ones of sequences, were taken, s since 1970 UTC: the time in
+  /// FLIR's block where the camera's clock was set, else that in EXIF, which is taken for UTC where
+  /// it has no time zone. Files of any kind; nothing for those that do not tell. Much faster than
+  /// reading each. Throws ThermalFileError when exiftool is missing or fails.
+  [[nodiscard]] std::vector<std::optional<double>> times(
+      std::span<const std::filesystem::path> files) const;
 
   [[nodiscard]] const ThermalSettings& settings() const noexcept { return settings_; }
 
@@ -92,8 +116,8 @@ using ThermalView = std::variant<thermal::CountView, thermal::TemperatureView, t
 /// 3. Throws std::invalid_argument for a view that is not valid.
 [[nodiscard]] std::string to_tiff(const ThermalView& picture);
 
-/// Whether a file of this name may be a thermal image: .jpg, .jpeg, .fff, .png, .tif, .tiff, in any
-/// case.
+/// Whether a file of this name may be a thermal image: .jpg, .jpeg, .fff, .seq, .csq, .png, .tif,
+/// .tiff, in any case.
 [[nodiscard]] bool has_thermal_extension(const std::filesystem::path& file);
 
 }  // namespace pipescout

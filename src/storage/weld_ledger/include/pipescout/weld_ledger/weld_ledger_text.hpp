@@ -41,8 +41,8 @@ class LedgerTextError : public std::invalid_argument {
 [[nodiscard]] odometry::WeldLedger ledger_from_csv(std::string_view text,
                                                    double default_standard_deviation = 0.05);
 
-/// RFC 7946: a FeatureCollection of a LineString through the welds and a Point for each; geometry
-/// null without a geodetic position.
+/// RFC 7946: a FeatureCollection of a LineString through the welds (a MultiLineString where it
+/// crosses the antimeridian) and a Point for each; geometry null without a geodetic position.
 [[nodiscard]] std::string to_geojson(const odometry::WeldLedger& ledger);
 
 }  // namespace pipescout

@@ -28,6 +28,9 @@ struct SyntheticFlir {
   float r2 = 0.012545258F;
   std::uint16_t median = 20118;
   std::uint16_t span = 4204;
+  std::uint32_t taken = 1700000000;  // s since 1970 UTC
+  std::string camera = "Test camera";
+  std::string lens;
 
   [[nodiscard]] std::string bytes() const {
     constexpr std::size_t kDirectory = 64;
@@ -72,14 +75,15 @@ struct SyntheticFlir {
     put(info + 0x78, -0.002276F);
     put(info + 0x7c, -0.00667F);
     put(info + 0x80, 1.9F);
-    std::memcpy(&out[info + 0xd4], "Test camera", 11);
+    std::memcpy(&out[info + 0xd4], camera.data(), camera.size());
+    std::memcpy(&out[info + 0x170], lens.data(), lens.size());
     put(info + 0x308, o);
     put(info + 0x30c, r2);
     put(info + 0x310, std::uint16_t{100});
     put(info + 0x312, std::uint16_t{60000});
     put(info + 0x338, median);
     put(info + 0x33c, span);
-    put(info + 0x384, std::uint32_t{1700000000});
+    put(info + 0x384, taken);
     return out;
   }
 };
