@@ -63,13 +63,13 @@ TEST(CameraInfo, AllowsForBinningAndRegion) {
 
 TEST(CameraInfo, HasTheLensesOfRos) {
   geometry::CameraParameters wide = some_camera();
-  wide.k4 = 0.3;
-  wide.k5 = -0.02;
-  wide.k6 = 0.01;
+  wide.k4 = 0.02;
+  wide.k5 = -0.001;
+  wide.k6 = 0.0005;
   const auto rational = to_message(wide);
   EXPECT_EQ(rational.distortion_model, "rational_polynomial");
   ASSERT_EQ(rational.d.size(), 8U);
-  EXPECT_DOUBLE_EQ(from_message(rational).k5, -0.02);
+  EXPECT_DOUBLE_EQ(from_message(rational).k5, -0.001);
   const geometry::CameraParameters fisheye{
       .k1 = 0.1, .k2 = 0.02, .k3 = 0.003, .k4 = 0.0004, .lens = geometry::LensModel::kEquidistant};
   const auto equidistant = to_message(fisheye);
