@@ -2,11 +2,11 @@
 #include "pipescout/geometry/camera.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "lens.hpp"
 #include "pipescout/validation/check.hpp"
 
 namespace pipescout::geometry {
@@ -18,68 +18,17 @@ using Eigen::Vector2d;
 /// Nearer points than this (m) are not in front of the camera.
 constexpr double kNearestDepth = 1e-6;
 
-/// Derivative of r (1 + k1 r^2 + k2 r^4 + k3 r^6) with respect to r.
-double radial_slope(const CameraParameters& c, double squared_radius) {
-  const double q = squared_radius;
-  return 1 + q * (3 * c.k1 + q * (5 * c.k2 + q * 7 * c.k3));
-}
-
-/// Squared radius, on the plane z = 1, up to which the radial distortion is monotonic.
-double monotonic_squared_radius(const CameraParameters& c) {
-  constexpr double kWidest = 9;  // 71 degrees off the axis: beyond any lens of this model
-  constexpr int kSteps = 3600;
-  for (int i = 1; i <= kSteps; ++i) {
-    const double q = kWidest * i / kSteps;
-    if (radial_slope(c, q) <= 0.05) {
-      return kWidest * (i - 1) / kSteps;
-    }
-  }
-  return kWidest;
-}
-
-Vector2d distort_plane(const CameraParameters& c, const Vector2d& p, Matrix2d* derivative) {
-  const double x = p.x();
-  const double y = p.y();
-  const double q = x * x + y * y;
-  const double radial = 1 + q * (c.k1 + q * (c.k2 + q * c.k3));
-  if (derivative != nullptr) {
-    const double slope = c.k1 + q * (2 * c.k2 + q * 3 * c.k3);  // of `radial` to q
-    const double across = 2 * x * y * slope + 2 * c.p1 * x + 2 * c.p2 * y;
-    *derivative << radial + 2 * x * x * slope + 2 * c.p1 * y + 6 * c.p2 * x, across, across,
-        radial + 2 * y * y * slope + 6 * c.p1 * y + 2 * c.p2 * x;
-  }
-  return {x * radial + 2 * c.p1 * x * y + c.p2 * (q + 2 * x * x),
-          y * radial + c.p1 * (q + 2 * y * y) + 2 * c.p2 * x * y};
-}
-
-/// Newton's method, kept within the trusted radius; nothing when it does not converge there.
-std::optional<Vector2d> undistort_plane(const CameraParameters& c, const Vector2d& distorted,
-                                        double largest_squared_radius) {
-  constexpr double kConverged = 1e-14;  // on the plane z = 1: 1e-11 pixels
-  constexpr double kAccepted = 1e-10;   // rounding may keep wide angles from the former
-  Vector2d p = distorted;
-  double error = 0;
-  for (int i = 0; i < 20; ++i) {
-    Matrix2d derivative;
-    const Vector2d difference = distort_plane(c, p, &derivative) - distorted;
-    error = difference.norm();
-    if (error < kConverged) {
-      break;
-    }
-    p -= derivative.inverse() * difference;
-    const double squared_radius = p.squaredNorm();
-    if (squared_radius > largest_squared_radius) {
-      p *= std::sqrt(largest_squared_radius / squared_radius);
-    }
-  }
-  // Written so that NaN fails too.
-  if (!(error <= kAccepted)) {
-    return std::nullopt;
-  }
-  return p;
-}
-
 }  // namespace
+
+std::string_view to_string(LensModel lens) noexcept {
+  switch (lens) {
+    case LensModel::kBrown:
+      return "brown";
+    case LensModel::kEquidistant:
+      return "equidistant";
+  }
+  return "unknown";
+}
 
 void CameraParameters::validate() const {
   const auto require = [](const char* field, double value, bool in_range, const char* range) {
@@ -95,15 +44,24 @@ void CameraParameters::validate() const {
   require("k1", k1, true, "(-inf, inf)");
   require("k2", k2, true, "(-inf, inf)");
   require("k3", k3, true, "(-inf, inf)");
-  require("p1", p1, true, "(-inf, inf)");
-  require("p2", p2, true, "(-inf, inf)");
+  require("k4", k4, true, "(-inf, inf)");
+  const bool equidistant = lens == LensModel::kEquidistant;
+  const char* const unused = equidistant ? "0 with the equidistant lens" : "(-inf, inf)";
+  require("p1", p1, !equidistant || p1 == 0, unused);
+  require("p2", p2, !equidistant || p2 == 0, unused);
+  require("k5", k5, !equidistant || k5 == 0, unused);
+  require("k6", k6, !equidistant || k6 == 0, unused);
   const Camera camera(*this, Camera::Unchecked{});
+  // With a margin for rounding.
+  if (equidistant && camera.largest_radius() > 0.999 * std::tan(kWidestEquidistantAngle)) {
+    return;  // the image may show more than the model is used for
+  }
   for (const double u : {0.0, width - 1.0}) {
     for (const double v : {0.0, height - 1.0}) {
       if (!camera.ray({u, v})) {
         throw std::invalid_argument(
-            "CameraParameters.k1, k2, k3, p1, p2: the distortion cannot be inverted in the corner "
-            "of the image");
+            "CameraParameters.k1 to k6, p1, p2: the distortion cannot be inverted in the corner of "
+            "the image");
       }
     }
   }
@@ -122,9 +80,14 @@ Camera::Camera(const CameraParameters& parameters, Unchecked /*unchecked*/)
   const double f_v = c.aspect_ratio * c.focal_length;
   inverse_matrix_ << 1 / f_u, -c.skew / (f_u * f_v), (c.skew * c.centre_v / f_v - c.centre_u) / f_u,
       0, 1 / f_v, -c.centre_v / f_v, 0, 0, 1;
-  has_distortion_ = c.k1 != 0 || c.k2 != 0 || c.k3 != 0 || c.p1 != 0 || c.p2 != 0;
+  has_distortion_ = c.lens == LensModel::kEquidistant || c.k1 != 0 || c.k2 != 0 || c.k3 != 0 ||
+                    c.p1 != 0 || c.p2 != 0 || c.k4 != 0 || c.k5 != 0 || c.k6 != 0;
   largest_squared_radius_ =
-      has_distortion_ ? monotonic_squared_radius(c) : std::numeric_limits<double>::max();
+      has_distortion_ ? largest_squared_radius(c) : std::numeric_limits<double>::max();
+}
+
+double Camera::largest_radius() const noexcept {
+  return std::sqrt(largest_squared_radius_);
 }
 
 std::optional<Vector2d> Camera::plane_point(const Eigen::Vector3d& point) const noexcept {

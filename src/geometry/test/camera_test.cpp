@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -20,7 +21,9 @@ using ::testing::HasSubstr;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Ideal; skewed; a usual lens; strong barrel (19 % at the corners); pincushion; all at once.
+/// Ideal; skewed; a usual lens; strong barrel (19 % at the corners); pincushion; all at once; a
+/// wide rational one (62 degrees off the axis in the corners); equidistant ones, the last of a view
+/// of 158 degrees.
 std::vector<CameraParameters> cameras() {
   return {
       {},
@@ -39,6 +42,26 @@ std::vector<CameraParameters> cameras() {
        .k2 = 0.09,
        .p1 = -0.002,
        .p2 = 0.0015},
+      {.focal_length = 380,
+       .skew = 0.5,
+       .k1 = 0.35,
+       .k2 = 0.02,
+       .k3 = 0.001,
+       .p1 = 0.0005,
+       .p2 = -0.0004,
+       .k4 = 0.6,
+       .k5 = 0.08,
+       .k6 = 0.003},
+      {.focal_length = 420, .lens = LensModel::kEquidistant},
+      {.focal_length = 330,
+       .aspect_ratio = 1.02,
+       .skew = -1,
+       .centre_u = 352,
+       .k1 = -0.03,
+       .k2 = 0.012,
+       .k3 = -0.006,
+       .k4 = 0.001,
+       .lens = LensModel::kEquidistant},
   };
 }
 
@@ -133,6 +156,59 @@ TEST(Camera, BarrelDistortionMovesTheCornersFar) {
   EXPECT_GT((*camera.undistort(corner) - corner).norm(), 60);
 }
 
+TEST(Camera, AnEquidistantLensShowsAnglesAsRadii) {
+  const CameraParameters p{.focal_length = 200,
+                           .k1 = 0.02,
+                           .k2 = -0.01,
+                           .k3 = 0.004,
+                           .k4 = -0.0005,
+                           .lens = LensModel::kEquidistant};
+  const Camera camera(p);
+  for (const double theta : {0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.7, 1.2, 1.39}) {
+    const double t = theta * theta;
+    const double radius =
+        theta * (1 + p.k1 * t + p.k2 * t * t + p.k3 * t * t * t + p.k4 * t * t * t * t);
+    const Vector3d point(0.6 * std::sin(theta), -0.8 * std::sin(theta), std::cos(theta));
+    const auto pixel = camera.project(3 * point);
+    ASSERT_TRUE(pixel) << theta;
+    EXPECT_NEAR(pixel->x(), 360 + 200 * 0.6 * radius, 1e-10);
+    EXPECT_NEAR(pixel->y(), 240 - 200 * 0.8 * radius, 1e-10);
+    const auto ray = camera.ray(*pixel);
+    ASSERT_TRUE(ray) << theta;
+    EXPECT_LT((ray->normalized() - point).norm(), 1e-12) << theta;
+  }
+}
+
+TEST(Camera, DerivativesHoldNearTheAxisAndFarOffIt) {
+  for (const CameraParameters& parameters : {cameras()[6], cameras()[7], cameras()[8]}) {
+    const Camera camera(parameters);
+    for (const double r : {0.0, 1e-7, 1e-5, 9.9e-5, 1.01e-4, 1e-3, 0.5, 1.3}) {
+      const Vector3d point(0.8 * r, 0.6 * r, 1);
+      Matrix23d derivative;
+      ASSERT_TRUE(camera.project(point, derivative)) << r;
+      constexpr double kStep = 1e-6;
+      for (int k = 0; k < 3; ++k) {
+        const Vector3d d = kStep * Vector3d::Unit(k);
+        const Vector2d numeric =
+            (*camera.project(point + d) - *camera.project(point - d)) / (2 * kStep);
+        EXPECT_LT((derivative.col(k) - numeric).norm(), 1e-5) << r;
+      }
+    }
+  }
+}
+
+TEST(Camera, AnEquidistantImageMayShowMoreThanIsUsed) {
+  // The corners are 124 degrees off the axis.
+  const Camera camera(CameraParameters{.focal_length = 200, .lens = LensModel::kEquidistant});
+  EXPECT_FALSE(camera.ray({0, 0}));
+  EXPECT_TRUE(camera.ray({360, 0}));
+  EXPECT_FALSE(camera.ray({10, 240}));
+  EXPECT_TRUE(camera.ray({360 - 200 * 1.39, 240}));
+  EXPECT_FALSE(camera.project({-6, 0, 1}));
+  EXPECT_TRUE(camera.project({-5, 0, 1}));
+  EXPECT_NEAR(camera.largest_radius(), std::tan(kWidestEquidistantAngle), 1e-9);
+}
+
 TEST(Camera, SeesNothingBehindItNorAtItsCentre) {
   const Camera camera(cameras()[2]);
   Matrix23d derivative;
@@ -206,6 +282,9 @@ TEST(CameraParameters, EachBadFieldIsNamed) {
       {"k3", &CameraParameters::k3, {kNaN, kInfinity}},
       {"p1", &CameraParameters::p1, {kNaN, kInfinity}},
       {"p2", &CameraParameters::p2, {kNaN, kInfinity}},
+      {"k4", &CameraParameters::k4, {kNaN, kInfinity}},
+      {"k5", &CameraParameters::k5, {kNaN, kInfinity}},
+      {"k6", &CameraParameters::k6, {kNaN, kInfinity}},
   };
   for (const BadField& field : fields) {
     for (const double value : field.values) {
@@ -233,6 +312,22 @@ TEST(CameraParameters, DistortionMustBeInvertibleInTheImage) {
   const CameraParameters folded{.k1 = -0.9};
   EXPECT_THROW(folded.validate(), std::invalid_argument);
   EXPECT_NO_THROW(cameras()[3].validate());
+  const CameraParameters turned_back{.k4 = 4};  // turns back at r = 0.5
+  EXPECT_THROW(turned_back.validate(), std::invalid_argument);
+  const CameraParameters turning{.focal_length = 900, .k1 = -0.5, .lens = LensModel::kEquidistant};
+  EXPECT_NO_THROW(turning.validate());  // at 0.8 rad, outside the image
+  const CameraParameters folded_fisheye{
+      .focal_length = 250, .k1 = -0.5, .lens = LensModel::kEquidistant};
+  EXPECT_THROW(folded_fisheye.validate(), std::invalid_argument);
+}
+
+TEST(CameraParameters, AnEquidistantLensHasFourCoefficients) {
+  for (const auto field : {&CameraParameters::p1, &CameraParameters::p2, &CameraParameters::k5,
+                           &CameraParameters::k6}) {
+    CameraParameters parameters{.lens = LensModel::kEquidistant};
+    parameters.*field = 1e-3;
+    EXPECT_THROW(parameters.validate(), std::invalid_argument);
+  }
 }
 
 }  // namespace

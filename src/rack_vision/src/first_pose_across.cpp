@@ -189,7 +189,9 @@ std::vector<PipeCircle> pipe_circles(const RackOutline& rack) {
   }
   if (pipes.size() < 2) {
     throw std::invalid_argument(
-        "FirstPoseFinder: the rack has fewer than two pipes along y: initialisation is impossible");
+        "FirstPoseFinder: the rack has fewer than two pipes along its main direction: "
+        "initialisation "
+        "from an image alone is impossible; give a pose");
   }
   return circles;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 namespace pipescout::rack_vision {
@@ -39,7 +40,21 @@ Bounds ideal_bounds(const geometry::Camera& camera) {
   }
   const Vector2d centre(std::clamp(c.centre_u, 0.0, last.x()),
                         std::clamp(c.centre_v, 0.0, last.y()));
+  // Where the image shows more than the lens model covers, its border is a circle around the axis;
+  // `inner` is then the square in it.
+  const double radius = camera.largest_radius();
+  const Vector2d reach(radius * (c.focal_length + std::abs(c.skew)),
+                       radius * c.aspect_ratio * c.focal_length);
+  const Vector2d axis_pixel(c.centre_u, c.centre_v);
   Bounds bounds{{centre, centre}, {Vector2d::Constant(-1e9), Vector2d::Constant(1e9)}};
+  const auto reaches_circle = [&](int axis, double sign) {
+    const double outer = axis_pixel[axis] + sign * reach[axis];
+    const double inner = axis_pixel[axis] + sign * reach[axis] / std::numbers::sqrt2;
+    auto& wide = sign < 0 ? bounds.outer.low[axis] : bounds.outer.high[axis];
+    auto& narrow = sign < 0 ? bounds.inner.low[axis] : bounds.inner.high[axis];
+    wide = sign < 0 ? std::min(wide, outer) : std::max(wide, outer);
+    narrow = sign < 0 ? std::max(narrow, inner) : std::min(narrow, inner);
+  };
   for (const int axis : {0, 1}) {
     const int other = 1 - axis;
     for (const double along : {0.0, centre[other], last[other]}) {
@@ -49,11 +64,15 @@ Bounds ideal_bounds(const geometry::Camera& camera) {
       if (const std::optional<Vector2d> ideal = camera.undistort(at)) {
         bounds.outer.low[axis] = std::min(bounds.outer.low[axis], (*ideal)[axis]);
         bounds.inner.low[axis] = std::max(bounds.inner.low[axis], (*ideal)[axis]);
+      } else {
+        reaches_circle(axis, -1);
       }
       at[axis] = last[axis];
       if (const std::optional<Vector2d> ideal = camera.undistort(at)) {
         bounds.outer.high[axis] = std::max(bounds.outer.high[axis], (*ideal)[axis]);
         bounds.inner.high[axis] = std::min(bounds.inner.high[axis], (*ideal)[axis]);
+      } else {
+        reaches_circle(axis, 1);
       }
     }
   }

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
+#include "flow_frame.hpp"
 #include "pipescout/validation/check.hpp"
 #include "pose_belief.hpp"
 
@@ -66,6 +68,32 @@ bool usable(const MotionPrediction& motion) {
          (motion.covariance.diagonal().array() >= 0).all();
 }
 
+std::string_view why_not_started(FirstPoseStatus found) {
+  switch (found) {
+    case FirstPoseStatus::kAmbiguous:
+      return "ambiguous: several poses explain the image";
+    case FirstPoseStatus::kNotEnoughEdges:
+      return "no pose explains the image";
+    case FirstPoseStatus::kFound:
+      break;
+  }
+  return "the pose found in an image was not confirmed";
+}
+
+const RackModel& checked(const RackModel& model) {
+  model.validate();
+  return model;
+}
+
+/// Except along the pipes, whose variance speaks for itself.
+bool determined(const Matrix6d& covariance) {
+  constexpr double kPosition = 0.1;  // m
+  constexpr double kRotation = 0.1;  // rad
+  const Matrix6d& c = covariance;
+  return std::max(c(0, 0), c(2, 2)) <= kPosition * kPosition &&
+         c.diagonal().tail<3>().maxCoeff() <= kRotation * kRotation;
+}
+
 /// What is said of a value twice: the more certain word.
 void sharpen(std::optional<FirstPoseHint::Value>& known, double value, double deviation) {
   if (!known || known->standard_deviation > deviation) {
@@ -90,17 +118,21 @@ class RackLocalization::Implementation {
  public:
   Implementation(const RackModel& model, const geometry::Camera& camera,
                  const RackLocalizationParameters& parameters)
-      : model_(model),
+      : frame_(checked(model)),
         camera_(camera),
         parameters_(parameters),
-        tracker_(model, camera, parameters.tracker),
+        tracker_(frame_.model(), camera, parameters.tracker),
         finder_(parameters.first_pose) {
     parameters.validate();
     if (parameters.find_first_pose) {
       // Says now, not with some image, that this rack has too few pipes for it.
-      FirstPoseFinder::check(model_);
+      FirstPoseFinder::check(frame_.model());
     }
   }
+
+  // Poses here are in the flow frame.
+
+  [[nodiscard]] const FlowFrame& frame() const noexcept { return frame_; }
 
   bool set_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
     if (!tracker_.set_pose(T_rack_camera, covariance)) {
@@ -108,7 +140,7 @@ class RackLocalization::Implementation {
     }
     ++counts_.given;
     has_start_ = true;
-    ambiguous_ = false;
+    found_.reset();
     // Where one image does not bear it out, others are tried.
     last_pose_ = LastPose{T_rack_camera, covariance};
     velocity_.setZero();
@@ -132,10 +164,7 @@ class RackLocalization::Implementation {
     return true;
   }
 
-  void set_hint(const FirstPoseHint& hint) {
-    hint.validate();
-    hint_ = hint;
-  }
+  void set_hint(const FirstPoseHint& hint) { hint_ = hint; }
 
   RackTrackerResult track(const ImageView& image, double stamp,
                           const std::optional<MotionPrediction>& motion) {
@@ -149,9 +178,12 @@ class RackLocalization::Implementation {
     RackTrackerResult result =
         tracker_.track(image, stamp, motion && !good_motion ? motion : measured_);
     follow(result);
-    if (ambiguous_ &&
-        (result.status == TrackStatus::kNotStarted || result.status == TrackStatus::kLost)) {
-      result.reason = "ambiguous: the image alone fits several poses";
+    if (found_ &&
+        (result.status == TrackStatus::kNotStarted ||
+         (result.status == TrackStatus::kLost && found_ == FirstPoseStatus::kAmbiguous))) {
+      result.reason = why_not_started(*found_);
+    } else if (result.status == TrackStatus::kTracking && !determined(result.covariance)) {
+      result.reason = "what is in view does not determine the pose";
     }
     return result;
   }
@@ -247,7 +279,7 @@ class RackLocalization::Implementation {
     const bool image_is_next = ++tries_ % kImageEvery == 0;
     if (last_pose_ && near_enough(*last_pose_) && !(image_is_next && parameters_.find_first_pose)) {
       ++counts_.from_last_pose;
-      ambiguous_ = false;
+      found_.reset();
       has_start_ = tracker_.set_pose(last_pose_->T_rack_camera, last_pose_->covariance);
       return;
     }
@@ -276,8 +308,8 @@ class RackLocalization::Implementation {
       sharpen(hint.z, place.z(), deviation(2));
       sharpen(hint.heading, heading(last_pose_->T_rack_camera), deviation(5));
     }
-    const FirstPose found = finder_.find(image, model_, offsets_, camera_, hint);
-    ambiguous_ = found.status == FirstPoseStatus::kAmbiguous;
+    const FirstPose found = finder_.find(image, frame_.model(), offsets_, camera_, hint);
+    found_ = found.status;
     if (found.status == FirstPoseStatus::kAmbiguous) {
       ++counts_.image_ambiguous;
     } else if (found.status == FirstPoseStatus::kNotEnoughEdges) {
@@ -326,7 +358,7 @@ class RackLocalization::Implementation {
     tracking_ = result.status == TrackStatus::kTracking || result.status == TrackStatus::kCoasting;
   }
 
-  RackModel model_;
+  FlowFrame frame_;
   geometry::Camera camera_;
   RackLocalizationParameters parameters_;
   RackTracker tracker_;
@@ -336,7 +368,6 @@ class RackLocalization::Implementation {
 
   bool has_start_ = false;  ///< the tracker was given a pose that no image has confirmed
   bool tracking_ = false;
-  bool ambiguous_ = false;  ///< the last search in the image found several poses
   bool lost_ = false;
   unsigned tries_ = 0;  ///< to find a pose, since the last one
   std::optional<double> tracked_stamp_;
@@ -348,6 +379,7 @@ class RackLocalization::Implementation {
   double turning_ = 0;     ///< s, the same of the tilt, which is sometimes told meanwhile
   std::optional<double> last_stamp_;
   std::optional<double> last_try_;
+  std::optional<FirstPoseStatus> found_;  ///< by the last search in an image alone
   std::vector<double> offsets_;
 };
 
@@ -360,20 +392,27 @@ RackLocalization::RackLocalization(RackLocalization&&) noexcept = default;
 RackLocalization& RackLocalization::operator=(RackLocalization&&) noexcept = default;
 
 bool RackLocalization::set_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
-  return implementation_->set_pose(T_rack_camera, covariance);
+  const FlowFrame& frame = implementation_->frame();
+  return implementation_->set_pose(frame.from_rack(T_rack_camera), frame.from_rack(covariance));
 }
 
 bool RackLocalization::suggest_pose(const SE3& T_rack_camera, const Matrix6d& covariance) {
-  return implementation_->suggest_pose(T_rack_camera, covariance);
+  const FlowFrame& frame = implementation_->frame();
+  return implementation_->suggest_pose(frame.from_rack(T_rack_camera), frame.from_rack(covariance));
 }
 
 void RackLocalization::set_hint(const FirstPoseHint& hint) {
-  implementation_->set_hint(hint);
+  hint.validate();
+  implementation_->set_hint(implementation_->frame().from_rack(hint));
 }
 
 RackTrackerResult RackLocalization::track(const ImageView& image, double stamp,
                                           const std::optional<MotionPrediction>& motion) {
-  return implementation_->track(image, stamp, motion);
+  const FlowFrame& frame = implementation_->frame();
+  RackTrackerResult result = implementation_->track(image, stamp, motion);
+  result.T_rack_camera = frame.to_rack(result.T_rack_camera);
+  result.covariance = frame.to_rack(result.covariance);
+  return result;
 }
 
 const RackTracker& RackLocalization::tracker() const noexcept {

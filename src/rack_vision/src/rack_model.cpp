@@ -141,8 +141,8 @@ double Pipe::largest_radius() const {
 }
 
 void RackModel::validate() const {
-  if (pipes.size() < 2 || pipes.size() > kMaxPipes) {
-    fail_rack("the rack has " + std::to_string(pipes.size()) + " pipes; it must have 2 to " +
+  if (pipes.empty() || pipes.size() > kMaxPipes) {
+    fail_rack("the rack has " + std::to_string(pipes.size()) + " pipes; it must have 1 to " +
               std::to_string(kMaxPipes));
   }
   if (supports.size() > kMaxSupports) {

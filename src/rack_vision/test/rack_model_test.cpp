@@ -72,15 +72,15 @@ struct Mistake {
 TEST(RackModel, SaysWhatIsWrongWhere) {
   test::small_rack().validate();
   const std::vector<Mistake> mistakes{
-      {[](RackModel& m) { m.pipes.resize(1); }, Part::kRack, 0, "1 pipes; it must have 2 to 16"},
-      {[](RackModel& m) { m.pipes.resize(17); }, Part::kRack, 0, "17 pipes"},
+      {[](RackModel& m) { m.pipes.clear(); }, Part::kRack, 0, "0 pipes; it must have 1 to 32"},
+      {[](RackModel& m) { m.pipes.resize(33); }, Part::kRack, 0, "33 pipes"},
       {[](RackModel& m) { m.supports.resize(65); }, Part::kRack, 0, "65 supports"},
       {[](RackModel& m) {
-         for (int i = 1; i < 70; ++i) {
+         for (int i = 1; i < 140; ++i) {
            m.pipes[1].radii.push_back({10.0 + i, 0.15});
          }
        },
-       Part::kRack, 0, "sections of pipes; it must have at most 64"},
+       Part::kRack, 0, "sections of pipes; it must have at most 128"},
       {[](RackModel& m) { m.pipes[1].name.clear(); }, Part::kPipe, 1, "name is empty"},
       {[](RackModel& m) { m.pipes[2].name = "a"; }, Part::kPipe, 2, "also that of number 0"},
       {[](RackModel& m) { m.supports[3].name = "beam 1"; }, Part::kSupport, 3, "number 1"},

@@ -230,6 +230,7 @@ CallbackReturn RackLocalizer::on_configure() {
   model_ = read_rack(file);
   logger().info(std::to_string(model_.pipes.size()) + " pipes and " +
                 std::to_string(model_.supports.size()) + " supports in " + file);
+  along_ = rack_vision::main_direction(model_);
   settings_ = localization_parameters();
   // What does not fit together is told now, not with the first calibration.
   rack_vision::RackLocalization(model_, geometry::Camera(), settings_).set_hint(hint());
@@ -471,7 +472,8 @@ void RackLocalizer::publish(const Image& image, const RackTrackerResult& result)
   state->texture_points = static_cast<std::uint32_t>(result.points);
   state->texture_points_matched = static_cast<std::uint32_t>(result.points_matched);
   state->map_points = static_cast<std::uint32_t>(result.map_points);
-  state->along_standard_deviation = std::sqrt(std::max(0.0, result.covariance(1, 1)));
+  const double along = along_.dot(result.covariance.topLeftCorner<3, 3>() * along_);
+  state->along_standard_deviation = std::sqrt(std::max(0.0, along));
   state->losses = localization_->tracker().counts().losses;
   state_publisher_.publish(std::move(state));
 }

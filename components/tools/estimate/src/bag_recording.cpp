@@ -15,9 +15,9 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
 
-#include "formatted.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/command_line/formatted.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/statistics/median.hpp"
@@ -26,6 +26,7 @@
 namespace pipescout::estimate {
 namespace {
 
+using command_line::formatted;
 using statistics::median;
 
 constexpr std::uint64_t kMessagesPerReport = 5000;

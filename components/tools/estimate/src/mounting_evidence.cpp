@@ -7,12 +7,13 @@
 #include <complex>
 #include <numbers>
 
-#include "formatted.hpp"
+#include "pipescout/command_line/formatted.hpp"
 #include "pipescout/statistics/median.hpp"
 
 namespace pipescout::estimate {
 namespace {
 
+using command_line::formatted;
 using Complex = std::complex<double>;
 using Eigen::Vector3d;
 

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formatted.hpp"
+#include "pipescout/command_line/formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/geometry/antimeridian.hpp"
 
 namespace pipescout::estimate {
 namespace {
 
+using command_line::formatted;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "formatted.hpp"
+#include "pipescout/command_line/formatted.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/estimation/planar_motion.hpp"
 #include "pipescout/statistics/median.hpp"
@@ -16,6 +16,7 @@
 namespace pipescout::estimate {
 namespace {
 
+using command_line::formatted;
 using Eigen::Vector3d;
 using estimation::GpsMeasurement;
 using estimation::ImuReading;

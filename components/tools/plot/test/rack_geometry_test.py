@@ -109,6 +109,19 @@ class Contours(unittest.TestCase):
         self.assertTrue(all(start[2] == end[2] == 0.2 for start, end in edges))
         self.assertEqual(len(support_edges(beam, numpy.array([1.0, 5.0, 3.0]))), 7)
 
+    def test_lenses_project_as_ros_defines_them(self):
+        matrix = numpy.array([[200.0, 0, 100], [0, 210.0, 80], [0, 0, 1]])
+        fisheye = Camera(200, 160, matrix, numpy.array([0.1, 0.02, 0, 0, 0, 0, 0, 0]), True)
+        theta = 0.9
+        angle = theta * (1 + 0.1 * theta ** 2 + 0.02 * theta ** 4)
+        points = numpy.array([[0, 0, 2.0], [0.6 * numpy.tan(theta), 0.8 * numpy.tan(theta), 1], [9, 0, 1]])
+        pixels = fisheye.project(points)
+        self.assertTrue(numpy.allclose(pixels[:2], [[100, 80], [100 + 200 * 0.6 * angle, 80 + 210 * 0.8 * angle]]))
+        self.assertTrue(numpy.isnan(pixels[2]).all())
+        wide = Camera(200, 160, matrix, numpy.array([0.3, 0, 0, 0, 0, 0.5, 0, 0]))
+        factor = (1 + 0.3 * 0.25) / (1 + 0.5 * 0.25)
+        self.assertTrue(numpy.allclose(wide.project(numpy.array([[0.5, 0, 1.0]])), [[100 + 100 * factor, 80]]))
+
     def test_lines_lie_on_the_edges_of_a_rendered_image(self):
         """The image is of a ray caster that shares no code with the lines. Pipes only: the edges of beams lie
         some pixels beside stronger ones."""
@@ -119,7 +132,7 @@ class Contours(unittest.TestCase):
                 rack = parse_rack(path)
             width, height, f = 720, 480, 630.0
             camera = Camera(width, height, numpy.array([[f, 0, 360], [0, f, 240], [0, 0, 1.0]]),
-                            numpy.array([k1, 0, 0, 0, 0]))
+                            numpy.array([k1, 0, 0, 0, 0, 0, 0, 0]))
             position = numpy.array([1.3, 5.4, 2.6])
             rotation = rotations.from_roll_pitch_yaw(0.05, -0.04, 1.5) @ rotations.DOWNWARD_CAMERA
             pixels = flights.render(position, rotation, {"width": width, "height": height, "f": f,

@@ -4,34 +4,14 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
+
+#include "pipescout/geometry/camera_calibration.hpp"
 
 namespace pipescout {
 namespace {
 
 constexpr std::uint32_t kLargestImage = 1 << 16;
-
-void read_distortion(const sensor_msgs::msg::CameraInfo& message,
-                     geometry::CameraParameters& camera) {
-  const std::string& model = message.distortion_model;
-  if (!model.empty() && model != "plumb_bob" && model != "rational_polynomial") {
-    throw std::invalid_argument("distortion_model is '" + model +
-                                "'; it must be plumb_bob or rational_polynomial");
-  }
-  const auto& d = message.d;
-  const std::size_t used = model.empty() ? 0 : 5;
-  for (std::size_t i = used; i < d.size(); ++i) {
-    if (d[i] != 0) {
-      throw std::invalid_argument("d[" + std::to_string(i) + "] is " + std::to_string(d[i]) +
-                                  "; it must be 0 with the distortion_model '" + model + "'");
-    }
-  }
-  const auto coefficient = [&](std::size_t i) { return i < std::min(used, d.size()) ? d[i] : 0; };
-  camera.k1 = coefficient(0);
-  camera.k2 = coefficient(1);
-  camera.p1 = coefficient(2);
-  camera.p2 = coefficient(3);
-  camera.k3 = coefficient(4);
-}
 
 }  // namespace
 
@@ -41,8 +21,9 @@ sensor_msgs::msg::CameraInfo to_message(const geometry::CameraParameters& camera
   sensor_msgs::msg::CameraInfo message;
   message.width = static_cast<std::uint32_t>(camera.width);
   message.height = static_cast<std::uint32_t>(camera.height);
-  message.distortion_model = "plumb_bob";
-  message.d = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
+  geometry::RosDistortion distortion = geometry::ros_distortion(camera);
+  message.distortion_model = std::move(distortion.model);
+  message.d = std::move(distortion.d);
   message.k = {fu, camera.skew, camera.centre_u, 0, fv, camera.centre_v, 0, 0, 1};
   message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   message.p = {fu, camera.skew, camera.centre_u, 0, 0, fv, camera.centre_v, 0, 0, 0, 1, 0};
@@ -76,7 +57,7 @@ geometry::CameraParameters from_message(const sensor_msgs::msg::CameraInfo& mess
   camera.skew = k[1] / bin_u;
   camera.centre_u = (k[2] - (cut ? roi.x_offset : 0) - 0.5 * (bin_u - 1)) / bin_u;
   camera.centre_v = (k[5] - (cut ? roi.y_offset : 0) - 0.5 * (bin_v - 1)) / bin_v;
-  read_distortion(message, camera);
+  geometry::set_distortion(message.distortion_model, message.d, camera);
   camera.validate();
   return camera;
 }

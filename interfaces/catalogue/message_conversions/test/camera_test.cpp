@@ -61,12 +61,31 @@ TEST(CameraInfo, AllowsForBinningAndRegion) {
   EXPECT_TRUE(binned.project(point)->isApprox(expected, 1e-12));
 }
 
+TEST(CameraInfo, HasTheLensesOfRos) {
+  geometry::CameraParameters wide = some_camera();
+  wide.k4 = 0.02;
+  wide.k5 = -0.001;
+  wide.k6 = 0.0005;
+  const auto rational = to_message(wide);
+  EXPECT_EQ(rational.distortion_model, "rational_polynomial");
+  ASSERT_EQ(rational.d.size(), 8U);
+  EXPECT_DOUBLE_EQ(from_message(rational).k5, -0.001);
+  const geometry::CameraParameters fisheye{
+      .k1 = 0.1, .k2 = 0.02, .k3 = 0.003, .k4 = 0.0004, .lens = geometry::LensModel::kEquidistant};
+  const auto equidistant = to_message(fisheye);
+  EXPECT_EQ(equidistant.distortion_model, "equidistant");
+  ASSERT_EQ(equidistant.d.size(), 4U);
+  const geometry::CameraParameters back = from_message(equidistant);
+  EXPECT_EQ(back.lens, geometry::LensModel::kEquidistant);
+  EXPECT_DOUBLE_EQ(back.k4, 0.0004);
+}
+
 TEST(CameraInfo, NamesWhatItDoesNotKnow) {
   auto message = to_message(some_camera());
-  message.distortion_model = "equidistant";
+  message.distortion_model = "fov";
   EXPECT_THAT([&] { (void)from_message(message); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("equidistant")));
-  message.distortion_model = "rational_polynomial";
+              ThrowsMessage<std::invalid_argument>(HasSubstr("'fov'")));
+  message.distortion_model = "plumb_bob";
   message.d = {-0.2, 0.03, 0, 0, 0, 0.1, 0, 0};
   EXPECT_THAT([&] { (void)from_message(message); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("d[5]")));

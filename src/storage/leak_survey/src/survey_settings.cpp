@@ -27,6 +27,9 @@ void each_field(geometry::CameraParameters& camera, const Visit& visit) {
   visit("k3", camera.k3);
   visit("p1", camera.p1);
   visit("p2", camera.p2);
+  visit("k4", camera.k4);
+  visit("k5", camera.k5);
+  visit("k6", camera.k6);
 }
 
 template <class Visit>
@@ -115,6 +118,8 @@ class Reader : public YamlEntries {
     camera.centre_u = camera.centre_v = std::numeric_limits<double>::quiet_NaN();
     std::vector<Entry> known;
     each_field(camera, [&](const char* name, auto& value) { known.push_back(into(name, value)); });
+    known.emplace_back(
+        "lens", [&](const YAML::Node& n) { camera.lens = chosen(n, geometry::kLensModels); });
     entries(node, "camera", known);
     checked(node, [&camera] { camera.validate(); });
   }
@@ -190,6 +195,7 @@ class Writer {
       geometry::CameraParameters camera = *settings.camera;
       map("camera", [&] {
         each_field(camera, [this](const char* name, auto value) { entry(name, value); });
+        entry("lens", std::string(to_string(camera.lens)));
       });
     }
     mounting(settings.findings.T_base_camera);

@@ -27,7 +27,7 @@ class RackReader {
   RackReader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
 
   RackModel read() {
-    check_fields(root_, "a rack", {"row", "pipes", "supports"});
+    check_fields(root_, "a rack", {"row", "pipes", "vessels", "supports"});
     RackModel model;
     try {
       for (const YAML::Node& entry : list(root_, "row")) {
@@ -39,6 +39,9 @@ class RackReader {
       }
       for (const YAML::Node& entry : list(root_, "pipes")) {
         model.pipes.push_back(pipe(entry, model.pipes.empty()));
+      }
+      for (const YAML::Node& entry : list(root_, "vessels")) {
+        model.pipes.push_back(vessel(entry));
       }
       for (const YAML::Node& entry : list(root_, "supports")) {
         model.supports.push_back(support(entry));
@@ -197,6 +200,20 @@ class RackReader {
   [[nodiscard]] Pipe pipe(const YAML::Node& node, bool is_first) {
     check_fields(node, "a pipe",
                  {"name", "start", "direction", "radius", "length", "radii", "movable"});
+    Pipe result = body(node);
+    const bool is_along_x = std::abs(result.direction.x()) > kAlongX;
+    result.movable = boolean(node, "movable", !is_first && !is_along_x);
+    return result;
+  }
+
+  [[nodiscard]] Pipe vessel(const YAML::Node& node) {
+    check_fields(node, "a vessel", {"name", "start", "direction", "radius", "length", "radii"});
+    Pipe result = body(node);
+    result.movable = false;
+    return result;
+  }
+
+  [[nodiscard]] Pipe body(const YAML::Node& node) {
     pipe_marks_.push_back(node.Mark());
     Pipe result{.name = text(node, "name"), .start = vector(node, "start"), .radii = radii(node)};
     const Eigen::Vector3d direction = vector(node, "direction");
@@ -205,8 +222,6 @@ class RackReader {
       fail(node["direction"], "direction must not be zero");
     }
     result.direction = direction / norm;
-    const bool is_along_x = std::abs(result.direction.x()) > kAlongX;
-    result.movable = boolean(node, "movable", !is_first && !is_along_x);
     return result;
   }
 

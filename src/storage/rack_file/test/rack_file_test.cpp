@@ -42,6 +42,22 @@ TEST(RackFile, AllRacksThatAreInstalledAreValid) {
   EXPECT_GE(files, 2);
 }
 
+TEST(RackFile, VesselsAreCylindersThatStayInPlace) {
+  const RackModel model = parse_rack(R"(row: [{name: a, radius: 0.1, length: 5}]
+vessels:
+  - {name: drum, start: [1, 2, 0.4], direction: [1, 1, 0], radius: 0.4, length: 2}
+  - {name: column, start: [-2, 1, 0], direction: [0, 0, 1], radii: [{along: 0, radius: 0.5},
+     {along: 3, radius: 0.2}]}
+)",
+                                     "rack.yaml");
+  ASSERT_EQ(model.pipes.size(), 3U);
+  EXPECT_EQ(model.pipes[1].name, "drum");
+  EXPECT_FALSE(model.pipes[1].movable);
+  EXPECT_EQ(model.pipes[2].direction, Eigen::Vector3d::UnitZ());
+  EXPECT_THAT([] { (void)parse_rack("vessels: [{name: a, movable: true}]", "rack.yaml"); },
+              ::testing::ThrowsMessage<YamlError>(HasSubstr("unknown field 'movable'")));
+}
+
 TEST(RackFile, PipesMayStandForThemselves) {
   const RackModel model = parse_rack(R"(pipes:
   - {name: a, start: [0, 0, 0], direction: [0, 2, 0], radius: 0.1, length: 5}
@@ -172,8 +188,8 @@ TEST(RackFile, RefusesOnePipeAndPipesThatRunIntoEachOther) {
     }
     return "";
   };
-  EXPECT_EQ(error_of(BAD_RACKS "/one_pipe.yaml"),
-            BAD_RACKS "/one_pipe.yaml:1:1: the rack has 1 pipes; it must have 2 to 16");
+  EXPECT_EQ(error_of(BAD_RACKS "/no_pipe.yaml"),
+            BAD_RACKS "/no_pipe.yaml:1:1: the rack has 0 pipes; it must have 1 to 32");
   EXPECT_EQ(error_of(BAD_RACKS "/overlap.yaml"),
             BAD_RACKS "/overlap.yaml:6:5: pipe 2 'across': intersects pipe 1 'right'");
 }

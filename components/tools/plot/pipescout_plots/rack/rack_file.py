@@ -107,7 +107,8 @@ def parse_rack(path: Path) -> Rack:
         raise BadData(f"{path}: not a rack: neither 'row' nor 'pipes' nor 'supports'")
     reader = _Reader(path)
     pipes = reader.row(reader.entries(content, "row"))
-    pipes += [reader.pipe(entry) for entry in reader.entries(content, "pipes")]
+    for key in ("pipes", "vessels"):
+        pipes += [reader.pipe(entry) for entry in reader.entries(content, key)]
     if not pipes:
         raise BadData(f"{path}: no pipes")
     return Rack(pipes, [reader.support(entry) for entry in reader.entries(content, "supports")])

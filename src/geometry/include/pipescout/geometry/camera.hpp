@@ -2,15 +2,39 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <numbers>
 #include <optional>
+#include <string_view>
 
 namespace pipescout::geometry {
 
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-/// Pinhole camera with skew and aspect ratio (Lippiello and Cacace, equation 1) and Brown's
-/// distortion (the `plumb_bob` model of ROS and OpenCV). Pixel (0, 0) is the middle of the upper
-/// left one; u to the right, v down. Camera frames are optical: x right, y down, z forward.
+/// How the point (x, y) of the plane z = 1, r^2 = x^2 + y^2, is distorted; as OpenCV's calib3d.
+enum class LensModel : std::uint8_t {
+  /// Brown's model with a radial factor
+  /// (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6) and the tangential p1, p2:
+  /// `plumb_bob` of ROS where k4, k5 and k6 are 0, else `rational_polynomial`.
+  kBrown,
+  /// `equidistant` of ROS, OpenCV's fisheye model: the angle theta = atan(r) off the axis is shown
+  /// at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+  kEquidistant,
+};
+
+inline constexpr std::array kLensModels{LensModel::kBrown, LensModel::kEquidistant};
+
+/// "brown", "equidistant"; "unknown" for any other value.
+[[nodiscard]] std::string_view to_string(LensModel lens) noexcept;
+
+/// Off the axis, rad: what an equidistant lens shows beyond is not used, since its ideal pixels
+/// are too far away.
+inline constexpr double kWidestEquidistantAngle = 80 * std::numbers::pi / 180;
+
+/// Pinhole camera with skew and aspect ratio (Lippiello and Cacace, equation 1) behind a lens.
+/// Pixel (0, 0) is the middle of the upper left one; u to the right, v down. Camera frames are
+/// optical: x right, y down, z forward.
 struct CameraParameters {
   int width = 720;                ///< pixels
   int height = 480;               ///< pixels
@@ -21,9 +45,12 @@ struct CameraParameters {
   double centre_v = 240;          ///< v_0, pixels
   double k1 = 0, k2 = 0, k3 = 0;  ///< radial distortion
   double p1 = 0, p2 = 0;          ///< tangential distortion
+  double k4 = 0, k5 = 0, k6 = 0;  ///< see LensModel
+  LensModel lens = LensModel::kBrown;
 
   /// Throws std::invalid_argument naming the field, the value and the range. The distortion must
-  /// be invertible over the whole image.
+  /// be invertible over the whole image; that of an equidistant lens, up to its image's border or
+  /// kWidestEquidistantAngle, whichever is nearer to the axis.
   void validate() const;
 };
 
@@ -35,6 +62,8 @@ class Camera {
 
   [[nodiscard]] const CameraParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] bool has_distortion() const noexcept { return has_distortion_; }
+  /// Radius on the plane z = 1 up to which points are projected; without distortion beyond any.
+  [[nodiscard]] double largest_radius() const noexcept;
   /// K of equation (1).
   [[nodiscard]] const Eigen::Matrix3d& matrix() const noexcept { return matrix_; }
   [[nodiscard]] const Eigen::Matrix3d& inverse_matrix() const noexcept { return inverse_matrix_; }

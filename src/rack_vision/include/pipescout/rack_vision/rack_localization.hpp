@@ -12,7 +12,8 @@
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
 
-/// Localisation over a rack: initialisation, tracking, loss, recovery.
+/// Localisation over a rack of any main direction (see main_direction): initialisation, tracking,
+/// loss, recovery. Offsets of pipes are estimated where the main direction is y.
 namespace pipescout::rack_vision {
 
 struct RackLocalizationParameters {
@@ -50,9 +51,9 @@ struct RackLocalizationCounts {
 /// confirmed it in the image.
 class RackLocalization {
  public:
-  /// Throws std::invalid_argument as RackTracker and the parameters' `validate`, and, with
-  /// initialisation from the image alone, as FirstPoseFinder::find for a rack with too few pipes
-  /// along y.
+  /// Throws std::invalid_argument as RackTracker and the parameters' `validate`, for supports in a
+  /// rack whose main direction is oblique (InvalidRack), and, with initialisation from the image
+  /// alone, as FirstPoseFinder::check for a rack with too few pipes along its main direction.
   RackLocalization(const RackModel& model, const geometry::Camera& camera,
                    const RackLocalizationParameters& parameters = {});
   ~RackLocalization();
@@ -74,7 +75,9 @@ class RackLocalization {
   void set_hint(const FirstPoseHint& hint);
 
   /// One image, as RackTracker::track, but `motion` is since the last image passed to this
-  /// function, regardless of its result. Initialisation from an image takes 0.2 to 0.5 s of one
+  /// function, regardless of its result. While there is no pose yet, `reason` says what the last
+  /// search in an image alone came to: "ambiguous: ..." when several poses explain it.
+  /// Initialisation from an image takes 0.2 to 0.5 s of one
   /// core.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});

@@ -18,8 +18,8 @@
 /// lengths are in metres.
 namespace pipescout::rack_vision {
 
-inline constexpr std::size_t kMaxPipes = 16;
-inline constexpr std::size_t kMaxSections = 64;  ///< of all pipes together
+inline constexpr std::size_t kMaxPipes = 32;
+inline constexpr std::size_t kMaxSections = 128;  ///< of all pipes together
 inline constexpr std::size_t kMaxSupports = 64;
 
 /// Radius of a pipe at a position along it.
@@ -52,7 +52,7 @@ struct PipeSection {
   double radius_end = 0;
 };
 
-/// A beam on which pipes rest: an axis-aligned box in the rack frame.
+/// A beam on which pipes rest, or any other box along the axes of the rack frame.
 struct Support {
   std::string name;
   Eigen::Vector3d lowest_corner = Eigen::Vector3d::Zero();
@@ -79,14 +79,20 @@ struct RackModel {
   std::vector<Pipe> pipes;  ///< from left to right, looking in the direction of the flow
   std::vector<Support> supports;
 
-  /// Throws InvalidRack naming the pipe or support, the field, the value and the range: fewer than
-  /// two pipes, empty or repeated names, values that are not finite, directions that are not unit
+  /// Throws InvalidRack naming the pipe or support, the field, the value and the range: no pipe,
+  /// empty or repeated names, values that are not finite, directions that are not unit
   /// vectors (to 1e-6), radii that are not positive or not in order along the pipe, pipes that
   /// intersect, supports without extent, more than kMaxPipes pipes, kMaxSections sections in all or
   /// kMaxSupports supports, a first pipe that is movable, or a movable one that runs along x. Pipes
   /// may touch each other, and supports may touch or contain sections of pipes, as a saddle does.
   void validate() const;
 };
+
+/// Unit vector in the rack frame: y when at least two pipes run along it, to 1.1 degrees; otherwise
+/// the direction that most pipes share, and of several such the one with the greatest length of
+/// pipes. Pipes steeper than 30 degrees do not count; without others it is y. `model` must be
+/// valid.
+[[nodiscard]] Eigen::Vector3d main_direction(const RackModel& model);
 
 /// One pipe of a row as in the paper: radius and gap to the previous one.
 struct RowPipe {

@@ -72,7 +72,9 @@ struct MotionPrediction {
 
 struct RackTrackerResult {
   TrackStatus status = TrackStatus::kNotStarted;
-  std::string_view reason;  ///< text in static storage; empty without a problem
+  /// Text in static storage; empty without a problem. Of a tracked pose from RackLocalization: that
+  /// what is in view does not determine it.
+  std::string_view reason;
   /// 0 (lost) to 1: see track_quality.hpp.
   double quality = 0;
 

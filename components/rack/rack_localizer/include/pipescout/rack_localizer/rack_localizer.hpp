@@ -99,6 +99,7 @@ class RackLocalizer final : public Component {
   StampLimits stamp_limits_;
   std::string frame_;
   rack_vision::RackModel model_;
+  Eigen::Vector3d along_ = Eigen::Vector3d::UnitY();  // main direction of the pipes
   rack_vision::RackLocalizationParameters settings_;
   CameraMount mount_{geometry::SE3()};
 

@@ -7,14 +7,14 @@
 
 namespace pipescout {
 
-/// Calibration of the raw image, model `plumb_bob`. Does not fill in the header.
+/// Calibration of the raw image, with the simplest distortion model that has its lens. Does not
+/// fill in the header.
 [[nodiscard]] sensor_msgs::msg::CameraInfo to_message(const geometry::CameraParameters& camera);
 
-/// The camera model of the raw images, after binning and region of interest. `distortion_model` is
-/// `plumb_bob` with up to five coefficients, `rational_polynomial` whose denominator is 1, or empty
-/// with no coefficients that are not 0. Throws std::invalid_argument naming the field: for another
-/// model, more coefficients, an uncalibrated camera (k[0] is 0, as in ROS), and values that
-/// CameraParameters::validate refuses.
+/// The camera model of the raw images, after binning and region of interest. The distortion as
+/// geometry::set_distortion. Throws std::invalid_argument naming the field: as that function, for
+/// an uncalibrated camera (k[0] is 0, as in ROS), and for values that CameraParameters::validate
+/// refuses.
 [[nodiscard]] geometry::CameraParameters from_message(const sensor_msgs::msg::CameraInfo& message);
 
 /// Whether both describe the same camera: all fields that `from_message` uses are equal.

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-namespace pipescout::estimate {
+namespace pipescout::command_line {
 
 /// The values as `format` of std::printf has them.
 template <class... Values>
@@ -16,4 +16,4 @@ std::string formatted(const char* format, Values... values) {
   return text;
 }
 
-}  // namespace pipescout::estimate
+}  // namespace pipescout::command_line

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipescout/geometry/camera_calibration.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <sstream>
+#include <stdexcept>
+
+namespace pipescout::geometry {
+namespace {
+
+using Coefficient = double CameraParameters::*;
+
+constexpr std::array<Coefficient, 8> kBrown{
+    &CameraParameters::k1, &CameraParameters::k2, &CameraParameters::p1, &CameraParameters::p2,
+    &CameraParameters::k3, &CameraParameters::k4, &CameraParameters::k5, &CameraParameters::k6};
+constexpr std::array<Coefficient, 4> kEquidistant{&CameraParameters::k1, &CameraParameters::k2,
+                                                  &CameraParameters::k3, &CameraParameters::k4};
+constexpr std::size_t kPlumbBob = 5;  // the first of kBrown
+
+struct Model {
+  LensModel lens;
+  std::span<const Coefficient> coefficients;
+};
+
+Model model_of(std::string_view name) {
+  if (name.empty()) {
+    return {LensModel::kBrown, {}};
+  }
+  if (name == "plumb_bob") {
+    return {LensModel::kBrown, std::span(kBrown).first<kPlumbBob>()};
+  }
+  if (name == "rational_polynomial") {
+    return {LensModel::kBrown, kBrown};
+  }
+  if (name == "equidistant") {
+    return {LensModel::kEquidistant, kEquidistant};
+  }
+  throw std::invalid_argument("distortion_model is '" + std::string(name) +
+                              "'; it must be plumb_bob, rational_polynomial or equidistant");
+}
+
+}  // namespace
+
+void set_distortion(std::string_view distortion_model, std::span<const double> d,
+                    CameraParameters& camera) {
+  const Model model = model_of(distortion_model);
+  for (std::size_t i = model.coefficients.size(); i < d.size(); ++i) {
+    if (d[i] != 0) {
+      std::ostringstream text;
+      text << "d[" << i << "] is " << d[i] << "; it must be 0 with the distortion_model '"
+           << distortion_model << "'";
+      throw std::invalid_argument(text.str());
+    }
+  }
+  for (const Coefficient coefficient : kBrown) {
+    camera.*coefficient = 0;
+  }
+  camera.lens = model.lens;
+  for (std::size_t i = 0; i < std::min(d.size(), model.coefficients.size()); ++i) {
+    camera.*model.coefficients[i] = d[i];
+  }
+}
+
+RosDistortion ros_distortion(const CameraParameters& camera) {
+  const bool equidistant = camera.lens == LensModel::kEquidistant;
+  const bool rational = camera.k4 != 0 || camera.k5 != 0 || camera.k6 != 0;
+  RosDistortion result;
+  result.model = equidistant ? "equidistant" : rational ? "rational_polynomial" : "plumb_bob";
+  for (const Coefficient coefficient : model_of(result.model).coefficients) {
+    result.d.push_back(camera.*coefficient);
+  }
+  return result;
+}
+
+}  // namespace pipescout::geometry

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <pipescout/geometry/camera.hpp>
+#include <string>
+
+/// Calibrations of cameras as ROS' camera_calibration writes them and camera_info_manager reads
+/// them.
+namespace pipescout {
+
+/// Reads the calibration of the raw images: `image_width`, `image_height`, `camera_matrix`,
+/// `distortion_model` (as geometry::set_distortion) and `distortion_coefficients`. Other fields
+/// (`camera_name`, `rectification_matrix`, `projection_matrix`, ...) are not used. Throws YamlError
+/// (pipescout/files/yaml_location.hpp) naming file, line and field: a file that cannot be read or
+/// is not YAML, missing fields, wrong types and sizes, a camera that is not calibrated, and what
+/// geometry::CameraParameters::validate refuses.
+[[nodiscard]] geometry::CameraParameters read_camera(const std::string& path);
+
+/// The same from a text. `path` names it in errors.
+[[nodiscard]] geometry::CameraParameters parse_camera(const std::string& text,
+                                                      const std::string& path);
+
+}  // namespace pipescout
