@@ -106,6 +106,13 @@ void PlantYardParameters::validate() const {
   validation::check_within("unmapped", unmapped, 0, 50);
 }
 
+void LidarParameters::validate() const {
+  validation::check_within("beams", beams, 8, 10000);
+  validation::check_above("largest_range", largest_range, 0, 200);
+  validation::check_within("noise", noise, 0, 1);
+  validation::check_within("dropouts", dropouts, 0, 1);
+}
+
 PlantYard::PlantYard(const PlantYardParameters& parameters, std::uint64_t seed)
     : parameters_(parameters) {
   parameters_.validate();
@@ -240,6 +247,7 @@ double PlantYard::clearance(const YardBox& robot) const {
 
 void PlantYard::scan(const LidarParameters& lidar, const Vector2d& position, double heading,
                      std::uint64_t seed, std::vector<float>& ranges) const {
+  lidar.validate();
   statistics::Draw draw(seed, 2);
   ranges.resize(static_cast<std::size_t>(lidar.beams));
   for (std::size_t i = 0; i < ranges.size(); ++i) {

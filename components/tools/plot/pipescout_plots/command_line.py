@@ -28,6 +28,7 @@ SUBJECTS = {
     "odometry": Subject("odometry", "odometers, welds and positions in the pipe", "in-pipe", aligns=True),
     "rack": Subject("rack.subject", "flights over a pipe rack", "rack"),
     "estimator": Subject("estimator.subject", "a state estimator and its sources", "estimator"),
+    "navigation": Subject("navigation.subject", "a robot that is navigated through a plant", "navigation"),
     "tracking": Subject("tracking.subject", "the track of a pipe, and the arm", "tracking"),
 }
 DEBIAN_PACKAGES = {"matplotlib": "python3-matplotlib", "numpy": "python3-numpy", "PIL": "python3-pil",

@@ -157,6 +157,7 @@ class Summary {
       table_makers_.push_back(leak_tables(robot));
       table_makers_.push_back(tracking_tables(robot, options.tracking));
       table_makers_.push_back(estimator_tables(robot, options.estimator));
+      table_makers_.push_back(navigation_tables(robot));
     }
   }
 

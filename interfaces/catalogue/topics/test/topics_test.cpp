@@ -13,7 +13,8 @@ static_assert(topics::kRosout.qos.lifespan == std::chrono::seconds(10));
 TEST(Catalogue, CommandsAreDroppedWhileTheirComponentIsInactive) {
   for (const auto kept :
        {topics::kArmCommand.while_inactive, topics::kVelocityCommand.while_inactive,
-        topics::kInitialPose.while_inactive, topics::kRackPoseHint.while_inactive}) {
+        topics::kInitialPose.while_inactive, topics::kRackPoseHint.while_inactive,
+        topics::kGoalPose.while_inactive, topics::kGroundVelocityCommand.while_inactive}) {
     EXPECT_EQ(kept, WhileInactive::kDrop);
   }
   EXPECT_EQ(topics::kJointStates.while_inactive, WhileInactive::kKeep);
@@ -23,8 +24,8 @@ TEST(Catalogue, EveryDriverIsHeard) {
   for (const QoS& requested :
        {topics::kCameraImage.requested, topics::kCameraInfo.requested,
         topics::kThermalImage.requested, topics::kThermalCameraInfo.requested,
-        topics::kJointStates.requested, topics::kImu.requested, topics::kGpsFix.requested,
-        topics::kClock.requested}) {
+        topics::kJointStates.requested, topics::kScan.requested, topics::kImu.requested,
+        topics::kGpsFix.requested, topics::kClock.requested}) {
     EXPECT_EQ(incompatibility(QoS::sensor_data(), requested), std::nullopt);
   }
   // What says nothing else asks for what is offered.

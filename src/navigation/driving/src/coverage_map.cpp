@@ -22,8 +22,8 @@ CoverageMap::CoverageMap(double cell, double largest_blur)
 }
 
 bool CoverageMap::add(const PipeView& view) {
-  if (!std::isfinite(view.from + view.to + view.time + view.temperature + view.blur) ||
-      view.from < 0 || view.to < view.from || view.to > kLongestPipe || view.blur < 0) {
+  if (!std::isfinite(view.from + view.to + view.time + view.blur) || view.from < 0 ||
+      view.to < view.from || view.to > kLongestPipe || view.blur < 0) {
     return false;
   }
   const auto first = static_cast<std::size_t>(std::ceil(view.from / cell_ - kRounding));

@@ -22,7 +22,32 @@ std::uint64_t hash(std::span<const float> ranges) {
 }  // namespace
 
 DriveInputs::DriveInputs(const DrivingParameters& parameters, const LocalCostmapParameters& costmap)
-    : parameters_(parameters), costmap_(costmap) {}
+    : parameters_(parameters), costmap_(costmap) {
+  told_.reserve(parameters_.most_obstacle_cells);
+}
+
+void DriveInputs::set_obstacles(std::span<const Point2d> cells, double time) {
+  told_.clear();
+  told_at_ = time;
+  too_many_told_ = false;
+  const double radius = 0.5 * costmap_.parameters().resolution * costmap_.parameters().size;
+  for (const Point2d& cell : cells) {
+    // NaN is not near, and nor is what is beyond the costmap.
+    if (localisation_ && !(distance(cell, localisation_->pose.position()) < radius)) {
+      continue;
+    }
+    if (told_.size() == told_.capacity()) {
+      too_many_told_ = true;
+      return;
+    }
+    told_.push_back(cell);
+  }
+}
+
+std::span<const Point2d> DriveInputs::told_cells(double now) const {
+  const bool fresh = now - told_at_ <= costmap_.parameters().forget_after;
+  return fresh ? std::span<const Point2d>(told_) : std::span<const Point2d>();
+}
 
 DriveInput DriveInputs::add(const Localisation& localisation) {
   const auto& l = localisation;
@@ -89,6 +114,14 @@ DriveReason DriveInputs::fault(double now) const {
     return DriveReason::kScanStale;
   }
   return equal_scans_ >= p.frozen_scans ? DriveReason::kScanFrozen : DriveReason::kNone;
+}
+
+std::optional<Localisation> DriveInputs::localisation(double time) const {
+  std::optional<Localisation> result = localisation_;
+  if (result) {
+    result->pose = pose_at(time);
+  }
+  return result;
 }
 
 Pose2d DriveInputs::pose_at(double time) const {

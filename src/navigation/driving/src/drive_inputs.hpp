@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "moving_obstacles.hpp"
 #include "pipescout/driving/local_planner.hpp"
@@ -16,10 +18,17 @@ class DriveInputs {
 
   DriveInput add(const Localisation& localisation);
   DriveInput add(const ScanView& scan, const Pose2d& T_robot_lidar);
+  void set_obstacles(std::span<const Point2d> cells, double time);
+  /// Cells that were told and are not forgotten.
+  [[nodiscard]] std::span<const Point2d> told_cells(double now) const;
+  /// False when more were told than can be kept.
+  [[nodiscard]] bool has_room() const { return !too_many_told_; }
   /// Why the robot must stand; kNone if it may drive.
   [[nodiscard]] DriveReason fault(double now) const;
   /// The pose at a time, from the last one and its rates.
   [[nodiscard]] Pose2d pose_at(double time) const;
+  /// The last one with its pose at a time; nothing before the first.
+  [[nodiscard]] std::optional<Localisation> localisation(double time) const;
   [[nodiscard]] double speed() const { return localisation_ ? localisation_->speed : 0; }
   [[nodiscard]] const LocalCostmap& costmap() const { return costmap_; }
   [[nodiscard]] const MovingObstacles& obstacles() const { return obstacles_; }
@@ -30,6 +39,9 @@ class DriveInputs {
   std::optional<double> scan_time_;
   std::uint64_t last_scan_ = 0;  ///< hash of its ranges
   int equal_scans_ = 0;
+  std::vector<Point2d> told_;
+  double told_at_ = 0;  ///< s
+  bool too_many_told_ = false;
   LocalCostmap costmap_;
   MovingObstacles obstacles_;
 };

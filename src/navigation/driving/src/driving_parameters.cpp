@@ -17,6 +17,7 @@ void DrivingParameters::validate() const {
   check_above("reverse_speed", reverse_speed, 0, 10);
   check_above("acceleration", acceleration, 0, 10);
   check_above("braking", braking, 0, 10);
+  check_within("hardest_braking", hardest_braking, braking, 10);
   check_above("gentle_braking", gentle_braking, 0, 10);
   check_above("lateral_acceleration", lateral_acceleration, 0, 10);
   check_above("creep_speed", creep_speed, 0, 1);

@@ -26,6 +26,7 @@ void InspectionParameters::validate() const {
   check_above("exposure", exposure, 0, 1);
   check_within("focal_length", focal_length, 10, 1e5);
   check_above("largest_blur", largest_blur, 0, 100);
+  check_above("speed_share", speed_share, 0, 1);
   check_above("arm_rate", arm_rate, 0, 10);
   check_above("usual_range", usual_range, 0, 1000);
   check_above("good_confidence", good_confidence, 0, 1);
@@ -120,7 +121,7 @@ InspectionDecision InspectionSpeed::decide(const InspectionView& view) {
   const auto& p = parameters_;
   InspectionDecision decision;
   const double range = std::isfinite(view.range) && view.range > 0 ? view.range : p.usual_range;
-  lower(decision, blur_limit(range), InspectionReason::kMotionBlur);
+  lower(decision, p.speed_share * blur_limit(range), InspectionReason::kMotionBlur);
   lower(decision, p.arm_rate * range, InspectionReason::kArmRate);
   const bool usable = view.tracked && std::isfinite(view.confidence) &&
                       std::isfinite(view.arc_length) && view.confidence >= p.least_confidence;

@@ -21,6 +21,7 @@ void LocalCostmapParameters::validate() const {
   validation::check_within("resolution", resolution, 0.02, 1);
   validation::check_within("size", size, 20, 2000);
   validation::check_above("forget_after", forget_after, 0, 3600);
+  validation::check_within("clearing_scans", clearing_scans, 1, 100);
 }
 
 LocalCostmap::LocalCostmap(const LocalCostmapParameters& parameters) : parameters_(parameters) {
@@ -84,6 +85,17 @@ void LocalCostmap::roll_to(const Point2d& centre) {
   first_row_ = row;
 }
 
+void LocalCostmap::miss(CellValue& cell, double time) const {
+  // Several beams of one scan pass the same cell.
+  if (cell.state != State::kOccupied || cell.missed_at == time) {
+    return;
+  }
+  cell.missed_at = time;
+  if (++cell.missed >= parameters_.clearing_scans) {
+    cell = {.state = State::kFree, .seen = time};
+  }
+}
+
 void LocalCostmap::add(const ScanView& scan, const Pose2d& T_map_lidar) {
   roll_to(T_map_lidar.position());
   const double step = parameters_.resolution;
@@ -102,16 +114,18 @@ void LocalCostmap::add(const ScanView& scan, const Pose2d& T_map_lidar) {
   const double x0 = T_map_lidar.x / step;
   const double y0 = T_map_lidar.y / step;
   each_beam([&](double range, double dx, double dy) {
-    // A beam without an echo is not trusted: black or wet things give none.
-    if (range >= scan.range_max) {
-      return;
-    }
-    const double end = std::min(range - step, half);
+    const bool echo = range < scan.range_max;
+    const double end = std::min(echo ? range - step : scan.range_max, half);
     for (double r = 0; r < end; r += step) {
       const auto column = static_cast<long>(std::floor(x0 + r * dx));
       const auto row = static_cast<long>(std::floor(y0 + r * dy));
-      if (covers(column, row)) {
-        cell(column, row) = {State::kFree, scan.time};
+      if (!covers(column, row)) {
+        continue;
+      }
+      if (echo) {
+        cell(column, row) = {.state = State::kFree, .seen = scan.time};
+      } else {
+        miss(cell(column, row), scan.time);
       }
     }
   });
@@ -119,7 +133,7 @@ void LocalCostmap::add(const ScanView& scan, const Pose2d& T_map_lidar) {
     const auto column = static_cast<long>(std::floor(x0 + range * dx));
     const auto row = static_cast<long>(std::floor(y0 + range * dy));
     if (range < scan.range_max && covers(column, row)) {
-      cell(column, row) = {State::kOccupied, scan.time};
+      cell(column, row) = {.state = State::kOccupied, .seen = scan.time};
     }
   });
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,7 @@ class LocalPlanner::Implementation {
     backs_ = 0;
     backed_at_ = 0;
     offset_ = preferred_;
+    strayed_ = 0;
     blocked_ = 0;
     backing_ = false;
   }
@@ -60,19 +62,19 @@ class LocalPlanner::Implementation {
     end_ = DriveState::kDriving;
   }
 
-  bool go_back_to(double arc) {
-    if (track_.empty() || end_ != DriveState::kDriving || !(arc <= here_.arc) ||
-        arc < track_.begin(segment())) {
-      return false;
+  std::optional<double> go_back_to(double arc) {
+    if (track_.empty() || end_ != DriveState::kDriving || !(arc <= here_.arc)) {
+      return std::nullopt;
     }
     backing_ = true;
-    back_arc_ = arc;
-    return true;
+    back_arc_ = std::max(arc, track_.begin(segment()));
+    return back_arc_;
   }
 
   DriveCommand cycle(double now);
 
   DriveInputs& inputs() { return inputs_; }
+  [[nodiscard]] const DriveInputs& inputs() const { return inputs_; }
   bool paused_ = false;
   double limit_ = std::numeric_limits<double>::infinity();
   double preferred_ = 0;
@@ -93,14 +95,20 @@ class LocalPlanner::Implementation {
     return {segment(), backing_, backing_ ? back_arc_ : track_.end(segment()), offset};
   }
 
-  DriveCommand halt(DriveCommand command, DriveState state, DriveReason reason);
-  DriveCommand send(DriveCommand command, double speed, double steering);
+  /// By `braking` m/s^2.
+  DriveCommand halt(DriveCommand command, DriveState state, DriveReason reason, double braking);
+  DriveCommand halt(const DriveCommand& command, DriveState state, DriveReason reason) {
+    return halt(command, state, reason, parameters_.braking);
+  }
+  DriveCommand send(DriveCommand command, double speed, double steering, double braking);
+  [[nodiscard]] double braking_before(double free) const;
   [[nodiscard]] VehicleState predicted(const Pose2d& pose) const;
   [[nodiscard]] double remaining(const TrackPoint& point, const Pose2d& pose) const;
   DriveCommand at_end(DriveCommand command, const Pose2d& pose);
   MotionPrediction::Outcome choose_offset(const TrackPoint& start, const VehicleState& vehicle,
                                           double speed);
-  DriveCommand blocked(DriveCommand command, const MotionPrediction::Outcome& outcome);
+  DriveCommand blocked(DriveCommand command, const MotionPrediction::Outcome& outcome,
+                       double braking);
   void start_backing(double length) {
     backing_ = true;
     back_arc_ = std::max(track_.begin(segment()), here_.arc - length);
@@ -121,17 +129,18 @@ class LocalPlanner::Implementation {
   double backed_at_ = 0;  ///< m, arc length where it last backed up
   double blocked_ = 0;    ///< s, how long it has been standing before something
   double offset_ = 0;
+  double strayed_ = 0;      ///< m, how far from the path an offset has led it
   std::vector<Sent> sent_;  ///< commands that do not act yet, a ring, and the next place in it
   std::size_t next_ = 0;
   double steering_ = 0;  ///< rad, of the wheels, by the model
   Sent last_;
 };
 
-DriveCommand LocalPlanner::Implementation::send(DriveCommand command, double speed,
-                                                double steering) {
+DriveCommand LocalPlanner::Implementation::send(DriveCommand command, double speed, double steering,
+                                                double braking) {
   const auto& p = parameters_;
   const bool slower = std::abs(speed) < std::abs(last_.speed) || speed * last_.speed < 0;
-  const double change = (slower ? p.braking : p.acceleration) * p.period;
+  const double change = (slower ? braking : p.acceleration) * p.period;
   // Through zero, never past it: the direction changes at standstill.
   double limited = last_.speed + std::clamp(speed - last_.speed, -change, change);
   if (limited * last_.speed < 0) {
@@ -148,10 +157,18 @@ DriveCommand LocalPlanner::Implementation::send(DriveCommand command, double spe
 }
 
 DriveCommand LocalPlanner::Implementation::halt(DriveCommand command, DriveState state,
-                                                DriveReason reason) {
+                                                DriveReason reason, double braking) {
   command.state = state;
   command.reason = reason;
-  return send(command, 0, last_.steering);
+  return send(command, 0, last_.steering, braking);
+}
+
+/// m/s^2: what may be counted on, and more only where that would end in a contact.
+double LocalPlanner::Implementation::braking_before(double free) const {
+  const auto& p = parameters_;
+  const double speed = std::abs(last_.speed);
+  const double room = free - speed * (p.delay + p.period);
+  return speed * speed < 2 * p.braking * room ? p.braking : p.hardest_braking;
 }
 
 /// When the next command will act.
@@ -162,7 +179,7 @@ VehicleState LocalPlanner::Implementation::predicted(const Pose2d& pose) const {
   for (std::size_t i = 0; i < cycles; ++i) {
     const Sent& sent = sent_[(next_ + i) % sent_.size()];
     const double turn = p.steering_rate * p.period;
-    const double change = p.braking * p.period;
+    const double change = p.hardest_braking * p.period;
     state.steering += std::clamp(sent.steering - state.steering, -turn, turn);
     state.speed += std::clamp(sent.speed - state.speed, -change, change);
     state.pose =
@@ -187,7 +204,7 @@ double LocalPlanner::Implementation::remaining(const TrackPoint& point, const Po
 DriveCommand LocalPlanner::Implementation::at_end(DriveCommand command, const Pose2d& pose) {
   if (std::abs(inputs_.speed()) > kStanding || std::abs(last_.speed) > 0) {
     command.state = backing_ ? DriveState::kBackingUp : DriveState::kDriving;
-    return send(command, 0, last_.steering);
+    return send(command, 0, last_.steering, parameters_.braking);
   }
   if (backing_) {
     backing_ = false;
@@ -258,7 +275,8 @@ MotionPrediction::Outcome LocalPlanner::Implementation::choose_offset(const Trac
 }
 
 DriveCommand LocalPlanner::Implementation::blocked(DriveCommand command,
-                                                   const MotionPrediction::Outcome& outcome) {
+                                                   const MotionPrediction::Outcome& outcome,
+                                                   double braking) {
   const auto& p = parameters_;
   command.reason = outcome.moving ? DriveReason::kMovingObstacle : DriveReason::kPathBlocked;
   blocked_ += p.period;
@@ -276,7 +294,7 @@ DriveCommand LocalPlanner::Implementation::blocked(DriveCommand command,
       command.replan = true;
     }
   }
-  return halt(command, DriveState::kWaiting, command.reason);
+  return halt(command, DriveState::kWaiting, command.reason, braking);
 }
 
 DriveCommand LocalPlanner::Implementation::cycle(double now) {
@@ -300,10 +318,13 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
     return halt(command, end_,
                 end_ == DriveState::kFailed ? DriveReason::kGoalMissed : DriveReason::kNone);
   }
-  if (paused_) {
+  if (paused_ && last_.speed == 0) {
     return halt(command, DriveState::kWaiting, DriveReason::kPaused);
   }
-  if (distance(here_.pose, pose) > p.largest_error + std::abs(offset_)) {
+  // What it left the path for may be gone sooner than it is back.
+  const double apart = distance(here_.pose, pose);
+  strayed_ = std::max(std::abs(offset_), std::min(strayed_, apart));
+  if (apart > p.largest_error + strayed_) {
     command.replan = true;
     return halt(command, DriveState::kWaiting, DriveReason::kOffPath);
   }
@@ -317,7 +338,8 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
   if (left <= kAtEnd) {
     return at_end(command, pose);
   }
-  if (!prediction_.set_obstacles(inputs_.costmap(), inputs_.obstacles().moving(), pose, now)) {
+  if (!inputs_.has_room() || !prediction_.set_obstacles(inputs_.costmap(), inputs_.told_cells(now),
+                                                        inputs_.obstacles().moving(), pose, now)) {
     return halt(command, DriveState::kWaiting, DriveReason::kTooManyObstacles);
   }
   const double speed = std::max(std::abs(vehicle.speed), kPredictedSpeed);
@@ -334,9 +356,12 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
                        : std::max(p.creep_speed, std::min(track_.allowed_speed(start),
                                                           std::sqrt(2 * p.gentle_braking * left)));
   allowed = std::max(allowed, p.creep_speed);
-  if (limit_ < allowed) {
-    allowed = limit_;
-    command.reason = DriveReason::kSpeedLimit;
+  double braking = p.braking;
+  if (const double limit = paused_ ? 0 : limit_; limit < allowed) {
+    // Nobody is in a hurry, unless the path or an obstacle asks for less too.
+    braking = allowed < std::abs(last_.speed) ? p.braking : p.gentle_braking;
+    allowed = limit;
+    command.reason = paused_ ? DriveReason::kPaused : DriveReason::kSpeedLimit;
   }
   if (allowed > p.slow_speed && p.slow_zone > p.margin &&
       prediction_.drive(track_, way, start, vehicle, speed, p.slow_zone - p.margin, kSlowLength)
@@ -346,12 +371,15 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
   }
   if (outcome.hit) {
     // v t + v^2 / 2 b = distance: t until the brakes act.
-    const double braking = kReserve * p.braking;
-    const double dead = braking * (p.delay + p.period);
+    const double planned = kReserve * p.braking;
+    const double dead = planned * (p.delay + p.period);
     const double room = std::max(0.0, outcome.free - p.stop_gap);
-    const double safe = std::sqrt(dead * dead + 2 * braking * room) - dead;
+    const double safe = std::sqrt(dead * dead + 2 * planned * room) - dead;
+    if (safe < std::abs(last_.speed)) {
+      braking = braking_before(outcome.free);
+    }
     if (safe < kLeastSpeed) {
-      return blocked(command, outcome);
+      return blocked(command, outcome, braking);
     }
     if (safe < allowed) {
       allowed = safe;
@@ -362,9 +390,9 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
   if (std::abs(inputs_.speed()) < kStanding && std::abs(last_.speed) < kStanding &&
       std::abs(wanted - vehicle.steering) > kAligned) {
     command.state = DriveState::kSteering;
-    return send(command, 0, wanted);
+    return send(command, 0, wanted, braking);
   }
-  return send(command, way.sign() * allowed, wanted);
+  return send(command, way.sign() * allowed, wanted, braking);
 }
 
 LocalPlanner::LocalPlanner(const DrivingParameters& parameters,
@@ -392,7 +420,7 @@ void LocalPlanner::prefer_offset(double offset) {
   const double most = implementation_->parameters().largest_offset;
   implementation_->preferred_ = std::isfinite(offset) ? std::clamp(offset, -most, most) : 0;
 }
-bool LocalPlanner::go_back_to(double arc_length) {
+std::optional<double> LocalPlanner::go_back_to(double arc_length) {
   return implementation_->go_back_to(arc_length);
 }
 DriveInput LocalPlanner::add(const Localisation& localisation) {
@@ -401,8 +429,17 @@ DriveInput LocalPlanner::add(const Localisation& localisation) {
 DriveInput LocalPlanner::add(const ScanView& scan, const Pose2d& T_robot_lidar) {
   return implementation_->inputs().add(scan, T_robot_lidar);
 }
+void LocalPlanner::set_obstacles(std::span<const Point2d> cells, double time) {
+  implementation_->inputs().set_obstacles(cells, time);
+}
 DriveCommand LocalPlanner::cycle(double now) {
   return implementation_->cycle(now);
+}
+DriveReason LocalPlanner::fault(double now) const {
+  return implementation_->inputs().fault(now);
+}
+std::optional<Localisation> LocalPlanner::localisation(double now) const {
+  return implementation_->inputs().localisation(now);
 }
 const LocalCostmap& LocalPlanner::costmap() const {
   return implementation_->inputs().costmap();

@@ -56,14 +56,24 @@ double MotionPrediction::curvature(const PathTrack& track, const Stretch& stretc
   return std::clamp(wanted, -largest, largest);
 }
 
-bool MotionPrediction::set_obstacles(const LocalCostmap& costmap,
+bool MotionPrediction::set_obstacles(const LocalCostmap& costmap, std::span<const Point2d> told,
                                      std::span<const MovingObstacle> moving, const Pose2d& pose,
                                      double now) {
   cells_.clear();
   obstacles_.clear();
   const double half_cell = 0.5 * costmap.parameters().resolution;
-  const bool all =
-      costmap.occupied_near(pose.position(), parameters_.horizon + body_.front, now, cells_);
+  const double radius = parameters_.horizon + body_.front;
+  bool all = costmap.occupied_near(pose.position(), radius, now, cells_);
+  for (const Point2d& cell : told) {
+    if (distance(cell, pose.position()) > radius) {
+      continue;
+    }
+    if (cells_.size() == cells_.capacity()) {
+      all = false;
+      break;
+    }
+    cells_.push_back(cell);
+  }
   for (const Point2d& cell : cells_) {
     obstacles_.push_back({.x = cell.x, .y = cell.y, .radius = half_cell});
   }

@@ -62,9 +62,9 @@ class MotionPrediction {
   [[nodiscard]] double curvature(const PathTrack& track, const Stretch& stretch,
                                  const TrackPoint& point, const Pose2d& pose, double speed) const;
 
-  /// Fills the obstacles from both sources. Allocates nothing.
+  /// Fills the obstacles from all sources. Allocates nothing.
   /// False when there are more occupied cells than `most_obstacle_cells`.
-  [[nodiscard]] bool set_obstacles(const LocalCostmap& costmap,
+  [[nodiscard]] bool set_obstacles(const LocalCostmap& costmap, std::span<const Point2d> told,
                                    std::span<const MovingObstacle> moving, const Pose2d& pose,
                                    double now);
 

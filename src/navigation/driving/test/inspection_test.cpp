@@ -19,7 +19,7 @@ TEST(InspectionSpeed, ADoubledExposureHalvesTheSpeed) {
   InspectionSpeed slow(parameters);
   const auto decision =
       slow.decide({.time = 1, .arc_length = 3, .tracked = true, .confidence = 1, .range = 2});
-  EXPECT_NEAR(decision.speed, 0.2, 1e-12);
+  EXPECT_NEAR(decision.speed, 0.2 * parameters.speed_share, 1e-12);
   EXPECT_EQ(decision.reason, InspectionReason::kMotionBlur);
 }
 
@@ -88,6 +88,7 @@ TEST(CoverageMap, GrowsKeepsTheSharpestAndNamesGaps) {
   EXPECT_EQ(map.pipes().at(3)[2].temperature, 210);
   EXPECT_EQ(map.pipes().at(3)[7].temperature, 200);
   EXPECT_EQ(map.sharp_percent(4, 0, 4), 0);
+  EXPECT_TRUE(map.add({.pipe = 4, .from = 0, .to = 4, .time = 1, .temperature = kNan}));
 }
 
 TEST(CoverageMap, RefusesWhatIsWrong) {

@@ -163,6 +163,24 @@ TEST_F(LocalPlannerTest, MoreObstaclesThanItCanLookAtStopIt) {
   EXPECT_EQ(command.speed, 0);
 }
 
+TEST_F(LocalPlannerTest, StopsBeforeWhatOtherSensorsSee) {
+  std::vector<Point2d> cells;
+  for (double y = -6; y <= 6; y += 0.1) {
+    cells.push_back({12, y});
+  }
+  cells.push_back({std::numeric_limits<double>::quiet_NaN(), 0});
+  planner_.set_path(path_of({}, {{0, 20}}));
+  DriveCommand command;
+  for (int i = 0; i < 1200 && !command.replan; ++i) {
+    command = step();
+    planner_.set_obstacles(cells, time_);
+    ASSERT_LT(pose_.x + 1.55, 12);
+  }
+  EXPECT_EQ(command.reason, DriveReason::kPathBlocked);
+  planner_.set_obstacles(std::vector<Point2d>(parameters_.most_obstacle_cells + 1, {1, 5}), time_);
+  EXPECT_EQ(step().reason, DriveReason::kTooManyObstacles);
+}
+
 TEST_F(LocalPlannerTest, PassesABoxBesideThePath) {
   for (double s = -0.2; s <= 0.2; s += 0.05) {
     for (const double side : {-0.2, 0.2}) {
@@ -259,9 +277,9 @@ TEST_F(LocalPlannerTest, PauseLimitAndGoingBack) {
   planner_.limit_speed(0.5);
   run(12);
   EXPECT_NEAR(speed_, 0.5, 1e-9);
-  EXPECT_FALSE(planner_.go_back_to(40));
+  EXPECT_FALSE(planner_.go_back_to(40).has_value());
   const double before = pose_.x;
-  EXPECT_TRUE(planner_.go_back_to(before - 2));
+  EXPECT_TRUE(planner_.go_back_to(before - 2).has_value());
   bool was_back = false;
   for (int i = 0; i < 400; ++i) {
     was_back |= step().state == DriveState::kBackingUp && pose_.x < before - 1.8;
@@ -271,6 +289,73 @@ TEST_F(LocalPlannerTest, PauseLimitAndGoingBack) {
   planner_.pause(true);
   EXPECT_EQ(run(3).reason, DriveReason::kPaused);
   EXPECT_EQ(speed_, 0);
+}
+
+TEST_F(LocalPlannerTest, GoesBackNoFartherThanTheLastCusp) {
+  planner_.set_path(path_of({}, {{0, 6}, {0, -12}}));
+  DriveCommand command;
+  while (command.travelled < 8) {
+    command = step();
+    ASSERT_LT(time_, 160);
+  }
+  EXPECT_EQ(planner_.go_back_to(3), 6);
+}
+
+TEST_F(LocalPlannerTest, BrakesAsHardAsTheCauseAsks) {
+  planner_.set_path(path_of({}, {{0, 60}}));
+  run(6);
+  ASSERT_NEAR(speed_, parameters_.largest_speed, 0.01);
+  const auto largest_change = [&](int cycles) {
+    double largest = 0;
+    double last = step().speed;
+    for (int i = 0; i < cycles; ++i) {
+      const double speed = step().speed;
+      largest = std::max(largest, (last - speed) / parameters_.period);
+      last = speed;
+    }
+    return largest;
+  };
+  planner_.pause(true);
+  EXPECT_NEAR(largest_change(100), parameters_.gentle_braking, 1e-6);
+  EXPECT_EQ(speed_, 0);
+  planner_.pause(false);
+  run(6);
+  // Somebody steps onto the path, too near for a usual stop: after 0.15 s at 2 m/s, 1.6 m are left.
+  for (double y = -1; y <= 1; y += 0.05) {
+    points_.push_back({pose_.x + 1.55 + 2.0, y});
+  }
+  EXPECT_NEAR(largest_change(60), parameters_.hardest_braking, 1e-6);
+  EXPECT_EQ(speed_, 0);
+  EXPECT_LT(pose_.x + 1.55, points_.front().x);
+}
+
+TEST(LocalCostmap, BeamsWithoutAnEchoClearWhatWasThereInSeveralScans) {
+  const LocalCostmapParameters parameters;
+  LocalCostmap costmap(parameters);
+  const std::vector<float> echo{5};
+  const std::vector<float> none{std::numeric_limits<float>::infinity()};
+  double time = 1;
+  const auto occupied = [&](const std::vector<float>& ranges) {
+    time += 0.1;
+    costmap.add({.time = time,
+                 .angle_increment = 0.01,
+                 .range_min = 0.1,
+                 .range_max = kFar,
+                 .ranges = ranges},
+                {});
+    std::vector<Point2d> cells;
+    cells.reserve(10);
+    EXPECT_TRUE(costmap.occupied_near({5, 0}, 1, time, cells));
+    return !cells.empty();
+  };
+  EXPECT_TRUE(occupied(echo));
+  EXPECT_TRUE(occupied(none));
+  EXPECT_TRUE(occupied(none));
+  // Seen again: it only gave no echo.
+  EXPECT_TRUE(occupied(echo));
+  EXPECT_TRUE(occupied(none));
+  EXPECT_TRUE(occupied(none));
+  EXPECT_FALSE(occupied(none));
 }
 
 TEST_F(LocalPlannerTest, RefusesWhatIsWrong) {

@@ -31,5 +31,8 @@ namespace pipescout::summary {
 /// `ground_truth/odometry`. Throws std::invalid_argument when the datum is none.
 [[nodiscard]] std::unique_ptr<TableMaker> estimator_tables(const Robot& robot,
                                                            const TableOptions::Estimator& options);
+/// A robot that is navigated: `navigator/state`, `plan`, `odometry/filtered`, from a simulation
+/// `ground_truth/odometry`.
+[[nodiscard]] std::unique_ptr<TableMaker> navigation_tables(const Robot& robot);
 
 }  // namespace pipescout::summary

@@ -90,6 +90,7 @@ void TableMaker::add_to(Sections& sections) {
   if (!has_section()) {
     return;
   }
+  write_last();
   files_.finish();
   const std::string name = mission_section_name((robot_.ns == "/" ? "/" : robot_.ns + "/") + name_);
   MissionSection made = section(name.substr(0, name.rfind('.') + 1));

@@ -75,6 +75,8 @@ class TableMaker : public SectionMaker {
   [[nodiscard]] virtual bool has_section() const = 0;
   /// Names of the data files, for the notes.
   [[nodiscard]] virtual std::string file_names() const = 0;
+  /// Before the data files are finished: what could not be written line by line.
+  virtual void write_last() {}
   /// A status of the source, its completion too.
   virtual void on_source(const pipescout_msgs::msg::MissionStatus& /*status*/) {}
 

@@ -47,6 +47,9 @@ struct LidarParameters {
   double largest_range = 20;  ///< m, (0, 200]
   double noise = 0.02;        ///< m, [0, 1]: standard deviation
   double dropouts = 0.01;     ///< [0, 1]: share of the beams without an echo
+
+  /// Throws std::invalid_argument that names the field.
+  void validate() const;
 };
 
 class PlantYard {
@@ -73,6 +76,7 @@ class PlantYard {
   /// m, to the nearest thing; 0 when it overlaps.
   [[nodiscard]] double clearance(const YardBox& robot) const;
   /// Ranges of a scan from `position`, beam 0 in direction `heading` - pi; infinite without echo.
+  /// Throws std::invalid_argument for parameters outside their ranges.
   void scan(const LidarParameters& lidar, const Eigen::Vector2d& position, double heading,
             std::uint64_t seed, std::vector<float>& ranges) const;
 

@@ -7,11 +7,14 @@
 namespace geometry_msgs::msg {
 struct PoseStamped;
 struct PoseWithCovarianceStamped;
+struct Twist;
 struct TwistStamped;
 }  // namespace geometry_msgs::msg
 namespace nav_msgs::msg {
+struct OccupancyGrid;
 struct Odometry;
-}
+struct Path;
+}  // namespace nav_msgs::msg
 namespace pipescout_msgs::msg {
 struct ArmState;
 struct EddyCurrentSamples;
@@ -19,7 +22,9 @@ struct EstimatorState;
 struct FusedOdometer;
 struct LeakDetections;
 struct LeakEvent;
+struct NavigatorState;
 struct OdometerReadings;
+struct PipeCoverage;
 struct PipePosition;
 struct PipeTrack;
 struct PipeTrackParticles;
@@ -31,6 +36,7 @@ struct CameraInfo;
 struct Image;
 struct Imu;
 struct JointState;
+struct LaserScan;
 struct NavSatFix;
 }  // namespace sensor_msgs::msg
 namespace std_msgs::msg {
@@ -130,5 +136,28 @@ inline constexpr Topic<geometry_msgs::msg::PoseWithCovarianceStamped> kInitialPo
 /// True pose of the robot in the map, from a simulator. Never published by a robot.
 inline constexpr Topic<nav_msgs::msg::Odometry> kTrueOdometry{"ground_truth/odometry",
                                                               QoS::reliable(100)};
+/// Distances of a lidar that scans in a plane, from the driver.
+inline constexpr Topic<sensor_msgs::msg::LaserScan> kScan{
+    .name = "scan", .qos = QoS::reliable(5), .requested = QoS::sensor_data(5)};
+/// Occupied cells around the robot that other sensors see, in the map.
+inline constexpr Topic<nav_msgs::msg::OccupancyGrid> kLocalCostmap{"local_costmap",
+                                                                   QoS::reliable(5)};
+/// Where the robot is to go, from an operator. The name is that of rviz.
+inline constexpr Topic<geometry_msgs::msg::PoseStamped> kGoalPose{
+    .name = "goal_pose", .qos = QoS::reliable(10), .while_inactive = WhileInactive::kDrop};
+/// Commanded velocity of a robot on wheels, in each control cycle. Only the last command counts.
+inline constexpr Topic<geometry_msgs::msg::Twist> kGroundVelocityCommand{
+    .name = "cmd_vel", .qos = QoS::reliable(1), .while_inactive = WhileInactive::kDrop};
+/// The path that the robot drives, each time it is planned.
+inline constexpr Topic<nav_msgs::msg::Path> kPlan{"plan", QoS::latched(1)};
+/// What the navigator does and why, in each control cycle.
+inline constexpr Topic<pipescout_msgs::msg::NavigatorState> kNavigatorState{"navigator/state",
+                                                                            QoS::reliable(100)};
+/// What the navigator takes for free and occupied around the robot, for display.
+inline constexpr Topic<nav_msgs::msg::OccupancyGrid> kNavigatorCostmap{"navigator/costmap",
+                                                                       QoS::reliable(5)};
+/// What was seen sharp of the row that is being inspected, as it grows.
+inline constexpr Topic<pipescout_msgs::msg::PipeCoverage> kPipeCoverage{"navigator/coverage",
+                                                                        QoS::reliable(100)};
 
 }  // namespace pipescout::topics

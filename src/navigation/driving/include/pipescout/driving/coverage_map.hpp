@@ -13,7 +13,7 @@ struct PipeView {
   double from = 0;         ///< m along the pipe
   double to = 0;           ///< m, not less than `from`
   double time = 0;         ///< s
-  double temperature = 0;  ///< degrees Celsius
+  double temperature = 0;  ///< degrees Celsius; NaN: not known
   double blur = 0;         ///< px
 };
 

@@ -9,16 +9,17 @@ namespace pipescout::navigation {
 /// base 1.2 m, turning radius 2.2 m. Chosen values say what for.
 struct DrivingParameters {
   // The vehicle as it is told; origin in the middle of the rear axle.
-  double period = 0.05;               ///< s, [0.005, 0.1]: of the control cycle
-  double wheel_base = 1.2;            ///< m, [0.1, 10]
-  double largest_steering = 0.5;      ///< rad, (0, 1.4]
-  double steering_rate = 0.6;         ///< rad/s, (0, 10]
-  double delay = 0.1;                 ///< s, [0, 0.5]: until a command acts
-  double largest_speed = 2.0;         ///< m/s, (0, 10]: forwards
-  double reverse_speed = 1.0;         ///< m/s, (0, 10]
-  double acceleration = 0.8;          ///< m/s^2, (0, 10]
-  double braking = 1.2;               ///< m/s^2, (0, 10]: what may be counted on
-  double gentle_braking = 0.5;        ///< m/s^2, (0, 10]: before curves, cusps and the goal
+  double period = 0.05;           ///< s, [0.005, 0.1]: of the control cycle
+  double wheel_base = 1.2;        ///< m, [0.1, 10]
+  double largest_steering = 0.5;  ///< rad, (0, 1.4]
+  double steering_rate = 0.6;     ///< rad/s, (0, 10]
+  double delay = 0.1;             ///< s, [0, 0.5]: until a command acts
+  double largest_speed = 2.0;     ///< m/s, (0, 10]: forwards
+  double reverse_speed = 1.0;     ///< m/s, (0, 10]
+  double acceleration = 0.8;      ///< m/s^2, (0, 10]
+  double braking = 1.2;           ///< m/s^2, (0, 10]: what may be counted on
+  double hardest_braking = 2.5;   ///< m/s^2, [braking, 10]: when `braking` would be too late
+  double gentle_braking = 0.5;    ///< m/s^2, (0, 10]: before curves, cusps and the goal, for pauses
   double lateral_acceleration = 0.8;  ///< m/s^2, (0, 10]: in curves
   double creep_speed = 0.12;          ///< m/s, (0, 1]: the last way to a cusp or the goal
 

@@ -12,6 +12,7 @@ struct InspectionParameters {
   double exposure = 0.01;         ///< s, (0, 1]: time constant of the detector or shutter
   double focal_length = 500;      ///< px, [10, 1e5]
   double largest_blur = 1;        ///< px, (0, 100]: motion during the exposure
+  double speed_share = 0.85;      ///< (0, 1]: of the limit by blur; speed and range have errors
   double arm_rate = 0.5;          ///< rad/s, (0, 10]: how fast the arm turns to what passes
   double usual_range = 2;         ///< m, (0, 1000]: if the track has none
   double good_confidence = 0.7;   ///< (0, 1]: below, it is slower

@@ -24,6 +24,9 @@ struct LocalCostmapParameters {
   double resolution = 0.1;   ///< m, [0.02, 1]
   int size = 240;            ///< cells, [20, 2000]: of each edge
   double forget_after = 20;  ///< s, (0, 3600]: cells that nothing sees again
+  /// Scans, [1, 100], in which beams without an echo pass an occupied cell until it counts as
+  /// free: dark and wet things give no echo at times.
+  int clearing_scans = 3;
 
   void validate() const;
 };
@@ -39,7 +42,8 @@ class LocalCostmap {
 
   void clear();
   /// Beams make the cells they pass free, and those of their echoes occupied (Moravec and Elfes,
-  /// 1985, with certain cells: the lidar's noise is less than a cell). Allocates nothing.
+  /// 1985, with certain cells: the lidar's noise is less than a cell). Beams without an echo make
+  /// occupied cells free after `clearing_scans`, and no unknown ones. Allocates nothing.
   void add(const ScanView& scan, const Pose2d& T_map_lidar);
 
   [[nodiscard]] const LocalCostmapParameters& parameters() const { return parameters_; }
@@ -55,13 +59,16 @@ class LocalCostmap {
  private:
   struct CellValue {
     State state = State::kUnknown;
-    double seen = 0;
+    std::uint8_t missed = 0;  ///< scans without an echo there
+    double seen = 0;          ///< s
+    double missed_at = 0;     ///< s
   };
 
   [[nodiscard]] CellValue& cell(long column, long row);
   [[nodiscard]] const CellValue& cell(long column, long row) const;
   [[nodiscard]] bool covers(long column, long row) const;
   void roll_to(const Point2d& centre);
+  void miss(CellValue& cell, double time) const;
 
   LocalCostmapParameters parameters_;
   std::vector<CellValue> cells_;  ///< cell (c, r) of the map is at (c mod size, r mod size)

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "pipescout/driving/driving_parameters.hpp"
 #include "pipescout/driving/local_costmap.hpp"
@@ -101,17 +103,26 @@ class LocalPlanner {
   void limit_speed(double speed);
   /// m to the left of the path, within largest_offset: where it drives if it has the choice.
   void prefer_offset(double offset);
-  /// Drives back to an arc length of the path, and from there on again. False, and nothing happens,
-  /// where this would pass a cusp, is ahead, or there is no path.
-  bool go_back_to(double arc_length);
+  /// Drives back to an arc length of the path, but not beyond the last cusp, and from there on
+  /// again. Returns where to; nothing, and nothing happens, where this is ahead or NaN, or there is
+  /// no path that is being driven.
+  std::optional<double> go_back_to(double arc_length);
 
   DriveInput add(const Localisation& localisation);
   /// `T_robot_lidar`: where the lidar is mounted.
   DriveInput add(const ScanView& scan, const Pose2d& T_robot_lidar);
+  /// Centres of occupied cells, of about the resolution of the costmap, that other sensors see; m
+  /// in the map. In place of those before, until forget_after of the costmap. Of more than
+  /// most_obstacle_cells the robot stops. Allocates nothing.
+  void set_obstacles(std::span<const Point2d> cells, double time);
 
   /// The command for the next period. `now` in s, the clock of the stamps. Allocates nothing.
   [[nodiscard]] DriveCommand cycle(double now);
 
+  /// Why the robot must stand whatever its path; kNone if it may drive.
+  [[nodiscard]] DriveReason fault(double now) const;
+  /// The last one moved on to `now` by its rates; nothing before the first.
+  [[nodiscard]] std::optional<Localisation> localisation(double now) const;
   [[nodiscard]] const LocalCostmap& costmap() const;
 
  private:
