@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs a composition on N robots, each in a network namespace of its own behind a bridge, and a station in another.
 #
-#   launch_scripts/fleet.sh N [--loss PERCENT] [--delay MS] [--rate MBIT] COMPOSITION [-- STATION COMMAND ...]
+#   launch_scripts/fleet.sh N [--loss PERCENT] [--delay MS] [--rate MBIT] [--apart] COMPOSITION [-- STATION COMMAND]
 #
 # Robot K has the namespace robot_K and the address 10.77.0.K, the station 10.77.0.254. Loss, delay and rate hold for
-# each robot's link, in each direction. Ends with the station command, or, without one, when it is interrupted.
+# each robot's link, in each direction. The link of robot K is the interface to_robot_K of the bridge where the fleet's
+# first process is: "nsenter -t 1 -n ip link set to_robot_K down" from within cuts it, "nomaster" takes the robot out of
+# reach, "master bridge" back; with --apart all begin out of reach. Ends with the station command, or, without one, when
+# it is interrupted.
 # Needs root, for the namespaces. All lives in namespaces that die with this script, even when it is killed.
 set -euo pipefail
 unset CDPATH
 
-usage() { sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 fail() { echo "fleet.sh: $1" >&2; exit "${2:-2}"; }
 
 # Runs a command as host NAME: with a network and a /dev/shm of its own.
@@ -57,6 +60,7 @@ inside() {
   local robot
   for ((robot = 1; robot <= robots; ++robot)); do
     add_host "robot_$robot" "10.77.0.$robot"
+    [ -z "$apart" ] || ip link set "to_robot_$robot" nomaster
     impair "robot_$robot"
     on_host "robot_$robot" pipescout run "$composition" --namespace "robot_$robot" &
   done
@@ -75,7 +79,7 @@ number() { # OPTION VALUE LOWEST HIGHEST
 }
 
 all=("$@")
-robots="" composition="" netem=() station=()
+robots="" composition="" netem=() apart="" station=()
 while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) usage; exit 0 ;;
@@ -87,6 +91,7 @@ while [ $# -gt 0 ]; do
         --rate) number "$1" "$2" 0.01 10000; netem+=(rate "$2mbit") ;;
       esac
       shift 2 ;;
+    --apart) apart=1; shift ;;
     --) shift; station=("$@"); break ;;
     -*) fail "unknown option $1" ;;
     *)

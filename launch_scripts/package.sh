@@ -55,7 +55,9 @@ mkdir -p "$stage"/pipescout-{runtime,components,tools,dev} "$out"
 python3 $scripts/split_packages.py install build "$stage" "${names[@]}"
 
 runtime=$stage/pipescout-runtime
-install -D -m 0644 "$scripts/pipescout@.service" "$runtime/lib/systemd/system/pipescout@.service"
+for unit in pipescout@.service pipescout-discovery.service; do
+  install -D -m 0644 "$scripts/$unit" "$runtime/lib/systemd/system/$unit"
+done
 install -D -m 0644 $scripts/environment "$runtime/etc/pipescout/environment"
 for composition in launch_scripts/*.yaml; do
   install -D -m 0644 "$composition" "$stage/pipescout-components/etc/pipescout/$(basename "$composition")"

@@ -35,6 +35,40 @@ bool chosen(const char* name, const char* yes, const char* no) {
   return value == yes;
 }
 
+/// Hands the value of a variable that is set to `parse`; names the variable in what that throws.
+template <class Parse>
+void read_variable(const char* name, const Parse& parse) {
+  if (const std::string_view value = environment(name); !value.empty()) {
+    try {
+      parse(value);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(std::string(name) + ": " + error.what());
+    }
+  }
+}
+
+// Fast DDS 2.9 does not know this variable of later versions.
+bool parse_super_client(std::string_view value) {
+  const bool is_true = value == "TRUE" || value == "true" || value == "1";
+  if (!is_true && value != "FALSE" && value != "false" && value != "0") {
+    refuse("ROS_SUPER_CLIENT", value, "TRUE or FALSE");
+  }
+  return is_true;
+}
+
+void read_network(DdsOptions& options) {
+  read_variable("ROS_DISCOVERY_SERVER", [&](std::string_view value) {
+    options.discovery_servers = parse_discovery_servers(value);
+  });
+  if (const std::string_view value = environment("ROS_SUPER_CLIENT"); !value.empty()) {
+    options.super_client = parse_super_client(value);
+  }
+  read_variable("ROS_STATIC_PEERS",
+                [&](std::string_view value) { options.static_peers = parse_static_peers(value); });
+  read_variable("PIPESCOUT_NETWORK",
+                [&](std::string_view value) { options.network = parse_network_profile(value); });
+}
+
 SecurityOptions security_from_environment() {
   SecurityOptions security;
   security.enabled = chosen("ROS_SECURITY_ENABLE", "true", "false");
@@ -63,6 +97,7 @@ DdsOptions DdsOptions::from_environment() {
     }
     options.localhost_only = value == "1";
   }
+  read_network(options);
   options.security = security_from_environment();
   return options;
 }

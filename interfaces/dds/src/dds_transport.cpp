@@ -72,7 +72,7 @@ class DdsTransport : public Transport {
   std::unique_ptr<DelayedCall> create_delayed_call(std::function<void()> call) override {
     return std::make_unique<DdsDelayedCall>(participant_, std::move(call));
   }
-  std::vector<std::string> warnings() const override { return participant_->warnings().all(); }
+  std::vector<std::string> warnings() const override { return participant_->warnings(); }
 
  private:
   const std::shared_ptr<Participant> participant_;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "contain.hpp"
+#include "network_profile.hpp"
 #include "rtps_conversions.hpp"
 #include "wire_type.hpp"
 
@@ -37,9 +38,11 @@ DdsWriter::DdsWriter(std::shared_ptr<Participant> participant, const WireTopic& 
     payloads_ = std::make_unique<PayloadWriter>(participant_->payload_folder(), qos.depth);
   }
   participant_->events().admit(this);
-  writer_ = participant_->publisher().create_datawriter(
-      topic_.get(), writer_qos(qos, participant_->writer_profile(topic.name)), this,
-      fastdds::StatusMask::publication_matched());
+  fastdds::DataWriterQos dds_qos = writer_qos(qos, participant_->writer_profile(topic.name));
+  apply(participant_->network(), topic.type->dds_name, dds_qos);
+  writer_ = participant_->publisher(topic.name)
+                .create_datawriter(topic_.get(), dds_qos, this,
+                                   fastdds::StatusMask::publication_matched());
   if (writer_ == nullptr) {
     participant_->events().dismiss(this);
     throw TransportError("topic '" + topic.name + "': cannot create a writer with QoS " +
@@ -62,7 +65,8 @@ DdsWriter::~DdsWriter() {
   }
   participant_->discovery().remove(this);
   participant_->events().dismiss(this);
-  if (participant_->publisher().delete_datawriter(writer_) != ReturnCode_t::RETCODE_OK) {
+  if (participant_->publisher(topic_.name()).delete_datawriter(writer_) !=
+      ReturnCode_t::RETCODE_OK) {
     EPROSIMA_LOG_ERROR(PIPESCOUT, "the writer of '" << topic_.name() << "' could not be deleted");
   }
 }

@@ -62,6 +62,11 @@ bool Discovery::take_payloads(const std::set<Gid>& endpoints) const {
   });
 }
 
+bool Discovery::knows(const Gid& participant) const {
+  const std::lock_guard lock(mutex_);
+  return participants_.contains(participant);
+}
+
 std::vector<DiscoveredParticipant> Discovery::participants() const {
   const std::lock_guard lock(mutex_);
   std::vector<DiscoveredParticipant> result;

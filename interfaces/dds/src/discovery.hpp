@@ -40,6 +40,7 @@ class Discovery : public fastdds::DomainParticipantListener {
   [[nodiscard]] bool take_payloads(const std::set<Gid>& endpoints) const;
   [[nodiscard]] PayloadReader& payloads() noexcept { return payloads_; }
 
+  [[nodiscard]] bool knows(const Gid& participant) const;
   [[nodiscard]] std::vector<DiscoveredParticipant> participants() const;
   [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints() const;
 

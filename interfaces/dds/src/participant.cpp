@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "participant.hpp"
 
-#include <fastrtps/utils/IPLocator.h>
 #include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
@@ -11,8 +10,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "discovery_choice.hpp"
+#include "network_profile.hpp"
 #include "security.hpp"
 #include "shared_memory.hpp"
 #include "shortcut_transport.hpp"
@@ -21,14 +23,10 @@
 namespace pipescout::dds {
 namespace {
 
-using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 // Ports are 7400 + 250 * domain + ..., and Fast DDS ends the process when one exceeds 65535.
 constexpr std::uint32_t kHighestDomain = 232;
-
-// Of the standard, for discovery by multicast.
-constexpr const char* kDiscoveryGroup = "239.255.0.1";
 
 // To which a participant announces itself by unicast: as many as ROS 2 takes from Iron on.
 constexpr std::uint32_t kParticipantsOfAMachine = 32;
@@ -44,21 +42,22 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
                        fastdds::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
   transport.use_builtin_transports = false;
-  const auto add = [&](auto udp) {
-    udp->maxInitialPeersRange = kParticipantsOfAMachine;
-    udp->sendBufferSize = transport.send_socket_buffer_size;
-    udp->receiveBufferSize = transport.listen_socket_buffer_size;
-    if (options.localhost_only) {
-      udp->interfaceWhiteList.emplace_back("127.0.0.1");
-    }
-    transport.user_transports.push_back(std::move(udp));
-  };
+  auto udp = std::make_shared<ShortcutTransportDescriptor>();
+  udp->maxInitialPeersRange = kParticipantsOfAMachine;
+  udp->sendBufferSize = transport.send_socket_buffer_size;
+  udp->receiveBufferSize = transport.listen_socket_buffer_size;
+  udp->warnings = warnings;
+  apply(options.network, *udp);
+  if (options.localhost_only) {
+    udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  }
+  transport.user_transports.push_back(udp);
   remove_abandoned_segments();
   const auto segment = fitting_segment_bytes(options.shared_memory_segment_bytes);
   if (!segment) {
     warnings->add("no space in " + std::string(kSharedMemoryFolder) +
                   ": messages to other processes of this machine go over UDP" + kMakeRoom);
-    add(std::make_shared<UDPv4TransportDescriptor>());
+    udp->has_shared_memory = false;
     return;
   }
   if (*segment < options.shared_memory_segment_bytes) {
@@ -66,27 +65,7 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
                   "messages to other processes of this machine has " + in_megabytes(*segment) +
                   " instead of " + in_megabytes(options.shared_memory_segment_bytes) + kMakeRoom);
   }
-  auto shortcut = std::make_shared<ShortcutTransportDescriptor>();
-  shortcut->shared_memory.segment_size(*segment);
-  shortcut->warnings = warnings;
-  add(std::move(shortcut));
-}
-
-/// Announces the participant by unicast to the processes of this machine too, besides by multicast:
-/// a loopback interface often has none, and a participant of another vendor that is not spoken to
-/// tells of itself only every 8 s or so.
-void seek_on_loopback(fastdds::DomainParticipantQos& qos) {
-  auto& builtin = qos.wire_protocol().builtin;
-  if (builtin.discovery_config.discoveryProtocol != rtps::DiscoveryProtocol_t::SIMPLE ||
-      !builtin.initialPeersList.empty()) {
-    return;  // the user's profile has chosen
-  }
-  // Without a port: Fast DDS fills in those that the standard gives to the domain.
-  for (const char* const address : {kDiscoveryGroup, "127.0.0.1"}) {
-    rtps::Locator_t peer;
-    eprosima::fastrtps::rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, 0, peer);
-    builtin.initialPeersList.push_back(peer);
-  }
+  udp->shared_memory.segment_size(*segment);
 }
 
 /// `announced_scope` gets the payload scope, if large messages may go through shared memory, and
@@ -106,17 +85,24 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  apply(options.network, qos);
   if (!qos.transport().use_builtin_transports || !qos.transport().user_transports.empty()) {
     return qos;  // the user's profile has chosen
   }
   choose_transports(options, warnings, qos);
-  seek_on_loopback(qos);
+  choose_discovery(options, *warnings, qos);
   // The blocks are readable by their user alone, who could read the private key as well.
   if (const auto scope = payload_scope()) {
     announced_scope = *scope;
     qos.properties().properties().emplace_back(kPayloadScopeProperty, *scope, true);
   }
   return qos;
+}
+
+/// That of the processes that share the memory of this machine, or of this one alone.
+std::string machine_partition() {
+  const auto scope = payload_scope();
+  return "pipescout machine " + (scope ? *scope : "of process " + std::to_string(getpid()));
 }
 
 // Asks for the profiles that rmw_fastrtps asks for, the last one counts: those of a topic by its
@@ -138,8 +124,15 @@ void load_profiles(const std::string& wire_name, const char* of_request, const c
 
 }  // namespace
 
-Participant::Participant(const DdsOptions& options) {
+Participant::Participant(const DdsOptions& options)
+    : network_(options.network), exported_topics_(options.exported_topics) {
   const std::string domain = "DDS domain " + std::to_string(options.domain_id);
+  if (options.exported_topics && options.security.enabled) {
+    throw TransportError(
+        "topics that do not leave the machine are kept apart by partitions, which the permissions "
+        "of "
+        "DDS Security do not know: leave out 'export', or ROS_SECURITY_ENABLE");
+  }
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
   }
@@ -158,10 +151,22 @@ Participant::Participant(const DdsOptions& options) {
     payload_folder_ = std::make_shared<PayloadFolder>(prefix_of(gid_), warnings_);
   }
   publisher_ = participant_->create_publisher(participant_->get_default_publisher_qos());
-  subscriber_ = participant_->create_subscriber(participant_->get_default_subscriber_qos());
-  if (publisher_ == nullptr || subscriber_ == nullptr) {
+  fastdds::PublisherQos machine_qos = participant_->get_default_publisher_qos();
+  fastdds::SubscriberQos subscriber_qos = participant_->get_default_subscriber_qos();
+  if (options.exported_topics || (options.hears_unexported && !options.security.enabled)) {
+    const std::string partition = machine_partition();
+    machine_qos.partition().push_back(partition.c_str());
+    subscriber_qos.partition().push_back("");
+    subscriber_qos.partition().push_back(partition.c_str());
+  }
+  machine_publisher_ = participant_->create_publisher(machine_qos);
+  subscriber_ = participant_->create_subscriber(subscriber_qos);
+  if (publisher_ == nullptr || machine_publisher_ == nullptr || subscriber_ == nullptr) {
     leave();
     throw TransportError(domain + ": cannot create a publisher or subscriber");
+  }
+  if (!options.discovery_servers.empty()) {
+    server_watch_.emplace(events_, discovery_, options.discovery_servers);
   }
   revocation_watch_.emplace(
       events_, revocations,
@@ -177,7 +182,27 @@ Participant::Participant(const DdsOptions& options) {
 }
 
 Participant::~Participant() {
+  server_watch_.reset();
   leave();
+}
+
+std::vector<std::string> Participant::warnings() const {
+  std::vector<std::string> all = warnings_->all();
+  if (server_watch_) {
+    const std::vector<std::string> missing = server_watch_->missing();
+    all.insert(all.end(), missing.begin(), missing.end());
+  }
+  return all;
+}
+
+bool Participant::exports(const std::string& wire_name) const {
+  constexpr std::string_view kTopics = "rt";  // before the '/' of the name in ROS
+  if (!exported_topics_ || !wire_name.starts_with("rt/")) {
+    return true;
+  }
+  const std::string name = wire_name.substr(kTopics.size());
+  return name == "/diagnostics" || name == "/rosout" || name == "/parameter_events" ||
+         name.find("/_action/") != std::string::npos || exported_topics_->contains(name);
 }
 
 // Where there is no profile of a name, the QoS stays as it is.
@@ -202,6 +227,9 @@ void Participant::leave() noexcept {
   bool clean = true;
   if (publisher_ != nullptr) {
     clean &= participant_->delete_publisher(publisher_) == ReturnCode_t::RETCODE_OK;
+  }
+  if (machine_publisher_ != nullptr) {
+    clean &= participant_->delete_publisher(machine_publisher_) == ReturnCode_t::RETCODE_OK;
   }
   if (subscriber_ != nullptr) {
     clean &= participant_->delete_subscriber(subscriber_) == ReturnCode_t::RETCODE_OK;

@@ -9,12 +9,15 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "discovery.hpp"
 #include "event_thread.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "security.hpp"
+#include "server_watch.hpp"
 #include "warnings.hpp"
 
 namespace pipescout::dds {
@@ -29,7 +32,10 @@ class Participant {
   Participant& operator=(const Participant&) = delete;
   ~Participant();
 
-  [[nodiscard]] fastdds::Publisher& publisher() const { return *publisher_; }
+  /// For a topic, by its name on the wire.
+  [[nodiscard]] fastdds::Publisher& publisher(const std::string& wire_name) const {
+    return exports(wire_name) ? *publisher_ : *machine_publisher_;
+  }
   [[nodiscard]] fastdds::Subscriber& subscriber() const { return *subscriber_; }
   /// What the QoS of an endpoint starts from: as with rmw_fastrtps the profile of the user's
   /// profile file for this topic ("/chatter") or service ("service", "client", "rq/getRequest"),
@@ -39,7 +45,9 @@ class Participant {
   [[nodiscard]] Gid gid() const { return gid_; }
   [[nodiscard]] EventThread& events() { return events_; }
   [[nodiscard]] Discovery& discovery() { return discovery_; }
-  [[nodiscard]] const Warnings& warnings() const { return *warnings_; }
+  [[nodiscard]] const NetworkProfile& network() const { return network_; }
+  /// See Transport::warnings.
+  [[nodiscard]] std::vector<std::string> warnings() const;
   /// For large messages that other participants send; for those that are sent, null when there is
   /// no shared memory.
   [[nodiscard]] PayloadReader& payloads() { return discovery_.payloads(); }
@@ -61,16 +69,21 @@ class Participant {
   void register_type(const MessageType& type);
   void unregister_type(const MessageType& type);
   void leave() noexcept;
+  [[nodiscard]] bool exports(const std::string& wire_name) const;
 
+  const NetworkProfile network_;
+  const std::optional<std::set<std::string>> exported_topics_;
   const std::shared_ptr<Warnings> warnings_ = std::make_shared<Warnings>();
   EventThread events_;
   Discovery discovery_{events_};
   fastdds::DomainParticipant* participant_ = nullptr;
   fastdds::Publisher* publisher_ = nullptr;
+  fastdds::Publisher* machine_publisher_ = nullptr;  // of what does not leave it
   fastdds::Subscriber* subscriber_ = nullptr;
   Gid gid_;
   std::shared_ptr<PayloadFolder> payload_folder_;
   std::optional<RevocationWatch> revocation_watch_;
+  std::optional<ServerWatch> server_watch_;
 
   std::mutex topics_mutex_;
   std::map<std::string, TopicEntry> topics_;

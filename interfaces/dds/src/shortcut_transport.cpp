@@ -103,12 +103,16 @@ class ShortcutTransport final : public TransportInterface {
   explicit ShortcutTransport(const ShortcutTransportDescriptor& descriptor)
       : TransportInterface(LOCATOR_KIND_UDPv4),
         udp_(descriptor.UDPv4TransportDescriptor::create_transport()),
-        shared_memory_(descriptor.shared_memory.create_transport()),
+        shared_memory_(descriptor.has_shared_memory ? descriptor.shared_memory.create_transport()
+                                                    : nullptr),
         warnings_(descriptor.warnings) {}
 
   bool init(const PropertyPolicy* properties) override {
     if (!udp_->init(properties)) {
       return false;
+    }
+    if (shared_memory_ == nullptr) {
+      return true;
     }
     if (!shared_memory_->init(properties)) {
       shared_memory_ = nullptr;
@@ -216,7 +220,8 @@ class ShortcutTransport final : public TransportInterface {
   bool fillUnicastLocator(Locator& locator, std::uint32_t port) const override {
     return udp_->fillUnicastLocator(locator, port);
   }
-  std::uint32_t max_recv_buffer_size() const override { return udp_->max_recv_buffer_size(); }
+  // Others may send larger datagrams than this process does (NetworkProfile).
+  std::uint32_t max_recv_buffer_size() const override { return rtps::s_maximumMessageSize; }
   void shutdown() override {
     udp_->shutdown();
     if (shared_memory_ != nullptr) {

@@ -26,6 +26,7 @@ struct ShortcutTransportDescriptor final
   eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
 
   eprosima::fastdds::rtps::SharedMemTransportDescriptor shared_memory;
+  bool has_shared_memory = true;  ///< false: there is no room for it
   std::shared_ptr<Warnings> warnings = std::make_shared<Warnings>();  ///< never null
 };
 

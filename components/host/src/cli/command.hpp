@@ -26,5 +26,7 @@ void add_log_commands(CLI::App& app, Action& action);
 void add_doctor_command(CLI::App& app, Action& action);
 void add_tf_commands(CLI::App& app, Action& action);
 void add_action_commands(CLI::App& app, Action& action);
+void add_fleet_commands(CLI::App& app, Action& action);
+void add_discovery_commands(CLI::App& app, Action& action);
 
 }  // namespace pipescout::host

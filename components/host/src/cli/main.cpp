@@ -92,6 +92,8 @@ int run(const std::vector<std::string>& words) {
   add_doctor_command(app, action);
   add_tf_commands(app, action);
   add_action_commands(app, action);
+  add_fleet_commands(app, action);
+  add_discovery_commands(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
   if (!words.empty() && words.front() == kComplete) {
     return print_completions(app, words);

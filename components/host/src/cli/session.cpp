@@ -106,6 +106,8 @@ Session::Session(DiscoveryOptions options)
       end_of_discovery_(add_saturated(steady_now(), from_seconds(options.spin_time))) {
   auto dds = DdsOptions::from_environment();
   dds.name = "pipescout command line";
+  dds.super_client = true;
+  dds.hears_unexported = true;
   context_ = Context::create(create_dds_transport(dds));
   announcements_ = std::make_unique<Announcements>(*context_, [this] { note_change(); });
   NodeOptions node;

@@ -19,7 +19,10 @@ using command_line::suggestion;
 
 constexpr std::size_t kMostThreads = 256;
 constexpr int kMostRestarts = 1000000;
-constexpr double kLongestBackoff = 3600.0;  // s
+constexpr double kLongestBackoff = 3600.0;     // s
+constexpr double kLowestExportRate = 0.001;    // Hz
+constexpr double kHighestExportRate = 1000.0;  // Hz
+constexpr int kMostShrink = 64;
 
 /// What the readers of a composition and of the files that it includes have in common.
 struct Reading {
@@ -67,7 +70,7 @@ class Reader {
     }
     read_contents(root);
     apply_parameter_files();
-    apply_parameter_arguments();
+    apply_parameter_arguments(composition_, component_names(), inputs_.parameters);
   }
 
   /// Its components; name and executor are for the file by itself.
@@ -88,11 +91,11 @@ class Reader {
     if (!root.IsMap()) {
       fail(root,
            "a composition is a map with the keys name, arguments, executor, robot_description, "
-           "include, components, complete_when, summary");
+           "include, components, export, complete_when, summary");
     }
     check_keys(root, "the composition",
                {"name", "arguments", "executor", "robot_description", "include", "components",
-                "complete_when", "summary"});
+                "export", "complete_when", "summary"});
   }
 
   void read_contents(const YAML::Node& root) {
@@ -103,6 +106,7 @@ class Reader {
     } else if (!root["include"]) {
       fail(root, "key 'components' is missing");
     }
+    read_exports(root["export"]);
     read_complete_when(root["complete_when"]);
     if (root["summary"] && !root["summary"].IsNull()) {
       read_summary(root["summary"]);
@@ -254,6 +258,21 @@ class Reader {
                      std::to_string(to) + "], not '" + node.Scalar() + "'");
     }
     return *result;
+  }
+
+  /// `expected`: the range in words.
+  double number(const YAML::Node& node, const std::string& what, double from, double to,
+                const std::string& expected) const {
+    const auto value = typed(node, what);
+    const auto* whole = value.get_if<std::int64_t>();
+    const auto* real = value.get_if<double>();
+    const double result = whole != nullptr  ? static_cast<double>(*whole)
+                          : real != nullptr ? *real
+                                            : from - 1.0;
+    if (!(result >= from && result <= to)) {
+      fail(node, what + " must be " + expected + ", not '" + node.Scalar() + "'");
+    }
+    return result;
   }
 
   [[nodiscard]] std::map<std::string, std::string> given_arguments() const {
@@ -586,18 +605,64 @@ class Reader {
       policy.limit = static_cast<int>(integer(node["limit"], "'limit'", 0, kMostRestarts));
     }
     if (node["backoff"]) {
-      const auto value = typed(node["backoff"], "'backoff'");
-      double seconds = -1.0;
-      if (const auto* real = value.get_if<double>()) {
-        seconds = *real;
-      } else if (const auto* whole = value.get_if<std::int64_t>()) {
-        seconds = static_cast<double>(*whole);
-      }
-      if (!(seconds >= 0.0 && seconds <= kLongestBackoff)) {
-        fail(node["backoff"], "'backoff' must be a number of seconds in [0, 3600], not '" +
-                                  node["backoff"].Scalar() + "'");
-      }
+      const double seconds = number(node["backoff"], "'backoff'", 0.0, kLongestBackoff,
+                                    "a number of seconds in [0, 3600]");
       policy.backoff = from_seconds(seconds);
+    }
+  }
+
+  void read_exports(const YAML::Node& node) {
+    if (!node) {
+      return;
+    }
+    auto& exports = composition_.exports ? *composition_.exports : composition_.exports.emplace();
+    if (!node.IsNull() && !node.IsSequence()) {
+      fail(node, "'export' must be a list of topics");
+    }
+    for (const auto& item : node) {
+      exports.push_back(read_export(item));
+    }
+  }
+
+  [[nodiscard]] ExportEntry read_export(const YAML::Node& item) const {
+    ExportEntry entry;
+    entry.location = location(path_, item.Mark());
+    if (item.IsScalar()) {
+      entry.topic = topic_of(item);
+      return entry;
+    }
+    if (!item.IsMap() || !item["topic"]) {
+      fail(item, "an entry of 'export' is a topic, or a map with the keys topic, as, ...");
+    }
+    check_keys(item, "an entry of 'export'", {"topic", "as", "rate", "shrink"});
+    entry.topic = topic_of(item["topic"]);
+    if (item["rate"]) {
+      entry.rate = number(item["rate"], "'rate'", kLowestExportRate, kHighestExportRate,
+                          "a number of messages per second in [0.001, 1000]");
+    }
+    if (item["shrink"]) {
+      entry.shrink = static_cast<int>(integer(item["shrink"], "'shrink'", 1, kMostShrink));
+    }
+    const bool is_reduced = entry.rate || entry.shrink > 1;
+    if (is_reduced != item["as"].IsDefined()) {
+      fail(item, is_reduced ? "a reduced topic needs a name of its own: 'as'"
+                            : "'as' is for a topic with 'rate' or 'shrink'");
+    }
+    if (is_reduced) {
+      entry.as = topic_of(item["as"]);
+      if (entry.as == entry.topic) {
+        fail(item["as"], "'as' is the topic itself");
+      }
+    }
+    return entry;
+  }
+
+  /// Below the namespace of this file.
+  [[nodiscard]] std::string topic_of(const YAML::Node& node) const {
+    try {
+      return expand_topic_name(text(node, "the name of a topic"), {inputs_.ns, "export"});
+    } catch (const InvalidName& error) {
+      fail(node, error.what());
     }
   }
 
@@ -687,37 +752,6 @@ class Reader {
     }
   }
 
-  void apply_parameter_arguments() {
-    const auto names = component_names();
-    const auto is_component = [&](const std::string& name) {
-      return std::find(names.begin(), names.end(), name) != names.end();
-    };
-    for (const auto& argument : inputs_.parameters) {
-      ParameterRule rule;
-      try {
-        rule = ParameterRule::parse(argument, "--param " + argument);
-      } catch (const std::invalid_argument& error) {
-        throw CompositionError(std::string("--param: ") + error.what());
-      }
-      const auto dot = rule.parameter.name.find('.');
-      if (rule.node.empty() && dot != std::string::npos &&
-          is_component(rule.parameter.name.substr(0, dot))) {
-        rule.node = rule.parameter.name.substr(0, dot);
-        rule.parameter.name.erase(0, dot + 1);
-        rule.parameter.from_wildcard = false;
-      }
-      if (!rule.node.empty() && !is_component(rule.node)) {
-        throw CompositionError("--param " + argument + ": no component '" + rule.node + "' in " +
-                               path_ + suggestion(rule.node, names));
-      }
-      for (auto& entry : composition_.components) {
-        if (rule.node.empty() || rule.node == entry.name.name) {
-          entry.parameters.push_back(rule.parameter);
-        }
-      }
-    }
-  }
-
   const std::string& path_;
   const CompositionInputs& inputs_;
   SubstitutionSources sources_;
@@ -739,13 +773,6 @@ std::size_t default_threads(unsigned hardware_threads) {
   return std::clamp<std::size_t>(hardware_threads, 2, kMostThreads);
 }
 
-std::string located(const ComponentEntry& entry, const std::string& message) {
-  const bool names_place =
-      std::any_of(entry.parameters.begin(), entry.parameters.end(),
-                  [&](const ParameterOverride& p) { return message.starts_with(p.source + ":"); });
-  return names_place ? message : entry.location + ": " + message;
-}
-
 std::pair<std::string, std::string> parse_argument(const std::string& text) {
   const auto separator = text.find(":=");
   if (separator == std::string::npos || separator == 0) {
@@ -761,18 +788,6 @@ Composition load_composition(const std::string& path, const CompositionInputs& i
 Composition parse_composition(const std::string& text, const std::string& path,
                               const CompositionInputs& inputs) {
   return read_composition(parse_yaml(text, path), path, inputs);
-}
-
-std::vector<std::size_t> stop_order(const std::vector<ComponentEntry>& components) {
-  std::vector<std::size_t> order;
-  for (const bool last : {false, true}) {
-    for (std::size_t k = components.size(); k-- > 0;) {
-      if (components[k].stops_last == last) {
-        order.push_back(k);
-      }
-    }
-  }
-  return order;
 }
 
 }  // namespace pipescout::host

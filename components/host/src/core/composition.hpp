@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,19 @@ struct ComponentEntry {
   std::string type_location;  ///< the same of its type
 };
 
+/// A topic that may leave the robot.
+struct ExportEntry {
+  std::string topic;           ///< fully qualified
+  std::string as;              ///< that it leaves under, reduced; empty: as it is
+  std::optional<double> rate;  ///< messages per second at most, Hz
+  int shrink = 1;              ///< images: blocks of so many pixels each way become one
+  std::string location;        ///< "file:line:column"
+
+  /// The name under which it leaves.
+  [[nodiscard]] const std::string& leaves_as() const { return as.empty() ? topic : as; }
+  bool operator==(const ExportEntry&) const = default;
+};
+
 struct Composition {
   std::string path;
   std::string name;
@@ -56,6 +70,8 @@ struct Composition {
   std::string mission_folder;
   ExecutorSettings executor;
   std::vector<ComponentEntry> components;  ///< in the order in which they start, included ones too
+  /// What of the topics may leave the robot; nothing: all.
+  std::optional<std::vector<ExportEntry>> exports;
   std::vector<NodeName> complete_when;     ///< empty: runs until it is stopped
   std::vector<ParameterOverride> summary;  ///< options of the mission's tables; each name once
 };
@@ -99,6 +115,15 @@ class CompositionError : public std::invalid_argument {
 
 /// Splits "name:=value". Throws CompositionError.
 [[nodiscard]] std::pair<std::string, std::string> parse_argument(const std::string& text);
+
+/// Appends parameters of the command line ("k:=v", "node.k:=v" or "node:k:=v") to the components
+/// that they are for; `names` are those of all components, left out ones too. Throws
+/// CompositionError.
+void apply_parameter_arguments(Composition& composition, const std::vector<std::string>& names,
+                               const std::vector<std::string>& arguments);
+
+/// The names under which topics may leave the robot; nothing: all may.
+[[nodiscard]] std::optional<std::set<std::string>> exported_topics(const Composition& composition);
 
 /// The order in which components stop, as indices: the reverse of that in which they start, and
 /// those with `stops_last` behind the others.

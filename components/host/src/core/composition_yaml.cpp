@@ -74,6 +74,22 @@ std::string to_yaml(const Composition& composition,
              ", backoff: " + to_yaml(ParameterValue(to_seconds(entry.restart.backoff))) + "}\n";
     }
   }
+  if (composition.exports) {
+    out += composition.exports->empty() ? "export: []\n" : "export:\n";
+    for (const auto& entry : *composition.exports) {
+      out += "  - {topic: " + quoted(entry.topic);
+      if (!entry.as.empty()) {
+        out += ", as: " + quoted(entry.as);
+      }
+      if (entry.rate) {
+        out += ", rate: " + to_yaml(ParameterValue(*entry.rate));
+      }
+      if (entry.shrink > 1) {
+        out += ", shrink: " + std::to_string(entry.shrink);
+      }
+      out += "}\n";
+    }
+  }
   if (!composition.complete_when.empty()) {
     out += "complete_when:\n";
     for (const auto& name : composition.complete_when) {

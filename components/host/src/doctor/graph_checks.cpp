@@ -150,19 +150,24 @@ std::vector<Finding> check_node_names(const Observation& seen) {
 }
 
 std::vector<Finding> check_clock_publishers(const Observation& seen) {
-  const auto topics = topics_of(seen);
-  const auto clock = topics.find("/clock");
-  if (clock == topics.end() || clock->second.publishers.size() < 2) {
-    return {};
+  std::vector<Finding> findings;
+  for (const auto& [name, topic] : topics_of(seen)) {
+    if (topic.publishers.size() < 2 ||
+        type_of(*topic.publishers.front()) != "rosgraph_msgs/msg/Clock") {
+      continue;
+    }
+    std::set<std::string> owners;
+    for (const auto* publisher : topic.publishers) {
+      owners.insert(owner(*publisher));
+    }
+    findings.push_back(
+        {Severity::kError,
+         std::to_string(topic.publishers.size()) + " publishers drive " + name + " (" +
+             joined(owners) + "): time jumps between them.",
+         "Stop all but one simulator or player, or give each a clock topic or a ROS_DOMAIN_ID of "
+         "its own."});
   }
-  std::set<std::string> owners;
-  for (const auto* publisher : clock->second.publishers) {
-    owners.insert(owner(*publisher));
-  }
-  return {{Severity::kError,
-           std::to_string(clock->second.publishers.size()) + " publishers drive /clock (" +
-               joined(owners) + "): time jumps between them.",
-           "Stop all but one simulator or player, or give each a ROS_DOMAIN_ID of its own."}};
+  return findings;
 }
 
 std::vector<Finding> check_camera_calibration(const Observation& seen) {

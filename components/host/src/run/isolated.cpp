@@ -67,6 +67,7 @@ class IsolatedRun {
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + entry_->name.name;
     dds.enclave = options_.enclave.value_or(dds.enclave);
+    dds.exported_topics = exported_topics(composition);
     context_ = Context::create(create_dds_transport(dds));
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },

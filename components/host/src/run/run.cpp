@@ -21,7 +21,9 @@
 #include "run/child_process.hpp"
 #include "run/event_loop.hpp"
 #include "run/executors.hpp"
+#include "run/export_relay.hpp"
 #include "run/host_node.hpp"
+#include "run/host_status.hpp"
 #include "run/mission.hpp"
 #include "run/service_manager.hpp"
 
@@ -37,6 +39,8 @@ constexpr Duration kGraceAfterTheEnd = std::chrono::seconds(30);
 /// How long a new participant may take to find those that are there already: mostly 0.15 s.
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
+/// While a fleet comes up, the graph changes all the time.
+constexpr Duration kLeastBetweenLooks = std::chrono::milliseconds(200);
 
 /// One component of the running composition: loaded here, or in a process of its own.
 struct Running {
@@ -182,6 +186,7 @@ class Run {
     auto dds = DdsOptions::from_environment();
     dds.name = "pipescout " + mission_.composition.name;
     dds.enclave = options_.enclave.value_or(dds.enclave);
+    dds.exported_topics = exported_topics(mission_.composition);
     dds.security.on_revocations_changed = [this] {
       start_again_ = true;
       kill(getpid(), SIGTERM);
@@ -335,7 +340,6 @@ class Run {
         due = due ? std::min(*due, *time) : *time;
       }
     };
-    bool isolated = false;
     std::string states;
     for (auto& component : components_) {
       if (component.supervisor) {
@@ -343,16 +347,21 @@ class Run {
         at(component.supervisor->deadline());
         states += to_string(component.supervisor->state()) +
                   std::to_string(component.supervisor->restarts()) + ' ';
-        isolated = true;
       }
     }
-    if (isolated && host_ && (now >= diagnostics_at_ || states != diagnostics_states_)) {
+    if (host_ && graph_changed_ && now >= graph_looked_at_ + kLeastBetweenLooks) {
+      graph_changed_ = false;
+      graph_looked_at_ = now;
+      look_at_graph(now);
+    }
+    if (host_ && (now >= diagnostics_at_ || states != diagnostics_states_)) {
       diagnostics_at_ = now + kDiagnosticsPeriod;
       diagnostics_states_ = states;
-      publish_diagnostics();
+      publish_diagnostics(now);
     }
-    if (isolated && host_) {
+    if (host_) {
       at(diagnostics_at_);
+      at(graph_changed_ ? std::optional(graph_looked_at_ + kLeastBetweenLooks) : std::nullopt);
     }
     if (watchdog_) {
       at(watchdog_->on_time(now));
@@ -363,8 +372,20 @@ class Run {
     return due;
   }
 
-  void publish_diagnostics() {
+  void look_at_graph(SteadyTime now) {
+    auto network = host_status_->network(context_->graph());
+    if (network != network_status_) {
+      network_status_ = std::move(network);
+      diagnostics_at_ = now;
+    }
+    if (exports_) {
+      exports_->look();
+    }
+  }
+
+  void publish_diagnostics(SteadyTime now) {
     std::vector<diagnostic_msgs::msg::DiagnosticStatus> all;
+    std::vector<pid_t> children;
     for (const auto& component : components_) {
       if (!component.supervisor) {
         continue;
@@ -385,12 +406,20 @@ class Run {
         status.values.push_back(std::move(pair));
       };
       add("state", to_string(supervisor.state()));
+      if (supervisor.running()) {
+        children.push_back(supervisor.child()->pid());
+      }
       add("process",
           supervisor.running() ? std::to_string(supervisor.child()->pid()) : std::string("none"));
       add("restarts", std::to_string(supervisor.restarts()));
       add("restart_limit", std::to_string(supervisor.policy().limit));
       add("last_exit", supervisor.last_exit());
       all.push_back(std::move(status));
+    }
+    all.push_back(host_status_->process(children, now));
+    all.push_back(network_status_);
+    if (exports_) {
+      all.push_back(exports_->status());
     }
     host_->publish_diagnostics(std::move(all));
   }
@@ -465,6 +494,13 @@ class Run {
     callbacks.broke = [this](const NodeName& name) {
       loop_.post([this, name] { broken_ = name.fully_qualified(); });
     };
+    host_status_.emplace(container_->node().node_name(), names);
+    if (mission_.composition.exports) {
+      exports_.emplace(container_->node(), *mission_.composition.exports);
+    }
+    graph_changed_ = true;
+    graph_changes_ =
+        context_->graph().on_changed([this] { loop_.post([this] { graph_changed_ = true; }); });
     host_ = std::make_unique<HostNode>(container_->node(), names, watched, std::move(callbacks));
     host_->log_into(*folder_);
   }
@@ -666,10 +702,16 @@ class Run {
   std::string broken_;
   SteadyTime diagnostics_at_{};
   std::string diagnostics_states_;
+  std::optional<HostStatus> host_status_;
+  diagnostic_msgs::msg::DiagnosticStatus network_status_;
+  bool graph_changed_ = false;
+  SteadyTime graph_looked_at_{};
   std::shared_ptr<Context> context_;
   std::optional<Executors> executors_;
   std::unique_ptr<ComponentContainer> container_;
   std::unique_ptr<HostNode> host_;
+  std::optional<ExportRelay> exports_;
+  std::shared_ptr<void> graph_changes_;
   /// Addresses are kept by callbacks.
   std::deque<Running> components_;
   std::optional<Watchdog> watchdog_;

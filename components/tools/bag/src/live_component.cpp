@@ -34,6 +34,7 @@ class Run {
   int run() {
     auto dds = DdsOptions::from_environment();
     dds.name = live_.node_name;
+    dds.hears_unexported = true;
     const auto context = Context::create(create_dds_transport(dds));
     const auto component =
         registry_.create(live_.class_name, {.context = context,

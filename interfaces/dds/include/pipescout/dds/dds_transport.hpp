@@ -6,8 +6,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
+#include "pipescout/dds/network_options.hpp"
 #include "pipescout/runtime/transport.hpp"
 
 /// The transport over Fast DDS, which connects a context's nodes to other processes and to ROS 2.
@@ -38,13 +42,29 @@ struct DdsOptions {
   /// Limited to an eighth of the free space in /dev/shm.
   std::size_t shared_memory_segment_bytes = std::size_t{32} * 1024 * 1024;
 
+  /// Not empty: others are found through these alone, without multicast. Of several one is enough.
+  std::vector<DiscoveryServerAddress> discovery_servers;
+  /// The servers tell everything, not only of topics that this process has too: for lists.
+  bool super_client = false;
+  /// Hosts that are spoken to by unicast too, without a server.
+  std::vector<std::string> static_peers;
+  NetworkProfile network;
+  /// Topics ("/robot_1/state") that may leave this machine: the others go to processes that hear
+  /// unexported topics alone, and share its memory. Services, actions, `/diagnostics`, `/rosout`
+  /// and `/parameter_events` always may. Nothing: all topics. Not together with security, whose
+  /// permissions know no partitions: TransportError.
+  std::optional<std::set<std::string>> exported_topics;
+  /// This process hears what does not leave the machine, too; one with `exported_topics` does.
+  bool hears_unexported = false;
+
   SecurityOptions security;
 
-  /// Reads `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY` and, as rcl does, `ROS_SECURITY_ENABLE`,
+  /// Reads `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_DISCOVERY_SERVER`, `ROS_SUPER_CLIENT`,
+  /// `ROS_STATIC_PEERS`, `PIPESCOUT_NETWORK` and, as rcl does, `ROS_SECURITY_ENABLE`,
   /// `ROS_SECURITY_STRATEGY`, `ROS_SECURITY_KEYSTORE` and `ROS_SECURITY_ENCLAVE_OVERRIDE`. Throws
   /// std::invalid_argument naming the variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is
   /// read by Fast DDS itself; a default participant profile in it replaces the transports chosen
-  /// here.)
+  /// here, and one that chooses a discovery protocol or initial peers the discovery.)
   [[nodiscard]] static DdsOptions from_environment();
 };
 

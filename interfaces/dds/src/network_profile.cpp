@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "network_profile.hpp"
+
+#include <fastdds/rtps/flowcontrol/FlowControllerDescriptor.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+namespace pipescout::dds {
+namespace {
+
+using eprosima::fastdds::rtps::FlowControllerDescriptor;
+using eprosima::fastdds::rtps::FlowControllerSchedulerPolicy;
+
+// With the headers of UDP and IP less than the 1280 bytes that every path of IPv6 carries: also
+// through tunnels, and where an interface claims a larger MTU than the path has. An image that
+// loses one fragment is lost, but no router splits, and no kernel reassembles, what is sent.
+constexpr std::uint32_t kWifiDatagramBytes = 1200;
+
+// Best effort topics wait here for their turn, reliable ones do not.
+constexpr const char* kBulkFlow = "pipescout bulk";
+constexpr std::uint64_t kPeriodMilliseconds = 20;
+constexpr double kMillisecondsPerSecond = 1000.0;
+constexpr double kBytesPerMegabit = 1e6 / 8.0;
+// A datagram that is larger than what may be sent in a period is never sent.
+constexpr double kLeastBytesPerPeriod = 2.0 * kWifiDatagramBytes;
+
+// Of Fast DDS's scheduler, between -10 (first) and 10 (last): between two periods the small
+// messages overtake the rest of a large one.
+constexpr const char* kPriorityProperty = "fastdds.sfc.priority";
+constexpr const char* kLastPriority = "10";
+constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::Image_",
+                                                      "sensor_msgs::msg::dds_::CompressedImage_",
+                                                      "sensor_msgs::msg::dds_::PointCloud2_"};
+
+// How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
+const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
+
+}  // namespace
+
+void apply(const NetworkProfile& profile,
+           eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport) {
+  if (profile.kind == NetworkProfile::Kind::kWifi) {
+    transport.maxMessageSize = kWifiDatagramBytes;
+  }
+}
+
+void apply(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
+  if (profile.kind != NetworkProfile::Kind::kWifi) {
+    return;
+  }
+  auto bulk = std::make_shared<FlowControllerDescriptor>();
+  bulk->name = kBulkFlow;
+  bulk->scheduler = FlowControllerSchedulerPolicy::HIGH_PRIORITY;
+  const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
+  bulk->period_ms =
+      std::max(kPeriodMilliseconds,
+               static_cast<std::uint64_t>(std::ceil(kLeastBytesPerPeriod / bytes_per_millisecond)));
+  bulk->max_bytes_per_period =
+      static_cast<std::int32_t>(bytes_per_millisecond * static_cast<double>(bulk->period_ms));
+  qos.flow_controllers().push_back(std::move(bulk));
+}
+
+void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos) {
+  if (profile.kind != NetworkProfile::Kind::kWifi) {
+    return;
+  }
+  qos.publish_mode().kind = fastdds::ASYNCHRONOUS_PUBLISH_MODE;
+  if (qos.reliability().kind == fastdds::BEST_EFFORT_RELIABILITY_QOS) {
+    qos.publish_mode().flow_controller_name = kBulkFlow;
+    if (std::find(kLargeTypes.begin(), kLargeTypes.end(), type) != kLargeTypes.end()) {
+      qos.properties().properties().emplace_back(kPriorityProperty, kLastPriority);
+    }
+  } else {
+    qos.reliable_writer_qos().times.heartbeatPeriod = kWifiHeartbeat;
+  }
+}
+
+}  // namespace pipescout::dds

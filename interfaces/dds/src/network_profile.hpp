@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <string_view>
+
+#include "pipescout/dds/network_options.hpp"
+#include "rtps_conversions.hpp"
+
+/// What a profile of the network means for Fast DDS.
+namespace pipescout::dds {
+
+void apply(const NetworkProfile& profile,
+           eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport);
+void apply(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos);
+/// `type` is the DDS name, `qos` has its reliability already.
+void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos);
+
+}  // namespace pipescout::dds

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fleet on one machine, for tests and the benchmark: launch_scripts/fleet.sh, and what goes on inside."""
+
+import collections
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import threading
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+FLEET_SH = HERE.parent.parent / "launch_scripts" / "fleet.sh"
+STATION_ADDRESS = "10.77.0.254"
+SERVER = f"{STATION_ADDRESS}:11811"
+
+
+def why_not():
+    """Why a fleet cannot be brought up here; nothing when it can."""
+    if os.geteuid() != 0:
+        return "network namespaces need root"
+    for tool in ("ip", "tc", "unshare", "setpriv", "nsenter"):
+        if shutil.which(tool) is None:
+            return f"{tool} is not on PATH"
+    tried = subprocess.run(["unshare", "--net", "--mount", "--ipc", "--pid", "--fork", "--mount-proc",
+                            "ip", "link", "add", "trial", "type", "bridge"], text=True,
+                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return "" if tried.returncode == 0 else f"no network namespaces: {tried.stdout.strip()}"
+
+
+def environment(prefix, **more):
+    """That of a fleet whose components are built below the prefix."""
+    result = {name: value for name, value in os.environ.items()
+              if name not in ("ROS_LOCALHOST_ONLY", "ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS",
+                              "ROS_SUPER_CLIENT", "PIPESCOUT_NETWORK")}
+    result["AMENT_PREFIX_PATH"] = f"{prefix}:{result.get('AMENT_PREFIX_PATH', '')}"
+    result["PATH"] = f"{pathlib.Path(prefix) / 'bin'}:{result['PATH']}"
+    return result | more
+
+
+def run(robots, composition, station, scratch, env, timeout, links=()):
+    """Brings a fleet up, runs the command `station` in the station, takes all down. The exit code.
+
+    `links`: options of fleet.sh."""
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    with subprocess.Popen([str(FLEET_SH), str(robots), *links, str(composition), "--", *map(str, station)],
+                          cwd=scratch, env=env) as process:
+        try:
+            return process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            raise
+
+
+# What follows is for the command in the station, which shares a namespace of processes with the fleet.
+
+def in_fleet(*command, **options):
+    """Runs a command where the bridge and the links to the hosts are."""
+    return subprocess.run(["nsenter", "-t", "1", "-n", "-m", *map(str, command)], check=True,
+                          **options)
+
+
+def set_link(robot, up):
+    in_fleet("ip", "link", "set", f"to_robot_{robot}", "up" if up else "down")
+
+
+def set_reach(robot, reached):
+    """Whether frames pass; the robot itself sees a link that is up."""
+    in_fleet("ip", "link", "set", f"to_robot_{robot}", *(["master", "bridge"] if reached else
+                                                          ["nomaster"]))
+
+
+def bytes_on_all_links():
+    """All bytes that the bridge has taken from and given to the hosts so far."""
+    links = json.loads(in_fleet("ip", "-s", "-j", "link", stdout=subprocess.PIPE).stdout)
+    return sum(link["stats64"][way]["bytes"] for link in links
+               if link["ifname"].startswith("to_") for way in ("rx", "tx"))
+
+
+def start_on_host(host, *command, log=None):
+    """Starts a command as one of fleet.sh's own."""
+    inside = 'mount -t tmpfs -o size=256m tmpfs /dev/shm; exec "$@"'
+    output = open(log, "ab") if log else None
+    return subprocess.Popen(["nsenter", "-t", "1", "-n", "-m", "ip", "netns", "exec", host, "bash",
+                             "-c", inside, "_", *map(str, command)],
+                            stdout=output, stderr=output)
+
+
+def robot_processes(robot):
+    """The ids of the processes `pipescout run ... --namespace robot_K`."""
+    found = []
+    for folder in pathlib.Path("/proc").iterdir():
+        if folder.name.isdigit():
+            try:
+                words = (folder / "cmdline").read_bytes().decode().split("\0")
+            except OSError:
+                continue
+            if words[0].endswith("pipescout") and f"robot_{robot}" in words:
+                found.append(int(folder.name))
+    return found
+
+
+def kill_robot(robot):
+    processes = robot_processes(robot)
+    for process in processes:
+        os.kill(process, signal.SIGKILL)
+    return len(processes)
+
+
+def wait_until(holds, timeout, what):
+    end = time.monotonic() + timeout
+    while not holds():
+        if time.monotonic() > end:
+            raise AssertionError(f"after {timeout} s: {what}")
+        time.sleep(0.05)
+
+
+class Station:
+    """Runs fleet_station and keeps what it hears."""
+
+    def __init__(self, robots):
+        self.robots = [f"robot_{k}" for k in range(1, robots + 1)]
+        self.lock = threading.Lock()
+        self.last = {}  # (robot, topic): time of the last message
+        self.ages = collections.defaultdict(list)  # of the states of a robot
+        self.findings = collections.defaultdict(set)
+        self.times = collections.defaultdict(list)  # of the states of a robot
+        self.started = time.monotonic()
+        self.process = subprocess.Popen(["fleet_station", str(robots)], stdout=subprocess.PIPE,
+                                        text=True)
+        self.thread = threading.Thread(target=self._listen, daemon=True)
+        self.thread.start()
+
+    def _listen(self):
+        for line in self.process.stdout:
+            moment, robot, topic, number, age = line.split()
+            with self.lock:
+                self.last[robot, topic] = float(moment)
+                if topic == "finding":
+                    self.findings[robot].add(int(number))
+                elif topic == "state":
+                    self.ages[robot].append(float(age))
+                    self.times[robot].append(float(moment))
+
+    def heard_since(self, moment, robots=None, topic="state"):
+        with self.lock:
+            return all(self.last.get((robot, topic), 0.0) > moment
+                       for robot in (self.robots if robots is None else robots))
+
+    def await_all(self, timeout=60.0, robots=None):
+        """Until a state of each robot comes that comes after now."""
+        now = time.monotonic()
+        wait_until(lambda: self.heard_since(now, robots), timeout,
+                   f"not all states came; heard of {sorted(self.last)}")
+        return time.monotonic() - now
+
+    def lost_findings(self, robot):
+        with self.lock:
+            found = self.findings[robot]
+            return sorted(set(range(max(found) + 1)) - found) if found else []
+
+    def stop(self):
+        self.process.terminate()
+        assert self.process.wait(10) == 0, "fleet_station failed"

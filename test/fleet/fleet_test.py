@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Four robots and a station, each in a network namespace of its own.
+
+    fleet_test.py CASE PREFIX SCRATCH
+
+PREFIX is where the components of the test are built. Exits with 77 where there are no namespaces.
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+import fleet
+
+ROBOTS = 4
+NAMES = [f"robot_{k}" for k in range(1, ROBOTS + 1)]
+SKIPPED = 77
+LONG = 60.0  # s, for what takes a second or a few on an idle machine
+LEASE = 20.0  # s, after which participants forget one that is silent
+
+
+def pipescout(*arguments, check=True):
+    result = subprocess.run(["pipescout", *arguments], stdout=subprocess.PIPE, text=True,
+                            timeout=LONG)
+    print(result.stdout, flush=True)
+    assert not check or result.returncode == 0, f"pipescout {arguments}: {result.returncode}"
+    return result.stdout
+
+
+def status():
+    """The robots by name, as `pipescout fleet status` has them."""
+    document = json.loads(pipescout("fleet", "status", "--once", "--json"))
+    return {robot["name"]: robot for robot in document["robots"]}
+
+
+def start_robot(robot, *more, host=None):
+    return fleet.start_on_host(host or f"robot_{robot}", "pipescout", "run", *more,
+                               fleet.HERE / "robot.yaml", "--namespace", f"robot_{robot}",
+                               log=f"again_{robot}.log")
+
+
+def discovery(station):
+    station.await_all()
+    robots = status()
+    assert sorted(name for name in robots if name != "/") == NAMES, robots
+    for name in NAMES:
+        robot = robots[name]
+        assert robot["nodes"] == 6, robot  # five components and their host
+        assert robot["started"] and robot["cpu_percent"] is not None, robot
+        assert robot["battery_percent"] == 50.0, robot
+        assert abs(robot["clock_offset_s"]) < 0.5, robot  # they share one clock
+    table = pipescout("fleet", "status", "--once")
+    assert all(name in table for name in NAMES)
+
+
+def link(station):
+    station.await_all()
+    fleet.wait_until(lambda: station.heard_since(0.0, topic="finding"), LONG, "no findings come")
+    fleet.set_link(2, False)
+    down = time.monotonic()
+    others = [name for name in NAMES if name != "robot_2"]
+    fleet.wait_until(lambda: time.monotonic() > down + LEASE + 5.0, LONG, "time stands still")
+    assert not station.heard_since(down + 1.0, ["robot_2"]), "the link is not down"
+    assert station.heard_since(time.monotonic() - 5.0, others), "the others suffered"
+    fleet.set_link(2, True)
+    took = station.await_all(robots=["robot_2"])
+    print(f"data again {took:.2f} s after the link was up", flush=True)
+    # What was found meanwhile comes too.
+    up = time.monotonic()
+    fleet.wait_until(lambda: station.heard_since(up + 2.0, ["robot_2"], "finding"), LONG,
+                     "no new findings")
+    fleet.wait_until(lambda: not station.lost_findings("robot_2"), LONG, "findings are lost")
+
+
+def killed(station):
+    station.await_all()
+    assert fleet.kill_robot(3) == 1
+    fell_silent = time.monotonic()
+    station.await_all(robots=[name for name in NAMES if name != "robot_3"])
+    robot = start_robot(3)
+    try:
+        took = station.await_all(robots=["robot_3"])
+        print(f"data again {took:.2f} s after the new start", flush=True)
+        assert station.heard_since(fell_silent)
+    finally:
+        robot.terminate()
+    assert robot.wait(LONG) == 0
+
+
+def start_server():
+    return subprocess.Popen(["pipescout", "discovery", "start"])
+
+
+def server(station):
+    """All is found through a discovery server; one that is killed serves again once it is back."""
+    said = pipescout("discovery", "list", check=False)
+    assert "does not answer" in said, said
+    running = start_server()
+    station.await_all()
+    assert "answers" in pipescout("discovery", "list")
+    assert set(NAMES) <= set(status())
+    running.kill()
+    running.wait()
+    station.await_all()  # who know each other need no server
+    running = start_server()
+    assert fleet.kill_robot(4) == 1
+    killed_at = time.monotonic()
+    robot = start_robot(4)
+    try:
+        fleet.wait_until(lambda: station.heard_since(killed_at + 1.0, ["robot_4"]), LONG,
+                         "the new robot is not found")
+        station.await_all()
+    finally:
+        robot.terminate()
+        robot.wait(LONG)
+        running.terminate()
+    assert running.wait(LONG) == 0
+
+
+def names(station):
+    """A robot of a name that is taken is refused; two that meet later are named on /diagnostics."""
+    station.await_all()
+    refused = start_robot(1, host="robot_4")
+    assert refused.wait(LONG) != 0
+    assert "has a node /robot_1/" in pathlib.Path("again_1.log").read_text()
+    fleet.set_reach(4, False)
+    fleet.wait_until(lambda: not fleet_knows("robot_4"), LONG, "robot_4 is still known")
+    second = start_robot(1, host="robot_4")
+    try:
+        fleet.wait_until(lambda: "components are active" in
+                         pathlib.Path("again_1.log").read_text(), LONG, "it did not start")
+        fleet.set_reach(4, True)
+        fleet.wait_until(lambda: "2 nodes have the name /robot_1/" in status()["robot_1"]["message"],
+                         LONG, "nobody says that there are two robots of one name")
+    finally:
+        second.terminate()
+        second.wait(LONG)
+
+
+def fleet_knows(name):
+    return status().get(name, {"nodes": 0})["nodes"] > 0
+
+
+def export(station):
+    """What is not exported stays on the robot, where the command line still hears it."""
+    station.await_all()
+    fleet.wait_until(lambda: station.heard_since(0.0, topic="image"), LONG, "no reduced images")
+    fleet.wait_until(lambda: "nobody publishes /robot_1/nothing" in status()["robot_1"]["message"],
+                     LONG, "nobody says that an exported topic is not published")
+    assert not station.findings, "findings have left a robot"
+    echo = ["pipescout", "topic", "echo", "--once", "/robot_1/finding"]
+    with_memory = subprocess.run(["nsenter", "-t", str(fleet.robot_processes(1)[0]), "-n", "-m",
+                                  *echo], stdout=subprocess.PIPE, text=True, timeout=LONG)
+    assert "frame_id" in with_memory.stdout, with_memory
+
+
+@contextlib.contextmanager
+def running(*arguments):
+    """`pipescout run`, until the end of the block."""
+    process = subprocess.Popen(["pipescout", "run", *map(str, arguments)])
+    try:
+        yield
+    finally:
+        process.terminate()
+        code = process.wait(LONG)
+    assert code == 0, f"pipescout run: {code}"
+
+
+def seen_from_outside():
+    """Nodes and topics of two robots, and a state that each follower has from its own robot."""
+    with_nodes = []
+
+    def all_there():
+        with_nodes[:] = pipescout("node", "list").split()
+        return sum("follower" in name for name in with_nodes) == 8
+
+    fleet.wait_until(all_there, LONG, "not all nodes are there")
+    numbers = {}
+    for robot in (1, 2):
+        for follower in (1, 2, 3, 4):
+            text = pipescout("topic", "echo", "--once", f"/robot_{robot}/follower_{follower}/state")
+            numbers[robot, follower] = float(text.split("x:")[1].split()[0]) >= 1e6
+    # Each process has a host of its own, with other services and /diagnostics of it.
+    nodes = [name for name in with_nodes if "container" not in name]
+    topics = pipescout("topic", "list", "--show-types").splitlines()
+    return sorted(nodes), sorted(topics), numbers
+
+
+def twice(scratch):
+    """A composition twice in one process is to others what it is in two."""
+    scratch.mkdir(parents=True, exist_ok=True)
+    os.chdir(scratch)
+    with running(fleet.HERE / "two_robots.yaml"):
+        together = seen_from_outside()
+    robot = fleet.HERE / "robot.yaml"
+    with running(robot, "--namespace", "robot_1"), \
+            running(robot, "first_number:=1000000", "--namespace", "robot_2"):
+        apart = seen_from_outside()
+    assert together == apart, f"{together}\n{apart}"
+    assert together[2] == {(robot, follower): robot == 2 for robot in (1, 2)
+                           for follower in (1, 2, 3, 4)}, together[2]
+
+
+CASES = {case.__name__: case for case in (discovery, link, killed, server, names, export)}
+SERVED = {"server"}
+COMPOSITIONS = {"export": "exporting_robot.yaml"}
+
+
+def inside(case):
+    station = fleet.Station(ROBOTS)
+    CASES[case](station)
+    station.stop()
+    print(f"{case}: passed", flush=True)
+
+
+def main():
+    if sys.argv[1] == "--inside":
+        inside(sys.argv[2])
+        return 0
+    case = sys.argv[1]
+    prefix, scratch = (pathlib.Path(each).resolve() for each in sys.argv[2:4])
+    if case == "twice":
+        os.environ.update(fleet.environment(prefix, ROS_LOCALHOST_ONLY="1"))
+        twice(scratch)
+        return 0
+    if reason := fleet.why_not():
+        print(f"SKIPPED: {reason}")
+        return SKIPPED
+    more = {"ROS_DISCOVERY_SERVER": fleet.SERVER} if case in SERVED else {}
+    env = fleet.environment(prefix, PYTHONDONTWRITEBYTECODE="1", **more)
+    return fleet.run(ROBOTS, fleet.HERE / COMPOSITIONS.get(case, "robot.yaml"),
+                     [sys.executable, pathlib.Path(__file__).resolve(), "--inside", case], scratch,
+                     env, timeout=280)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
