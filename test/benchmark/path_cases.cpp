@@ -103,7 +103,9 @@ class Comparison {
     figures.add("lattice_time_ratio_" + name, first / first_of_theirs, Bound::kAtMost, kTimeRatio);
     figures.add("lattice_first_ms_" + name, kMilliseconds * first);
     figures.add("ompl_first_ms_" + name, kMilliseconds * first_of_theirs);
-    figures.add("lattice_cost_ratio_" + name, median(cost_ratios_), Bound::kAtMost, kCostRatio);
+    if (!cost_ratios_.empty()) {
+      figures.add("lattice_cost_ratio_" + name, median(cost_ratios_), Bound::kAtMost, kCostRatio);
+    }
     figures.add("lattice_deadline_overrun_ms_" + name, kMilliseconds * std::max(0.0, overrun_),
                 Bound::kAtMost, kOverrun);
     figures.add("lattice_violations_" + name, broken_, Bound::kAtMost, 0);
