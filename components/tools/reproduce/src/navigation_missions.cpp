@@ -19,11 +19,11 @@ namespace {
 using navigation_study::MissionScore;
 using navigation_study::MissionSettings;
 
-constexpr double kMilliseconds = 1e3;
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kMissionMilliseconds = 1e3;
+constexpr double kMissionDegrees = 180 / std::numbers::pi;
 
 /// s, processor time of this thread: other seeds are driven at the same time.
-double clock_reading() {
+double processor_time() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   constexpr double kNanosecond = 1e-9;
@@ -45,8 +45,8 @@ std::vector<std::uint64_t> mission_seeds(const std::vector<std::uint64_t>& seeds
   return result;
 }
 
-double worst(const std::vector<MissionScore>& scores,
-             const std::function<double(const MissionScore&)>& value) {
+double worst_mission(const std::vector<MissionScore>& scores,
+                     const std::function<double(const MissionScore&)>& value) {
   double result = 0;
   for (const MissionScore& score : scores) {
     result = std::max(result, value(score));
@@ -54,7 +54,7 @@ double worst(const std::vector<MissionScore>& scores,
   return result;
 }
 
-double quantile(std::vector<double> values, double share) {
+double mission_quantile(std::vector<double> values, double share) {
   if (values.empty()) {
     return 0;
   }
@@ -72,13 +72,13 @@ double goal_quantile(const std::vector<MissionScore>& scores, double share,
       values.push_back(value(score));
     }
   }
-  return quantile(std::move(values), share);
+  return mission_quantile(std::move(values), share);
 }
 
 void add_pose_missions(const std::vector<std::uint64_t>& seeds, FigureRows& rows,
                        StageProgress& progress) {
   const auto scores = for_each_seed(progress, "missions", seeds, [](std::uint64_t seed) {
-    return navigation_study::run_mission({}, seed, clock_reading);
+    return navigation_study::run_mission({}, seed, processor_time);
   });
   double collisions = 0;
   double reached = 0;
@@ -89,7 +89,9 @@ void add_pose_missions(const std::vector<std::uint64_t>& seeds, FigureRows& rows
     typical.push_back(score.typical_cycle_time);
   }
   const auto distance = [](const MissionScore& score) { return score.goal_distance; };
-  const auto heading = [](const MissionScore& score) { return kDegrees * score.goal_heading; };
+  const auto heading = [](const MissionScore& score) {
+    return kMissionDegrees * score.goal_heading;
+  };
   rows.add_study(
       "Missions in drawn plants with moving obstacles, " + std::to_string(scores.size()),
       {{"missions with a contact, checked at 1 kHz", collisions, {}, kNone, "collisions"},
@@ -114,30 +116,33 @@ void add_pose_missions(const std::vector<std::uint64_t>& seeds, FigureRows& rows
         at_most(3),
         "goal_heading_worst_deg"},
        {"between two commands, ms, worst",
-        kMilliseconds * worst(scores, [](const MissionScore& score) { return score.gap; }),
+        kMissionMilliseconds *
+            worst_mission(scores, [](const MissionScore& score) { return score.gap; }),
         {},
         at_most(100),
         "command_gap_ms"},
        {"control cycle, ms of processor time, median",
-        kMilliseconds * quantile(typical, 0.5),
+        kMissionMilliseconds * mission_quantile(typical, 0.5),
         {},
         at_most(1),
         "control_cycle_ms"},
        {"the same, worst",
-        kMilliseconds * worst(scores, [](const MissionScore& score) { return score.cycle_time; }),
+        kMissionMilliseconds *
+            worst_mission(scores, [](const MissionScore& score) { return score.cycle_time; }),
         {},
         kSmallIsGood,
         "control_cycle_worst_ms"}});
 }
 
 /// One with the usual exposure time, one with twice as much.
-void add_tours(const std::vector<std::uint64_t>& seeds, FigureRows& rows, StageProgress& progress) {
+void add_inspection_tours(const std::vector<std::uint64_t>& seeds, FigureRows& rows,
+                          StageProgress& progress) {
   for (const double factor : {1.0, 2.0}) {
     const auto scores =
         for_each_seed(progress, "tours of inspection", seeds, [&](std::uint64_t seed) {
           MissionSettings settings{.time_limit = 3000, .tour = true};
           settings.exposure *= factor;
-          return navigation_study::run_mission(settings, seed, clock_reading);
+          return navigation_study::run_mission(settings, seed, processor_time);
         });
     double seen = 0;
     double metres = 0;
@@ -177,7 +182,7 @@ void add_navigation_missions(const std::vector<std::uint64_t>& seeds,
                              const NavigationExtent& extent, FigureRows& rows,
                              StageProgress& progress) {
   add_pose_missions(mission_seeds(seeds, extent.missions), rows, progress);
-  add_tours(mission_seeds(seeds, extent.tours), rows, progress);
+  add_inspection_tours(mission_seeds(seeds, extent.tours), rows, progress);
 }
 
 }  // namespace pipescout::reproduce
