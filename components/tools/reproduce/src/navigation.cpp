@@ -11,6 +11,7 @@
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
 #include "pipescout/map_files/grid_file.hpp"
+#include "navigation_missions.hpp"
 #include "pipescout/navigation_study/planning_score.hpp"
 #include "pipescout/planning/route_planner.hpp"
 #include "reproduce.hpp"
@@ -57,6 +58,7 @@ class Navigation {
     add_floor();
     add_paths("maze of aisles of 3 m", "maze", navigation_study::draw_maze);
     add_paths("plant of 300 x 200 m", "plant", navigation_study::draw_plant);
+    add_navigation_missions(seeds_, extent_, rows_, progress_);
     return std::move(result_);
   }
 

@@ -136,6 +136,8 @@ struct NavigationExtent {
   std::size_t routes = 200;       ///< in all
   std::size_t paths = 5;          ///< on each map, for each seed
   double deadline = 0.150;        ///< s, of a path
+  std::size_t missions = 100;     ///< in all
+  std::size_t tours = 20;         ///< of inspection, in all
 };
 
 // The tables.

@@ -26,8 +26,8 @@ std::span<const ReproducibleTable> reproducible_tables() {
                         "Table 1 of Ibarguren and others: tracking of a pipe, and the camera arm",
                         true, reproduce_tracking},
       ReproducibleTable{"navigation",
-                        "Figures of routes, tours and paths in drawn plants and mazes", true,
-                        reproduce_navigation},
+                        "Figures of routes, tours, paths and missions in drawn plants and mazes",
+                        true, reproduce_navigation},
   };
   return kTables;
 }

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "navigation_missions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "each_seed.hpp"
+#include "pipescout/navigation_study/mission.hpp"
+#include "pipescout/statistics/draw.hpp"
+
+namespace pipescout::reproduce {
+namespace {
+
+using navigation_study::MissionScore;
+using navigation_study::MissionSettings;
+
+constexpr double kMissionMilliseconds = 1e3;
+constexpr double kMissionDegrees = 180 / std::numbers::pi;
+
+/// s, processor time of this thread: other seeds are driven at the same time.
+double processor_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  constexpr double kNanosecond = 1e-9;
+  return static_cast<double>(time.tv_sec) + kNanosecond * static_cast<double>(time.tv_nsec);
+}
+
+/// `count` in all, some of each seed.
+std::vector<std::uint64_t> mission_seeds(const std::vector<std::uint64_t>& seeds,
+                                         std::size_t count) {
+  constexpr std::uint64_t kMissions = 22;
+  std::vector<std::uint64_t> result;
+  const std::size_t each = std::max<std::size_t>(1, count / seeds.size());
+  for (const std::uint64_t seed : seeds) {
+    statistics::Draw draw(seed, kMissions);
+    for (std::size_t i = 0; i < each; ++i) {
+      result.push_back(draw.seed());
+    }
+  }
+  return result;
+}
+
+double worst_mission(const std::vector<MissionScore>& scores,
+                     const std::function<double(const MissionScore&)>& value) {
+  double result = 0;
+  for (const MissionScore& score : scores) {
+    result = std::max(result, value(score));
+  }
+  return result;
+}
+
+double mission_quantile(std::vector<double> values, double share) {
+  if (values.empty()) {
+    return 0;
+  }
+  std::sort(values.begin(), values.end());
+  const auto last = static_cast<double>(values.size() - 1);
+  return values[static_cast<std::size_t>(std::lround(share * last))];
+}
+
+/// Of the missions that reached their goal.
+double goal_quantile(const std::vector<MissionScore>& scores, double share,
+                     const std::function<double(const MissionScore&)>& value) {
+  std::vector<double> values;
+  for (const MissionScore& score : scores) {
+    if (score.reached) {
+      values.push_back(value(score));
+    }
+  }
+  return mission_quantile(std::move(values), share);
+}
+
+void add_pose_missions(const std::vector<std::uint64_t>& seeds, FigureRows& rows,
+                       StageProgress& progress) {
+  const auto scores = for_each_seed(progress, "missions", seeds, [](std::uint64_t seed) {
+    return navigation_study::run_mission({}, seed, processor_time);
+  });
+  double collisions = 0;
+  double reached = 0;
+  std::vector<double> typical;
+  for (const MissionScore& score : scores) {
+    collisions += score.collisions > 0 ? 1 : 0;
+    reached += score.reached ? 1 : 0;
+    typical.push_back(score.typical_cycle_time);
+  }
+  const auto distance = [](const MissionScore& score) { return score.goal_distance; };
+  const auto heading = [](const MissionScore& score) {
+    return kMissionDegrees * score.goal_heading;
+  };
+  rows.add_study(
+      "Missions in drawn plants with moving obstacles, " + std::to_string(scores.size()),
+      {{"missions with a contact, checked at 1 kHz", collisions, {}, kNone, "collisions"},
+       {"goals reached, %",
+        100 * reached / static_cast<double>(scores.size()),
+        {},
+        at_least(99),
+        "reached_percent"},
+       {"distance from the goal, m, 95 %",
+        goal_quantile(scores, 0.95, distance),
+        {},
+        kSmallIsGood,
+        "goal_distance_p95_m"},
+       {"distance from the goal, m, worst",
+        goal_quantile(scores, 1, distance),
+        {},
+        at_most(0.10),
+        "goal_distance_worst_m"},
+       {"heading from the goal's, degrees, worst",
+        goal_quantile(scores, 1, heading),
+        {},
+        at_most(3),
+        "goal_heading_worst_deg"},
+       {"between two commands, ms, worst",
+        kMissionMilliseconds *
+            worst_mission(scores, [](const MissionScore& score) { return score.gap; }),
+        {},
+        at_most(100),
+        "command_gap_ms"},
+       {"control cycle, ms of processor time, median",
+        kMissionMilliseconds * mission_quantile(typical, 0.5),
+        {},
+        at_most(1),
+        "control_cycle_ms"},
+       {"the same, worst",
+        kMissionMilliseconds *
+            worst_mission(scores, [](const MissionScore& score) { return score.cycle_time; }),
+        {},
+        kSmallIsGood,
+        "control_cycle_worst_ms"}});
+}
+
+/// One with the usual exposure time, one with twice as much.
+void add_inspection_tours(const std::vector<std::uint64_t>& seeds, FigureRows& rows,
+                          StageProgress& progress) {
+  for (const double factor : {1.0, 2.0}) {
+    const auto scores =
+        for_each_seed(progress, "tours of inspection", seeds, [&](std::uint64_t seed) {
+          MissionSettings settings{.time_limit = 3000, .tour = true};
+          settings.exposure *= factor;
+          return navigation_study::run_mission(settings, seed, processor_time);
+        });
+    double seen = 0;
+    double metres = 0;
+    double collisions = 0;
+    double reached = 0;
+    double speed = 0;
+    for (const MissionScore& score : scores) {
+      seen += score.seen_percent * score.pipe_metres;
+      metres += score.pipe_metres;
+      collisions += score.collisions > 0 ? 1 : 0;
+      reached += score.reached ? 1 : 0;
+      speed += score.speed / static_cast<double>(scores.size());
+    }
+    const bool usual = factor == 1;
+    const std::string suffix = usual ? "" : "_double_exposure";
+    rows.add_study(
+        "Tours of inspection, " + std::to_string(scores.size()) +
+            (usual ? "" : ", exposure time doubled"),
+        {{"of the toured metres, seen sharp, %",
+          metres > 0 ? seen / metres : 0,
+          {},
+          at_least(99.5),
+          "pipe_seen_percent" + suffix},
+         {"mean speed along pipes, m/s", speed, {}, kLargeIsGood, "inspection_speed" + suffix},
+         {"tours with a contact", collisions, {}, kNone, "tour_collisions" + suffix},
+         {"tours completed, %",
+          100 * reached / static_cast<double>(scores.size()),
+          {},
+          at_least(99),
+          "tour_reached_percent" + suffix}});
+  }
+}
+
+}  // namespace
+
+void add_navigation_missions(const std::vector<std::uint64_t>& seeds,
+                             const NavigationExtent& extent, FigureRows& rows,
+                             StageProgress& progress) {
+  add_pose_missions(mission_seeds(seeds, extent.missions), rows, progress);
+  add_inspection_tours(mission_seeds(seeds, extent.tours), rows, progress);
+}
+
+}  // namespace pipescout::reproduce

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "figure_rows.hpp"
+#include "reproduce.hpp"
+#include "stage_progress.hpp"
+
+namespace pipescout::reproduce {
+
+/// Missions and tours of inspection in a closed loop with a simulated vehicle.
+void add_navigation_missions(const std::vector<std::uint64_t>& seeds,
+                             const NavigationExtent& extent, FigureRows& rows,
+                             StageProgress& progress);
+
+}  // namespace pipescout::reproduce
