@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// `pipescout track`, on images made here: a warm pipe that sways, hidden in some of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sensor_msgs/msg/image.hpp>
+
+#include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/idl/message_type.hpp"
+#include "pipescout/testing/program.hpp"
+#include "pipescout/thermal_files/thermal_file.hpp"
+
+namespace pipescout::track {
+namespace {
+
+namespace fs = std::filesystem;
+using ::pipescout::testing::content;
+using ::pipescout::testing::run_program;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+constexpr int kImages = 30;
+
+double row_of(int image) {
+  return 60 + 10 * std::sin(0.2 * image);
+}
+
+/// degC; none of the pipe in images 15 to 19.
+std::vector<float> temperatures(int image) {
+  std::vector<float> degrees(kWidth * kHeight);
+  const bool hidden = image >= 15 && image < 20;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool pipe = !hidden && std::abs(y - row_of(image)) <= 4;
+      degrees[static_cast<std::size_t>(y * kWidth + x)] =
+          pipe ? 60.0F : 15.0F + 0.1F * static_cast<float>((x * 7 + y * 13) % 5);
+    }
+  }
+  return degrees;
+}
+
+class TrackCommand : public ::testing::Test {
+ protected:
+  void write_folder() const {
+    fs::create_directories(folder_.path() / "images");
+    for (int i = 0; i < kImages; ++i) {
+      const std::vector<float> degrees = temperatures(i);
+      std::ofstream(folder_.path() / "images" / (std::to_string(i) + ".tiff"), std::ios::binary)
+          << to_tiff(thermal::TemperatureView{degrees.data(), kWidth, kHeight, kWidth});
+    }
+  }
+  void write_bag(const std::vector<std::string>& topics) const {
+    bags::BagWriter writer(folder_.path() / "bag", {});
+    for (int i = 0; i < kImages; ++i) {
+      sensor_msgs::msg::Image image;
+      image.header.stamp.sec = 100 + i / 10;
+      image.header.stamp.nanosec = 100'000'000U * static_cast<std::uint32_t>(i % 10);
+      image.width = kWidth;
+      image.height = kHeight;
+      image.encoding = "32FC1";
+      image.step = kWidth * sizeof(float);
+      const std::vector<float> degrees = temperatures(i);
+      image.data.resize(degrees.size() * sizeof(float));
+      std::memcpy(image.data.data(), degrees.data(), image.data.size());
+      for (const std::string& topic : topics) {
+        write(writer, topic, image);
+      }
+    }
+    writer.close();
+  }
+  static void write(bags::BagWriter& writer, const std::string& topic,
+                    const sensor_msgs::msg::Image& image);
+
+  [[nodiscard]] auto run(const std::vector<std::string>& arguments) const {
+    return run_program(TRACK_COMMAND, arguments, folder_.path());
+  }
+  [[nodiscard]] CsvRows track() const {
+    return read_csv_rows(content(folder_.path() / "out" / "track.csv"));
+  }
+  /// Of all images after the first ones, against the truth.
+  void check_track() const {
+    const CsvRows csv = track();
+    ASSERT_EQ(csv.rows.size(), 1U + kImages);
+    for (int i = 5; i < kImages; ++i) {
+      const auto& cells = csv.rows[static_cast<std::size_t>(i) + 1].cells;
+      const bool hidden = i >= 15 && i < 20;
+      EXPECT_EQ(cells[2], hidden ? "coasting" : "locked") << i;
+      EXPECT_EQ(cells[3], "1") << i;
+      EXPECT_NEAR(std::stod(cells[5]), row_of(i), hidden ? 15 : 4) << i;
+    }
+  }
+
+  ::pipescout::testing::TemporaryFolder folder_;
+};
+
+void TrackCommand::write(bags::BagWriter& writer, const std::string& topic,
+                         const sensor_msgs::msg::Image& image) {
+  const MessageType& type = message_type<sensor_msgs::msg::Image>();
+  std::vector<std::byte> data(type.serialized_size(&image));
+  ASSERT_EQ(type.serialize(&image, data), data.size());
+  const auto index = writer.add_topic({.name = topic, .type = "sensor_msgs/msg/Image"});
+  const std::int64_t time = image.header.stamp.sec * 1'000'000'000LL + image.header.stamp.nanosec;
+  writer.write({.topic = index, .log_time = time, .publish_time = time, .data = data});
+}
+
+TEST_F(TrackCommand, FollowsThePipeOfAFolder) {
+  write_folder();
+  const auto result = run({"images", "--out", "out"});
+  EXPECT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("30 images, 25 with pipes\n1 track; locked in "));
+  check_track();
+}
+
+TEST_F(TrackCommand, FollowsThePipeOfABag) {
+  write_bag({"/thermal/image_raw"});
+  const auto result = run({"bag", "--out", "out"});
+  EXPECT_EQ(result.code(), 0) << result.err;
+  check_track();
+  EXPECT_EQ(track().rows[1].cells[1], "100");
+}
+
+TEST_F(TrackCommand, ChoosesAmongTopics) {
+  write_bag({"/front", "/back"});
+  const auto undecided = run({"bag", "--out", "out"});
+  EXPECT_EQ(undecided.code(), 1);
+  EXPECT_THAT(undecided.err, HasSubstr("choose one with --topic: /front, /back"));
+  EXPECT_EQ(run({"bag", "--out", "out", "--topic", "/back"}).code(), 0);
+}
+
+TEST_F(TrackCommand, NamesWhatItCannotUse) {
+  write_folder();
+  std::ofstream(folder_.path() / "images" / "12b.tiff") << "no image";
+  const auto result = run({"images", "--out", "out"});
+  EXPECT_EQ(result.code(), 1);
+  EXPECT_THAT(result.err, HasSubstr("12b.tiff: is neither PNG, TIFF, JPEG nor FLIR's FFF"));
+  EXPECT_EQ(track().rows.size(), 2U + kImages);
+  fs::create_directories(folder_.path() / "empty");
+  EXPECT_THAT(run({"empty", "--out", "out"}).err, HasSubstr("empty: contains no image"));
+  EXPECT_EQ(run({"nowhere", "--out", "out"}).code(), 2);
+}
+
+}  // namespace
+}  // namespace pipescout::track
