@@ -15,8 +15,8 @@ recovery_link_p100_s     the longest time from link up until states came, after 
 recovery_kill_p100_s     the longest time from the new start of a killed robot until its states came
 recovery_p100_s          the longer of the two
 recovery_lost_findings   numbered findings of the outages, kept for late comers, that never came
-wifi_state_p99_ms        age of the states of four robots that send images, each over a link of
-                         5 Mbit/s, with PIPESCOUT_NETWORK=wifi:2
+wifi_state_p99_ms        age of the states of four robots that send an image every 2 s, each over
+                         a link of 5 Mbit/s, with PIPESCOUT_NETWORK=wifi:2
 
 Builds what it runs.
 """
