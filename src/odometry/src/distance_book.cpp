@@ -45,8 +45,8 @@ double DistanceBook::distance(const WindowSum& window) const {
 }
 
 double DistanceBook::random_variance(const WindowSum& window) const {
-  double variance = path_variance_ + path_variance(window) + counting_variance_ +
-                    squared(bias_ + (window.agreed ? 0.0 : window.bias));
+  double variance =
+      path_variance_ + path_variance(window) + counting_variance_ + squared(bias_ + window.bias);
   for (std::size_t i = 0; i < count_; ++i) {
     const Account& account = accounts_[i];
     const double weight = window.weight[i];
@@ -68,7 +68,7 @@ double DistanceBook::variance(const WindowSum& window) const {
 void DistanceBook::commit(const WindowSum& window) {
   distance_ += window.distance;
   path_variance_ += path_variance(window);
-  if (window.agreed) {
+  if (window.agreed && window.bias == 0.0) {
     path_variance_ += squared(bias_);
     bias_ = 0.0;
   } else {

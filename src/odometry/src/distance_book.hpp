@@ -30,7 +30,7 @@ struct WindowSum {
 /// its
 ///   root) and vanish on the way back; one correction after the other of an odometer is learnt from
 ///   much the same data, so their errors are taken for one;
-/// - of a fallback: the same until the next consensus.
+/// - of a fallback, or of a bend that may be a slip: the same until there is no doubt any more.
 class DistanceBook {
  public:
   explicit DistanceBook(const OdometerStreamParameters& parameters);
@@ -70,7 +70,7 @@ class DistanceBook {
   double distance_ = 0.0;
   double path_variance_ = 0.0;
   double counting_variance_ = 0.0;
-  double bias_ = 0.0;  // m, of windows in a row without consensus
+  double bias_ = 0.0;  // m, of windows in a row with a bias
 };
 
 }  // namespace pipescout::odometry::internal

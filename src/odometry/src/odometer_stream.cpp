@@ -29,6 +29,9 @@ OdometerStream::Implementation::Implementation(OdometerStreamParameters paramete
       book_(parameters_),
       ahead_(book_) {
   closed_.reserve(parameters_.lookback_windows + 1);
+  if (parameters_.rule == FusionRule::kCircumference) {
+    bends_.emplace(parameters_);
+  }
   for (const auto& odometer : parameters_.odometers) {
     wheels_.push_back({.track = OdometerTrack(odometer, parameters_),
                        .monitor = OdometerMonitor(odometer, parameters_),
@@ -180,6 +183,10 @@ void OdometerStream::Implementation::set_correction(std::size_t odometer,
   wheel.scale = correction.scale;
   wheel.scale_variance = correction.covariance(0, 0);
   wheel.monitor.restart_scale();
+  if (bends_) {
+    bends_->circumference().set_scale_variance(
+        odometer, correction.covariance(0, 0) / (correction.scale * correction.scale));
+  }
   book_.set_correction(odometer, correction);
   ahead_ = book_;
   state_.odometers[odometer].correction = correction;
@@ -191,6 +198,15 @@ void OdometerStream::Implementation::end_segment() {
   book_.end_segment();
   ahead_ = book_;
   publish();
+}
+
+void OdometerStream::Implementation::set_roll(double roll) {
+  roll_ = std::isfinite(roll) ? roll : roll_;
+}
+
+void OdometerStream::Implementation::add_turn(double up, double right) {
+  turn_ += Eigen::Vector2d(up, right);
+  ++turns_;
 }
 
 OdometerStream::OdometerStream(OdometerStreamParameters parameters)
@@ -219,6 +235,14 @@ void OdometerStream::set_correction(std::size_t odometer, const OdometerCorrecti
 
 void OdometerStream::end_segment() noexcept {
   implementation_->end_segment();
+}
+
+void OdometerStream::set_roll(double roll) noexcept {
+  implementation_->set_roll(roll);
+}
+
+void OdometerStream::add_turn(double up, double right) noexcept {
+  implementation_->add_turn(up, right);
 }
 
 const FusedStream& OdometerStream::state() const noexcept {

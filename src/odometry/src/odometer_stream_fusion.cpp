@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <utility>
 
@@ -13,6 +14,9 @@ using internal::TickMark;
 using internal::WindowEvidence;
 
 namespace {
+
+constexpr std::size_t kLeastOnCircumference = 3;  // wheels, of a distance and a bend
+constexpr double kLargestBendProbability = 0.05;  // of windows that tell something of a wheel
 
 double squared(double value) {
   return value * value;
@@ -33,6 +37,9 @@ void OdometerStream::Implementation::fuse_tick(std::int64_t tick) {
     return;
   }
   read_increments(tick);
+  if (bends_) {
+    window_.explanation = bends_->explain(sums_of(window_));
+  }
   explain(fuse_window(window_));
   const double duration = time - anchor_time_;
   if (state_.status == StreamStatus::kNoData) {
@@ -66,6 +73,9 @@ void OdometerStream::Implementation::begin(std::int64_t tick) {
 void OdometerStream::Implementation::read_increments(std::int64_t tick) {
   window_ = {};
   window_.drifted = drifting_;
+  window_.duration = state_.time - anchor_time_;
+  window_.turn = turn_;
+  window_.turn_known = turns_ > 0 && turn_.allFinite();
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const Wheel& wheel = wheels_[i];
     OdometerState& state = state_.odometers[i];
@@ -127,9 +137,15 @@ ConsensusFusionResult OdometerStream::Implementation::fuse_window(Window& window
   window.sum.weight.fill(0.0);
   window.sum.bias = 0.0;
   window.sum.agreed = result.status == FusionStatus::kOk;
-  if (window.sum.agreed) {
+  if (parameters_.rule == FusionRule::kAverage && window.spanning.any()) {
+    average(window);
+  } else if (bends_ && window.usable.count() >= kLeastOnCircumference &&
+             window.explanation.consistent) {
+    weigh(window);
+  } else if (window.sum.agreed && !(bends_ && !window.explanation.consistent)) {
     agree(window, result.fusion_set, result.fused.distance);
   } else if (taking_part.any()) {
+    window.sum.agreed = false;
     const OdometerSet trusted = taking_part & window.trusted;
     fall_back(window, trusted.any() ? trusted : taking_part);
   }
@@ -150,6 +166,61 @@ void OdometerStream::Implementation::agree(Window& window, const OdometerSet& me
   }
   for (double& weight : window.sum.weight) {
     weight /= total;
+  }
+}
+
+void OdometerStream::Implementation::average(Window& window) {
+  const auto count = static_cast<double>(window.spanning.count());
+  window.sum.agreed = true;
+  window.sum.distance = 0.0;
+  for (std::size_t i = 0; i < kMaxOdometers; ++i) {
+    if (window.spanning[i]) {
+      window.sum.weight[i] = 1.0 / count;
+      window.sum.distance += window.sum.increment[i] / count;
+    }
+  }
+}
+
+internal::WheelSums OdometerStream::Implementation::sums_of(const Window& window) const {
+  return {.wheels = window.usable,
+          .increment = window.sum.increment,
+          .random = window.sum.random,
+          .travelled = window.median,
+          .duration = window.duration,
+          .turn = window.turn,
+          .turn_known = window.turn_known};
+}
+
+void OdometerStream::Implementation::weigh(Window& window) const {
+  const auto weights =
+      bends_->circumference().weigh(window.explanation, sums_of(window), window.deviation);
+  window.sum.agreed = true;
+  window.sum.weight = weights.weight;
+  window.sum.distance = weights.distance;
+  window.sum.bias = weights.bias;
+}
+
+/// `begin`: m, fused distance at the begin of the window that was closed last.
+void OdometerStream::Implementation::judge_bends(double begin) {
+  const auto judged = bends_->note(sums_of(closed_.back()), begin);
+  apply(judged.ended, 1);
+  apply(judged.now, 0);
+  for (const auto& found : judged.found) {
+    if (found) {
+      ++state_.bends;
+      state_.bend = *found;
+      state_.bend.direction = std::remainder(found->direction + roll_, 2.0 * std::numbers::pi);
+    }
+  }
+}
+
+/// To as many windows as are not final, the last of which has `later` windows after it.
+void OdometerStream::Implementation::apply(const internal::BendFinder::Judgement& judgement,
+                                           std::size_t later) {
+  const std::size_t end = closed_.size() - std::min(later, closed_.size());
+  for (std::size_t w = end - std::min(judgement.windows, end); w < end; ++w) {
+    closed_[w].explanation = judgement.explanation;
+    static_cast<void>(fuse_window(closed_[w]));
   }
 }
 
@@ -179,6 +250,7 @@ void OdometerStream::Implementation::fall_back(Window& window, const OdometerSet
 
 void OdometerStream::Implementation::explain(const ConsensusFusionResult& result) {
   state_.consensus = result;
+  state_.in_bend = bends_ ? window_.explanation.bend : 0.0;
   state_.status = window_.sum.agreed     ? StreamStatus::kOk
                   : window_.usable.any() ? StreamStatus::kNoConsensus
                                          : StreamStatus::kNoData;
@@ -224,6 +296,7 @@ bool OdometerStream::Implementation::anchor_is_due(std::int64_t tick) const {
 void OdometerStream::Implementation::anchor(std::int64_t tick) {
   judge_window();
   ++state_.windows;
+  state_.uneven_windows += window_.explanation.straight < 0.5 ? 1 : 0;
   state_.windows_no_consensus += state_.status == StreamStatus::kNoConsensus ? 1 : 0;
   state_.windows_no_data += state_.status == StreamStatus::kNoData ? 1 : 0;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -231,9 +304,15 @@ void OdometerStream::Implementation::anchor(std::int64_t tick) {
     state_.odometers[i].unsupported += state_.odometers[i].use == OdometerUse::kUnsupported ? 1 : 0;
   }
   anchor_time_ = state_.time;
+  turn_.setZero();
+  turns_ = 0;
   window_open_ = false;
   closed_.push_back(window_);
-  look_back();
+  if (bends_) {
+    judge_bends(ahead_.distance({}));
+  } else if (parameters_.rule == FusionRule::kConsensus) {
+    look_back();
+  }
   // What is left of the window is its weights: they hold the last reading of each member.
   window_ = {};
   window_.sum.weight = closed_.back().sum.weight;
@@ -333,7 +412,9 @@ void OdometerStream::Implementation::judge_window() {
   std::size_t known = 0;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     auto& monitor = wheels_[i].monitor;
-    if (window_.spanning[i] && window_.spanning.count() >= kMinOdometers) {
+    // In a bend they differ by right.
+    const bool comparable = window_.explanation.bend < kLargestBendProbability;
+    if (comparable && window_.spanning[i] && window_.spanning.count() >= kMinOdometers) {
       monitor.note_window({.increment = window_.sum.increment[i],
                            .deviation = state_.odometers[i].standard_deviation,
                            .path = window_.sum.path[i],

@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "distance_book.hpp"
 #include "odometer_monitor.hpp"
 #include "odometer_track.hpp"
+#include "pipe_bends.hpp"
 #include "pipescout/odometry/odometer_stream.hpp"
 
 namespace pipescout::odometry {
@@ -23,6 +25,8 @@ class OdometerStream::Implementation {
   void flush();
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
   void end_segment();
+  void set_roll(double roll);
+  void add_turn(double up, double right);
   [[nodiscard]] const FusedStream& state() const { return state_; }
   [[nodiscard]] const OdometerStreamParameters& parameters() const { return parameters_; }
 
@@ -41,9 +45,13 @@ class OdometerStream::Implementation {
     std::array<double, kMaxOdometers> deviation{};  ///< m, of the increments
     OdometerSet spanning;                           ///< odometers with an increment over all of it
     OdometerSet usable;                             ///< of these, not left out for their health
-    OdometerSet trusted;  ///< of these, ok or worn: what a fallback is made of
-    double median = 0.0;  ///< m, of the usable increments
-    OdometerSet drifted;  ///< off over this window and its neighbours together
+    OdometerSet trusted;    ///< of these, ok or worn: what a fallback is made of
+    double median = 0.0;    ///< m, of the usable increments
+    OdometerSet drifted;    ///< off over this window and its neighbours together
+    double duration = 0.0;  ///< s
+    Eigen::Vector2d turn = Eigen::Vector2d::Zero();  ///< rad, up and right
+    bool turn_known = false;
+    internal::Explanation explanation{};  ///< with `FusionRule::kCircumference`
   };
   static constexpr std::size_t kMostWindows = 17;
   /// Closed windows [begin, end).
@@ -68,6 +76,11 @@ class OdometerStream::Implementation {
   void read_increments(std::int64_t tick);
   ConsensusFusionResult fuse_window(Window& window) const;
   void agree(Window& window, const OdometerSet& members, double distance) const;
+  static void average(Window& window);
+  void weigh(Window& window) const;
+  [[nodiscard]] internal::WheelSums sums_of(const Window& window) const;
+  void judge_bends(double begin);
+  void apply(const internal::BendFinder::Judgement& judgement, std::size_t later);
   void fall_back(Window& window, const OdometerSet& chosen) const;
   void explain(const ConsensusFusionResult& result);
   void coast(double duration);
@@ -87,6 +100,10 @@ class OdometerStream::Implementation {
   internal::DistanceBook book_;   ///< of what is past changing
   internal::DistanceBook ahead_;  ///< with the closed windows that can still change
   FusedStream state_;
+  std::optional<internal::BendFinder> bends_;
+  double roll_ = 0.0;                               // rad
+  Eigen::Vector2d turn_ = Eigen::Vector2d::Zero();  // rad, since the anchor
+  std::size_t turns_ = 0;                           // told since the anchor
 
   internal::TickGrid grid_;
   bool started_ = false;   // a sample has come

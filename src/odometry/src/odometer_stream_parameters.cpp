@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <string_view>
 
@@ -57,6 +59,41 @@ void check_health(const OdometerHealthParameters& health, double window_distance
                 health.bad_share_enter);
 }
 
+/// How well the wheels tell a bend from a distance: the determinant of the normal equations for one
+/// wheel; 1/4 for wheels that are evenly spaced.
+double spread_around(const std::vector<OdometerParameters>& odometers) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const OdometerParameters& odometer : odometers) {
+    const Eigen::Vector3d row(1.0, -std::cos(odometer.clock), -std::sin(odometer.clock));
+    sum += row * row.transpose() / static_cast<double>(odometers.size());
+  }
+  return sum.determinant();
+}
+
+void check_circumference(const OdometerStreamParameters& parameters) {
+  const CircumferenceParameters& circumference = parameters.circumference;
+  check_above({"circumference.", "radius"}, circumference.radius, 0.0, kInfinity);
+  check_within({"circumference.", "tightest_bend"}, circumference.tightest_bend, 0.6, 100.0);
+  check_above({"circumference.", "smallest_bend"}, circumference.smallest_bend, 0.0,
+              std::numbers::pi);
+  check_within({"circumference.", "clock_sigma"}, circumference.clock_sigma, 0.0, 0.5);
+  check_above({"circumference.", "turn_sigma"}, circumference.turn_sigma, 0.0, 1.0);
+  const auto& odometers = parameters.odometers;
+  if (odometers.size() < 3) {
+    refuse("odometers: ", odometers.size(), " of them is outside what a circumference takes: 3");
+  }
+  for (std::size_t i = 0; i < odometers.size(); ++i) {
+    require("odometers[" + std::to_string(i) + "].clock", odometers[i].clock,
+            std::isfinite(odometers[i].clock), "(-inf, inf)");
+  }
+  constexpr double kLeastSpread = 0.01;
+  if (!(spread_around(odometers) >= kLeastSpread)) {
+    refuse(
+        "odometers[].clock: the wheels are too near each other on the circumference: the spread ",
+        spread_around(odometers), " is outside [", kLeastSpread, ", 0.25]");
+  }
+}
+
 }  // namespace
 
 void OdometerCorrection::validate() const {
@@ -75,6 +112,11 @@ void OdometerStreamParameters::validate() const {
   if (!consensus.offsets.empty()) {
     refuse("consensus.offsets: ", consensus.offsets.size(),
            " values is outside what a stream can use: give OdometerCorrection::offset");
+  }
+  if (rule == FusionRule::kCircumference) {
+    check_circumference(*this);
+  } else if (rule != FusionRule::kConsensus && rule != FusionRule::kAverage) {
+    refuse("rule: ", static_cast<int>(rule), " is outside {0, 1, 2}");
   }
   check_within("sigma_margin", sigma_margin, 1.0, 10.0);
   if (sigma_source != SigmaSource::kGiven && sigma_source != SigmaSource::kResiduals) {

@@ -47,6 +47,7 @@ void WeldCalibration::record(const FusedStream& state) noexcept {
   place %= entries_.size();
   Entry& latest = entries_[place];
   latest.time = state.time;
+  latest.uneven_windows = state.uneven_windows;
   for (std::size_t i = 0; i < calibration_.odometers(); ++i) {
     latest.measured[i] = state.odometers[i].measured;
     latest.gaps[i] = state.odometers[i].gaps;
@@ -98,6 +99,9 @@ SpacingOutcome WeldCalibration::observe(const KnownSpacing& spacing, OdometerStr
   }
   if (offsets) {
     stream.end_segment();
+  }
+  if (from.before->uneven_windows != to.after->uneven_windows) {
+    return SpacingOutcome::kUneven;  // in a bend each wheel goes its own way
   }
   for (std::size_t i = 0; i < calibration_.odometers(); ++i) {
     if (from.before->gaps[i] != to.after->gaps[i] ||
@@ -163,6 +167,8 @@ const char* to_string(SpacingOutcome outcome) noexcept {
       return "too old";
     case SpacingOutcome::kSeveralJoints:
       return "several joints";
+    case SpacingOutcome::kUneven:
+      return "uneven";
   }
   return "unknown";
 }

@@ -37,6 +37,8 @@ void check_wheel(const std::string& prefix, const WheelParameters& wheel) {
   check_within(prefix + "gravity_slip", wheel.gravity_slip, 0.0, 0.5);
   check_within(prefix + "dropped_share", wheel.dropped_share, 0.0, 1.0);
   check_within(prefix + "nan_share", wheel.nan_share, 0.0, 1.0);
+  check_within(prefix + "clock", wheel.clock, -kInfinity, kInfinity);
+  check_within(prefix + "ahead", wheel.ahead, -10.0, 10.0);
 }
 
 void check_faults(const std::vector<WheelFault>& faults, std::size_t wheels) {
@@ -66,6 +68,11 @@ void CrawlerParameters::validate() const {
   check_within("stick_spacing", stick_spacing, 0.0, kInfinity);
   check_above("stick_shortest", stick_shortest, 0.0, kInfinity);
   check_within("stick_longest", stick_longest, stick_shortest, kInfinity);
+  check_within("roll", roll, -kInfinity, kInfinity);
+  check_within("roll_per_metre", roll_per_metre, -10.0, 10.0);
+  if (fittings) {
+    fittings->validate();
+  }
 }
 
 Crawler::Crawler(JointedPipe pipe, Motion motion, CrawlerParameters parameters, std::uint64_t seed)
@@ -182,9 +189,13 @@ void Crawler::turn(std::size_t index, double time) {
     if (to > from) {
       const double middle = 0.5 * (wheel.time + until);
       const double direction = motion_.speed(middle) < 0.0 ? -1.0 : 1.0;
-      const double uphill = direction * std::sin(pipe_.pitch(motion_.distance(middle)));
-      wheel.turned += direction * (1.0 - parameters.gravity_slip * uphill) *
-                      turning(parameters, wheel, from, to);
+      const double place = motion_.distance(middle);
+      const auto rise =
+          parameters_.fittings ? pitch_on_rise(*parameters_.fittings, place) : std::nullopt;
+      const double uphill = direction * std::sin(rise.value_or(pipe_.pitch(place)));
+      wheel.turned +=
+          direction * (1.0 - parameters.gravity_slip * uphill) *
+          turning(parameters, wheel, {from, to, motion_.distance(wheel.time), direction});
     }
     wheel.time = until;
   }
@@ -198,12 +209,26 @@ void Crawler::turn(std::size_t index, double time) {
   }
 }
 
-/// Integral of (1 + scale error + wear * path) * product of (1 - ratio) over the path, exactly.
-double Crawler::turning(const WheelParameters& parameters, const Wheel& wheel, double from,
-                        double to) const {
+/// Integral of (1 + scale error + wear * path) * product of (1 - ratio) over the path, exactly; in
+/// bends, over the way on the wall, with the mean scale of each piece.
+double Crawler::turning(const WheelParameters& parameters, const Wheel& wheel,
+                        const Stretch& stretch) const {
+  const auto way = [&](double begin, double end) {
+    if (!parameters_.fittings) {
+      return end - begin;
+    }
+    const double a = stretch.distance + stretch.direction * (begin - stretch.from);
+    const double b = stretch.distance + stretch.direction * (end - stretch.from);
+    // The roll counts from the crawler's centre, the wall from where the wheel is.
+    const WallLine line{.angle = parameters.clock + parameters_.roll -
+                                 parameters_.roll_per_metre * parameters.ahead,
+                        .turn_per_metre = parameters_.roll_per_metre};
+    return wall_distance(*parameters_.fittings, line, std::min(a, b) + parameters.ahead,
+                         std::max(a, b) + parameters.ahead);
+  };
   double sum = 0.0;
-  for (double begin = from; begin < to;) {
-    double end = to;
+  for (double begin = stretch.from; begin < stretch.to;) {
+    double end = stretch.to;
     double share = 1.0;
     for (std::size_t i = wheel.first_fault; i < wheel.faults.size(); ++i) {
       const WheelFault& fault = wheel.faults[i];
@@ -217,7 +242,7 @@ double Crawler::turning(const WheelParameters& parameters, const Wheel& wheel, d
         end = std::min(end, over);
       }
     }
-    sum += share * (end - begin) *
+    sum += share * way(begin, end) *
            (1.0 + parameters.scale_error + 0.5 * parameters.wear_per_metre * (begin + end));
     begin = end;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -35,6 +36,37 @@ OdometerKind kind(const std::string& name) {
     return OdometerKind::kIncrement;
   }
   throw std::invalid_argument("kinds: '" + name + "' must be 'absolute' or 'increment'");
+}
+
+odometry::FusionRule rule(const std::string& name) {
+  if (name == "consensus") {
+    return odometry::FusionRule::kConsensus;
+  }
+  if (name == "average") {
+    return odometry::FusionRule::kAverage;
+  }
+  if (name == "circumference") {
+    return odometry::FusionRule::kCircumference;
+  }
+  throw std::invalid_argument("rule: '" + name +
+                              "' must be 'consensus', 'average' or 'circumference'");
+}
+
+/// "90 degrees towards 3:00, 4.7 m long, at 123.4 m"
+std::string text_of(const odometry::FoundBend& bend) {
+  constexpr double kMinutesInTurn = 720.0;
+  const double turns = bend.direction / (2.0 * std::numbers::pi);
+  const long minutes =
+      std::lround(kMinutesInTurn * (turns - std::floor(turns))) % std::lround(kMinutesInTurn);
+  const long hour = minutes < 60 ? 12 : minutes / 60;
+  const std::string minute = std::to_string(minutes % 60);
+  const auto tenths = [](double value) {
+    const std::string digits = std::to_string(std::round(value * 10.0) / 10.0);
+    return digits.substr(0, digits.find('.') + 2);
+  };
+  return std::to_string(std::lround(bend.angle * 180.0 / std::numbers::pi)) + " degrees towards " +
+         std::to_string(hour) + ":" + (minute.size() < 2 ? "0" : "") + minute + ", " +
+         tenths(bend.length) + " m long, at " + tenths(bend.middle) + " m";
 }
 
 /// Gives each odometer its entry of a list that is either empty or as long as there are odometers.
@@ -91,6 +123,30 @@ void OdometerStreamFusion::declare_stream_parameters() {
       {.description = "m, one per odometer: range after which its counter wraps around, 0: never; "
                       "empty: never",
        .floating_point_range = kNotNegative});
+  rule_ = parameters().declare<std::string>(
+      "rule", "consensus",
+      {.description = "how odometers are fused: 'consensus' of those that agree, plain 'average', "
+                      "or wheels around the 'circumference' of the pipe, which tells bends from "
+                      "slips",
+       .additional_constraints = "'circumference' needs clocks and pipe_radius"});
+  clocks_ = parameters().declare<std::vector<double>>(
+      "clocks", {},
+      {.description = "rad, one per odometer: where the wheel touches the wall, around the axis "
+                      "from the crawler's top, clockwise looking forward (3 o'clock is 1.5708); "
+                      "empty: not known",
+       .floating_point_range = FloatingPointRange{-10.0, 10.0}});
+  pipe_radius_ = parameters().declare<double>(
+      "pipe_radius", 0.0,
+      {.description = "m, from the axis of the pipe to where the wheels touch it; 0: not known",
+       .floating_point_range = FloatingPointRange{0.0, 10.0}});
+  tightest_bend_ = parameters().declare<double>(
+      "tightest_bend", defaults.circumference.tightest_bend,
+      {.description = "radius of the tightest bend, in diameters of the pipe",
+       .floating_point_range = FloatingPointRange{0.6, 100.0}});
+  clock_sigma_ =
+      parameters().declare<double>("clock_standard_deviation", defaults.circumference.clock_sigma,
+                                   {.description = "rad, standard deviation of a clock position",
+                                    .floating_point_range = FloatingPointRange{0.0, 0.5}});
   epsilon_ = parameters().declare<double>(
       "epsilon", defaults.consensus.epsilon,
       {.description = "largest confidence distance at which one odometer still supports another",
@@ -189,6 +245,12 @@ OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
               [](auto& odometer, double value) { odometer.sigma_per_sqrt_metre = value; });
   assign_each("wraps", *wraps_.share(), result.odometers,
               [](auto& odometer, double value) { odometer.wrap = value; });
+  assign_each("clocks", *clocks_.share(), result.odometers,
+              [](auto& odometer, double value) { odometer.clock = value; });
+  result.rule = rule(rule_.get());
+  result.circumference.radius = pipe_radius_.get();
+  result.circumference.tightest_bend = tightest_bend_.get();
+  result.circumference.clock_sigma = clock_sigma_.get();
   result.consensus.epsilon = epsilon_.get();
   result.sigma_source =
       estimate_sigmas_.get() ? odometry::SigmaSource::kResiduals : odometry::SigmaSource::kGiven;
@@ -232,6 +294,7 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   last_stamp_.reset();
   leap_.reset();
   published_tick_ = 0;
+  bends_ = 0;
   heard_ = true;
   health_.fill(OdometerHealth::kOk);
 
@@ -375,6 +438,11 @@ void OdometerStreamFusion::publish_state() {
   } else if (state.status == odometry::StreamStatus::kNoData) {
     report_fault("no_data", "no odometer has a value; the last speed is extrapolated");
   }
+  if (state.bends != bends_) {
+    bends_ = state.bends;
+    logger().info("a bend of " + text_of(state.bend));
+    diagnostics().set_value("bends", std::to_string(state.bends));
+  }
   report_health();
   publisher_.publish(std::move(message));
 }
@@ -412,6 +480,7 @@ void OdometerStreamFusion::on_weld(const Weld& message) {
   switch (outcome) {
     case SpacingOutcome::kUsed:
     case SpacingOutcome::kSeveralJoints:
+    case SpacingOutcome::kUneven:
       break;
     case SpacingOutcome::kBadValue:
       report_fault(

@@ -102,6 +102,35 @@ TEST_F(OdometerStreamFusionTest, FollowsTheWheels) {
   }
 }
 
+TEST_F(OdometerStreamFusionTest, WheelsAroundTheCircumferenceTellABend) {
+  const std::vector<double> clocks{0.0, 2.0944, 4.1888};
+  auto& fusion = start({{"rule", std::string("circumference")},
+                        {"clocks", clocks},
+                        {"pipe_radius", 0.5},
+                        {"window_distance", 0.5}});
+  const auto wheel = [&](double clock) {
+    // 90 degrees towards half past one, 3 diameters, from 5 m on.
+    return [clock](double distance) {
+      return distance -
+             0.5 / 3.0 * std::clamp(distance - 5.0, 0.0, 4.712) * std::cos(clock - 0.785);
+    };
+  };
+  drive(0.0, 40.0, {wheel(clocks[0]), wheel(clocks[1]), wheel(clocks[2])});
+  const double time = to_seconds(from_message(fused_.back().header.stamp) - kStart);
+  EXPECT_NEAR(fused_.back().distance, kSpeed * time, 0.02);
+  EXPECT_THAT(fused_.back().health, Each(FusedOdometer::HEALTH_OK));
+  EXPECT_EQ(fusion.diagnostics().take().values.at("bends"), "1");
+}
+
+TEST_F(OdometerStreamFusionTest, ClocksAreNeededAroundTheCircumference) {
+  auto& fusion = harness_.make<OdometerStreamFusion>(
+      {.name = "fusion",
+       .parameters = {
+           {"odometers", kWheels}, {"rule", std::string("circumference")}, {"pipe_radius", 0.5}}});
+  const auto result = harness_.bring_up(fusion);
+  EXPECT_FALSE(result.success);
+}
+
 TEST_F(OdometerStreamFusionTest, SaysWhoSlipsAndWhy) {
   start();
   const Wheel slips = [](double distance) {

@@ -12,6 +12,7 @@
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/odometry_study/crawler_score.hpp"
 #include "pipescout/odometry_study/detector_score.hpp"
+#include "pipescout/odometry_study/elbow_score.hpp"
 #include "pipescout/odometry_study/inspection_score.hpp"
 #include "pipescout/odometry_study/paper_bench.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
@@ -26,6 +27,8 @@ using odometry_study::BenchSlips;
 using odometry_study::CrawlerRunSettings;
 using odometry_study::CrawlerScore;
 using odometry_study::DetectorScore;
+using odometry_study::ElbowScores;
+using odometry_study::ElbowSettings;
 using odometry_study::quantile;
 
 class InPipe {
@@ -48,7 +51,9 @@ class InPipe {
           {"paper_p95_error_percent", "paper_worst_error_percent"});
     bench(BenchSlips::kIndependent, "The same, each reading wrong by itself with probability 0.1",
           {});
+    elbows();
     position();
+    position_with_bends();
     detect();
     align(runs);
     return std::move(result_);
@@ -152,6 +157,100 @@ class InPipe {
              scored.all_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
              scored.each_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
              within(92.0, 98.0), name("coverage95_percent")}};
+  }
+
+  /// The paper's Figure 3 for bends: its consensus, the plain average and wheels around the
+  /// circumference.
+  void elbows() {
+    using odometry::FusionRule;
+    struct Variant {
+      const char* name;
+      ElbowSettings settings;
+      bool main = false;
+    };
+    const std::vector<Variant> variants{
+        {"consensus, equations (1) to (13)", {.rule = FusionRule::kConsensus}},
+        {"average, equation (14)", {.rule = FusionRule::kAverage}},
+        {"wheels around the circumference", {}, true},
+        {"the same with a slip in the bend", {.slip_in_bend = 1}},
+        {"average with a slip in the bend", {.rule = FusionRule::kAverage, .slip_in_bend = 1}},
+        {"five wheels around the circumference, a slip in the bend",
+         {.wheels = 5, .slip_in_bend = 1}}};
+    for (const Variant& variant : variants) {
+      const std::string study =
+          std::string("Bends of 1.5 to 5 D, pipes of 0.3 and 1.0 m, three wheels: ") + variant.name;
+      progress_.begin(study, seeds_.size());
+      ElbowScores all;
+      std::vector<double> seed_p95;
+      std::vector<double> seed_found;
+      for (const auto seed : seeds_) {
+        ElbowScores scores;
+        for (const double diameter : {0.3, 1.0}) {
+          ElbowSettings settings = variant.settings;
+          settings.pipe_diameter = diameter;
+          scores += odometry_study::run_elbows(settings, seed, extent_.elbows);
+        }
+        seed_p95.push_back(quantile(scores.errors, 0.95));
+        seed_found.push_back(percent(scores.found, scores.errors.size()));
+        all += scores;
+        progress_.step();
+      }
+      progress_.end();
+      const auto figure = [&](const char* name) { return variant.main ? name : ""; };
+      const bool finds = variant.settings.rule == FusionRule::kCircumference;
+      std::vector<Measure> measures{
+          {"error of a bend, 95 %, m", quantile(all.errors, 0.95), seed_p95,
+           variant.main ? at_most(0.02) : kSmallIsGood, figure("elbow_error_p95_m")},
+          {"error of a bend, worst, m",
+           quantile(all.errors, 1.0),
+           {},
+           kSmallIsGood,
+           figure("elbow_error_worst_m")},
+          {"truth inside the 95 % band, %",
+           percent(all.inside, all.errors.size()),
+           {},
+           variant.main ? within(92.0, 98.0) : kLargeIsGood,
+           figure("elbow_coverage95_percent")}};
+      if (finds) {
+        measures.push_back({"bends found, %", percent(all.found, all.errors.size()), seed_found,
+                            variant.main ? at_least(99.0) : kLargeIsGood,
+                            figure("elbow_found_percent")});
+        measures.push_back({"found where there is none, per km",
+                            1000.0 * static_cast<double>(all.others) / all.driven,
+                            {},
+                            kSmallIsGood,
+                            figure("elbow_false_per_km")});
+      }
+      rows_.add_study(study, measures);
+    }
+  }
+
+  void position_with_bends() {
+    CrawlerRunSettings settings;
+    settings.bends = extent_.bends;
+    settings.tees = extent_.bends / 3;
+    settings.rule = odometry::FusionRule::kCircumference;
+    const std::string study = "The same with " + std::to_string(extent_.bends) +
+                              " bends, T pieces and verticals, wheels around the circumference";
+    const Positioned bent = drive(study, settings);
+    auto measures = place_measures(bent, false);
+    const auto rename = [&](const char* name, const char* figure) {
+      for (Measure& measure : measures) {
+        if (measure.name == name) {
+          measure.figure = figure;
+        }
+      }
+    };
+    rename("error in the joint, 95 %, m", "bends_in_joint_p95_m");
+    rename("error in the joint, worst, m", "bends_in_joint_worst_m");
+    rename("truth inside the 95 % band, %", "bends_coverage95_percent");
+    rename("times locked to a wrong joint", "bends_wrong_joint_after_lock");
+    rows_.add_study(study, measures);
+
+    settings.rule = odometry::FusionRule::kConsensus;
+    const std::string consensus =
+        "The same with " + std::to_string(extent_.bends) + " bends, T pieces, verticals, consensus";
+    rows_.add_study(consensus, place_measures(drive(consensus, settings), false));
   }
 
   void position() {

@@ -70,6 +70,8 @@ struct InPipeExtent {
   std::size_t double_slips = 20;    ///< of one run, when they are scored
   double detector_length = 2000.0;  ///< m, at 12 dB
   double curve_length = 1000.0;     ///< m, at each other signal-to-noise ratio
+  std::size_t elbows = 50;          ///< bends in each pipe, by each rule
+  std::size_t bends = 30;           ///< of one run
 };
 
 /// How much is flown over rendered racks, for each seed.

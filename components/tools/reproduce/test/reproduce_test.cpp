@@ -201,7 +201,9 @@ constexpr InPipeExtent kShort{.run_length = 1000.0,
                               .joints = 200,
                               .double_slips = 4,
                               .detector_length = 200.0,
-                              .curve_length = 30.0};
+                              .curve_length = 30.0,
+                              .elbows = 10,
+                              .bends = 4};
 
 /// Without $PIPESCOUT_SHARED_DATA.
 class ReproduceInPipe : public ::testing::Test {
@@ -241,11 +243,15 @@ TEST_F(ReproduceInPipe, GivesAllFiguresAndTheSameOnesEachTime) {
   EXPECT_LE(figure("in_joint_worst_m"), 0.15);
   EXPECT_GT(figure("coverage95_percent"), 85.0);
   EXPECT_GT(figure("double_slip_detected_percent"), 60.0);
+  EXPECT_LT(figure("elbow_error_p95_m"), 0.1);
+  EXPECT_GT(figure("elbow_found_percent"), 70.0);
+  EXPECT_GT(figure("elbow_coverage95_percent"), 70.0);
+  EXPECT_LE(figure("bends_in_joint_p95_m"), 0.1);
   EXPECT_GT(figure("weld_found_percent"), 95.0);
   EXPECT_LT(figure("weld_false_per_km"), 10.0);
   EXPECT_EQ(result.seeds, (nlohmann::json{1001, 1002}));
 
-  // Six detector studies of the curve and the main one, six others, each with a
+  // Six detector studies of the curve and the main one, six of bends, eight others, each with a
   // finished line.
   std::set<std::string> studies;
   for (const auto& row : result.rows) {
@@ -258,7 +264,7 @@ TEST_F(ReproduceInPipe, GivesAllFiguresAndTheSameOnesEachTime) {
       EXPECT_TRUE(row["worst"].is_number());
     }
   }
-  EXPECT_EQ(studies.size(), 13U);
+  EXPECT_EQ(studies.size(), 21U);
   for (const std::string& study : studies) {
     EXPECT_THAT(out.str(), HasSubstr(study));
     EXPECT_THAT(progress.str(), HasSubstr(study));
@@ -278,7 +284,9 @@ TEST_F(ReproduceInPipe, RefusesAFolderWithoutTheRuns) {
                                 .joints = 50,
                                 .double_slips = 1,
                                 .detector_length = 20.0,
-                                .curve_length = 20.0};
+                                .curve_length = 20.0,
+                                .elbows = 1,
+                                .bends = 1};
   EXPECT_THROW(reproduce_in_pipe({.seeds = 1, .data = "no/such/folder"}, kLeast, out),
                std::exception);
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <numbers>
 
 #include "pipescout/odometry/odometer_stream.hpp"
 #include "pipescout/simulation/crawler.hpp"
@@ -16,6 +17,8 @@ namespace {
 using statistics::Engine;
 using statistics::normal;
 using statistics::uniform;
+
+using std::numbers::pi;
 
 constexpr std::size_t kWheels = 3;
 constexpr double kEventSpacing = 0.1;  // m, path
@@ -56,6 +59,46 @@ simulation::Motion drive(const CrawlerRunSettings& settings, std::uint64_t seed)
                                      seed);
 }
 
+/// Bends of 1.5 to 5 diameters; after each other one the pipe goes up or down and comes back.
+simulation::PipeFittings draw_fittings(const CrawlerRunSettings& settings, Engine& engine,
+                                       CrawlerRun& run) {
+  constexpr double kHalf = 0.5;
+  simulation::PipeFittings fittings{.radius = kHalf * settings.pipe_diameter};
+  const double spacing = settings.run_length / static_cast<double>(settings.bends + 1);
+  const auto add = [&](double begin, double angle, double direction) {
+    fittings.bends.push_back({.begin = begin,
+                              .radius = settings.pipe_diameter * uniform(engine, 1.5, 5.0),
+                              .angle = angle,
+                              .direction = direction});
+    const double end = fittings.bends.back().end();
+    run.bends.push_back({.begin = begin, .end = end, .angle = angle});
+    return end;
+  };
+  for (std::size_t i = 0; i < settings.bends; ++i) {
+    const double begin = spacing * (static_cast<double>(i) + uniform(engine, 0.7, 1.3));
+    if (i % 4 == 2 && i + 1 < settings.bends) {  // up or down, and level again
+      const double up = happens(engine, 0.5) ? 1.0 : -1.0;
+      const double direction = up > 0.0 ? 0.0 : pi;
+      const double end = add(begin, pi / 2, direction);
+      const double length = uniform(engine, 3.0, 20.0);
+      fittings.rises.push_back({.begin = end, .length = length, .pitch = up * pi / 2});
+      add(end + length, pi / 2, direction + pi);
+      ++i;
+    } else {
+      const double angle = happens(engine, 0.6) ? pi / 2 : uniform(engine, pi / 9, pi / 2);
+      add(begin, angle, uniform(engine, -pi, pi));
+    }
+  }
+  for (std::size_t i = 0; i < settings.tees; ++i) {
+    const double at = settings.run_length * (static_cast<double>(i) + uniform(engine, 0.2, 0.8)) /
+                      static_cast<double>(settings.tees);
+    fittings.tees.push_back({.position = at,
+                             .radius = fittings.radius * uniform(engine, 0.2, 0.8),
+                             .direction = uniform(engine, -pi, pi)});
+  }
+  return fittings;
+}
+
 /// Bursts of one wheel at a time, apart from those of two wheels.
 std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& settings, double path,
                                                Engine& engine, CrawlerRun& run) {
@@ -94,6 +137,20 @@ std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& setting
   return slips;
 }
 
+/// `middle`: m, true distance from the start.
+void note_bend(double middle, double angle, const CrawlerRunSettings& settings, CrawlerRun& run) {
+  constexpr double kLargestAngleError = pi / 18;
+  const auto bend = std::ranges::find_if(run.bends, [&](const BendPassage& passage) {
+    return middle > passage.begin - settings.window_distance &&
+           middle < passage.end + settings.window_distance;
+  });
+  if (bend == run.bends.end()) {
+    ++run.false_bends;
+  } else {
+    bend->found = bend->found || std::abs(angle - bend->angle) < kLargestAngleError;
+  }
+}
+
 struct Wheels {
   simulation::CrawlerParameters simulated;
   odometry::OdometerStreamParameters fused;
@@ -105,6 +162,9 @@ Wheels make_wheels(const CrawlerRunSettings& settings, double path, Engine& engi
   Wheels wheels;
   wheels.fused.window_distance = settings.window_distance;
   wheels.fused.lookback_windows = settings.lookback_windows;
+  wheels.fused.rule = settings.rule;
+  wheels.fused.circumference = {.radius = 0.5 * settings.pipe_diameter,
+                                .clock_sigma = settings.clock_error};
   const double common = settings.common_scale_error * normal(engine);
   for (std::size_t i = 0; i < kWheels; ++i) {
     const double wear = settings.wear * (1.0 + settings.wear_difference * normal(engine)) / path;
@@ -120,7 +180,8 @@ Wheels make_wheels(const CrawlerRunSettings& settings, double path, Engine& engi
     wheels.wear_per_metre += wear / kWheels;
     odometry::OdometerParameters odometer{
         .resolution = wheels.simulated.wheels.back().resolution,
-        .sigma_per_sqrt_metre = settings.stated_noise_part * settings.wheel_noise};
+        .sigma_per_sqrt_metre = settings.stated_noise_part * settings.wheel_noise,
+        .clock = 2.0 * pi * static_cast<double>(i) / kWheels};
     odometer.correction.covariance(0, 0) =
         std::pow(settings.radius_error, 2) + std::pow(settings.wear * settings.wear_difference, 2);
     wheels.fused.odometers.push_back(odometer);
@@ -244,17 +305,33 @@ CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_
   run.start = settings.backward ? pipe.length() - margin : margin;
 
   const auto slips = draw_slips(settings, path, engine, run);
-  const auto wheels = make_wheels(settings, path, engine);
+  auto wheels = make_wheels(settings, path, engine);
+  if (settings.bends + settings.tees > 0) {
+    wheels.simulated.fittings = draw_fittings(settings, engine, run);
+    wheels.simulated.roll = uniform(engine, -pi, pi);
+    wheels.simulated.roll_per_metre = settings.roll_per_metre;
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      wheels.simulated.wheels[i].gravity_slip = settings.gravity_slip;
+      wheels.simulated.wheels[i].clock =
+          wheels.fused.odometers[i].clock + settings.clock_error * normal(engine);
+    }
+  }
   // Its chainage counts from the start of the run: these wheels do not depend on the slope.
   simulation::Crawler crawler(pipe, motion, wheels.simulated, seed, slips);
   odometry::OdometerStream stream(wheels.fused);
   Recorder recorder(settings, wheels, engine, run);
+  std::uint64_t bends = 0;
   while (const auto sample = crawler.next()) {
     const auto pushed =
         stream.push({.odometer = sample->wheel, .time = sample->time, .value = sample->value});
     if (pushed.ticks > 0) {
       const auto& fused = stream.state();
       recorder.tick(fused, motion.distance(fused.time), motion.path(fused.time));
+      if (fused.bends > bends) {
+        bends = fused.bends;
+        const double behind = fused.distance - fused.bend.middle;
+        note_bend(motion.distance(fused.time) - behind, fused.bend.angle, settings, run);
+      }
     }
   }
   return run;

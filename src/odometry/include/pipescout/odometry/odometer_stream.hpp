@@ -51,6 +51,9 @@ struct OdometerParameters {
   double sigma_per_sqrt_metre = 0.024;
   double wrap = 0.0;    ///< m, range after which an absolute counter wraps around; 0: never
   double period = 0.0;  ///< s between samples, to detect lost increments; 0: unknown
+  /// rad, where the wheel touches the wall: around the axis of the crawler from its top, clockwise
+  /// for one who looks forward (3 o'clock is pi / 2). Needed by `FusionRule::kCircumference`.
+  double clock = std::numeric_limits<double>::quiet_NaN();
   OdometerCorrection correction{};
 };
 
@@ -58,6 +61,32 @@ enum class SigmaSource : std::uint8_t {
   kGiven,      ///< `OdometerParameters::sigma_per_sqrt_metre`
   kResiduals,  ///< 1.4826 * median of |increment - fused| / sqrt(path) over `residual_windows`, the
                ///< fused variance added; the given one until half of these windows have passed
+};
+
+/// How the increments of the odometers become one.
+enum class FusionRule : std::uint8_t {
+  kConsensus,  ///< of those that a group supports: equations (1) to (13). In a bend the wheels of a
+               ///< circumference travel different distances, and it drops the minority
+  kAverage,    ///< the plain mean, equation (14): a slipping wheel is part of it
+  kCircumference,  ///< wheels at known clock positions: distance, bend and slip are told apart, see
+                   ///< `CircumferenceParameters`
+};
+
+/// Wheels around the circumference of a pipe. In a bend each goes its own way: the wheel at the
+/// clock position c travels  d - r theta cos(c - b)  where the axis is d long and turns by theta
+/// towards the direction b. With three wheels a slip of one looks exactly like a bend towards it.
+/// What tells them apart: a bend may have any direction, a slip only that of a wheel; a bend is not
+/// tighter than pipes are, has often a standard angle, and does not change the speed of the crawler
+/// more than it changes elsewhere. The distance is the mean over the explanations, weighted by
+/// their probability, and their difference is in the variance. More wheels add redundancy. Why:
+/// docs/decisions/bends-told-from-slip-by-probability.md.
+struct CircumferenceParameters {
+  double radius = 0.0;         ///< m, > 0: from the axis of the pipe to where the wheels touch it
+  double tightest_bend = 1.5;  ///< [0.6, 100]: radius of the axis, in diameters of the pipe
+  double smallest_bend = 0.1;  ///< rad, (0, pi]: smaller ones are not told as found
+  /// rad, (0, 1]: standard deviation of a turn by `add_turn`, most of it the wobble of the crawler
+  double turn_sigma = 0.03;
+  double clock_sigma = 0.0175;  ///< rad, [0, 0.5]: standard deviation of a clock position
 };
 
 /// Thresholds of the health states of an odometer. A window is the path between two anchors.
@@ -77,7 +106,10 @@ struct OdometerHealthParameters {
 
 struct OdometerStreamParameters {
   std::vector<OdometerParameters> odometers{};  ///< 2 to 16
-  ConsensusFusionParameters consensus{};        ///< offsets must be empty: see `end_segment`
+  FusionRule rule = FusionRule::kConsensus;
+  /// Of `kCircumference`, which needs three wheels that are not all on one line
+  CircumferenceParameters circumference{};
+  ConsensusFusionParameters consensus{};  ///< offsets must be empty: see `end_segment`
   /// [1, 10]. Support is computed with sigmas multiplied by this factor: without it too many sound
   /// readings are rejected (docs/decisions/majority-support-rule.md). The resulting variance is
   /// without it.
@@ -145,7 +177,7 @@ enum class OdometerUse : std::uint8_t {
   kIncomplete,   ///< joined, lost samples or was reset since the anchor
   kStuck,        ///< excluded for its health
   kDrifted,      ///< excluded: slip over the last windows, see `lookback_windows`
-  kUnsupported,  ///< no group supports it
+  kUnsupported,  ///< no group supports it; or a fault of it explains the increments
   kFused,
   kFallback,  ///< no consensus: used for the fallback
 };
@@ -177,6 +209,20 @@ enum class StreamStatus : std::uint8_t {
             ///< up to `maximum_speed`; corrected when an absolute counter spans the gap
 };
 
+/// A bend of the pipe. Distances are those of `FusedStream::distance`; their accumulated error is
+/// not in the standard deviations.
+struct FoundBend {
+  double middle = 0.0;                     ///< m
+  double middle_standard_deviation = 0.0;  ///< m
+  double length = 0.0;                     ///< m, along the axis; good to a window
+  double angle = 0.0;                      ///< rad, > 0
+  double angle_standard_deviation = 0.0;   ///< rad
+  /// rad, (-pi, pi]: where the centre of the bend is, as a clock position of the crawler, its roll
+  /// added where `set_roll` has told it
+  double direction = 0.0;
+  double probability = 0.0;  ///< that it is none of a slip; above 0.5
+};
+
 struct FusedStream {
   StreamStatus status = StreamStatus::kWaiting;
   std::uint64_t tick = 0;                                  ///< ticks fused so far
@@ -193,8 +239,14 @@ struct FusedStream {
   std::uint64_t windows = 0;               ///< anchors so far
   std::uint64_t windows_no_consensus = 0;  ///< of these
   std::uint64_t windows_no_data = 0;       ///< of these
-  std::uint64_t leaps = 0;                 ///< jumps of all clocks that were accepted
-  std::uint64_t unknown_odometer = 0;      ///< samples of unknown odometers
+  std::uint64_t bends = 0;                 ///< found so far, see `kCircumference`
+  FoundBend bend{};                        ///< the last of them
+  /// Probability that the pipe is bent where the crawler is; 0 with other rules.
+  double in_bend = 0.0;
+  /// windows in which a bend or a fault explained the increments; 0 with other rules
+  std::uint64_t uneven_windows = 0;
+  std::uint64_t leaps = 0;             ///< jumps of all clocks that were accepted
+  std::uint64_t unknown_odometer = 0;  ///< samples of unknown odometers
 };
 
 struct PushResult {
@@ -222,6 +274,16 @@ class OdometerStream {
   /// relative scale is restarted, and a worn odometer becomes ok. Throws std::invalid_argument as
   /// `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
+
+  /// rad, rotation of the crawler since the last call, upwards and to its right, by a gyroscope: it
+  /// decides what may be a bend or a slip. Of `kCircumference`; call it several times a window, or
+  /// never. Not finite: the turn of the window is not known.
+  void add_turn(double up, double right) noexcept;
+
+  /// rad, roll of the crawler from now on, clockwise for one who looks forward: clock positions in
+  /// the pipe are those of the crawler plus its roll. Only `FoundBend::direction` depends on it.
+  /// Not finite: ignored.
+  void set_roll(double roll) noexcept;
 
   /// Call it at the passage of a weld: adds the offsets of the odometers, each weighted by its
   /// share of the fused distance since the last call, with their variance. The distance so far is

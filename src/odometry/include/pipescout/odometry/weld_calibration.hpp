@@ -48,6 +48,7 @@ enum class SpacingOutcome : std::uint8_t {
   kBadValue = 1,       ///< not finite, not positive, times in the wrong order
   kTooOld = 2,         ///< not in the history: too old, or the odometers' time has jumped
   kSeveralJoints = 3,  ///< not used: calibration with offsets needs single joints
+  kUneven = 4,  ///< not used: a bend, or a fault of a wheel, see `FusedStream::uneven_windows`
 };
 
 class WeldCalibration {
@@ -70,6 +71,7 @@ class WeldCalibration {
  private:
   struct Entry {
     double time = 0.0;
+    std::uint64_t uneven_windows = 0;
     std::array<double, kMaxOdometers> measured{};
     std::array<std::uint64_t, kMaxOdometers> gaps{};
     std::array<std::uint64_t, kMaxOdometers> unsupported{};
@@ -100,7 +102,8 @@ class WeldCalibration {
   std::array<Wear, kMaxOdometers> wear_{};
 };
 
-/// For messages: "used", "bad value", "too old", "several joints"; "unknown" for any other value.
+/// For messages: "used", "bad value", "too old", "several joints", "uneven"; "unknown" for any
+/// other value.
 [[nodiscard]] const char* to_string(SpacingOutcome outcome) noexcept;
 
 }  // namespace pipescout::odometry

@@ -10,12 +10,14 @@
 
 #include "pipescout/simulation/jointed_pipe.hpp"
 #include "pipescout/simulation/motion.hpp"
+#include "pipescout/simulation/pipe_fittings.hpp"
 
 /// A crawler in a pipe and the readings of its odometer wheels, with ground truth.
 ///
 /// A wheel turns by  integral of (1 + scale_error + wear_per_metre * path) * (1 - slip(path)) * (1
 /// - gravity_slip * sin(slope in the direction of travel))  over the distance, plus noise; its
-/// reading is quantised to its resolution. Path is the distance travelled in either direction.
+/// reading is quantised to its resolution. Path is the distance travelled in either direction. With
+/// `CrawlerParameters::fittings` the distance is that of the wheel's own line on the wall.
 /// Metres and seconds. The same seed gives the same bits.
 namespace pipescout::simulation {
 
@@ -31,6 +33,8 @@ struct WheelParameters {
   double gravity_slip = 0.0;          ///< [0, 0.5]: reading decreases uphill, increases downhill
   double dropped_share = 0.0;         ///< [0, 1]: share of samples that are dropped
   double nan_share = 0.0;             ///< [0, 1]: share of samples that are NaN
+  double clock = 0.0;  ///< rad around the axis, clockwise from the crawler's top, looking forward
+  double ahead = 0.0;  ///< m, [-10, 10]: of the crawler's centre, along the axis
 };
 
 struct CrawlerParameters {
@@ -44,6 +48,10 @@ struct CrawlerParameters {
   double stick_spacing = 0.0;        ///< m, >= 0: mean path between sticks; 0: none
   double stick_shortest = 0.5;       ///< m, > 0
   double stick_longest = 5.0;        ///< m, >= stick_shortest
+  /// Positions in it are the distance of the motion; nothing: the pipe is straight to the wheels.
+  std::optional<PipeFittings> fittings{};
+  double roll = 0.0;            ///< rad, of the crawler at distance 0, clockwise
+  double roll_per_metre = 0.0;  ///< rad/m
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -102,12 +110,20 @@ class Crawler {
     double shown = 0.0;                // m, at its last delivered sample
   };
 
+  /// Path [from, to] in one direction, which begins at `distance` and goes `direction` = 1 or -1.
+  struct Stretch {
+    double from = 0.0;
+    double to = 0.0;
+    double distance = 0.0;
+    double direction = 1.0;
+  };
+
   void draw_faults(std::uint64_t seed);
   void start(std::uint64_t seed);
   [[nodiscard]] double due(std::size_t wheel) const;
   void turn(std::size_t wheel, double time);
-  [[nodiscard]] double turning(const WheelParameters& parameters, const Wheel& wheel, double from,
-                               double to) const;
+  [[nodiscard]] double turning(const WheelParameters& parameters, const Wheel& wheel,
+                               const Stretch& stretch) const;
 
   JointedPipe pipe_;
   Motion motion_;

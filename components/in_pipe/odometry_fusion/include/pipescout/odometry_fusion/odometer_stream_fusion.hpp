@@ -69,6 +69,11 @@ class OdometerStreamFusion final : public Component {
   Parameter<std::vector<double>> resolutions_;
   Parameter<std::vector<double>> sigmas_;
   Parameter<std::vector<double>> wraps_;
+  Parameter<std::string> rule_;
+  Parameter<std::vector<double>> clocks_;
+  Parameter<double> pipe_radius_;
+  Parameter<double> tightest_bend_;
+  Parameter<double> clock_sigma_;
   Parameter<double> epsilon_;
   Parameter<bool> estimate_sigmas_;
   Parameter<double> tick_period_;
@@ -98,7 +103,8 @@ class OdometerStreamFusion final : public Component {
   std::optional<Time> leap_;  // a stamp far from those before, not confirmed yet
   std::string frame_id_;
   std::uint64_t published_tick_ = 0;
-  bool heard_ = false;  // since the timer's last turn
+  std::uint64_t bends_ = 0;  // told
+  bool heard_ = false;       // since the timer's last turn
   std::array<odometry::OdometerHealth, odometry::kMaxOdometers> health_{};
 
   Publisher<Fused> publisher_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipescout/odometry/odometer_stream.hpp"
 #include "pipescout/odometry/weld_positioning.hpp"
 
 namespace pipescout::odometry_study {
@@ -38,9 +39,18 @@ struct CrawlerRunSettings {
   double slip_most = 0.30;            ///< largest share that is lost
   std::size_t double_slips = 0;       ///< two wheels alike, evenly spread over the run
   double double_slip_least = 0.15;    ///< part that is lost
+  // What the pipe has besides straight joints, evenly spread over the run. Half of the bends are
+  // those into and out of a vertical piece.
+  std::size_t bends = 0;
+  std::size_t tees = 0;
+  double pipe_diameter = 1.0;     ///< m, inner
+  double gravity_slip = 0.002;    ///< share that all wheels lose on a vertical climb
+  double clock_error = 0.0175;    ///< rad, standard deviation, each wheel
+  double roll_per_metre = 0.005;  ///< rad
   // Their fusion: as `OdometerStreamParameters`. With wheels this precise every relevant slip is
   // detected within half a metre; looking back would exclude a wheel for some metres after its
   // slip, and the remaining two cannot outvote the next.
+  odometry::FusionRule rule = odometry::FusionRule::kConsensus;
   double window_distance = 0.5;
   std::size_t lookback_windows = 0;
   // The weld detector.
@@ -71,6 +81,13 @@ struct DoubleSlip {
   bool doubted = false;
 };
 
+struct BendPassage {
+  double begin = 0.0;  ///< m, distance since the start of the run
+  double end = 0.0;
+  double angle = 0.0;  ///< rad
+  bool found = false;  ///< with its angle within 10 degrees
+};
+
 struct CrawlerRun {
   std::vector<odometry::TallyJoint> tally;
   std::vector<double> welds;  ///< m, true places; welds[i] is weld i of the PIPE
@@ -78,7 +95,9 @@ struct CrawlerRun {
   std::vector<int> weld_of_tally;
   std::vector<CrawlerRunEvent> events;  ///< an increment each 0.1 m, and the welds
   std::vector<DoubleSlip> double_slips;
-  double start = 0.0;  ///< m, true place
+  std::vector<BendPassage> bends;
+  std::size_t false_bends = 0;  ///< found where there is none
+  double start = 0.0;           ///< m, true place
 };
 
 /// The same seed gives the same bits. Throws std::invalid_argument as the simulators do.
