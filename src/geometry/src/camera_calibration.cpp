@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 
@@ -49,6 +50,7 @@ void set_distortion(std::string_view distortion_model, std::span<const double> d
   for (std::size_t i = model.coefficients.size(); i < d.size(); ++i) {
     if (d[i] != 0) {
       std::ostringstream text;
+      text.imbue(std::locale::classic());
       text << "d[" << i << "] is " << d[i] << "; it must be 0 with the distortion_model '"
            << distortion_model << "'";
       throw std::invalid_argument(text.str());

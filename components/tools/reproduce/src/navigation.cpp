@@ -10,8 +10,8 @@
 
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
-#include "pipescout/map_files/grid_file.hpp"
 #include "navigation_missions.hpp"
+#include "pipescout/map_files/grid_file.hpp"
 #include "pipescout/navigation_study/planning_score.hpp"
 #include "pipescout/planning/route_planner.hpp"
 #include "reproduce.hpp"
