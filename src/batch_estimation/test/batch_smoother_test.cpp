@@ -341,14 +341,12 @@ TEST(BatchSmootherTest, ALateRackIsKnownOnLineAsWellAsToTheBatch) {
   double of_batch = 0;
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
     const auto flight = estimation_study::fly_to_late_rack({.duration = 20, .seen_from = 10}, seed);
-    Recording recording{.times = flight.times,
-                        .first = flight.first,
-                        .first_covariance = flight.first_covariance,
-                        .imu = flight.imu};
-    recording.measurements.assign(flight.gps.begin(), flight.gps.end());
-    recording.measurements.insert(recording.measurements.end(), flight.vision.begin(),
-                                  flight.vision.end());
-    BatchSmoother batch(BatchSmootherParameters::like(flight.parameters), std::move(recording));
+    BatchSmoother batch(BatchSmootherParameters::like(flight.parameters),
+                        {.times = flight.times,
+                         .first = flight.first,
+                         .first_covariance = flight.first_covariance,
+                         .imu = flight.imu,
+                         .measurements = flight.measurements()});
     batch.solve();
     of_batch +=
         estimation_study::rack_nees(batch.globals(), flight.truth, batch.global_covariance());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <variant>
@@ -14,6 +15,7 @@
 #include "odometer_intake.hpp"
 #include "pipescout/estimation/in_motion_alignment.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
+#include "turn_window.hpp"
 
 namespace pipescout::estimation {
 
@@ -56,6 +58,7 @@ class StateEstimator::Implementation {
   // estimator_input.cpp
   Outcome add(const ImuReading& reading) noexcept;
   Outcome add(const OdometerReading& reading) noexcept;
+  Outcome add(const WheelTurn& turn) noexcept;
   Outcome add(const GivenPose& pose) noexcept;
   Outcome add(const AnyFactor& factor) noexcept;
   template <class Measurement>
@@ -102,6 +105,10 @@ class StateEstimator::Implementation {
   [[nodiscard]] bool has_odometer(double time) const noexcept {
     constexpr double kWitnessAge = 1;  // s, of the newest reading
     return time - odometer_.newest() < kWitnessAge;
+  }
+  /// Whether the wheels say that the body turns; not where they say nothing.
+  [[nodiscard]] bool wheels_turn(double from, double to) const noexcept {
+    return std::abs(turns_.mean(from, to)) > parameters_.standstill.wheel_rate;
   }
   [[nodiscard]] bool reckons() const noexcept {
     return phase_ != Phase::kStarting && phase_ != Phase::kFault;
@@ -229,6 +236,7 @@ class StateEstimator::Implementation {
   UpdateReport no_report_{};
   ImuIntake imu_;
   ImuWindow window_;
+  TurnWindow turns_;
   InMotionAlignment in_motion_;
   OdometerIntake odometer_;
   OdomFrame odom_;

@@ -33,6 +33,10 @@ StateEstimator::Implementation::Implementation(const StateEstimatorParameters& p
       report_(&no_report_),
       imu_(parameters),
       window_(intervals(parameters.standstill.window, parameters.keyframe_period) + 1),
+      turns_(parameters.keyframe_period,
+             intervals(parameters.standstill.window + parameters.longest_wait +
+                           parameters.smoother.max_step,
+                       parameters.keyframe_period)),
       in_motion_(parameters.smoother.imu_integration(), parameters.smoother.max_imu_samples),
       odometer_(parameters.odometer),
       odom_(intervals(parameters.smoother.lag, parameters.keyframe_period) + 2),
@@ -183,6 +187,18 @@ Outcome StateEstimator::Implementation::add(const OdometerReading& reading) noex
   return outcome;
 }
 
+Outcome StateEstimator::Implementation::add(const WheelTurn& turn) noexcept {
+  if (!std::isfinite(turn.time) || !std::isfinite(turn.yaw_rate)) {
+    return Outcome::kNotFinite;
+  }
+  const Outcome in_time = check_time(turn.time);
+  if (in_time != Outcome::kWaiting && in_time != Outcome::kUninitialised) {
+    return in_time;
+  }
+  turns_.add(turn.time, turn.yaw_rate);
+  return Outcome::kAccepted;
+}
+
 template <class Measurement>
 Outcome StateEstimator::Implementation::add_measurement(const Measurement& m) noexcept {
   const Source source = source_of(m);
@@ -309,6 +325,7 @@ void StateEstimator::Implementation::bridge(double until) {
 
 void StateEstimator::Implementation::jump(double time) {
   levelling_ = {};
+  turns_.forget();
   if (!reckons()) {
     odometer_.forget();
     return;

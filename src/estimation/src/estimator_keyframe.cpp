@@ -183,6 +183,9 @@ bool StateEstimator::Implementation::stands_still(double time) const {
   if (sums.rate_deviation() > use.still_rate || turning.norm() > use.still_rate) {
     return false;
   }
+  if (wheels_turn(time - use.window, time)) {
+    return false;  // on the spot, as slowly as a gyro's bias
+  }
   // Those that wait for the IMU tell of a later time.
   const double newest = std::min(odometer_.newest(), time);
   const auto moved = odometer_.between(newest - use.window, newest);

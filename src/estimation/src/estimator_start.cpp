@@ -84,7 +84,8 @@ void StateEstimator::Implementation::gather(const ImuSample& sample) {
   const StartParameters& start = parameters_.start;
   const bool still = levelling_.rate_deviation() <= start.still_rate &&
                      levelling_.force_deviation() <= start.still_force &&
-                     levelling_.mean_rate().norm() <= start.largest_gyro_bias;
+                     levelling_.mean_rate().norm() <= start.largest_gyro_bias &&
+                     !wheels_turn(levelling_end_ - levelling_.duration, levelling_end_);
   const Vector3d force = levelling_.mean_force();
   const double gravity = parameters_.smoother.gravity;
   fault_ = fault_of(force, still);

@@ -19,6 +19,9 @@ Outcome StateEstimator::add(const ImuReading& reading) noexcept {
 Outcome StateEstimator::add(const OdometerReading& reading) noexcept {
   return implementation_->add(reading);
 }
+Outcome StateEstimator::add(const WheelTurn& turn) noexcept {
+  return implementation_->add(turn);
+}
 Outcome StateEstimator::add(const GpsMeasurement& m) noexcept {
   return implementation_->add_measurement(m);
 }

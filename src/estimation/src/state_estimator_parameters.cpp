@@ -59,6 +59,7 @@ void validate_standstill(const StandstillUse& p) {
   within("standstill.still_distance", p.still_distance, 1e-9, 1, "[1e-9, 1]");
   within("standstill.still_rate", p.still_rate, 1e-6, 10, "[1e-6, 10]");
   within("standstill.still_force", p.still_force, 1e-6, 100, "[1e-6, 100]");
+  within("standstill.wheel_rate", p.wheel_rate, 1e-6, 10, "[1e-6, 10]");
   within("standstill.velocity_deviation", p.velocity_deviation, 1e-6, 10, "[1e-6, 10]");
   within("standstill.rate_deviation", p.rate_deviation, 1e-6, 10, "[1e-6, 10]");
 }

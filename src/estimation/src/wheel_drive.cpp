@@ -62,13 +62,38 @@ std::optional<std::size_t> WheelDrive::place_of(const std::string& joint) const 
   return std::nullopt;
 }
 
+template <class HasRate>
+void WheelDrive::check_wheels(double time, std::span<const std::string> names,
+                              std::span<const double> positions, HasRate&& has_rate) const {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto place = place_of(names[i]);
+    if (!place) {
+      continue;
+    }
+    const Wheel& wheel = wheels_[*place];
+    if (wheel.time && !(time > *wheel.time)) {
+      refuse("wheel '", names[i], "': time ", time, " s is not after the last one, ", *wheel.time);
+    }
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
+        names.begin() + static_cast<std::ptrdiff_t>(i)) {
+      refuse("wheel '", names[i], "' stands twice in one message");
+    }
+    if (!has_rate(i) && (positions.empty() || !std::isfinite(positions[i]))) {
+      refuse("wheel '", names[i], "' has neither a finite velocity nor a finite position");
+    }
+  }
+}
+
 std::optional<WheelMotion> WheelDrive::add(double time, std::span<const std::string> names,
                                            std::span<const double> positions,
                                            std::span<const double> velocities) {
   check_length("position", positions.size(), names.size());
   check_length("velocity", velocities.size(), names.size());
-  // On a copy: a message that is refused changes nothing.
-  std::vector<Wheel> wheels = wheels_;
+  // A rate that a driver does not know is missing or not finite.
+  const auto has_rate = [&](std::size_t i) {
+    return !velocities.empty() && std::isfinite(velocities[i]);
+  };
+  check_wheels(time, names, positions, has_rate);
   bool any = false;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto place = place_of(names[i]);
@@ -76,16 +101,10 @@ std::optional<WheelMotion> WheelDrive::add(double time, std::span<const std::str
       continue;
     }
     any = true;
-    Wheel& wheel = wheels[*place];
-    if (wheel.time && !(time > *wheel.time)) {
-      refuse("wheel '", names[i], "': time ", time, " s is not after the last one, ", *wheel.time);
-    }
-    // A rate that a driver does not know is missing or not finite.
-    if (!velocities.empty() && std::isfinite(velocities[i])) {
+    Wheel& wheel = wheels_[*place];
+    if (has_rate(i)) {
       wheel.rate = velocities[i];
       wheel.rate_time = time;
-    } else if (positions.empty() || !std::isfinite(positions[i])) {
-      refuse("wheel '", names[i], "' has neither a finite velocity nor a finite position");
     } else if (wheel.time && wheel.angle) {
       wheel.rate = (positions[i] - *wheel.angle) / (time - *wheel.time);
       wheel.rate_time = (time + *wheel.time) / 2;
@@ -93,7 +112,6 @@ std::optional<WheelMotion> WheelDrive::add(double time, std::span<const std::str
     wheel.time = time;
     wheel.angle = positions.empty() ? std::nullopt : std::optional(positions[i]);
   }
-  wheels_ = std::move(wheels);
   return any ? motion() : std::nullopt;
 }
 

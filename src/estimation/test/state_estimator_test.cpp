@@ -128,6 +128,46 @@ TEST(StateEstimator, StartsStandingStillWhenItIsToldEnough) {
   EXPECT_LT(started(nothing, &given).rotation, 0.04);
 }
 
+/// A robot that stands, then turns on the spot from 4 s on; rad, off its heading after a minute.
+/// Sensors without errors. `stood`: rad/s, by which it turns from the beginning.
+double off_after_turning_on_the_spot(double rate, double stood, bool wheels_tell) {
+  StateEstimator estimator(robot());
+  estimator.add(GivenPose{.time = 0,
+                          .position = Vector3d::Zero(),
+                          .position_deviation = 0.01,
+                          .heading = 0,
+                          .heading_deviation = 0.01});
+  double heading = 0;
+  for (int i = 0; i <= 6000; ++i) {
+    const double time = 0.01 * i;
+    const double turning = time < 4 ? stood : rate;
+    estimator.add(ImuReading{time, {0, 0, 9.81}, {0, 0, turning}});
+    if (i % 2 == 0) {
+      estimator.add(OdometerReading{.time = time});
+      if (wheels_tell) {
+        estimator.add(WheelTurn{time, turning});
+      }
+    }
+    heading += i < 6000 ? 0.01 * turning : 0;
+  }
+  return std::abs(estimator.estimate()->state.R_map_body.roll_pitch_yaw().z() - heading);
+}
+
+TEST(StateEstimator, ASlowTurnOnTheSpotIsNoGyroBiasWhereTheWheelsTell) {
+  constexpr double kSlow = 0.008;  // rad/s, less than a gyro at rest may show
+  EXPECT_LT(off_after_turning_on_the_spot(kSlow, 0, true), 0.02);
+  EXPECT_LT(off_after_turning_on_the_spot(kSlow, kSlow, true), 0.04);
+  // Nothing else on board tells it from a bias.
+  EXPECT_GT(off_after_turning_on_the_spot(kSlow, 0, false), 0.3);
+}
+
+TEST(StateEstimator, WheelsThatAreNotFiniteTellNothing) {
+  StateEstimator estimator(robot());
+  EXPECT_EQ(estimator.add(WheelTurn{NAN, 0}), Outcome::kNotFinite);
+  EXPECT_EQ(estimator.add(WheelTurn{0, INFINITY}), Outcome::kNotFinite);
+  EXPECT_EQ(estimator.add(WheelTurn{0, 0}), Outcome::kAccepted);
+}
+
 /// A crawler that starts at chainage 12 and goes on by half a metre a second from 4 s on, and its
 /// welds: at a time, said to be at a chainage; `off` from where it is.
 struct PassedWeld {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 
 #include "pipescout/message_conversions/geometry.hpp"
@@ -21,10 +20,6 @@ using estimation::Phase;
 using estimation::Source;
 using estimation::SourceStatus;
 using pipescout_msgs::msg::FusedOdometer;
-using sensor_msgs::msg::NavSatFix;
-
-/// m; a height that is not known.
-constexpr double kUnknownHeight = 1e4;
 
 /// Variances that rounding has made negative count as none.
 geometry_msgs::msg::Vector3 deviations(const Eigen::Vector3d& variances) {
@@ -141,63 +136,12 @@ estimation::OdometerReading odometer_reading(const pipescout_msgs::msg::FusedOdo
   return result;
 }
 
-geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message) {
-  const geometry::GeodeticPosition result{message.latitude, message.longitude,
-                                          std::isnan(message.altitude) ? 0.0 : message.altitude};
-  result.validate();
-  return result;
-}
-
-bool covariance_is_stated(const NavSatFix& message) {
-  const auto& c = message.position_covariance;
-  const bool numbers = std::ranges::all_of(c, [](double value) { return std::isfinite(value); });
-  const auto [least, most] = std::minmax({c[0], c[4], c[8]});
-  return message.position_covariance_type != NavSatFix::COVARIANCE_TYPE_UNKNOWN && numbers &&
-         least >= 0 && most > 0;
-}
-
 estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message, double time,
                                            const geometry::LocalFrame& frame,
                                            double expected_height,
                                            const EstimatorSettings& settings) {
   return gps_measurement(message, time, frame, expected_height, settings.gps_deviation,
                          settings.least_gps_deviation);
-}
-
-estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message, double time,
-                                           const geometry::LocalFrame& frame,
-                                           double expected_height, double deviation,
-                                           double least_deviation) {
-  const geometry::GeodeticPosition place = geodetic(message);
-  estimation::GpsMeasurement result;
-  result.time = time;
-  result.position = frame.position(place);
-  if (!covariance_is_stated(message)) {
-    if (deviation <= 0) {
-      throw std::invalid_argument(
-          "position_covariance states nothing usable, and parameter 'gps.deviation' is 0");
-    }
-    result.covariance.diagonal().setConstant(deviation * deviation);
-  } else {
-    const Eigen::Matrix3d axes = frame.axes_at(place);
-    const Eigen::Matrix3d given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-        message.position_covariance.data());
-    result.covariance = axes * given * axes.transpose();
-    result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
-    // Added, not put in its place: a correlation stays one.
-    const double least = least_deviation * least_deviation;
-    const double lacking = least - result.covariance.diagonal().minCoeff();
-    if (lacking > 0) {
-      result.covariance.diagonal().array() += lacking;
-    }
-  }
-  if (std::isnan(message.altitude)) {
-    result.position.z() = expected_height;
-    result.covariance.row(2).setZero();
-    result.covariance.col(2).setZero();
-    result.covariance(2, 2) = kUnknownHeight * kUnknownHeight;
-  }
-  return result;
 }
 
 geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_child, Time stamp,

@@ -10,6 +10,7 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 
 #include "pipescout/estimation/state_estimator.hpp"
+#include "pipescout/estimator_sources/fix.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/runtime/time.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
@@ -29,28 +30,12 @@ namespace pipescout {
 [[nodiscard]] estimation::OdometerReading odometer_reading(
     const pipescout_msgs::msg::FusedOdometer& message, double time);
 
-/// Of a fix; throws std::invalid_argument naming the field when it is none: latitude, longitude.
-/// The altitude is 0 where it is not known.
-[[nodiscard]] geometry::GeodeticPosition geodetic(const sensor_msgs::msg::NavSatFix& message);
-
-/// Whether its covariance says anything: receivers send NaN, zeros and -1 for an unknown one too.
-[[nodiscard]] bool covariance_is_stated(const sensor_msgs::msg::NavSatFix& message);
-
-/// Throws as `geodetic`, and when the covariance is unknown and `settings` have none for that.
-/// A height that is not known is `expected_height` (m, in the map) give or take very much.
+/// With the standard deviations of `settings`; throws as that without them.
 [[nodiscard]] estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message,
                                                          double time,
                                                          const geometry::LocalFrame& frame,
                                                          double expected_height,
                                                          const EstimatorSettings& settings);
-
-/// The same with these standard deviations, m per axis, in place of the settings': of a covariance
-/// that is unknown, and the least one.
-[[nodiscard]] estimation::GpsMeasurement gps_measurement(const sensor_msgs::msg::NavSatFix& message,
-                                                         double time,
-                                                         const geometry::LocalFrame& frame,
-                                                         double expected_height, double deviation,
-                                                         double least_deviation);
 
 [[nodiscard]] geometry_msgs::msg::TransformStamped transform(const geometry::SE3& T_parent_child,
                                                              Time stamp, const std::string& parent,

@@ -375,6 +375,9 @@ void EstimatorParameters::declare_use() {
       "standstill.force", [](auto& p) -> double& { return p.standstill.still_force; }, {1e-6, 100},
       "m/s^2, the same");
   bound_->real(
+      "standstill.wheel_rate", [](auto& p) -> double& { return p.standstill.wheel_rate; },
+      {1e-6, 10}, "rad/s, largest yaw rate that wheels say at standstill");
+  bound_->real(
       "non_holonomic.lateral_deviation", [](auto& p) -> double& { return p.lateral_deviation; },
       {0, 100}, "m/s, standard deviation of lateral slip; 0: no constraint");
   bound_->real(

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sources that the parameter `sources` names.
-#include <cmath>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
-#include <utility>
 
-#include "estimator_messages.hpp"
-#include "named_source_messages.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
-#include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/runtime/transforms.hpp"
 #include "pipescout/state_estimator/state_estimator.hpp"
 
@@ -17,11 +11,8 @@ namespace pipescout {
 
 namespace {
 
-using estimation::AnyFactor;
-using estimation::own_kind;
 using geometry::SE3;
 using geometry_msgs::msg::TwistStamped;
-using geometry_msgs::msg::TwistWithCovariance;
 using geometry_msgs::msg::TwistWithCovarianceStamped;
 using sensor_msgs::msg::FluidPressure;
 using sensor_msgs::msg::JointState;
@@ -31,26 +22,13 @@ using sensor_msgs::msg::Range;
 /// As for the other sensors: drivers publish best effort or reliable.
 constexpr QoS kQos = QoS::sensor_data(50);
 
-/// The frame in which a message's numbers are, or on which its sensor is.
-template <class Message>
-const std::string& frame_of(const Message& message) {
-  if constexpr (std::is_same_v<Message, nav_msgs::msg::Odometry>) {
-    return message.child_frame_id;
-  } else if constexpr (std::is_same_v<Message, JointState>) {
-    static const std::string
-        base;  // the motion is that of the base, whatever frame the joints have
-    return base;
-  } else {
-    return message.header.frame_id;
-  }
-}
-
 }  // namespace
 
 void StateEstimator::subscribe_to_sources() {
   named_.clear();
   named_.resize(settings_.sources.size());
   for (std::size_t i = 0; i < named_.size(); ++i) {
+    named_[i].input.emplace(settings_.sources[i], i, settings_.estimator.odometer.largest_speed);
     switch (settings_.sources[i].kind) {
       case NamedSourceKind::kGpsVelocity:
         subscribe_to_source<TwistStamped>(i);
@@ -76,7 +54,6 @@ void StateEstimator::subscribe_to_sources() {
         subscribe_to_source<Fix>(i);
         break;
       case NamedSourceKind::kWheelEncoders:
-        named_[i].wheels.emplace(settings_.sources[i].wheels);
         subscribe_to_source<JointState>(i);
         break;
     }
@@ -115,44 +92,10 @@ std::optional<SE3> StateEstimator::place_of(std::size_t source, const std::strin
   return places.emplace(frame, from_message(found->transform)).first->second;
 }
 
-std::optional<AnyFactor> StateEstimator::relative_pose(std::size_t source, const Odometry& message,
-                                                       double time, const SE3& T_body_sensor) {
-  const NamedSource& named = settings_.sources[source];
-  std::optional<TimedPose>& last = named_[source].last_pose;
-  const TimedPose now{time, from_message(message.pose.pose)};
-  const std::optional<TimedPose> before = std::exchange(last, now);
-  if (!before || !(time > before->time)) {
-    return std::nullopt;
-  }
-  const auto moved = relative_pose_measurement(*before, now, named, T_body_sensor);
-  // Its frame began again elsewhere.
-  if (moved.T_from_to.translation().norm() >
-      settings_.estimator.odometer.largest_speed * (time - before->time)) {
-    report_fault(named.name + ".jump", "source '" + named.name + "': its pose jumped by " +
-                                           std::to_string(moved.T_from_to.translation().norm()) +
-                                           " m");
-    return std::nullopt;
-  }
-  return AnyFactor(moved, own_kind(source));
-}
-
-AnyFactor StateEstimator::base_velocity(std::size_t source, const TwistWithCovariance& twist,
-                                        double time, const SE3& T_body_sensor) {
-  if (settings_.implied_imu == source) {
-    imply_imu(twist.twist, time, T_body_sensor);
-  }
-  return AnyFactor(body_velocity_measurement(twist, time, settings_.sources[source], T_body_sensor,
-                                             angular_rate()),
-                   own_kind(source));
-}
-
-void StateEstimator::imply_imu(const geometry_msgs::msg::Twist& twist, double time,
-                               const SE3& T_body_sensor) {
-  const Eigen::Vector3d rate = T_body_sensor.rotation() * from_message(twist.angular);
-  const Eigen::Vector3d velocity = T_body_sensor.rotation() * from_message(twist.linear) -
-                                   rate.cross(T_body_sensor.translation());
+void StateEstimator::imply_imu(const estimation::WheelMotion& motion) {
   imu_heard_ = true;
-  for (const estimation::ImuReading& reading : planar_->add(time, velocity.x(), rate.z())) {
+  for (const estimation::ImuReading& reading :
+       planar_->add(motion.time, motion.speed, motion.yaw_rate)) {
     take_reading(reading);
   }
 }
@@ -163,57 +106,6 @@ Eigen::Vector3d StateEstimator::angular_rate() const {
 }
 
 template <class Message>
-std::optional<AnyFactor> StateEstimator::factor_of(std::size_t source, const Message& message,
-                                                   double time, const SE3& T_body_sensor) {
-  const NamedSource& named = settings_.sources[source];
-  const estimation::FactorKind kind = own_kind(source);
-  const Eigen::Vector3d rate = angular_rate();
-  if constexpr (std::is_same_v<Message, TwistStamped>) {
-    return AnyFactor(velocity_measurement(message, time, named, T_body_sensor, rate), kind);
-  } else if constexpr (std::is_same_v<Message, TwistWithCovarianceStamped>) {
-    if (named.kind == NamedSourceKind::kBaseVelocity) {
-      return base_velocity(source, message.twist, time, T_body_sensor);
-    }
-    return AnyFactor(velocity_measurement(message, time, named, T_body_sensor, rate), kind);
-  } else if constexpr (std::is_same_v<Message, Odometry>) {
-    if (named.kind == NamedSourceKind::kOdometryPose) {
-      return relative_pose(source, message, time, T_body_sensor);
-    }
-    return base_velocity(source, message.twist, time, T_body_sensor);
-  } else if constexpr (std::is_same_v<Message, JointState>) {
-    const auto motion =
-        named_[source].wheels->add(time, message.name, message.position, message.velocity);
-    if (!motion) {
-      return std::nullopt;
-    }
-    TwistWithCovariance twist;
-    twist.twist.linear.x = motion->speed;
-    twist.twist.angular.z = motion->yaw_rate;
-    return base_velocity(source, twist, motion->time, T_body_sensor);
-  } else if constexpr (std::is_same_v<Message, MagneticField>) {
-    return AnyFactor(magnetic_field_measurement(message, time, named, T_body_sensor), kind);
-  } else if constexpr (std::is_same_v<Message, FluidPressure>) {
-    return AnyFactor(height_measurement(message, time, named, T_body_sensor), kind);
-  } else if constexpr (std::is_same_v<Message, Range>) {
-    if (std::isinf(message.range)) {  // REP 117: nothing detected
-      return std::nullopt;
-    }
-    return AnyFactor(range_measurement(message, time, named, T_body_sensor), kind);
-  } else {
-    if (message.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX || !map_) {
-      return std::nullopt;  // no fix, or the first antenna has not said yet where the map is
-    }
-    const estimation::GpsMeasurement fix =
-        gps_measurement(message, time, *map_, 0, named.deviation, settings_.least_gps_deviation);
-    return AnyFactor(estimation::PositionMeasurement{.time = time,
-                                                     .position = fix.position,
-                                                     .covariance = fix.covariance,
-                                                     .sensor = T_body_sensor.translation()},
-                     kind);
-  }
-}
-
-template <class Message>
 void StateEstimator::on_source(std::size_t source, const Message& message) {
   const std::string& name = settings_.sources[source].name;
   const auto time = time_of(name, message.header.stamp);
@@ -221,13 +113,30 @@ void StateEstimator::on_source(std::size_t source, const Message& message) {
     return;
   }
   try {
-    const auto T_base_sensor = place_of(source, frame_of(message));
+    const auto T_base_sensor = place_of(source, sensor_frame(message));
     if (!T_base_sensor) {
       return;
     }
     const SE3 T_body_base(geometry::SO3(), -settings_.imu);
-    if (const auto factor = factor_of(source, message, *time, T_body_base * *T_base_sensor)) {
-      report_outcome(name, estimator_->add(*factor));
+    const SourceNews news =
+        named_[source].input->take(message, *time,
+                                   {.T_body_sensor = T_body_base * *T_base_sensor,
+                                    .angular_rate = angular_rate(),
+                                    .map = map_ ? &*map_ : nullptr,
+                                    .least_gps_deviation = settings_.least_gps_deviation});
+    if (news.jumped > 0) {
+      report_fault(name + ".jump", "source '" + name + "': its pose jumped by " +
+                                       std::to_string(news.jumped) + " m");
+    }
+    if (news.motion && settings_.implied_imu == source) {
+      imply_imu(*news.motion);
+    }
+    if (news.motion) {
+      (void)estimator_->add(
+          estimation::WheelTurn{.time = news.motion->time, .yaw_rate = news.motion->yaw_rate});
+    }
+    if (news.factor) {
+      report_outcome(name, estimator_->add(*news.factor));
       publish_news();
     }
   } catch (const std::invalid_argument& error) {

@@ -8,9 +8,12 @@
 #include <nav_msgs/msg/odometry.hpp>
 #include <numbers>
 #include <optional>
+#include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/joint_state.hpp>
+#include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <sensor_msgs/msg/range.hpp>
 #include <set>
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
@@ -62,6 +65,7 @@ struct Topic {
   std::shared_ptr<void> message;
   std::optional<Kind> kind;
   bool transforms = false;
+  bool further = false;          // its messages are kept for a further source
   std::set<std::string> joints;  // of sensor_msgs/JointState
   std::optional<estimation::WheelDrive> wheels;
   Stream stream;
@@ -83,6 +87,10 @@ std::optional<Kind> kind_of(const std::string& type) {
       type == "geometry_msgs/msg/TwistWithCovarianceStamped" || type == kJointState) {
     return Kind::kOdometer;
   }
+  if (type == "sensor_msgs/msg/MagneticField" || type == "sensor_msgs/msg/FluidPressure" ||
+      type == "sensor_msgs/msg/Range") {
+    return Kind::kFurther;
+  }
   return std::nullopt;
 }
 
@@ -91,10 +99,14 @@ const T& as(const Topic& topic) {
   return *static_cast<const T*>(topic.message.get());
 }
 
-/// The stamp; of a message without one, the time of its recording.
+std::int64_t stamp_of(const std_msgs::msg::Header& header) {
+  return static_cast<std::int64_t>(header.stamp.sec) * 1'000'000'000 +
+         static_cast<std::int64_t>(header.stamp.nanosec);
+}
+
+/// The stamp; of a message without one, the time of its recording. Noted once for each message.
 double time_of(Topic& topic, const std_msgs::msg::Header& header, std::int64_t log_time) {
-  const std::int64_t stamp = static_cast<std::int64_t>(header.stamp.sec) * 1'000'000'000 +
-                             static_cast<std::int64_t>(header.stamp.nanosec);
+  const std::int64_t stamp = stamp_of(header);
   if (topic.stream.frame.empty()) {
     topic.stream.frame = without_slash(header.frame_id);
   }
@@ -207,6 +219,36 @@ void take_odometer(Topic& topic, std::int64_t log_time) {
   }
 }
 
+template <class Message>
+void keep(Topic& topic, std::int64_t log_time) {
+  const auto& m = as<Message>(topic);
+  const std::int64_t stamp = stamp_of(m.header);
+  const double time = topic.kind == Kind::kFurther ? time_of(topic, m.header, log_time)
+                                                   : seconds(stamp == 0 ? log_time : stamp);
+  add_further(topic.stream, time, m);
+}
+
+void take_further(Topic& topic, std::int64_t log_time) {
+  const std::string& type = topic.of.type;
+  if (type == "sensor_msgs/msg/MagneticField") {
+    keep<sensor_msgs::msg::MagneticField>(topic, log_time);
+  } else if (type == "sensor_msgs/msg/FluidPressure") {
+    keep<sensor_msgs::msg::FluidPressure>(topic, log_time);
+  } else if (type == "sensor_msgs/msg/Range") {
+    keep<sensor_msgs::msg::Range>(topic, log_time);
+  } else if (type == "sensor_msgs/msg/NavSatFix") {
+    keep<sensor_msgs::msg::NavSatFix>(topic, log_time);
+  } else if (type == "nav_msgs/msg/Odometry") {
+    keep<nav_msgs::msg::Odometry>(topic, log_time);
+  } else if (type == "geometry_msgs/msg/TwistStamped") {
+    keep<geometry_msgs::msg::TwistStamped>(topic, log_time);
+  } else if (type == "geometry_msgs/msg/TwistWithCovarianceStamped") {
+    keep<geometry_msgs::msg::TwistWithCovarianceStamped>(topic, log_time);
+  } else if (type == kJointState) {
+    keep<sensor_msgs::msg::JointState>(topic, log_time);
+  }
+}
+
 /// Of both /tf_static and /tf, where robots of ROS 1 repeat their fixed transforms: frames that
 /// move are noted.
 void take_transforms(const Topic& topic, Recording& recording, std::set<std::string>& moving) {
@@ -312,6 +354,11 @@ void take(Topic& topic, std::int64_t log_time, Recording& recording,
     case Kind::kOdometer:
       take_odometer(topic, log_time);
       break;
+    case Kind::kFurther:
+      break;
+  }
+  if (topic.further) {
+    take_further(topic, log_time);
   }
 }
 
@@ -319,7 +366,7 @@ void take(Topic& topic, std::int64_t log_time, Recording& recording,
 
 Recording read_bag(const std::filesystem::path& bag,
                    const std::optional<estimation::WheelDriveParameters>& wheels,
-                   const Progress& progress) {
+                   const std::vector<NamedSource>& further, const Progress& progress) {
   bags::BagReader reader(bag);
   Recording recording;
   std::vector<Topic> topics;
@@ -337,13 +384,18 @@ Recording read_bag(const std::filesystem::path& bag,
     if (wheels && each.type == kJointState) {
       topic.wheels.emplace(*wheels);
     }
-    if (topic.type != nullptr && (topic.kind || topic.transforms)) {
+    topic.further =
+        std::ranges::find(further, each.name, &NamedSource::topic) != further.end() && topic.kind;
+    const bool used =
+        topic.further || topic.transforms || (topic.kind && *topic.kind != Kind::kFurther);
+    if (topic.type != nullptr && used) {
       topic.message = topic.type->create();
     }
     if (topic.kind) {
       topic.stream.kind = *topic.kind;
       topic.stream.name = each.name;
       topic.stream.type = each.type;
+      topic.stream.message_type = each.type;
     } else if (!topic.transforms) {
       recording.remarks.push_back(each.name + ": messages of type " + each.type +
                                   " are not used by the estimator.");
@@ -385,8 +437,10 @@ Recording read_bag(const std::filesystem::path& bag,
                                   " messages are no " + topic.of.type + "; not used.");
     }
     const bool any_wheel = topic.wheels && topic.stream.rows() > 0;
-    if (topic.of.type == kJointState && !any_wheel) {
+    if (topic.of.type == kJointState && !any_wheel && !topic.further) {
       recording.remarks.push_back(about_joints(topic));
+    } else if (topic.kind == Kind::kFurther && !topic.further) {
+      recording.remarks.push_back(about_further(topic.of.name, topic.of.type));
     } else if (topic.kind) {
       recording.streams.push_back(std::move(topic.stream));
     }

@@ -17,6 +17,8 @@
 namespace pipescout::estimate {
 namespace {
 
+constexpr double kLargestLength = 100;  // m, of a wheel's radius or a track
+
 bool contains_any(const std::string& name, std::initializer_list<std::string_view> words) {
   return std::ranges::any_of(
       words, [&](std::string_view word) { return name.find(word) != std::string::npos; });
@@ -28,7 +30,8 @@ std::string why_no_odometer(const Stream& s) {
     return "it seems to be a command, not a measurement";
   }
   if (contains_any(s.name, {"gps", "gnss", "ublox", "fix"})) {
-    return "it seems to be a velocity of GPS, along the axes of the map";
+    return "it seems to be a velocity of GPS, along the axes of the map (further_sources takes it, "
+           "kind gps_velocity or gps_velocity_with_covariance)";
   }
   if (contains_any(s.name, {"filtered", "fused", "ekf", "ukf", "global", "ground_truth"})) {
     return "it seems to be the output of another estimator";
@@ -37,7 +40,8 @@ std::string why_no_odometer(const Stream& s) {
 }
 
 /// Larger is better; topics of which nothing can be used are not candidates.
-const Stream* best(const Recording& recording, Kind kind, std::vector<std::string>& said) {
+const Stream* best(const Recording& recording, Kind kind, const std::vector<NamedSource>& further,
+                   std::vector<std::string>& said) {
   const Stream* chosen = nullptr;
   const auto rank = [&](const Stream& s) {
     const bool named = kind == Kind::kOdometer && contains_any(s.name, {"odom", "wheel"});
@@ -45,15 +49,25 @@ const Stream* best(const Recording& recording, Kind kind, std::vector<std::strin
     const bool wheels = s.type == "sensor_msgs/msg/JointState";
     return std::tuple(wheels, named, s.rows());
   };
+  const auto is_further = [&](const Stream& s) {
+    return std::ranges::find(further, s.name, &NamedSource::topic) != further.end();
+  };
   for (const Stream& s : recording.streams) {
-    if (s.kind != kind) {
+    // An odometry may be both: its twist the odometer, its poses a further source.
+    if (s.kind != kind || (kind == Kind::kGps && is_further(s))) {
       continue;
     }
     if (s.rows() == 0) {
+      if (is_further(s)) {
+        continue;
+      }
       said.push_back(s.name + " (" + s.type + "): no usable message.");
       continue;
     }
     if (const std::string why = kind == Kind::kOdometer ? why_no_odometer(s) : ""; !why.empty()) {
+      if (is_further(s)) {
+        continue;
+      }
       said.push_back(s.name + " (" + s.type + "): not used, " + why + ".");
       continue;
     }
@@ -62,7 +76,7 @@ const Stream* best(const Recording& recording, Kind kind, std::vector<std::strin
     }
   }
   for (const Stream& s : recording.streams) {
-    if (chosen != nullptr && s.kind == kind && &s != chosen && s.rows() > 0 &&
+    if (chosen != nullptr && s.kind == kind && &s != chosen && s.rows() > 0 && !is_further(s) &&
         (kind != Kind::kOdometer || why_no_odometer(s).empty())) {
       said.push_back(s.name + " (" + s.type + "): not used, because " + chosen->name +
                      " is taken for the same. Name it in the configuration to use it instead.");
@@ -148,14 +162,78 @@ estimation::WheelDriveParameters read_wheels(const YAML::Node& node, const std::
   const Section s(node, path, {"left", "right", "radius", "track"});
   s.read("left", wheels.left);
   s.read("right", wheels.right);
-  s.read("radius", wheels.wheel_radius, 0, 100);
-  s.read("track", wheels.track, 0, 100);
+  s.read("radius", wheels.wheel_radius, 0, kLargestLength);
+  s.read("track", wheels.track, 0, kLargestLength);
   try {
     wheels.validate();
   } catch (const std::invalid_argument& error) {
     throw YamlError(path, node.Mark(), std::string("wheels: ") + error.what());
   }
   return wheels;
+}
+
+Start read_start(const YAML::Node& node, const std::string& path) {
+  Start start;
+  const Section s(node, path, {"position", "position_deviation", "heading", "heading_deviation"});
+  std::optional<Eigen::Vector3d> position;
+  s.read("position", position);
+  start.position = position.value_or(start.position);
+  s.read("position_deviation", start.position_deviation, 1e-3, 1e4);
+  s.read("heading", start.heading, -360, 360);
+  s.read("heading_deviation", start.heading_deviation, 0.006, 57);
+  return start;
+}
+
+NamedSource read_further_source(const std::string& name, const YAML::Node& node,
+                                const std::string& path) {
+  std::set<std::string> known = {"kind", "topic", "position",     "roll_pitch_yaw", "beacon",
+                                 "left", "right", "wheel_radius", "track"};
+  for (const NamedSourceNumber& each : named_source_numbers()) {
+    known.insert(each.key);
+  }
+  const Section s(node, path, known);
+  std::string kind_name;
+  s.read("kind", kind_name);
+  const auto kind = named_source_kind(kind_name);
+  if (!kind) {
+    throw YamlError(path, node.Mark(),
+                    "further_sources." + name + ": kind '" + kind_name + "' is not one of " +
+                        all_named_source_kinds());
+  }
+  NamedSource source = default_source(name, *kind);
+  s.read("topic", source.topic);
+  s.read("position", source.position);
+  std::optional<Eigen::Vector3d> turned;
+  s.read("roll_pitch_yaw", turned);
+  source.R_base_sensor =
+      geometry::SO3::from_roll_pitch_yaw(turned.value_or(Eigen::Vector3d::Zero()));
+  s.read("beacon", source.beacon);
+  for (const NamedSourceNumber& each : named_source_numbers()) {
+    s.read(each.key, source.*each.field, each.low, each.high);
+  }
+  s.read("left", source.wheels.left);
+  s.read("right", source.wheels.right);
+  s.read("wheel_radius", source.wheels.wheel_radius, 0, kLargestLength);
+  s.read("track", source.wheels.track, 0, kLargestLength);
+  return source;
+}
+
+std::vector<NamedSource> read_further_sources(const YAML::Node& node, const std::string& path) {
+  if (!node.IsMap() && !node.IsNull()) {
+    throw YamlError(path, node.Mark(), "further_sources: names with their parameters are expected");
+  }
+  std::vector<NamedSource> sources;
+  for (const auto& each : node) {
+    sources.push_back(read_further_source(each.first.Scalar(), each.second, path));
+  }
+  try {
+    std::vector<NamedSource> placed = sources;
+    estimation::StateEstimatorParameters any;
+    place_sources(placed, any);
+  } catch (const std::invalid_argument& error) {
+    throw YamlError(path, node.Mark(), std::string("further_sources: ") + error.what());
+  }
+  return sources;
 }
 
 std::string list(const Eigen::Vector3d& v) {
@@ -169,14 +247,49 @@ std::string quoted(const std::string& name) {
   return out.c_str();
 }
 
-std::string to_yaml(const estimation::WheelDriveParameters& wheels) {
-  const auto names = [](const std::vector<std::string>& side) {
-    std::string all;
-    for (const std::string& name : side) {
-      all += (all.empty() ? "" : ", ") + quoted(name);
+std::string names(const std::vector<std::string>& side) {
+  std::string all;
+  for (const std::string& name : side) {
+    all += (all.empty() ? "" : ", ") + quoted(name);
+  }
+  return "[" + all + "]";
+}
+
+/// What differs from the defaults of its kind.
+std::string to_yaml(const NamedSource& source) {
+  const NamedSource defaults = default_source(source.name, source.kind);
+  std::string out = "  " + quoted(source.name) +
+                    ":\n    kind: " + std::string(to_string(source.kind)) +
+                    "\n    topic: " + quoted(source.topic) + "\n";
+  if (source.position) {
+    out += "    position: " + list(*source.position) + "  # m, in the body\n    roll_pitch_yaw: " +
+           list(source.R_base_sensor.roll_pitch_yaw()) + "  # rad\n";
+  }
+  if (source.beacon) {
+    out += "    beacon: " + list(*source.beacon) + "  # m, in the map\n";
+  }
+  for (const NamedSourceNumber& each : named_source_numbers()) {
+    if (source.*each.field != defaults.*each.field) {
+      out += std::string("    ") + each.key + ": " + format_csv_number(source.*each.field) + "\n";
     }
-    return "[" + all + "]";
-  };
+  }
+  if (source.kind == NamedSourceKind::kWheelEncoders) {
+    out += "    left: " + names(source.wheels.left) + "\n    right: " + names(source.wheels.right) +
+           "\n    wheel_radius: " + format_csv_number(source.wheels.wheel_radius) +
+           "  # m\n    track: " + format_csv_number(source.wheels.track) + "  # m\n";
+  }
+  return out;
+}
+
+std::string to_yaml(const Start& start) {
+  return "start:\n  position: " + list(start.position) +
+         "  # m, in the map\n  position_deviation: " + format_csv_number(start.position_deviation) +
+         "  # m\n  heading: " + format_csv_number(start.heading) +
+         "  # degrees, from the map's x axis\n  heading_deviation: " +
+         format_csv_number(start.heading_deviation) + "  # degrees\n";
+}
+
+std::string to_yaml(const estimation::WheelDriveParameters& wheels) {
   return "  wheels:\n    left: " + names(wheels.left) + "\n    right: " + names(wheels.right) +
          "\n    radius: " + format_csv_number(wheels.wheel_radius) +
          "  # m\n    track: " + format_csv_number(wheels.track) + "  # m\n";
@@ -184,21 +297,27 @@ std::string to_yaml(const estimation::WheelDriveParameters& wheels) {
 
 }  // namespace
 
-Guess guess(const Recording& recording) {
+Guess guess(const Recording& recording, const std::vector<NamedSource>& further) {
   Guess result;
   Configuration& c = result.configuration;
-  if (const Stream* s = best(recording, Kind::kImu, result.said)) {
+  if (const Stream* s = best(recording, Kind::kImu, further, result.said)) {
     c.imu = s->name;
     say(*s, "the IMU", result.said);
   }
-  if (const Stream* s = best(recording, Kind::kOdometer, result.said)) {
+  if (const Stream* s = best(recording, Kind::kOdometer, further, result.said)) {
     c.odometer = s->name;
     c.base_frame = s->frame.empty() ? c.base_frame : s->frame;
     say(*s, "the odometer (speed along x, yaw rate)", result.said);
   }
-  if (const Stream* s = best(recording, Kind::kGps, result.said)) {
+  if (const Stream* s = best(recording, Kind::kGps, further, result.said)) {
     c.gps = s->name;
     say(*s, "GPS", result.said);
+  }
+  for (const Stream& s : recording.streams) {
+    if (s.kind == Kind::kFurther &&
+        std::ranges::find(further, s.name, &NamedSource::topic) == further.end()) {
+      result.said.push_back(about_further(s.name, s.message_type));
+    }
   }
   return result;
 }
@@ -209,7 +328,8 @@ Configuration read_configuration(const std::string& path, const Configuration& d
   if (root.IsNull()) {
     return c;
   }
-  const Section top(root, path, {"base_frame", "imu", "odometer", "gps", "sources"});
+  const Section top(
+      root, path, {"base_frame", "imu", "odometer", "gps", "start", "further_sources", "sources"});
   top.read("base_frame", c.base_frame);
   if (const YAML::Node node = top.at("imu"); node.IsDefined()) {
     const Section s(
@@ -237,6 +357,12 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     s.read("deviation_factor", c.gps_factor, 1e-3, 1e3);
     s.read("correlation_time", c.gps_correlation, 0, 1000);
     s.read("antenna", c.antenna);
+  }
+  if (const YAML::Node node = top.at("start"); node.IsDefined()) {
+    c.start = read_start(node, path);
+  }
+  if (const YAML::Node node = top.at("further_sources"); node.IsDefined()) {
+    c.further = read_further_sources(node, path);
   }
   if (const YAML::Node node = top.at("sources"); node.IsDefined()) {
     YAML::Emitter out;
@@ -278,6 +404,15 @@ std::string to_yaml(const Configuration& c) {
          format_csv_number(c.gps_correlation) + "  # s, of the errors of GPS\n";
   out += c.antenna ? "  antenna: " + list(*c.antenna) + "  # m, in the body\n"
                    : "  # antenna: [0, 0, 0]  # m, in the body; from /tf_static if absent\n";
+  if (c.start) {
+    out += to_yaml(*c.start);
+  }
+  if (!c.further.empty()) {
+    out += "further_sources:\n";
+    for (const NamedSource& source : c.further) {
+      out += to_yaml(source);
+    }
+  }
   if (!c.sources.empty()) {
     out += "sources:\n" + c.sources + "\n";
   }

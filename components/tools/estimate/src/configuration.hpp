@@ -6,9 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/estimator_sources/named_source.hpp"
 #include "recording.hpp"
 
 namespace pipescout::estimate {
+
+/// Where the vehicle is at the start, in the map.
+struct Start {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
+  double position_deviation = 1e-3;                    ///< m, per axis
+  double heading = 0;                                  ///< degrees, from the map's x axis
+  double heading_deviation = 0.006;                    ///< degrees
+};
 
 /// Which source is used as what. Format of the file: docs/estimate.md.
 struct Configuration {
@@ -30,6 +39,9 @@ struct Configuration {
   double gps_correlation = 1;  ///< s, correlation time of the errors of GPS
   /// m, of the antenna in the body; nothing: from /tf_static, else 0.
   std::optional<Eigen::Vector3d> antenna{};
+  /// Without one and without GPS the map is where and how the vehicle starts.
+  std::optional<Start> start{};
+  std::vector<NamedSource> further{};  ///< sources besides these, by name
   std::string sources;  ///< YAML text of the column mapping, for folders of CSV files
 };
 
@@ -38,8 +50,9 @@ struct Guess {
   std::vector<std::string> said;  ///< what was taken for what, and what was not used
 };
 
-/// Takes the streams that seem best. Never throws: a kind without a stream stays empty.
-[[nodiscard]] Guess guess(const Recording& recording);
+/// Takes the streams that seem best; what `further` names is used anyway. Never throws: a kind
+/// without a stream stays empty.
+[[nodiscard]] Guess guess(const Recording& recording, const std::vector<NamedSource>& further);
 
 /// Reads a configuration. Keys that are absent keep what `defaults` says. Throws YamlError.
 [[nodiscard]] Configuration read_configuration(const std::string& path,

@@ -47,13 +47,13 @@ int run(const Options& options) {
   };
   Recording recording;
   try {
-    recording = given.sources.empty() ? read_bag(path, given.wheels, progress)
+    recording = given.sources.empty() ? read_bag(path, given.wheels, given.further, progress)
                                       : read_csv_folder(path, options.config);
   } catch (const bags::BagError& error) {
     throw CommandError(std::string(error.what()) +
                        " (a folder of CSV files needs --config with 'sources')");
   }
-  Guess guessed = guess(recording);
+  Guess guessed = guess(recording, given.further);
   Configuration configuration = guessed.configuration;
   if (!options.config.empty()) {
     configuration = read_configuration(options.config, guessed.configuration);

@@ -115,6 +115,17 @@ std::vector<std::string> believed(const Trajectory& trajectory) {
   return lines;
 }
 
+std::string outcome(const std::string& source, const estimation::SourceStatus& s) {
+  std::string line = formatted(
+      "%s: %zu measurements accepted, %zu rejected as outliers, %zu held back, "
+      "%zu refused",
+      source.c_str(), s.accepted, s.gated, s.held, s.refused);
+  if (s.refused > 0) {
+    line += " (last reason: " + std::string(to_string(s.last_refusal)) + ")";
+  }
+  return line + ".";
+}
+
 std::vector<std::string> refused(const Recording& recording, const Trajectory& trajectory) {
   std::vector<std::string> lines = recording.faults();
   for (std::size_t i = 0; i < estimation::kSources; ++i) {
@@ -124,14 +135,14 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
     if (implied || s.accepted + s.gated + s.held + s.refused == 0) {
       continue;
     }
-    std::string line = formatted(
-        "%s: %zu measurements accepted, %zu rejected as outliers, %zu held back, "
-        "%zu refused",
-        std::string(to_string(source)).c_str(), s.accepted, s.gated, s.held, s.refused);
-    if (s.refused > 0) {
-      line += " (last reason: " + std::string(to_string(s.last_refusal)) + ")";
+    lines.push_back(outcome(std::string(to_string(source)), s));
+  }
+  for (const FurtherOutcome& further : trajectory.further) {
+    lines.push_back(outcome(further.name, further.status));
+    for (const auto& [fault, count] : further.faults) {
+      lines.push_back(further.name + ": " + fault + ": " + std::to_string(count) +
+                      " of its messages.");
     }
-    lines.push_back(line + ".");
   }
   if (const estimation::ImuGaps& gaps = trajectory.status.imu_gaps;
       gaps.count > 0 && trajectory.with_imu) {

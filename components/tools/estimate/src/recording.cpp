@@ -99,6 +99,8 @@ const char* to_string(Kind kind) noexcept {
       return "odometer";
     case Kind::kGps:
       return "gps";
+    case Kind::kFurther:
+      return "further source";
   }
   return "unknown";
 }
@@ -112,6 +114,7 @@ void Stream::shift(double offset) noexcept {
   move(imu);
   move(odometer);
   move(gps);
+  move(further);
 }
 
 std::vector<std::string> Recording::faults() const {
@@ -128,6 +131,12 @@ std::vector<std::string> Recording::faults() const {
 const Stream* Recording::find(const std::string& name, Kind kind) const noexcept {
   const auto found = std::ranges::find_if(
       streams, [&](const Stream& s) { return s.kind == kind && s.name == name; });
+  return found == streams.end() ? nullptr : &*found;
+}
+
+const Stream* Recording::find_further(const std::string& name) const noexcept {
+  const auto found = std::ranges::find_if(
+      streams, [&](const Stream& s) { return s.name == name && !s.further.empty(); });
   return found == streams.end() ? nullptr : &*found;
 }
 
@@ -217,12 +226,35 @@ void add_gps(Stream& stream, GpsRow row) {
   stream.gps.push_back(std::move(row));
 }
 
+void add_further(Stream& stream, double time, SourceMessage message) {
+  if (!std::isfinite(time)) {
+    ++stream.faults["the time is not finite; not used"];
+    return;
+  }
+  stream.further.push_back({.time = time, .message = std::move(message)});
+}
+
+std::string about_further(const std::string& name, const std::string& message_type) {
+  std::string text = name + ": not used; the configuration may name it: ";
+  for (std::size_t i = 0; i < kNamedSourceKinds; ++i) {
+    const auto kind = static_cast<NamedSourceKind>(i);
+    if (message_type_of(kind) == message_type) {
+      return text + "'further_sources: {a_name: {kind: " + std::string(to_string(kind)) +
+             ", topic: " + name +
+             (kind == NamedSourceKind::kRange ? ", beacon: [x, y, z]}}'." : "}}'.");
+    }
+  }
+  return text + "no kind of further source is of its type.";
+}
+
 void finish(Recording& recording) {
   double first = std::numeric_limits<double>::infinity();
+  std::map<std::string, std::size_t> told_already;
   for (Stream& stream : recording.streams) {
     sort_rows(stream.imu, stream.faults);
     sort_rows(stream.odometer, stream.faults);
     sort_rows(stream.gps, stream.faults);
+    sort_rows(stream.further, stream.kind == Kind::kFurther ? stream.faults : told_already);
     remove_frozen(stream);
     remove_far_fixes(stream);
     const auto earliest = [&](const auto& rows) {
@@ -233,6 +265,7 @@ void finish(Recording& recording) {
     earliest(stream.imu);
     earliest(stream.odometer);
     earliest(stream.gps);
+    earliest(stream.further);
   }
   if (!std::isfinite(first)) {
     return;

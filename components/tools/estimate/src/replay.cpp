@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -23,6 +24,7 @@ using estimation::ImuReading;
 using estimation::OdometerReading;
 using estimation::Source;
 using estimation::SourceState;
+using estimation::WheelTurn;
 
 /// Of the distance, without slip that lasts: as in car and lawnmower studies.
 constexpr double kOdometerVariance = 1e-4;  // m^2 per m
@@ -35,7 +37,7 @@ constexpr double kLongestOdometerGap = 1.0;  // s
 
 struct Event {
   double time;
-  std::variant<ImuReading, OdometerReading, GpsMeasurement> reading;
+  std::variant<ImuReading, OdometerReading, WheelTurn, GpsMeasurement, FurtherReading> reading;
 };
 
 /// Normal gravity of GRS80 at the ellipsoid (Moritz 2000, eq. 2-146, in the series of 1967 form),
@@ -113,6 +115,9 @@ void add_odometer_events(const Stream& odometer, double scale, std::vector<Event
     events.push_back({row.time, OdometerReading{.time = row.time,
                                                 .distance = distance,
                                                 .variance = kOdometerVariance * way}});
+    if (row.yaw_rate) {
+      events.push_back({row.time, WheelTurn{.time = row.time, .yaw_rate = *row.yaw_rate}});
+    }
   }
 }
 
@@ -285,16 +290,17 @@ void prepend(const std::vector<EarlyPose>& early, const estimation::Estimate& fi
 }
 
 void run(const std::vector<Event>& events, const estimation::StateEstimatorParameters& parameters,
-         bool any_frame, Trajectory& result, const Progress& progress) {
+         const std::optional<Start>& start, FurtherInputs& further, Trajectory& result,
+         const Progress& progress) {
   estimation::StateEstimator estimator(parameters);
-  if (any_frame) {
-    // Without GPS the map is where and how the vehicle started.
+  if (start) {
     estimator.add(estimation::GivenPose{.time = events.front().time,
-                                        .position = Vector3d::Zero(),
-                                        .position_deviation = 1e-3,
-                                        .heading = 0.0,
-                                        .heading_deviation = 1e-4});
+                                        .position = start->position,
+                                        .position_deviation = start->position_deviation,
+                                        .heading = start->heading * kDegree,
+                                        .heading_deviation = start->heading_deviation * kDegree});
   }
+  Vector3d rate = Vector3d::Zero();  // rad/s, of the body, by the newest reading of the gyro
   Watcher watcher(result);
   std::vector<EarlyPose> early;
   std::uint64_t updates = 0;
@@ -303,7 +309,19 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
     if (i % kReportEvery == 0) {
       progress("estimating", static_cast<double>(i) / static_cast<double>(events.size()));
     }
-    std::visit([&](const auto& reading) { (void)estimator.add(reading); }, event.reading);
+    if (const auto* reading = std::get_if<FurtherReading>(&event.reading)) {
+      further.take(*reading, rate, estimator);
+    }
+    std::visit(
+        [&]<class Reading>(const Reading& reading) {
+          if constexpr (!std::is_same_v<Reading, FurtherReading>) {
+            (void)estimator.add(reading);
+          }
+        },
+        event.reading);
+    if (const auto* imu = std::get_if<ImuReading>(&event.reading)) {
+      rate = parameters.R_body_imu * imu->angular_rate;
+    }
     if (const auto* fix = std::get_if<GpsMeasurement>(&event.reading)) {
       const auto status = estimator.status();
       watcher.look(event.time, status);
@@ -348,6 +366,7 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
     result.accelerometer_bias = estimate->state.accelerometer_bias;
   }
   result.status = estimator.status();
+  result.further = further.outcomes(result.status);
 }
 
 }  // namespace
@@ -431,8 +450,6 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
         "No IMU is used: the motion is taken as planar, with the odometer's speed and yaw rate.");
     add_implied_imu(*odometer, c.odometer_scale, gravity, events);
   }
-  std::ranges::stable_sort(events, {}, &Event::time);
-
   auto parameters = parameters_for(c, odometer != nullptr, step, gravity, fastest);
   parameters.R_body_imu = R_body_imu;
   if (result.datum && imu != nullptr) {
@@ -459,9 +476,18 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
     }
   } else {
     result.said.emplace_back(
-        "No GPS: the trajectory begins at the origin, along the x axis, and drifts.");
+        c.start ? "No GPS: the trajectory begins as start says."
+                : "No GPS: the trajectory begins at the origin, along the x axis, and drifts.");
+    c.start = c.start.value_or(Start{});
   }
-  run(events, parameters, gps == nullptr, result, progress);
+  FurtherInputs further(recording, c, map ? &*map : nullptr, parameters, result.said);
+  for (std::size_t i = 0; i < further.size(); ++i) {
+    for (const FurtherRow& row : further.rows(i)) {
+      events.push_back({row.time, FurtherReading{i, &row}});
+    }
+  }
+  std::ranges::stable_sort(events, {}, &Event::time);
+  run(events, parameters, c.start, further, result, progress);
   return result;
 }
 

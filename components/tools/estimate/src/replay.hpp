@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "configuration.hpp"
+#include "further_inputs.hpp"
 #include "mounting_evidence.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
 #include "recording.hpp"
@@ -51,6 +52,7 @@ struct Trajectory {
   std::vector<Change> changes;
   estimation::EstimatorStatus status{};
   std::optional<geometry::GeodeticPosition> datum{};  ///< of the map; nothing without GPS
+  std::vector<FurtherOutcome> further;
   MountingEvidence mounting{};
   double odometer_scale = 1;                                     ///< as estimated
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();           ///< rad/s, at the end

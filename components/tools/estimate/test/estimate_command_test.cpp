@@ -6,12 +6,17 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <limits>
 #include <nav_msgs/msg/odometry.hpp>
 #include <numbers>
+#include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/joint_state.hpp>
+#include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
+#include <sensor_msgs/msg/range.hpp>
 #include <string>
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
@@ -26,6 +31,7 @@ namespace pipescout::estimate {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
@@ -134,8 +140,11 @@ class EstimateOfABag : public ::testing::Test {
       if (i % 5 == 0) {
         joints_ ? write_joints(t) : write_odometry(t);
       }
-      if (i % 50 == 0) {
+      if (i % 50 == 0 && fixes_) {
         write_fix(t, position);
+      }
+      if (i % 10 == 0 && also_) {
+        also_(t);
       }
       position +=
           0.01 * motion_.speed(t) * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0);
@@ -165,8 +174,10 @@ class EstimateOfABag : public ::testing::Test {
   double heading_ = 0.5;
   double way_ = 0;
   bool twist_ = true;
-  bool joints_ = false;   // in place of odometry
-  double fix_clock_ = 0;  // s, added to the stamps of fixes
+  bool joints_ = false;  // in place of odometry
+  bool fixes_ = true;
+  std::function<void(double)> also_;  // writes more, ten times a second
+  double fix_clock_ = 0;              // s, added to the stamps of fixes
   Motion motion_;
   const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
   testing::TemporaryFolder folder_;
@@ -318,6 +329,153 @@ TEST_F(EstimateOfABag, WheelsOfJointStatesAreNamedAndUsedOnceTheyAreKnown) {
   const auto wrong = run({"--config", "wheels.yaml"});
   EXPECT_NE(wrong.code(), 0);
   EXPECT_THAT(wrong.err, HasSubstr("wheels.yaml:1"));
+}
+
+TEST_F(EstimateOfABag, FurtherSourcesAreNamedAndUsedOnceTheConfigurationNamesThem) {
+  write_mounting();
+  const Eigen::Vector3d beacon(20, -10, 3);
+  also_ = [&](double t) {
+    auto field = stamped<sensor_msgs::msg::MagneticField>(t, "base_link");
+    field.magnetic_field.x = 2e-5 * std::sin(heading_);
+    field.magnetic_field.y = 2e-5 * std::cos(heading_);
+    field.magnetic_field.z = -4e-5;
+    write("/imu/mag", field, t);
+    auto pressure = stamped<sensor_msgs::msg::FluidPressure>(t, "base_link");
+    pressure.fluid_pressure = 96'600;
+    write("/pressure", pressure, t);
+    auto range = stamped<sensor_msgs::msg::Range>(t, "antenna");  // tf does not know it
+    range.range = static_cast<float>((pose_ - beacon).norm());
+    write("/uwb", range, t);
+    auto velocity = stamped<geometry_msgs::msg::TwistWithCovarianceStamped>(t, "map");
+    velocity.twist.twist.linear.x = motion_.speed(t) * std::cos(heading_);
+    velocity.twist.twist.linear.y = motion_.speed(t) * std::sin(heading_);
+    write("/gps/velocity", velocity, t);
+  };
+  const Eigen::Vector3d end = drive(true);
+  const auto unnamed = run();
+  ASSERT_EQ(unnamed.code(), 0) << unnamed.err;
+  EXPECT_THAT(unnamed.out,
+              AllOf(HasSubstr("{kind: magnetic_field, topic: /imu/mag}"),
+                    HasSubstr("{kind: range, topic: /uwb, beacon: [x, y, z]}"),
+                    HasSubstr("/gps/velocity (geometry_msgs/msg/TwistWithCovarianceStamped): not "
+                              "used, it seems to be a velocity of GPS")));
+  const std::string named = R"(further_sources:
+  compass: {kind: magnetic_field, topic: /imu/mag, deviation: 0.05}
+  barometer: {kind: fluid_pressure, topic: /pressure}
+  anchor: {kind: range, topic: /uwb, beacon: [20, -10, 3], position: [0, 0, 0]}
+  speed: {kind: gps_velocity_with_covariance, topic: /gps/velocity, position: [0, 0, 0]}
+  lidar: {kind: odometry_pose, topic: /odom}
+)";
+  std::ofstream(folder_.path() / "named.yaml") << named;
+  const auto used = run({"--config", "named.yaml"});
+  ASSERT_EQ(used.code(), 0) << used.out << used.err;
+  EXPECT_LT((last_position() - end).head<2>().norm(), 0.5);
+  EXPECT_THAT(used.out, AllOf(HasSubstr("taken as compass, of kind magnetic_field"),
+                              HasSubstr("taken as lidar, of kind odometry_pose"),
+                              HasSubstr("/odom (nav_msgs/msg/Odometry, frame 'base_link'")));
+  for (const char* source : {"compass", "barometer", "anchor", "speed", "lidar"}) {
+    EXPECT_THAT(used.out, ContainsRegex(std::string("- ") + source +
+                                        ": [5-9][0-9][0-9] measurements accepted, [0-9] rejected"));
+  }
+  // What was written can be passed back.
+  const auto again = run({"--config", "out/configuration.yaml"});
+  EXPECT_EQ(again.code(), 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("taken as compass, of kind magnetic_field"));
+  // A frame that tf does not know is named, and nothing else is lost.
+  std::ofstream(folder_.path() / "named.yaml")
+      << "further_sources: {anchor: {kind: range, topic: /uwb, beacon: [20, -10, 3]}}";
+  const auto frameless = run({"--config", "named.yaml"});
+  EXPECT_EQ(frameless.code(), 0) << frameless.err;
+  EXPECT_THAT(frameless.out, HasSubstr("anchor: frame 'antenna' is not connected to the base"));
+}
+
+TEST_F(EstimateOfABag, FurtherSourcesThatTheRecordingDoesNotHaveAreErrors) {
+  drive(false);
+  const auto error_of = [&](const std::string& sources) {
+    std::ofstream(folder_.path() / "named.yaml") << "further_sources: " << sources;
+    const auto result = run({"--config", "named.yaml"});
+    EXPECT_NE(result.code(), 0);
+    return result.err;
+  };
+  EXPECT_THAT(error_of("{a: {kind: magnetic_field, topic: /imu/mag}}"),
+              HasSubstr("further_sources.a.topic: the recording has no source '/imu/mag'"));
+  EXPECT_THAT(error_of("{a: {kind: magnetic_field, topic: /fix}}"),
+              HasSubstr("is measured by sensor_msgs/msg/MagneticField"));
+  EXPECT_THAT(error_of("{a: {kind: sundial}}"), HasSubstr("named.yaml:1"));
+  EXPECT_THAT(error_of("{a: {kind: range, topic: /fix}}"), HasSubstr("a.beacon"));
+  EXPECT_THAT(error_of("{a: {kind: gps_fix, height: 3}}"), HasSubstr("height"));
+}
+
+/// A vehicle on a circle of 10 m, 2 m/s, from (10, 0) northwards: wheels whose yaw rate is off, and
+/// sources that say so.
+TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
+  const testing::TemporaryFolder folder;
+  constexpr double kRadius = 10;
+  constexpr double kSpeed = 2;
+  constexpr double kRate = kSpeed / kRadius;
+  constexpr double kOff = 0.01;  // rad/s
+  std::ofstream wheels(folder.path() / "wheels.csv");
+  std::ofstream ranges(folder.path() / "ranges.csv");
+  std::ofstream track(folder.path() / "track.csv");
+  wheels << "t,v,w\n";
+  ranges << "t,north,east\n";
+  track << "t,speed,course\n";
+  Eigen::Vector2d place;
+  for (int i = 0; i <= 1200; ++i) {
+    const double t = 0.05 * i;
+    const double angle = kRate * t;
+    place = kRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    wheels << t << "," << kSpeed << "," << kRate + kOff << "\n";
+    ranges << t << "," << (place - Eigen::Vector2d(0, 40)).norm() << ","
+           << (place - Eigen::Vector2d(40, 0)).norm() << "\n";
+    track << t << "," << kSpeed << "," << -angle * 180 / std::numbers::pi << "\n";
+  }
+  wheels.close();
+  ranges.close();
+  track.close();
+  std::ofstream(folder.path() / "mapping.yaml") << R"(start: {position: [10, 0, 0], heading: 90}
+further_sources:
+  north: {kind: range, beacon: [0, 40, 0], deviation: 0.1}
+  east: {kind: range, beacon: [40, 0, 0], deviation: 0.1}
+  track: {kind: gps_velocity}
+sources:
+  - {name: wheels, kind: odometer, file: wheels.csv, columns: {time: t, speed: v, yaw_rate: w}}
+  - {name: north, kind: range, file: ranges.csv, columns: {time: t, range: north}}
+  - {name: east, kind: range, file: ranges.csv, columns: {time: t, range: east}}
+  - {name: track, kind: gps_velocity, file: track.csv, columns: {time: t, speed: speed, course: course}}
+)";
+  const auto result = testing::run_program(
+      ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"}, folder.path());
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("the trajectory begins as start says"),
+                                HasSubstr("taken as track, of kind gps_velocity")));
+  std::ifstream file(folder.path() / "out" / "trajectory.tum");
+  double time = 0, x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 0;
+  Eigen::Vector2d last = Eigen::Vector2d::Zero();
+  while (file >> time >> x >> y >> z >> qx >> qy >> qz >> qw) {
+    last = {x, y};
+  }
+  EXPECT_LT((last - place).norm(), 0.5);  // by the wheels alone: 10 m
+}
+
+TEST(EstimateOfCsvFiles, KindsAndColumnsThatAreNoneAreNamed) {
+  const testing::TemporaryFolder folder;
+  std::ofstream(folder.path() / "a.csv") << "t,x\n0,1\n";
+  const auto error_of = [&](const std::string& source) {
+    std::ofstream(folder.path() / "mapping.yaml") << "sources: [" << source << "]\n";
+    const auto result = testing::run_program(
+        ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"}, folder.path());
+    EXPECT_NE(result.code(), 0);
+    return result.err;
+  };
+  EXPECT_THAT(error_of("{name: a, kind: sundial, file: a.csv, columns: {time: t}}"),
+              HasSubstr("magnetic_field"));
+  EXPECT_THAT(error_of("{name: a, kind: magnetic_field, file: a.csv, columns: {time: t}}"),
+              HasSubstr("'field' is missing"));
+  EXPECT_THAT(error_of("{name: a, kind: range, file: a.csv, columns: {time: t, field: x}}"),
+              HasSubstr("field"));
+  EXPECT_THAT(error_of("{name: a, kind: wheel_encoders, file: a.csv, columns: {time: t}}"),
+              HasSubstr("is of bags"));
 }
 
 TEST_F(EstimateOfABag, WithoutAnythingToUseFailsAndSaysWhy) {

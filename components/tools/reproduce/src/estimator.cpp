@@ -269,15 +269,13 @@ class Estimator {
     const auto scores =
         for_each_seed(progress_, "a rack that is seen late", seeds_, [](std::uint64_t seed) {
           const auto flight = estimation_study::fly_to_late_rack({}, seed);
-          estimation::Recording recording{.times = flight.times,
-                                          .first = flight.first,
-                                          .first_covariance = flight.first_covariance,
-                                          .imu = flight.imu};
-          recording.measurements.assign(flight.gps.begin(), flight.gps.end());
-          recording.measurements.insert(recording.measurements.end(), flight.vision.begin(),
-                                        flight.vision.end());
           estimation::BatchSmoother batch(
-              estimation::BatchSmootherParameters::like(flight.parameters), std::move(recording));
+              estimation::BatchSmootherParameters::like(flight.parameters),
+              {.times = flight.times,
+               .first = flight.first,
+               .first_covariance = flight.first_covariance,
+               .imu = flight.imu,
+               .measurements = flight.measurements()});
           batch.solve();
           return LateRackScores{estimation_study::score_late_rack(flight),
                                 estimation_study::rack_nees(batch.globals(), flight.truth,

@@ -68,6 +68,12 @@ geometry::Matrix6d pose_covariance() {
 
 }  // namespace
 
+std::vector<estimation::AnyFactor> LateRackFlight::measurements() const {
+  std::vector<estimation::AnyFactor> all(gps.begin(), gps.end());
+  all.insert(all.end(), vision.begin(), vision.end());
+  return all;
+}
+
 LateRackFlight fly_to_late_rack(const LateRackSettings& settings, std::uint64_t seed) {
   internal::Draw draw = internal::make_draw(seed, kPurpose);
   LateRackFlight flight;

@@ -45,6 +45,13 @@ struct OdometerReading {
   OdometerStatus status = OdometerStatus::kGood;
 };
 
+/// How the wheels say that the body turns: a witness of standstill beside the gyro, whose bias and
+/// a slow turn look alike. Nothing else is made of it.
+struct WheelTurn {
+  double time = 0;
+  double yaw_rate = 0;  ///< rad/s, to the left positive
+};
+
 /// An initial pose in the map, complete or in part. Used for initialisation; ignored while running.
 struct GivenPose {
   double time = 0;
@@ -108,12 +115,15 @@ struct OdometerUse {
 };
 
 struct StandstillUse {
-  bool by_odometer = false;      ///< distance unchanged and the gyro quiet
+  /// Distance unchanged, the gyro quiet, and the wheels, if they tell, not turning the body.
+  bool by_odometer = false;
   bool by_imu = false;           ///< gyro and accelerometer quiet: for vehicles that cannot hover
   double window = 0.5;           ///< s for which the condition must hold; in [0.05, 10]
   double still_distance = 2e-3;  ///< m, in [1e-9, 1]
   double still_rate = 0.01;      ///< rad/s, standard deviation and mean less bias; in [1e-6, 10]
   double still_force = 0.1;      ///< m/s^2, standard deviation; in [1e-6, 100]
+  /// rad/s, mean over the window, of wheels that stand (WheelTurn); in [1e-6, 10]
+  double wheel_rate = 2e-3;
   double velocity_deviation = 0.01;  ///< m/s, of the zero velocity; in [1e-6, 10]
   double rate_deviation = 2e-3;      ///< rad/s, of the zero angular rate; in [1e-6, 10]
 };
@@ -309,6 +319,8 @@ class StateEstimator {
   /// kWaiting, or the reason of a refusal. The later outcome is in the status and in `last_update`.
   Outcome add(const ImuReading& reading) noexcept;
   Outcome add(const OdometerReading& reading) noexcept;
+  /// kAccepted; kNotFinite; kLate or kFuture as for the others.
+  Outcome add(const WheelTurn& turn) noexcept;
   Outcome add(const GpsMeasurement& m) noexcept;
   Outcome add(const HeadingMeasurement& m) noexcept;
   Outcome add(const VisualPoseMeasurement& m) noexcept;

@@ -54,6 +54,10 @@ class WheelDrive {
     double rate = 0;                    // rad/s
   };
 
+  /// Throws as `add`, which then has changed nothing.
+  template <class HasRate>
+  void check_wheels(double time, std::span<const std::string> names,
+                    std::span<const double> positions, HasRate&& has_rate) const;
   /// In `wheels_`; nothing for a joint that is no wheel.
   [[nodiscard]] std::optional<std::size_t> place_of(const std::string& joint) const;
   /// Once all wheels have a rate.

@@ -20,6 +20,7 @@
 #include "pipescout/estimation/planar_motion.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/estimation/wheel_drive.hpp"
+#include "pipescout/estimator_sources/source_input.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
@@ -82,22 +83,10 @@ class StateEstimator final : public Component {
   void subscribe_to_source(std::size_t source);
   template <class Message>
   void on_source(std::size_t source, const Message& message);
-  /// The factor in it; nothing where it holds no measurement. Throws std::invalid_argument naming
-  /// what is wrong with it.
-  template <class Message>
-  [[nodiscard]] std::optional<estimation::AnyFactor> factor_of(std::size_t source,
-                                                               const Message& message, double time,
-                                                               const geometry::SE3& T_body_sensor);
-  /// A twist at a time, in the axes of the sensor's frame; stands for an IMU where it is to.
-  [[nodiscard]] estimation::AnyFactor base_velocity(
-      std::size_t source, const geometry_msgs::msg::TwistWithCovariance& twist, double time,
-      const geometry::SE3& T_body_sensor);
   /// Of the body, by the last reading; zero before it.
   [[nodiscard]] Eigen::Vector3d angular_rate() const;
-  void imply_imu(const geometry_msgs::msg::Twist& twist, double time,
-                 const geometry::SE3& T_body_sensor);
-  [[nodiscard]] std::optional<estimation::AnyFactor> relative_pose(
-      std::size_t source, const Odometry& message, double time, const geometry::SE3& T_body_sensor);
+  /// What wheels say stands for an IMU.
+  void imply_imu(const estimation::WheelMotion& motion);
   /// Where the sensor is: from parameters, else from tf. Nothing, and the fault is counted, where
   /// tf does not know the frame.
   [[nodiscard]] std::optional<geometry::SE3> place_of(std::size_t source, const std::string& frame);
@@ -120,8 +109,7 @@ class StateEstimator final : public Component {
   struct NamedInput {
     std::shared_ptr<void> subscription;
     std::map<std::string, geometry::SE3> places;  // T_base_sensor, by frame
-    std::optional<TimedPose> last_pose;
-    std::optional<estimation::WheelDrive> wheels;  // of wheel_encoders
+    std::optional<SourceInput> input;
   };
 
   EstimatorParameters declared_;

@@ -28,6 +28,9 @@ struct LateRackFlight {
   std::vector<estimation::ImuSample> imu;
   std::vector<estimation::GpsMeasurement> gps;
   std::vector<estimation::VisualPoseMeasurement> vision;
+
+  /// Fixes, then visual poses, as the batch smoother takes them.
+  [[nodiscard]] std::vector<estimation::AnyFactor> measurements() const;
 };
 
 [[nodiscard]] LateRackFlight fly_to_late_rack(const LateRackSettings& settings, std::uint64_t seed);

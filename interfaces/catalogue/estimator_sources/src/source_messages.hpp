@@ -10,8 +10,8 @@
 #include <sensor_msgs/msg/range.hpp>
 
 #include "pipescout/estimation/factors.hpp"
+#include "pipescout/estimator_sources/source_input.hpp"
 #include "pipescout/geometry/se3.hpp"
-#include "pipescout/state_estimator/named_sources.hpp"
 
 /// Measurements of named sources from messages. All functions are pure; numbers that are not finite
 /// are for the estimator to refuse. `T_body_sensor`: of the message's frame. Times are s since an

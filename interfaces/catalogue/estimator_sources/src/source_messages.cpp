@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "named_source_messages.hpp"
+#include "source_messages.hpp"
 
 #include "pipescout/message_conversions/motion.hpp"
 
@@ -92,7 +92,7 @@ estimation::RangeMeasurement range_measurement(const sensor_msgs::msg::Range& me
   return {.time = time,
           .range = message.range,
           .standard_deviation = source.deviation,
-          .beacon = source.beacon,
+          .beacon = source.beacon.value_or(Vector3d::Zero()),
           .sensor = T_body_sensor.translation(),
           .bias = source.bias};
 }
