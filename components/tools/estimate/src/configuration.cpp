@@ -409,8 +409,8 @@ std::string to_yaml(const Configuration& c) {
   }
   if (!c.further.empty()) {
     out += "further_sources:\n";
-    for (const NamedSource& source : c.further) {
-      out += to_yaml(source);
+    for (const NamedSource& further : c.further) {
+      out += to_yaml(further);
     }
   }
   if (!c.sources.empty()) {

@@ -39,7 +39,8 @@ void read_gps_velocity(const CsvSource& source, const CsvColumns& columns, Strea
       const double v = CsvColumns::number(row, speed);
       const double angle = kRadian * CsvColumns::number(row, course);
       TwistStamped message;
-      message.twist.linear = to_message({v * std::sin(angle), v * std::cos(angle), 0});
+      message.twist.linear =
+          to_message(Eigen::Vector3d{v * std::sin(angle), v * std::cos(angle), 0});
       return message;
     });
     return;
@@ -47,8 +48,8 @@ void read_gps_velocity(const CsvSource& source, const CsvColumns& columns, Strea
   const auto velocity = columns.all("velocity", 2);
   read_rows(source, columns, stream, [&](const CsvRow& row) {
     TwistStamped message;
-    message.twist.linear =
-        to_message({CsvColumns::number(row, velocity[0]), CsvColumns::number(row, velocity[1]), 0});
+    message.twist.linear = to_message(Eigen::Vector3d{CsvColumns::number(row, velocity[0]),
+                                                      CsvColumns::number(row, velocity[1]), 0});
     return message;
   });
 }
