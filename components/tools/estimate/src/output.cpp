@@ -169,6 +169,16 @@ std::vector<std::string> settings(const Configuration& c, const Trajectory& traj
                   "deviations seem too small. Try gps.deviation_factor: %.1f.",
                   gps.per_axis, gps.stated, c.gps_factor * gps.per_axis / gps.stated));
   }
+  for (const FurtherOutcome& further : trajectory.further) {
+    if (further.status.gated > further.status.accepted) {
+      lines.push_back(
+          formatted("%s contradicts the trajectory in %zu of %zu measurements: one of the two is "
+                    "wrong. Check "
+                    "where it and its beacon are, its deviation, and start.",
+                    further.name.c_str(), further.status.gated,
+                    further.status.gated + further.status.accepted));
+    }
+  }
   if (std::abs(trajectory.odometer_scale - 1) > 0.05) {
     lines.push_back(
         formatted("The odometer's scale is estimated as %.3f: check wheel radius or "

@@ -374,8 +374,9 @@ TEST_F(EstimateOfABag, FurtherSourcesAreNamedAndUsedOnceTheConfigurationNamesThe
                               HasSubstr("taken as lidar, of kind odometry_pose"),
                               HasSubstr("/odom (nav_msgs/msg/Odometry, frame 'base_link'")));
   for (const char* source : {"compass", "barometer", "anchor", "speed", "lidar"}) {
-    EXPECT_THAT(used.out, ContainsRegex(std::string("- ") + source +
-                                        ": [5-9][0-9][0-9] measurements accepted, [0-9] rejected"));
+    EXPECT_THAT(used.out,
+                ContainsRegex(std::string("- ") + source +
+                              ": [1-9][0-9][0-9]+ measurements accepted, [0-9] rejected"));
   }
   // What was written can be passed back.
   const auto again = run({"--config", "out/configuration.yaml"});
@@ -406,34 +407,32 @@ TEST_F(EstimateOfABag, FurtherSourcesThatTheRecordingDoesNotHaveAreErrors) {
   EXPECT_THAT(error_of("{a: {kind: gps_fix, height: 3}}"), HasSubstr("height"));
 }
 
-/// A vehicle on a circle of 10 m, 2 m/s, from (10, 0) northwards: wheels whose yaw rate is off, and
-/// sources that say so.
-TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
-  const testing::TemporaryFolder folder;
-  constexpr double kRadius = 10;
-  constexpr double kSpeed = 2;
-  constexpr double kRate = kSpeed / kRadius;
-  constexpr double kOff = 0.01;  // rad/s
-  std::ofstream wheels(folder.path() / "wheels.csv");
-  std::ofstream ranges(folder.path() / "ranges.csv");
-  std::ofstream track(folder.path() / "track.csv");
-  wheels << "t,v,w\n";
-  ranges << "t,north,east\n";
-  track << "t,speed,course\n";
-  Eigen::Vector2d place;
-  for (int i = 0; i <= 1200; ++i) {
-    const double t = 0.05 * i;
-    const double angle = kRate * t;
-    place = kRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    wheels << t << "," << kSpeed << "," << kRate + kOff << "\n";
-    ranges << t << "," << (place - Eigen::Vector2d(0, 40)).norm() << ","
-           << (place - Eigen::Vector2d(40, 0)).norm() << "\n";
-    track << t << "," << kSpeed << "," << -angle * 180 / std::numbers::pi << "\n";
-  }
-  wheels.close();
-  ranges.close();
-  track.close();
-  std::ofstream(folder.path() / "mapping.yaml") << R"(start: {position: [10, 0, 0], heading: 90}
+/// A vehicle on a circle of 10 m from (10, 0) northwards, 2 m/s: wheels whose yaw rate is off, and
+/// sources that say so. `standing`: s, before it drives.
+class CircleWithoutGps {
+ public:
+  static constexpr double kRadius = 10;
+  static constexpr double kSpeed = 2;
+  static constexpr double kEnd = 60;  // s
+
+  explicit CircleWithoutGps(double standing) : standing_(standing) {
+    constexpr double kOff = 0.01;  // rad/s
+    std::ofstream wheels(folder_.path() / "wheels.csv");
+    std::ofstream ranges(folder_.path() / "ranges.csv");
+    std::ofstream track(folder_.path() / "track.csv");
+    wheels << "t,v,w\n";
+    ranges << "t,north,east\n";
+    track << "t,speed,course\n";
+    for (int i = 0; i <= 20 * kEnd; ++i) {
+      const double t = 0.05 * i;
+      const double speed = t < standing ? 0 : kSpeed;
+      const Eigen::Vector2d p = place(t);
+      wheels << t << "," << speed << "," << speed / kRadius + (speed > 0 ? kOff : 0) << "\n";
+      ranges << t << "," << (p - Eigen::Vector2d(0, 40)).norm() << ","
+             << (p - Eigen::Vector2d(40, 0)).norm() << "\n";
+      track << t << "," << speed << "," << -angle(t) * 180 / std::numbers::pi << "\n";
+    }
+    std::ofstream(folder_.path() / "mapping.yaml") << R"(start: {position: [10, 0, 0], heading: 90}
 further_sources:
   north: {kind: range, beacon: [0, 40, 0], deviation: 0.1}
   east: {kind: range, beacon: [40, 0, 0], deviation: 0.1}
@@ -444,18 +443,47 @@ sources:
   - {name: east, kind: range, file: ranges.csv, columns: {time: t, range: east}}
   - {name: track, kind: gps_velocity, file: track.csv, columns: {time: t, speed: speed, course: course}}
 )";
-  const auto result = testing::run_program(
-      ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"}, folder.path());
+  }
+
+  [[nodiscard]] double angle(double t) const {
+    return std::max(0.0, t - standing_) * kSpeed / kRadius;
+  }
+  [[nodiscard]] Eigen::Vector2d place(double t) const {
+    return kRadius * Eigen::Vector2d(std::cos(angle(t)), std::sin(angle(t)));
+  }
+  [[nodiscard]] auto run() const {
+    return testing::run_program(ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"},
+                                folder_.path());
+  }
+  /// m, of the last pose of the trajectory, which must be near the end.
+  [[nodiscard]] double error() const {
+    std::ifstream file(folder_.path() / "out" / "trajectory.tum");
+    double time = 0, x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 0;
+    while (file >> time >> x >> y >> z >> qx >> qy >> qz >> qw) {
+    }
+    EXPECT_GT(time, kEnd - 1);
+    return (Eigen::Vector2d(x, y) - place(time)).norm();
+  }
+
+ private:
+  double standing_;
+  testing::TemporaryFolder folder_;
+};
+
+TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
+  const CircleWithoutGps circle(3);
+  const auto result = circle.run();
   ASSERT_EQ(result.code(), 0) << result.out << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("the trajectory begins as start says"),
                                 HasSubstr("taken as track, of kind gps_velocity")));
-  std::ifstream file(folder.path() / "out" / "trajectory.tum");
-  double time = 0, x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 0;
-  Eigen::Vector2d last = Eigen::Vector2d::Zero();
-  while (file >> time >> x >> y >> z >> qx >> qy >> qz >> qw) {
-    last = {x, y};
-  }
-  EXPECT_LT((last - place).norm(), 0.5);  // by the wheels alone: 10 m
+  EXPECT_LT(circle.error(), 0.5);  // by the wheels alone: 10 m
+}
+
+TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
+  // It drives at once: the start is 2 m behind it.
+  const auto result = CircleWithoutGps(0).run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("north contradicts the trajectory in "));
 }
 
 TEST(EstimateOfCsvFiles, KindsAndColumnsThatAreNoneAreNamed) {
