@@ -54,7 +54,6 @@ constexpr double kSlack = 1.1;                   // of the tightest bend: its ra
 constexpr double kNegligible = 0.01;             // probability of an explanation that is dropped
 constexpr double kLargestMisfit = 30.0;          // chi-square of the best explanation
 constexpr double kLeastLikelihood = 1.0 / 30.0;  // of a speed: it may change for any reason
-constexpr double kLargestTurnEvidence = 20.0;    // of a gyroscope
 constexpr double kPlainMisfit = 2.0;  // chi-square per degree of freedom that needs no explanation
 
 double square_of(double value) {
@@ -83,8 +82,6 @@ void WheelSums::add(const WheelSums& other) {
     random[i] += other.random[i];
   }
   travelled += other.travelled;
-  turn += other.turn;
-  turn_known = turn_known && other.turn_known;
   duration += other.duration;
 }
 
@@ -92,8 +89,7 @@ Circumference::Circumference(const OdometerStreamParameters& parameters)
     : count_(parameters.odometers.size()),
       radius_(parameters.circumference.radius),
       largest_ratio_(0.5 / parameters.circumference.tightest_bend),
-      clock_sigma_(parameters.circumference.clock_sigma),
-      turn_sigma_(parameters.circumference.turn_sigma) {
+      clock_sigma_(parameters.circumference.clock_sigma) {
   for (std::size_t i = 0; i < count_; ++i) {
     const OdometerParameters& odometer = parameters.odometers[i];
     rows_[i] = {1.0, -std::cos(odometer.clock), -std::sin(odometer.clock)};
@@ -207,27 +203,18 @@ Circumference::Model Circumference::bend_and_fault(
   Model model{.evidence = 2.0 * kImpossible};
   WheelSums others = sums;
   others.wheels.reset(wheel);
-  if (!before.known && !sums.turn_known && others.wheels.count() < 3) {
+  if (!before.known && others.wheels.count() < 3) {
     return model;
   }
   Eigen::Matrix3d normal = information(others.wheels, precision);
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  // The bend goes on: k is the distance times the ratio. Or it is the turn that a gyroscope saw.
-  std::array<Eigen::Vector3d, 2> known{Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
-  Eigen::Vector2d values = Eigen::Vector2d::Zero();
-  double spread = turn_sigma_ * radius_;
-  const bool constrained = before.known || sums.turn_known;
-  if (sums.turn_known) {
-    values = sums.turn * radius_;
-  } else if (before.known) {
-    spread = spread_of(before, sums);
-    known[0][0] = -before.ratio[0];
-    known[1][0] = -before.ratio[1];
-  }
-  if (constrained) {
-    for (std::size_t k = 0; k < known.size(); ++k) {
-      normal += known[k] * known[k].transpose() / square_of(spread);
-      right += known[k] * values[static_cast<Eigen::Index>(k)] / square_of(spread);
+  // The bend goes on: k is the distance times the ratio.
+  const std::array<Eigen::Vector3d, 2> goes_on{Eigen::Vector3d(-before.ratio[0], 1, 0),
+                                               Eigen::Vector3d(-before.ratio[1], 0, 1)};
+  const double spread = before.known ? spread_of(before, sums) : 0.0;
+  if (before.known) {
+    for (const Eigen::Vector3d& row : goes_on) {
+      normal += row * row.transpose() / square_of(spread);
     }
   }
   const Eigen::Matrix3d covariance = normal.inverse();
@@ -241,18 +228,14 @@ Circumference::Model Circumference::bend_and_fault(
   });
   const double deviation = std::sqrt(0.5 * (covariance(1, 1) + covariance(2, 2)));
   double prior = std::log(kBendShare);
-  if (constrained) {
-    for (std::size_t k = 0; k < known.size(); ++k) {
-      model.misfit +=
-          square_of((known[k].dot(solution) - values[static_cast<Eigen::Index>(k)]) / spread);
+  if (before.known) {
+    for (const Eigen::Vector3d& row : goes_on) {
+      model.misfit += square_of(row.dot(solution) / spread);
     }
-  }
-  if (before.known && !sums.turn_known) {
     prior = std::log(kGoesOnShare) - std::log(2.0 * pi * square_of(spread));
   } else {
     prior += log_prior(solution.tail<2>().norm(), deviation, std::abs(solution[0]), complete);
   }
-  model.turn_used = sums.turn_known;
   model.distance = solution[0];
   model.deviation = deviation;
   model.turn = solution.tail<2>() / radius_;
@@ -347,15 +330,6 @@ double Circumference::speed_evidence(const Model& model, const Speeds& speeds) c
   return end(speeds.first, speeds.before) + end(speeds.last, speeds.after);
 }
 
-/// Of the turn that a gyroscope saw; bounded, since a crawler wobbles.
-double Circumference::turn_evidence(const Model& model, const WheelSums& sums) const {
-  if (!sums.turn_known || model.turn_used) {
-    return 0.0;
-  }
-  return -std::min(0.5 * (sums.turn - model.turn).squaredNorm() / square_of(turn_sigma_),
-                   kLargestTurnEvidence);
-}
-
 Explanation Circumference::explain(const WheelSums& sums, const Speeds& speeds,
                                    const BendBefore& before, bool complete) const {
   Explanation result;
@@ -371,14 +345,14 @@ Explanation Circumference::explain(const WheelSums& sums, const Speeds& speeds,
   const Model curved = bend(sums, precision, before, complete);
   std::array<double, kMaxOdometers> faults{};
   const auto evidence_of = [&](const Model& model) {
-    return model.evidence + speed_evidence(model, speeds) + turn_evidence(model, sums);
+    return model.evidence + speed_evidence(model, speeds);
   };
   result.straight = evidence_of(plain);
   result.bend = evidence_of(curved);
   double best = std::max(result.straight, result.bend);
   double misfit = result.bend > result.straight ? curved.misfit : plain.misfit;
   std::array<double, kMaxOdometers> both{};
-  const bool overlay = before.known || sums.turn_known || sums.wheels.count() > 3;
+  const bool overlay = before.known || sums.wheels.count() > 3;
   each(sums.wheels, count_, [&](std::size_t i) {
     const auto weigh_in = [&](const Model& model, double& evidence) {
       evidence = evidence_of(model);
@@ -389,13 +363,7 @@ Explanation Circumference::explain(const WheelSums& sums, const Speeds& speeds,
     };
     weigh_in(fault(sums, precision, i, complete), faults[i]);
     if (overlay) {
-      const Model model = bend_and_fault(sums, precision, i, before, complete);
-      weigh_in(model, both[i]);
-      if (sums.turn_known && both[i] == best) {
-        result.before = {.known = true,
-                         .ratio = model.turn * radius_ / model.distance,
-                         .deviation = model.deviation / std::abs(model.distance)};
-      }
+      weigh_in(bend_and_fault(sums, precision, i, before, complete), both[i]);
     }
   });
   const auto probability = [&](double evidence) {
@@ -461,10 +429,7 @@ BendWeights Circumference::weigh(const Explanation& explanation, const WheelSums
       mix(explanation.fault[i], straight(others, precision).weight);
     }
     if (explanation.both[i] > 0.0) {
-      // In each window the ratio of the event: a turn of a window would be that of a wobble.
-      WheelSums plain = sums;
-      plain.turn_known = false;
-      const Model model = bend_and_fault(plain, precision, i, explanation.before, false);
+      const Model model = bend_and_fault(sums, precision, i, explanation.before, false);
       mix(explanation.both[i], model.weight);
       Eigen::Vector2d slope = Eigen::Vector2d::Zero();
       each(sums.wheels, count_,

@@ -204,11 +204,6 @@ void OdometerStream::Implementation::set_roll(double roll) {
   roll_ = std::isfinite(roll) ? roll : roll_;
 }
 
-void OdometerStream::Implementation::add_turn(double up, double right) {
-  turn_ += Eigen::Vector2d(up, right);
-  ++turns_;
-}
-
 OdometerStream::OdometerStream(OdometerStreamParameters parameters)
     : implementation_(std::make_unique<Implementation>(std::move(parameters))) {}
 
@@ -239,10 +234,6 @@ void OdometerStream::end_segment() noexcept {
 
 void OdometerStream::set_roll(double roll) noexcept {
   implementation_->set_roll(roll);
-}
-
-void OdometerStream::add_turn(double up, double right) noexcept {
-  implementation_->add_turn(up, right);
 }
 
 const FusedStream& OdometerStream::state() const noexcept {

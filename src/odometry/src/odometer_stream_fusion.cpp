@@ -74,8 +74,6 @@ void OdometerStream::Implementation::read_increments(std::int64_t tick) {
   window_ = {};
   window_.drifted = drifting_;
   window_.duration = state_.time - anchor_time_;
-  window_.turn = turn_;
-  window_.turn_known = turns_ > 0 && turn_.allFinite();
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const Wheel& wheel = wheels_[i];
     OdometerState& state = state_.odometers[i];
@@ -186,9 +184,7 @@ internal::WheelSums OdometerStream::Implementation::sums_of(const Window& window
           .increment = window.sum.increment,
           .random = window.sum.random,
           .travelled = window.median,
-          .duration = window.duration,
-          .turn = window.turn,
-          .turn_known = window.turn_known};
+          .duration = window.duration};
 }
 
 void OdometerStream::Implementation::weigh(Window& window) const {
@@ -304,8 +300,6 @@ void OdometerStream::Implementation::anchor(std::int64_t tick) {
     state_.odometers[i].unsupported += state_.odometers[i].use == OdometerUse::kUnsupported ? 1 : 0;
   }
   anchor_time_ = state_.time;
-  turn_.setZero();
-  turns_ = 0;
   window_open_ = false;
   closed_.push_back(window_);
   if (bends_) {

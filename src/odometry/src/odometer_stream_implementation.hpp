@@ -26,7 +26,6 @@ class OdometerStream::Implementation {
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
   void end_segment();
   void set_roll(double roll);
-  void add_turn(double up, double right);
   [[nodiscard]] const FusedStream& state() const { return state_; }
   [[nodiscard]] const OdometerStreamParameters& parameters() const { return parameters_; }
 
@@ -45,12 +44,10 @@ class OdometerStream::Implementation {
     std::array<double, kMaxOdometers> deviation{};  ///< m, of the increments
     OdometerSet spanning;                           ///< odometers with an increment over all of it
     OdometerSet usable;                             ///< of these, not left out for their health
-    OdometerSet trusted;    ///< of these, ok or worn: what a fallback is made of
-    double median = 0.0;    ///< m, of the usable increments
-    OdometerSet drifted;    ///< off over this window and its neighbours together
-    double duration = 0.0;  ///< s
-    Eigen::Vector2d turn = Eigen::Vector2d::Zero();  ///< rad, up and right
-    bool turn_known = false;
+    OdometerSet trusted;                  ///< of these, ok or worn: what a fallback is made of
+    double median = 0.0;                  ///< m, of the usable increments
+    OdometerSet drifted;                  ///< off over this window and its neighbours together
+    double duration = 0.0;                ///< s
     internal::Explanation explanation{};  ///< with `FusionRule::kCircumference`
   };
   static constexpr std::size_t kMostWindows = 17;
@@ -101,9 +98,7 @@ class OdometerStream::Implementation {
   internal::DistanceBook ahead_;  ///< with the closed windows that can still change
   FusedStream state_;
   std::optional<internal::BendFinder> bends_;
-  double roll_ = 0.0;                               // rad
-  Eigen::Vector2d turn_ = Eigen::Vector2d::Zero();  // rad, since the anchor
-  std::size_t turns_ = 0;                           // told since the anchor
+  double roll_ = 0.0;  // rad
 
   internal::TickGrid grid_;
   bool started_ = false;   // a sample has come

@@ -77,7 +77,6 @@ void check_circumference(const OdometerStreamParameters& parameters) {
   check_above({"circumference.", "smallest_bend"}, circumference.smallest_bend, 0.0,
               std::numbers::pi);
   check_within({"circumference.", "clock_sigma"}, circumference.clock_sigma, 0.0, 0.5);
-  check_above({"circumference.", "turn_sigma"}, circumference.turn_sigma, 0.0, 1.0);
   const auto& odometers = parameters.odometers;
   if (odometers.size() < 3) {
     refuse("odometers: ", odometers.size(), " of them is outside what a circumference takes: 3");

@@ -12,13 +12,11 @@ namespace pipescout::odometry::internal {
 
 /// What the wheels on the circumference say of a stretch of the pipe: the sums over its windows.
 struct WheelSums {
-  OdometerSet wheels;                              ///< that have an increment in all of it
-  std::array<double, kMaxOdometers> increment{};   ///< m
-  std::array<double, kMaxOdometers> random{};      ///< m^2, variance that grew with the path
-  double travelled = 0.0;                          ///< m, median
-  double duration = 0.0;                           ///< s
-  Eigen::Vector2d turn = Eigen::Vector2d::Zero();  ///< rad, by a gyroscope, as a bend vector / r
-  bool turn_known = false;
+  OdometerSet wheels;                             ///< that have an increment in all of it
+  std::array<double, kMaxOdometers> increment{};  ///< m
+  std::array<double, kMaxOdometers> random{};     ///< m^2, variance that grew with the path
+  double travelled = 0.0;                         ///< m, median
+  double duration = 0.0;                          ///< s
 
   void add(const WheelSums& other);
 };
@@ -106,7 +104,6 @@ class Circumference {
     double misfit = 0.0;    // chi-square
     std::array<double, kMaxOdometers> weight{};
     Eigen::Vector2d turn = Eigen::Vector2d::Zero();  // rad, of the crawler
-    bool turn_used = false;                          // that of the gyroscope is in the evidence
     double distance = 0.0;                           // m
     double deviation = 0.0;                          // m, of the bend vector
   };
@@ -130,7 +127,6 @@ class Circumference {
       const OdometerSet& wheels, const std::array<double, kMaxOdometers>& precision) const;
   [[nodiscard]] double log_prior(double bend, double deviation, double travelled,
                                  bool complete) const;
-  [[nodiscard]] double turn_evidence(const Model& model, const WheelSums& sums) const;
   [[nodiscard]] double speed_evidence(const Model& model, const Speeds& speeds) const;
 
   std::size_t count_;
@@ -140,7 +136,6 @@ class Circumference {
   double radius_;
   double largest_ratio_;  // of the bend vector to the distance
   double clock_sigma_;
-  double turn_sigma_;
 };
 
 /// Follows the windows of a stream and gathers those that have one explanation, so that a bend or a

@@ -118,45 +118,6 @@ Wheels make_wheels(const ElbowSettings& settings, const PipeBend& bend, Draw& dr
   return wheels;
 }
 
-/// What a gyroscope on a crawler that wobbles in the pipe adds up.
-class Gyroscope {
- public:
-  Gyroscope(const ElbowSettings& settings, const PipeBend& bend,
-            const simulation::CrawlerParameters& crawler, Draw& draw)
-      : settings_(settings), bend_(bend), crawler_(crawler), draw_(draw) {
-    for (double& bias : bias_) {
-      bias = settings.turn_bias * draw.normal();
-    }
-  }
-
-  void tell(double time, double distance, odometry::OdometerStream& stream) {
-    const double turned =
-        (std::clamp(distance, bend_.begin, bend_.end()) - bend_.begin) / bend_.radius;
-    const double direction = bend_.direction - crawler_.roll - crawler_.roll_per_metre * distance;
-    const std::array<double, 2> turn{(turned - turned_) * std::cos(direction),
-                                     (turned - turned_) * std::sin(direction)};
-    std::array<double, 2> told{};
-    for (std::size_t axis = 0; axis < told.size(); ++axis) {
-      const double wobble = settings_.turn_wobble * draw_.normal();
-      told[axis] = turn[axis] + wobble - wobble_[axis] + bias_[axis] * (time - time_);
-      wobble_[axis] = wobble;
-    }
-    stream.add_turn(told[0], told[1]);
-    turned_ = turned;
-    time_ = time;
-  }
-
- private:
-  const ElbowSettings& settings_;
-  const PipeBend& bend_;
-  const simulation::CrawlerParameters& crawler_;
-  Draw& draw_;
-  std::array<double, 2> bias_{};
-  std::array<double, 2> wobble_{};
-  double turned_ = 0.0;
-  double time_ = 0.0;
-};
-
 void judge(const odometry::FoundBend& found, const PipeBend& bend, double window,
            ElbowScore& score) {
   constexpr double kLargestAngleError = pi / 18;
@@ -196,14 +157,10 @@ ElbowScore run_elbow(const ElbowSettings& settings, std::uint64_t seed) {
   std::optional<Moment> last;
   ElbowScore score;
   std::uint64_t bends = 0;
-  Gyroscope gyroscope(settings, bend, wheels.simulated, draw);
   while (const auto sample = crawler.next()) {
     if (stream.push({.odometer = sample->wheel, .time = sample->time, .value = sample->value})
             .ticks == 0) {
       continue;
-    }
-    if (settings.gyroscope) {
-      gyroscope.tell(sample->time, sample->distance, stream);
     }
     const auto& state = stream.state();
     const Moment now{motion.distance(state.time), state.distance, state.random_variance};

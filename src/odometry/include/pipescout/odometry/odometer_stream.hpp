@@ -81,11 +81,9 @@ enum class FusionRule : std::uint8_t {
 /// their probability, and their difference is in the variance. More wheels add redundancy. Why:
 /// docs/decisions/bends-told-from-slip-by-probability.md.
 struct CircumferenceParameters {
-  double radius = 0.0;         ///< m, > 0: from the axis of the pipe to where the wheels touch it
-  double tightest_bend = 1.5;  ///< [0.6, 100]: radius of the axis, in diameters of the pipe
-  double smallest_bend = 0.1;  ///< rad, (0, pi]: smaller ones are not told as found
-  /// rad, (0, 1]: standard deviation of a turn by `add_turn`, most of it the wobble of the crawler
-  double turn_sigma = 0.03;
+  double radius = 0.0;          ///< m, > 0: from the axis of the pipe to where the wheels touch it
+  double tightest_bend = 1.5;   ///< [0.6, 100]: radius of the axis, in diameters of the pipe
+  double smallest_bend = 0.1;   ///< rad, (0, pi]: smaller ones are not told as found
   double clock_sigma = 0.0175;  ///< rad, [0, 0.5]: standard deviation of a clock position
 };
 
@@ -274,11 +272,6 @@ class OdometerStream {
   /// relative scale is restarted, and a worn odometer becomes ok. Throws std::invalid_argument as
   /// `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
-
-  /// rad, rotation of the crawler since the last call, upwards and to its right, by a gyroscope: it
-  /// decides what may be a bend or a slip. Of `kCircumference`; call it several times a window, or
-  /// never. Not finite: the turn of the window is not known.
-  void add_turn(double up, double right) noexcept;
 
   /// rad, roll of the crawler from now on, clockwise for one who looks forward: clock positions in
   /// the pipe are those of the crawler plus its roll. Only `FoundBend::direction` depends on it.

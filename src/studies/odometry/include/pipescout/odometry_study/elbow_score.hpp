@@ -27,9 +27,6 @@ struct ElbowSettings {
   double clock_error = 0.0175;   ///< rad, standard deviation
   double out_of_plane = 0.02;    ///< m, along the axis, standard deviation
   double roll_per_metre = 0.01;  ///< rad, standard deviation
-  bool gyroscope = false;        ///< tells the turn, with the errors below
-  double turn_wobble = 0.015;    ///< rad, standard deviation, of the body in the pipe
-  double turn_bias = 1e-4;       ///< rad/s, standard deviation
   double speed_spread = 0.03;    ///< largest relative change from its mean, every few metres
   double slows_share = 0.5;      ///< of the crawlers: slower in bends
   double slowest_in_bend = 0.7;  ///< share of the speed, uniform up to 1
