@@ -179,6 +179,20 @@ TEST(VisualServo, KnowsWhereTheCameraSitsOnTheVehicle) {
   EXPECT_EQ(servo.pose_time(), 1);
 }
 
+TEST(VisualServo, TakesThePoseOfACameraThatMovesOnTheVehicle) {
+  VisualServo servo({.T_base_camera = downward_camera({0.2, 0, -0.1})});
+  const SE3 T_base_camera = SE3(SO3::about_z(0.3), {0.1, 0, -0.2}) * downward_camera();
+  servo.set_T_base_camera(T_base_camera);
+  const SE3 T_rack_base(SO3::about_z(1), {1, 5, 3});
+  const SE3 T_rack_camera = T_rack_base * T_base_camera;
+  servo.observe({.time = 1,
+                 .position = T_rack_camera.translation(),
+                 .orientation = T_rack_camera.rotation().quaternion()},
+                1);
+  ASSERT_TRUE(servo.T_rack_base(1));
+  EXPECT_LT((servo.T_rack_base(1)->matrix() - T_rack_base.matrix()).norm(), 1e-12);
+}
+
 TEST(VisualServo, BringsAVehicleAlongAPathAndToItsWayPoints) {
   const std::vector<WayPoint> points{
       {{0.7, 5, 3}, 0, 2}, {{1.7, 6, 3}, 0.2, 2}, {{1.7, 4, 2.5}, -0.2, 2}, {{0.7, 5, 3}, 3, 2}};

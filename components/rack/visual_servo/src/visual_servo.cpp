@@ -37,18 +37,6 @@ double seconds(Time time) {
   return to_seconds(time.time_since_epoch());
 }
 
-/// The values of a parameter that is empty or has three.
-std::optional<Eigen::Vector3d> three(const char* name, const std::vector<double>& values) {
-  if (values.empty()) {
-    return std::nullopt;
-  }
-  if (values.size() != 3) {
-    throw std::invalid_argument("parameter '" + std::string(name) + "' has " +
-                                std::to_string(values.size()) + " values: must be empty or three");
-  }
-  return Eigen::Vector3d(values[0], values[1], values[2]);
-}
-
 CameraPose to_camera_pose(const geometry_msgs::msg::Pose& pose, double time, double quality) {
   const auto& p = pose.position;
   const auto& q = pose.orientation;
@@ -147,13 +135,7 @@ void VisualServo::declare_servo_parameters() {
   largest_rotation_acceleration_ =
       number("largest_rotation_acceleration", servo.largest_rotation_acceleration,
              "rad/s^2, (0, 50]: of the command");
-  camera_position_ = parameters().declare<std::vector<double>>(
-      "camera.position", {},
-      {.description = "m, x y z of the camera in base_link; empty: at its origin"});
-  camera_roll_pitch_yaw_ = parameters().declare<std::vector<double>>(
-      "camera.roll_pitch_yaw", {},
-      {.description = "rad, of the optical frame in base_link; empty: straight down, the upper "
-                      "border of the image forward"});
+  mount_parameters_.emplace(parameters());
   frame_id_ = parameters().declare<std::string>(
       "frame_id", "rack", {.description = "frame of the poses and way-points"});
   command_frame_id_ = parameters().declare<std::string>(
@@ -220,12 +202,7 @@ rack_vision::WayPointMission VisualServo::new_mission() const {
 
 VisualServoParameters VisualServo::servo_parameters() const {
   VisualServoParameters result;
-  const Eigen::Vector3d position =
-      three("camera.position", camera_position_.get()).value_or(Eigen::Vector3d::Zero());
-  const auto angles = three("camera.roll_pitch_yaw", camera_roll_pitch_yaw_.get());
-  result.T_base_camera = angles
-                             ? geometry::SE3(geometry::SO3::from_roll_pitch_yaw(*angles), position)
-                             : rack_vision::downward_camera(position);
+  result.T_base_camera = mount_parameters_->T_base_camera();
   result.rotation = full_rotation_.get() ? rack_vision::RotationControl::kFull
                                          : rack_vision::RotationControl::kYawOnly;
   result.position_gain = position_gain_.get();
@@ -248,6 +225,7 @@ CallbackReturn VisualServo::on_configure() {
   planned_.emplace(new_mission());
   mission_ = planned_;
   servo_.emplace(servo_parameters());
+  mount_ = mount_parameters_->read(*this);
   frame_ = frame_id_.get();
   command_frame_ = command_frame_id_.get();
   if (command_frame_.empty()) {
@@ -305,6 +283,14 @@ void VisualServo::on_pose(const Pose& message) {
     return;
   }
   const Time stamp = from_message(message.header.stamp);
+  std::string missing;
+  const auto T_base_camera = mount_.T_base_camera(stamp, &missing);
+  if (!T_base_camera) {
+    report_fault("tf.missing",
+                 "a pose is not used: where the camera is on the robot is not known: " + missing);
+    return;
+  }
+  servo_->set_T_base_camera(*T_base_camera);
   // The state of this image may still be on its way: that of the one before does as well, unless it
   // says that the rack was lost, since a pose says that it was found again.
   const bool judged =

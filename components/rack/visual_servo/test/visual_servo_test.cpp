@@ -11,11 +11,14 @@
 #include <optional>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <string>
+#include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 #include "pipescout/testing/component_harness.hpp"
 
 namespace pipescout {
@@ -322,6 +325,35 @@ TEST_F(VisualServoTest, BeginsAgainWithTheClock) {
   EXPECT_EQ(progress_.back().state, MissionStatus::COMPLETE);
 }
 
+TEST_F(VisualServoTest, UsesNoPoseUntilTransformsTellWhereTheCameraIs) {
+  bring_up(two_way_points({{"camera.frame", "gimbal"}}));
+  next_frame();
+  send_pose();
+  EXPECT_EQ(servo_->diagnostics().counter("tf.missing"), 1U);
+  EXPECT_TRUE(commands_.empty());
+
+  // The camera sits 0.3 m ahead of the origin: at the first way-point it is seen ahead of it.
+  const SE3 T_base_camera = rack_vision::downward_camera({0.3, 0, 0});
+  const auto mounted = to_message(T_base_camera);
+  tf2_msgs::msg::TFMessage tf;
+  auto& transform = tf.transforms.emplace_back();
+  transform.header.stamp = to_message(now_);
+  transform.header.frame_id = "base_link";
+  transform.child_frame_id = "gimbal";
+  transform.transform.translation.x = mounted.position.x;
+  transform.transform.translation.y = mounted.position.y;
+  transform.transform.translation.z = mounted.position.z;
+  transform.transform.rotation = mounted.orientation;
+  harness_.publish(topics::kTfStatic, tf);
+  harness_.spin();
+
+  T_rack_base_ = SE3(SO3(), {1.3, 5, 3});
+  next_frame();
+  send_pose();
+  EXPECT_EQ(servo_->diagnostics().counter("tf.missing"), 1U);
+  EXPECT_LT(speed(), 1e-9);
+}
+
 std::string refusal(std::vector<NamedParameter> parameters) {
   ComponentHarness harness;
   auto& servo = harness.make<VisualServo>({.parameters = std::move(parameters)});
@@ -341,7 +373,7 @@ TEST(VisualServoParametersOfTheComponent, NameWhatIsWrong) {
               HasSubstr("tolerance.position: -1"));
   EXPECT_THAT(refusal(two_way_points({{"climb.speed", 2.0}})), HasSubstr("climb_speed: 2"));
   EXPECT_THAT(refusal(two_way_points({{"camera.position", std::vector<double>{1, 2}}})),
-              HasSubstr("'camera.position' has 2 values"));
+              HasSubstr("'camera.position' must be empty or three"));
 }
 
 }  // namespace

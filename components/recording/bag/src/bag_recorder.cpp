@@ -6,8 +6,6 @@
 #include <atomic>
 #include <charconv>
 #include <chrono>
-#include <cstdio>
-#include <ctime>
 #include <deque>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <diagnostic_msgs/msg/diagnostic_status.hpp>
@@ -19,7 +17,6 @@
 #include <mutex>
 #include <optional>
 #include <pipescout_msgs/msg/mission_status.hpp>
-#include <regex>
 #include <rosbag2_interfaces/msg/write_split_event.hpp>
 #include <set>
 #include <stdexcept>
@@ -38,8 +35,8 @@
 #include "pipescout/runtime/register_component.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
 #include "pipescout/runtime/timer.hpp"
+#include "recorder_settings.hpp"
 #include "recording_queue.hpp"
-#include "topic_selection.hpp"
 
 namespace pipescout {
 
@@ -55,44 +52,6 @@ constexpr Duration kStatisticsPeriod = std::chrono::seconds(1);
 constexpr int kLooksPerSilence = 4;
 /// Times settle_time after which a recording is complete although messages go on.
 constexpr int kMostSettles = 10;
-constexpr std::int64_t kLargest = std::int64_t{1} << 60;
-
-/// "rosbag2_2026_11_25-17_45_12", as rosbag2 names a bag that nobody named.
-std::string default_folder() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm local{};
-  localtime_r(&now, &local);
-  std::array<char, 64> name{};
-  std::strftime(name.data(), name.size(), "rosbag2_%Y_%m_%d-%H_%M_%S", &local);
-  return name.data();
-}
-
-std::optional<std::regex> optional_regex(const Parameter<std::string>& parameter) {
-  const std::string text = parameter.get();
-  if (text.empty()) {
-    return std::nullopt;
-  }
-  try {
-    return std::regex(text);
-  } catch (const std::regex_error& error) {
-    throw std::invalid_argument(parameter.name() + " = '" + text +
-                                "' is no regular expression: " + error.what());
-  }
-}
-
-template <class Value>
-Value one_of(const Parameter<std::string>& parameter,
-             const std::vector<std::pair<std::string, Value>>& values) {
-  const std::string text = parameter.get();
-  std::string names;
-  for (const auto& [name, value] : values) {
-    if (name == text) {
-      return value;
-    }
-    names += (names.empty() ? "" : ", ") + name;
-  }
-  throw std::invalid_argument(parameter.name() + " = '" + text + "' is none of " + names);
-}
 
 /// Not what nodes publish by the clock, whatever happens.
 bool tells_of_progress(const std::string& topic) {
@@ -110,197 +69,11 @@ std::string joined(const std::set<std::string>& names) {
 
 }  // namespace
 
-/// The parameters, and what they said when the component was configured.
-class BagRecorder::Settings {
- public:
-  explicit Settings(BagRecorder& recorder) : recorder_(recorder) {
-    auto& parameters = recorder.parameters();
-    const auto size = [](std::string description) {
-      return ParameterDescriptor{.description = std::move(description),
-                                 .integer_range = IntegerRange{0, kLargest}};
-    };
-    output_ = parameters.declare<std::string>(
-        "output", "",
-        {.description = "folder of the bag, made anew; empty: rosbag2_<local time> where the "
-                        "process runs"});
-    storage_ =
-        parameters.declare<std::string>("storage", "sqlite3", {.description = "sqlite3 or mcap"});
-    all_ = parameters.declare<bool>("all", false, {.description = "record all topics"});
-    topics_ = parameters.declare<std::vector<std::string>>("topics", {},
-                                                           {.description = "topics to record"});
-    regex_ = parameters.declare<std::string>(
-        "regex", "",
-        {.description = "record the topics in whose names it is found, in place of all"});
-    exclude_ = parameters.declare<std::string>(
-        "exclude", "", {.description = "do not record the topics in whose names it is found"});
-    include_hidden_ =
-        parameters.declare<bool>("include_hidden_topics", false,
-                                 {.description = "topics with a part that begins with '_' too"});
-    max_bag_size_ = parameters.declare<std::int64_t>(
-        "max_bag_size", 0, size("bytes of a file before another is begun; 0: no limit"));
-    max_bag_duration_ = parameters.declare<std::int64_t>(
-        "max_bag_duration", 0, size("s of a file before another is begun; 0: no limit"));
-    max_cache_size_ = parameters.declare<std::int64_t>(
-        "max_cache_size", 100 * 1024 * 1024,
-        size("bytes of messages that wait to be written; in snapshot mode those that are kept"));
-    compression_mode_ = parameters.declare<std::string>(
-        "compression_mode", "none", {.description = "none, file or message, with zstd"});
-    chunk_compression_ = parameters.declare<std::string>(
-        "chunk_compression", "none", {.description = "of MCAP's chunks: none, lz4 or zstd"});
-    qos_overrides_ = parameters.declare<std::string>(
-        "qos_overrides", "",
-        {.description = "file with QoS profiles by topic, in place of what goes with the "
-                        "publishers"});
-    snapshot_mode_ = parameters.declare<bool>(
-        "snapshot_mode", false,
-        {.description = "keep the last max_cache_size bytes, and write them when the service "
-                        "snapshot asks for it"});
-    repeatable_ = parameters.declare<bool>(
-        "repeatable", false,
-        {.description = "publishers wait while the cache is full, and nothing is written because "
-                        "of the time: the same messages give the same bytes. For simulated "
-                        "missions"});
-    next_free_name_ = parameters.declare<bool>(
-        "next_free_name", false,
-        {.description = "when the folder output is there, record into output_2, output_3, ...: a "
-                        "recorder that is restarted goes on in another bag"});
-    thinned_topics_ = parameters.declare<std::vector<std::string>>(
-        "thinned_topics", {}, {.description = "topics of which not all messages are recorded"});
-    thinned_periods_ = parameters.declare<std::vector<double>>(
-        "thinned_periods", {},
-        {.description = "s, for each of thinned_topics: the least from one recorded message to the "
-                        "next, by their stamps"});
-    source_ = parameters.declare<std::string>(
-        "source", "",
-        {.description = "node whose completion on mission/status makes the recording complete, "
-                        "relative to the namespace; empty: it ends with the process"});
-    settle_time_ = parameters.declare<double>(
-        "settle_time", 0.5,
-        {.description = "s of the wall clock without a message, after the source is complete, "
-                        "until the recording is",
-         .floating_point_range = FloatingPointRange{0.01, 3600.0}});
-    silent_after_ = parameters.declare<double>(
-        "silent_after", 30.0,
-        {.description = "s of the wall clock without a message after which a recording whose "
-                        "source is not complete fails; 0: no limit",
-         .floating_point_range = FloatingPointRange{0.0, 86400.0}});
-    use_sim_time_ = parameters.handle<bool>("use_sim_time");
-  }
-
-  /// Throws std::invalid_argument, QosProfileError.
-  void read() {
-    writer = {};
-    writer.storage = one_of<bags::Storage>(
-        storage_, {{"sqlite3", bags::Storage::kSqlite}, {"mcap", bags::Storage::kMcap}});
-    writer.max_file_size = static_cast<std::uint64_t>(max_bag_size_.get());
-    constexpr std::int64_t kLongest = Duration::max().count() / 1'000'000'000;
-    writer.max_file_duration = std::chrono::seconds(std::min(max_bag_duration_.get(), kLongest));
-    writer.compression =
-        one_of<bags::Compression>(compression_mode_, {{"none", bags::Compression::kNone},
-                                                      {"message", bags::Compression::kMessage},
-                                                      {"file", bags::Compression::kFile}});
-    writer.chunk_compression = one_of<bags::ChunkCompression>(
-        chunk_compression_, {{"none", bags::ChunkCompression::kNone},
-                             {"lz4", bags::ChunkCompression::kLz4},
-                             {"zstd", bags::ChunkCompression::kZstd}});
-    writer.flush_by_time = !repeatable_.get();
-    queue = {.limit = static_cast<std::uint64_t>(max_cache_size_.get()),
-             .snapshot = snapshot_mode_.get(),
-             .repeatable = repeatable_.get()};
-    selection = {.all = all_.get(),
-                 .topics = {},
-                 .regex = optional_regex(regex_),
-                 .exclude = optional_regex(exclude_),
-                 .hidden = include_hidden_.get()};
-    for (const auto& topic : topics_.get()) {
-      selection.topics.insert(expand_topic_name(topic, recorder_.node_name()));
-    }
-    if (!selection.all && selection.topics.empty() && !selection.regex) {
-      throw std::invalid_argument("no topic is to be recorded: set all, topics or regex");
-    }
-    read_thinning();
-    const std::string node = source_.get();
-    source = node.empty() ? "" : expand_topic_name(node, recorder_.node_name());
-    settle = from_seconds(settle_time_.get());
-    silence = from_seconds(silent_after_.get());
-    qos_overrides.clear();
-    if (const auto path = qos_overrides_.get(); !path.empty()) {
-      for (const auto& [topic, qos] : read_qos_overrides(path)) {
-        qos_overrides[expand_topic_name(topic, recorder_.node_name())] = qos;
-      }
-    }
-  }
-
-  [[nodiscard]] std::filesystem::path folder() const {
-    const std::string output = output_.get();
-    const std::filesystem::path wanted = output.empty() ? default_folder() : output;
-    std::filesystem::path folder = wanted;
-    for (int i = 2; next_free_name_.get() && std::filesystem::exists(folder); ++i) {
-      folder = wanted.string() + "_" + std::to_string(i);
-    }
-    return folder;
-  }
-  [[nodiscard]] bool simulated_time() const { return use_sim_time_.get(); }
-
-  bags::BagWriterOptions writer;
-  RecordingQueue::Options queue;
-  TopicSelection selection;
-  std::map<std::string, QoS> qos_overrides;
-  std::map<std::string, Duration> thinning;  // period by topic
-  std::string source;                        // fully qualified, or empty
-  Duration settle{};
-  Duration silence{};  // zero: no limit
-
- private:
-  void read_thinning() {
-    const auto topics = thinned_topics_.get();
-    const auto periods = thinned_periods_.get();
-    if (topics.size() != periods.size()) {
-      throw std::invalid_argument("thinned_topics has " + std::to_string(topics.size()) +
-                                  " names and thinned_periods " + std::to_string(periods.size()) +
-                                  " numbers");
-    }
-    thinning.clear();
-    for (std::size_t i = 0; i < topics.size(); ++i) {
-      constexpr double kLongest = 1e6;
-      if (!(periods[i] >= 0.0 && periods[i] <= kLongest)) {
-        throw std::invalid_argument("thinned_periods has " + std::to_string(periods[i]) +
-                                    "; it must be in [0, 1e6] s");
-      }
-      thinning[expand_topic_name(topics[i], recorder_.node_name())] = from_seconds(periods[i]);
-    }
-  }
-
-  BagRecorder& recorder_;
-  Parameter<std::string> output_;
-  Parameter<std::string> storage_;
-  Parameter<bool> all_;
-  Parameter<std::vector<std::string>> topics_;
-  Parameter<std::string> regex_;
-  Parameter<std::string> exclude_;
-  Parameter<bool> include_hidden_;
-  Parameter<std::int64_t> max_bag_size_;
-  Parameter<std::int64_t> max_bag_duration_;
-  Parameter<std::int64_t> max_cache_size_;
-  Parameter<std::string> compression_mode_;
-  Parameter<std::string> chunk_compression_;
-  Parameter<std::string> qos_overrides_;
-  Parameter<bool> snapshot_mode_;
-  Parameter<bool> repeatable_;
-  Parameter<bool> next_free_name_;
-  Parameter<std::vector<std::string>> thinned_topics_;
-  Parameter<std::vector<double>> thinned_periods_;
-  Parameter<std::string> source_;
-  Parameter<double> settle_time_;
-  Parameter<double> silent_after_;
-  Parameter<bool> use_sim_time_;
-};
-
 /// One bag, from activation to deactivation. Lives in the component's default group.
 class BagRecorder::Recording {
  public:
   /// Throws bags::BagError, std::invalid_argument.
-  Recording(BagRecorder& recorder, const Settings& settings)
+  Recording(BagRecorder& recorder, const RecorderSettings& settings)
       : recorder_(recorder),
         settings_(settings),
         split_events_(
@@ -605,7 +378,7 @@ class BagRecorder::Recording {
   }
 
   BagRecorder& recorder_;
-  const Settings& settings_;
+  const RecorderSettings& settings_;
   const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   std::atomic<bool> is_looking_{false};
   std::deque<Topic> topics_;  // addresses are kept by callbacks
@@ -628,7 +401,7 @@ class BagRecorder::Recording {
 };
 
 BagRecorder::BagRecorder(ComponentOptions options)
-    : Component(std::move(options)), settings_(std::make_unique<Settings>(*this)) {
+    : Component(std::move(options)), settings_(std::make_unique<RecorderSettings>(parameters())) {
   snapshot_service_ = create_service<Snapshot>(
       "~/snapshot", [this](const Snapshot::Request&, Snapshot::Response& response) {
         response.success = recording_ != nullptr && recording_->take_snapshot();
@@ -639,7 +412,7 @@ BagRecorder::~BagRecorder() = default;
 
 CallbackReturn BagRecorder::on_configure() {
   try {
-    settings_->read();
+    settings_->read(node_name());
   } catch (const std::exception& error) {
     diagnostics().set_status(DiagnosticLevel::kError, error.what());
     return CallbackReturn::kFailure;

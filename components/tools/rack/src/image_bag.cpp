@@ -11,6 +11,7 @@
 
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/grey_image.hpp"
@@ -26,47 +27,15 @@ constexpr const char* kImage = "sensor_msgs/msg/Image";
 constexpr const char* kCompressed = "sensor_msgs/msg/CompressedImage";
 constexpr const char* kCameraInfo = "sensor_msgs/msg/CameraInfo";
 
-struct ChosenTopic {
-  std::string name;
-  bool compressed = false;
-  std::size_t messages = 0;
-};
-
-ChosenTopic choose(const std::filesystem::path& bag, const bags::BagReader& reader,
-                   const std::string& wanted) {
-  std::vector<ChosenTopic> found;
-  for (const bags::TopicCount& each : reader.metadata().topics) {
-    const bool compressed = each.topic.type == kCompressed;
-    if ((compressed || each.topic.type == kImage) && each.topic.serialization_format == "cdr") {
-      found.push_back({each.topic.name, compressed, static_cast<std::size_t>(each.messages)});
-    }
-  }
-  std::string names;
-  for (const ChosenTopic& each : found) {
-    names += (names.empty() ? "" : ", ") + each.name;
-    if (each.name == wanted || each.name == "/" + wanted) {
-      return each;
-    }
-  }
-  if (wanted.empty() && found.size() == 1) {
-    return found.front();
-  }
-  if (found.empty()) {
-    throw std::runtime_error(bag.string() +
-                             ": no topic of sensor_msgs/Image or sensor_msgs/CompressedImage");
-  }
-  throw std::runtime_error(bag.string() +
-                           (wanted.empty()
-                                ? ": several topics have images; choose one with "
-                                  "--topic: "
-                                : ": no images on topic '" + wanted + "'; topics with images: ") +
-                           names);
+bags::TopicCount choose(const std::filesystem::path& bag, const bags::BagReader& reader,
+                        const std::string& wanted) {
+  return bags::choose_topic(reader, bag, {kImage, kCompressed}, wanted);
 }
 
 /// "/camera/camera_info" for "/camera/image_raw" and "/camera/image_raw/compressed".
-std::string info_topic(const ChosenTopic& images) {
+std::string info_topic(const bags::BagTopic& images) {
   std::string name = images.name;
-  if (images.compressed && name.ends_with("/compressed")) {
+  if (images.type == kCompressed && name.ends_with("/compressed")) {
     name.erase(name.rfind('/'));
   }
   return name.substr(0, name.rfind('/') + 1) + "camera_info";
@@ -76,17 +45,17 @@ class ImageBag final : public ImageSource {
  public:
   ImageBag(const std::filesystem::path& bag, const std::string& topic)
       : reader_(bag), topic_(choose(bag, reader_, topic)) {
-    reader_.set_filter({.topics = {{topic_.name}}});
-    said_.push_back(bag.string() + ", topic " + topic_.name + ": " +
-                    std::to_string(topic_.messages) +
-                    (topic_.compressed ? " compressed images." : " images."));
+    const std::string& name = topic_.topic.name;
+    reader_.set_filter({.topics = {{name}}});
+    said_.push_back(bag.string() + ", topic " + name + ": " + std::to_string(topic_.messages) +
+                    (is_compressed() ? " compressed images." : " images."));
   }
 
   std::optional<SourceImage> next() override {
     while (const auto message = read()) {
-      const std::string name = topic_.name + " " + std::to_string(read_ - 1);
+      const std::string name = topic_.topic.name + " " + std::to_string(read_ - 1);
       try {
-        return topic_.compressed ? compressed(*message, name) : raw(*message, name);
+        return is_compressed() ? compressed(*message, name) : raw(*message, name);
       } catch (const std::invalid_argument& error) {
         left_out_.push_back({name, error.what()});
       }
@@ -106,6 +75,8 @@ class ImageBag final : public ImageSource {
   [[nodiscard]] const std::vector<LeftOut>& left_out() const override { return left_out_; }
 
  private:
+  [[nodiscard]] bool is_compressed() const { return topic_.topic.type == kCompressed; }
+
   std::optional<bags::BagMessage> read() {
     try {
       auto message = reader_.next();
@@ -158,7 +129,7 @@ class ImageBag final : public ImageSource {
   }
 
   bags::BagReader reader_;
-  ChosenTopic topic_;
+  bags::TopicCount topic_;
   Image image_;
   CompressedImage compressed_;
   GreyImageReader grey_;
@@ -177,7 +148,7 @@ std::unique_ptr<ImageSource> open_bag(const std::filesystem::path& bag, const st
 
 std::optional<BagCamera> camera_of_bag(const std::filesystem::path& bag, const std::string& topic) {
   bags::BagReader reader(bag);
-  const std::string name = info_topic(choose(bag, reader, topic));
+  const std::string name = info_topic(choose(bag, reader, topic).topic);
   bool there = false;
   for (const bags::BagTopic& each : reader.topics()) {
     there = there || (each.name == name && each.type == kCameraInfo);

@@ -14,6 +14,7 @@
 #include "image_bag.hpp"
 #include "image_folder.hpp"
 #include "pipescout/bags/bag_error.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/camera_file/camera_file.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/formatted.hpp"
@@ -51,19 +52,6 @@ struct Arguments {
   double offset_deviation = rack_vision::RackTrackerParameters{}.offset_sigma;
   std::size_t overlays = 30;
 };
-
-bool is_bag(const fs::path& path) {
-  if (!fs::is_directory(path)) {
-    return true;
-  }
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    const fs::path extension = entry.path().extension();
-    if (entry.path().filename() == "metadata.yaml" || extension == ".db3" || extension == ".mcap") {
-      return true;
-    }
-  }
-  return false;
-}
 
 geometry::Camera camera_for(const Arguments& arguments, bool bag, std::vector<std::string>& said) {
   geometry::CameraParameters camera;
@@ -162,7 +150,7 @@ int track(const Arguments& arguments) {
   const rack_vision::RackModel model = read_rack(arguments.rack);
   said.push_back(formatted("%s: %zu pipes, %zu supports.", arguments.rack.c_str(),
                            model.pipes.size(), model.supports.size()));
-  const bool bag = is_bag(arguments.images);
+  const bool bag = bags::is_bag(arguments.images);
   const geometry::Camera camera = camera_for(arguments, bag, said);
   const TrackOptions options = options_for(arguments, said);
   const std::unique_ptr<ImageSource> source = open(arguments, bag);

@@ -9,8 +9,9 @@
 #include <variant>
 #include <vector>
 
+#include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
-#include "pipescout/command_line/command.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
 #include "pipescout/thermal_files/picture_folder.hpp"
@@ -19,7 +20,6 @@ namespace pipescout::track {
 namespace {
 
 namespace fs = std::filesystem;
-using command_line::CommandError;
 
 constexpr const char* kImage = "sensor_msgs/msg/Image";
 
@@ -71,48 +71,7 @@ class MessageImages {
   std::optional<thermal::TemperatureTable> grey_;
 };
 
-std::string chosen_topic(const bags::BagReader& reader, const fs::path& bag,
-                         const std::string& wanted) {
-  std::string names;
-  std::size_t count = 0;
-  std::string only;
-  for (const bags::BagTopic& topic : reader.topics()) {
-    if (topic.type != kImage) {
-      continue;
-    }
-    if (topic.name == wanted) {
-      return wanted;
-    }
-    only = topic.name;
-    names += (count++ > 0 ? ", " : "") + topic.name;
-  }
-  if (count == 0) {
-    throw CommandError(bag.string() + ": has no topic of " + kImage);
-  }
-  if (!wanted.empty() || count > 1) {
-    throw CommandError(
-        bag.string() + ": " +
-        (wanted.empty() ? "has several topics of images" : "has no images on " + wanted) +
-        "; choose one with --topic: " + names);
-  }
-  return only;
-}
-
 }  // namespace
-
-bool is_bag(const fs::path& path) {
-  if (!fs::is_directory(path)) {
-    return true;
-  }
-  for (const auto& entry : fs::directory_iterator(path)) {
-    const fs::path& file = entry.path();
-    if (file.filename() == "metadata.yaml" || file.extension() == ".db3" ||
-        file.extension() == ".mcap" || file.extension() == ".bag") {
-      return true;
-    }
-  }
-  return false;
-}
 
 void read_folder(const fs::path& folder, const ThermalSettings& settings, double frame_rate,
                  const ImageSink& sink) {
@@ -146,18 +105,22 @@ void read_folder(const fs::path& folder, const ThermalSettings& settings, double
 void read_bag(const fs::path& bag, const std::string& topic, const ThermalSettings& settings,
               const ImageSink& sink) {
   bags::BagReader reader(bag);
-  const std::string chosen = chosen_topic(reader, bag, topic);
-  reader.set_filter({.topics = std::vector<std::string>{chosen}});
+  const bags::TopicCount chosen = bags::choose_topic(reader, bag, {kImage}, topic);
+  reader.set_filter({.topics = {{chosen.topic.name}}});
   const MessageType* type = find_message_type(kImage);
   const std::shared_ptr<void> message = type->create();
   MessageImages images(settings);
-  std::size_t total = 0;
-  for (const bags::TopicCount& each : reader.metadata().topics) {
-    total += each.topic.name == chosen ? each.messages : 0;
-  }
   std::size_t number = 0;
-  while (const auto next = reader.next()) {
-    sink.progress(number, std::max(total, number + 1));
+  const auto next_message = [&] {
+    try {
+      return reader.next();
+    } catch (const bags::BagError& error) {
+      sink.fail(bag.string(), std::string("cannot be read to its end: ") + error.what());
+      return std::optional<bags::BagMessage>();
+    }
+  };
+  while (const auto next = next_message()) {
+    sink.progress(number, std::max(static_cast<std::size_t>(chosen.messages), number + 1));
     const std::string name = std::to_string(++number);
     if (!type->deserialize(next->data, message.get())) {
       sink.fail(name, "cannot be decoded");

@@ -32,11 +32,9 @@ void read_folder(const std::filesystem::path& folder, const ThermalSettings& set
                  double frame_rate, const ImageSink& sink);
 
 /// The images of a topic with sensor_msgs/msg/Image of a bag, by their stamps. `topic`: empty where
-/// there is only one. Throws CommandError naming the topics that there are, and BagError.
+/// there is only one. Throws BagError; what is damaged behind readable messages is a failure of the
+/// bag.
 void read_bag(const std::filesystem::path& bag, const std::string& topic,
               const ThermalSettings& settings, const ImageSink& sink);
-
-/// Whether it is a bag, and no folder of images.
-[[nodiscard]] bool is_bag(const std::filesystem::path& path);
 
 }  // namespace pipescout::track

@@ -10,6 +10,7 @@
 
 #include "image_source.hpp"
 #include "pipe_tracks.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
 #include "pipescout/files/whole_file.hpp"
@@ -78,7 +79,7 @@ int track(const Arguments& arguments) {
             printer.show(std::to_string(done) + " of " + std::to_string(total) + " images", share,
                          std::chrono::steady_clock::now());
           }};
-  if (is_bag(source)) {
+  if (bags::is_bag(source)) {
     read_bag(source, arguments.topic, thermal, sink);
   } else {
     read_folder(source, thermal, survey.frame_rate, sink);

@@ -133,6 +133,19 @@ TEST_F(TrackCommand, ChoosesAmongTopics) {
   EXPECT_EQ(run({"bag", "--out", "out", "--topic", "/back"}).code(), 0);
 }
 
+TEST_F(TrackCommand, UsesADamagedBagAsFarAsItGoes) {
+  write_bag({"/thermal/image_raw"});
+  for (const auto& entry : fs::directory_iterator(folder_.path() / "bag")) {
+    if (entry.path().filename() != "metadata.yaml") {
+      fs::resize_file(entry.path(), fs::file_size(entry.path()) * 2 / 3);
+    }
+  }
+  const auto result = run({"bag", "--out", "out"});
+  EXPECT_EQ(result.code(), 1);
+  EXPECT_THAT(result.err, HasSubstr("cannot be read to its end"));
+  EXPECT_GT(track().rows.size(), 10U);
+}
+
 TEST_F(TrackCommand, NamesWhatItCannotUse) {
   write_folder();
   std::ofstream(folder_.path() / "images" / "12b.tiff") << "no image";

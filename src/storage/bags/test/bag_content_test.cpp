@@ -9,6 +9,7 @@
 #include "mcap_records.hpp"
 #include "pipescout/bags/bag_maintenance.hpp"
 #include "pipescout/bags/bag_metadata.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "sqlite_database.hpp"
 #include "test_bag.hpp"
@@ -233,6 +234,35 @@ TEST_F(BagContent, WhatIsNoBagIsSaid) {
   }
   EXPECT_THAT(check_bag(folder_.path() / "other.db3").faults,
               Contains(HasSubstr("has no table 'topics': it is no bag")));
+}
+
+TEST_F(BagContent, OneInputIsChosenByTypeAndName) {
+  BagWriter writer(bag_, {.storage = Storage::kMcap});
+  for (const char* name : {"/front", "/back"}) {
+    writer.add_topic(testing::topic(name, "sensor_msgs/msg/Image"));
+  }
+  writer.add_topic(testing::topic("/info", "sensor_msgs/msg/CameraInfo"));
+  writer.add_topic({.name = "/old", .type = "sensor_msgs/msg/Imu", .serialization_format = "cbor"});
+  writer.close();
+  const BagReader reader(bag_);
+  const auto chosen = [&](std::initializer_list<const char*> types, const std::string& wanted) {
+    try {
+      return choose_topic(reader, bag_, types, wanted).topic.name;
+    } catch (const BagError& error) {
+      EXPECT_EQ(error.fault(), BagFault::kUsage);
+      return std::string(error.what());
+    }
+  };
+  EXPECT_EQ(chosen({"sensor_msgs/msg/CameraInfo"}, ""), "/info");
+  EXPECT_EQ(chosen({"sensor_msgs/msg/Image"}, "back"), "/back");
+  EXPECT_THAT(chosen({"sensor_msgs/msg/Image"}, ""),
+              HasSubstr("several topics of sensor_msgs/msg/Image; choose one with --topic: /front, "
+                        "/back"));
+  EXPECT_THAT(chosen({"sensor_msgs/msg/Image"}, "/info"), HasSubstr("has no topic '/info' of"));
+  EXPECT_THAT(chosen({"sensor_msgs/msg/Imu", "sensor_msgs/msg/Range"}, ""),
+              HasSubstr("has no topic of sensor_msgs/msg/Imu or sensor_msgs/msg/Range"));
+  EXPECT_TRUE(is_bag(bag_));
+  EXPECT_FALSE(is_bag(bag_.parent_path()));
 }
 
 TEST_F(BagContent, WriterRefusesWhatABagCannotHold) {

@@ -109,6 +109,11 @@ class VisualServo {
   /// Throws as VisualServoParameters::validate.
   explicit VisualServo(const VisualServoParameters& parameters);
 
+  /// Of the poses from now on, in place of the parameter: a camera that moves on the vehicle.
+  void set_T_base_camera(const geometry::SE3& T_base_camera) noexcept {
+    parameters_.T_base_camera = T_base_camera;
+  }
+
   /// Accepts or rejects a pose, with the reason, and counts it. `now`: s; with NaN every pose is
   /// kNotANumber.
   PoseVerdict observe(const CameraPose& pose, double now);

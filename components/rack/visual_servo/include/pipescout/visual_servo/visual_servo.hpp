@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/message_conversions/camera_mount.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 
@@ -83,8 +84,7 @@ class VisualServo final : public Component {
   Parameter<double> largest_rotation_rate_;
   Parameter<double> largest_acceleration_;
   Parameter<double> largest_rotation_acceleration_;
-  Parameter<std::vector<double>> camera_position_;
-  Parameter<std::vector<double>> camera_roll_pitch_yaw_;
+  std::optional<CameraMountParameters> mount_parameters_;
   Parameter<std::string> frame_id_;
   Parameter<std::string> command_frame_id_;
   Parameter<double> rate_;
@@ -98,6 +98,7 @@ class VisualServo final : public Component {
   // As configured.
   std::string frame_;
   std::string command_frame_;
+  CameraMount mount_{geometry::SE3()};
   Duration longest_silence_{};                           // between two commands
   std::optional<rack_vision::WayPointMission> planned_;  // before it begins
 

@@ -8,6 +8,8 @@
 
 namespace pipescout {
 
+class RecorderSettings;
+
 /// Records topics of any type into a bag, as they are published, from the moment at which it is
 /// activated until it is deactivated. Topics are found as they appear; they are asked for with a
 /// QoS that goes with what is offered.
@@ -33,9 +35,8 @@ class BagRecorder final : public Component {
  private:
   using Snapshot = rosbag2_interfaces::srv::Snapshot;
   class Recording;
-  class Settings;
 
-  std::unique_ptr<Settings> settings_;
+  std::unique_ptr<RecorderSettings> settings_;
   std::unique_ptr<Recording> recording_;
   Service<Snapshot> snapshot_service_;
 };
