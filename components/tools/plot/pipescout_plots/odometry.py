@@ -7,10 +7,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import (eddy_current, ledger_alignment, position_error, readings, reproduction, style,
-               support_graph)
+from . import eddy_current, ledger_alignment, position_error, readings, reproduction, support_graph
 from .drawing import Drawing
-from .recording import Picture, Recording, find_recordings
+from .recording import Picture, Recording, mission_recordings
+from .result import draw_result
 
 DATA_FILES = ("fused.csv", "positions.csv", "welds.csv", "eddy_current.csv", "readings.csv")
 
@@ -28,32 +28,20 @@ REPRODUCTION = (
 
 
 def run(options: argparse.Namespace) -> int:
-    result: Path = options.result
-    style.begin()
-    if result.is_dir():
-        return _draw_mission(result, options)
-    if result.is_file():
-        drawing = Drawing(options.out or result.parent / "pictures", options.format)
-        for picture in REPRODUCTION:
-            drawing.draw(picture, Recording(result, result.parent))
-        return drawing.finish([])
-    print(f"error: no mission folder or file '{result}'", file=sys.stderr)
-    return 1
+    return draw_result(options, REPRODUCTION,
+                       lambda mission, drawing: _draw_mission(mission, drawing, options.alignment))
 
 
-def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
-    drawing = Drawing(options.out or mission / "pictures", options.format)
-    folders = find_recordings(mission, DATA_FILES)
-    if not folders:
+def _draw_mission(mission: Path, drawing: Drawing, named_alignment: Path | None) -> list[str]:
+    recordings = mission_recordings(mission, DATA_FILES)
+    if not recordings:
         print(f"no recorded data below {mission}", file=sys.stderr)
-    notes: list[str] = []
-    for folder in folders:
-        recording = Recording(mission, folder, notes=notes)
-        prefix = ".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else ""
-        single = (folder / "readings.csv").is_file()
+    for prefix, recording in recordings:
+        single = (recording.folder / "readings.csv").is_file()
         for picture in OF_SINGLE_READINGS if single else OF_A_CRAWLER:
             drawing.draw(picture, recording, prefix)
-    alignment = options.alignment or mission / "alignment.csv"
-    if options.alignment or alignment.is_file():
+    notes = recordings[0][1].notes if recordings else []
+    alignment = named_alignment or mission / "alignment.csv"
+    if named_alignment or alignment.is_file():
         drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
-    return drawing.finish(notes)
+    return notes

@@ -54,15 +54,10 @@ class Picture:
     draw: Callable[[Recording], Figure]
 
 
-def find_recordings(mission: Path, data_files: Sequence[str]) -> list[Path]:
-    """The folders below a mission folder that hold one of these files."""
-    return sorted({path.parent for name in data_files for path in mission.rglob(name)})
-
-
 def mission_recordings(mission: Path, data_files: Sequence[str]) -> list[tuple[str, Recording]]:
-    """Each of them with what stands before the names of its pictures when there are several. They share
-    their notes."""
-    folders = find_recordings(mission, data_files)
+    """The folders below a mission folder that hold one of these files, each with what stands before the
+    names of its pictures when there are several. They share their notes."""
+    folders = sorted({path.parent for name in data_files for path in mission.rglob(name)})
     notes: list[str] = []
     return [(".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else "",
              Recording(mission, folder, notes=notes)) for folder in folders]

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
-from .. import reproduction, style
+from .. import reproduction
 from ..drawing import Drawing
-from ..recording import Picture, Recording, mission_recordings
+from ..recording import Picture
+from ..result import draw_recordings, draw_result
 from . import biases, consistency, errors, residuals, sources, trajectory
 
 DATA_FILES = ("estimate.csv", "factors.csv", "sources.csv")
@@ -21,28 +21,12 @@ PICTURES = (
     Picture("sources", sources.draw),
     Picture("biases", biases.draw),
 )
-FIGURES = Picture("figures", reproduction.draw_figures)
+REPRODUCTION = (Picture("figures", reproduction.draw_figures),)
 
 
 def run(options: argparse.Namespace) -> int:
-    result: Path = options.result
-    style.begin()
-    if result.is_dir():
-        return _draw_mission(result, options)
-    if result.is_file():
-        drawing = Drawing(options.out or result.parent / "pictures", options.format)
-        drawing.draw(FIGURES, Recording(result, result.parent))
-        return drawing.finish([])
-    print(f"error: no mission folder or file '{result}'", file=sys.stderr)
-    return 1
+    return draw_result(options, REPRODUCTION, _draw_mission)
 
 
-def _draw_mission(mission: Path, options: argparse.Namespace) -> int:
-    drawing = Drawing(options.out or mission / "pictures", options.format)
-    recordings = mission_recordings(mission, DATA_FILES)
-    if not recordings:
-        print(f"no recorded state estimator below {mission}", file=sys.stderr)
-    for prefix, recording in recordings:
-        for picture in PICTURES:
-            drawing.draw(picture, recording, prefix)
-    return drawing.finish(list(dict.fromkeys(note for _, recording in recordings for note in recording.notes)))
+def _draw_mission(mission: Path, drawing: Drawing) -> list[str]:
+    return draw_recordings(mission, drawing, "state estimator", DATA_FILES, PICTURES)
