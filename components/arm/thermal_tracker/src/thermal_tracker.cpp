@@ -105,30 +105,10 @@ void ThermalTracker::on_camera_info(const CameraInfo& message) {
 }
 
 void ThermalTracker::on_odometry(const Odometry& message) {
-  const Time stamp = from_message(message.header.stamp);
-  if (const auto fault = settings_->stamp_limits.find_fault("odometry", stamp, now())) {
-    report_fault(fault->counter, fault->text);
-    if (fault->in_future) {
-      return;
-    }
-  }
-  if (message.header.frame_id != settings_->map_frame) {
-    report_fault("odometry.header.frame_id", "odometry is in frame '" + message.header.frame_id +
-                                                 "', not in '" + settings_->map_frame + "'");
-    return;
-  }
-  OdometryHistory::Entry entry;
-  try {
-    entry = odometry_entry(message);
-    entry.covariance = covariance_from_message(message.pose.covariance);
-  } catch (const std::invalid_argument& error) {
-    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
-    return;
-  }
-  if (!odometry_->add(entry)) {
-    report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than the previous one");
-  }
+  take_odometry(
+      *odometry_, message,
+      {settings_->stamp_limits, settings_->map_frame, /*needs_covariance=*/true}, now(),
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
 }
 
 ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Image& message) {

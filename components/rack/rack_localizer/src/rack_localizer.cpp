@@ -353,24 +353,9 @@ void RackLocalizer::on_pose_hint(const Pose& message) {
 }
 
 void RackLocalizer::on_odometry(const Odometry& message) {
-  const Time stamp = from_message(message.header.stamp);
-  if (const auto fault = stamp_limits_.find_fault("odometry", stamp, now())) {
-    report_fault(fault->counter, fault->text);
-    if (fault->in_future) {
-      return;
-    }
-  }
-  OdometryHistory::Entry entry;
-  try {
-    entry = odometry_entry(message);
-  } catch (const std::invalid_argument& error) {
-    report_fault("odometry.refused", std::string("odometry refused: ") + error.what());
-    return;
-  }
-  if (!odometry_->add(entry)) {
-    report_fault("odometry.header.stamp.not_increasing",
-                 "odometry has a stamp that is not later than the previous one");
-  }
+  take_odometry(
+      *odometry_, message, {.stamps = stamp_limits_}, now(),
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
 }
 
 std::optional<MotionPrediction> RackLocalizer::motion_until(Time stamp) {

@@ -15,6 +15,20 @@ namespace {
 /// A stamp that is earlier by more than this is of a clock that was set back.
 constexpr Duration kLeap = std::chrono::seconds(10);
 
+/// Everything except the covariance. Throws std::invalid_argument naming the field of an invalid
+/// pose or twist.
+OdometryHistory::Entry entry_of(const nav_msgs::msg::Odometry& message) {
+  OdometryHistory::Entry entry;
+  entry.time = from_message(message.header.stamp);
+  entry.T_odom_base = from_message(message.pose.pose);
+  entry.twist << from_message(message.twist.twist.linear),
+      from_message(message.twist.twist.angular);
+  if (!entry.twist.allFinite()) {
+    throw std::invalid_argument("twist is not finite");
+  }
+  return entry;
+}
+
 }  // namespace
 
 OdometryHistory::OdometryHistory(std::size_t capacity, double longest_reach)
@@ -65,14 +79,36 @@ std::optional<geometry::Matrix6d> OdometryHistory::covariance_at(Time time) cons
   return next ? std::optional(std::prev(*next)->covariance) : std::nullopt;
 }
 
-OdometryHistory::Entry odometry_entry(const nav_msgs::msg::Odometry& message) {
+std::optional<OdometryHistory::Entry> take_odometry(OdometryHistory& history,
+                                                    const nav_msgs::msg::Odometry& message,
+                                                    const OdometryTerms& terms, Time now,
+                                                    const FaultReport& report) {
+  const Time stamp = from_message(message.header.stamp);
+  if (const auto fault = terms.stamps.find_fault("odometry", stamp, now)) {
+    report(fault->counter, fault->text);
+    if (fault->in_future) {
+      return std::nullopt;
+    }
+  }
+  if (!terms.frame.empty() && message.header.frame_id != terms.frame) {
+    report("odometry.header.frame_id",
+           "odometry is in frame '" + message.header.frame_id + "', not in '" + terms.frame + "'");
+    return std::nullopt;
+  }
   OdometryHistory::Entry entry;
-  entry.time = from_message(message.header.stamp);
-  entry.T_odom_base = from_message(message.pose.pose);
-  entry.twist << from_message(message.twist.twist.linear),
-      from_message(message.twist.twist.angular);
-  if (!entry.twist.allFinite()) {
-    throw std::invalid_argument("twist is not finite");
+  try {
+    entry = entry_of(message);
+    if (terms.needs_covariance) {
+      entry.covariance = covariance_from_message(message.pose.covariance);
+    }
+  } catch (const std::invalid_argument& error) {
+    report("odometry.refused", std::string("odometry refused: ") + error.what());
+    return std::nullopt;
+  }
+  if (!history.add(entry)) {
+    report("odometry.header.stamp.not_increasing",
+           "odometry has a stamp that is not later than the previous one");
+    return std::nullopt;
   }
   return entry;
 }

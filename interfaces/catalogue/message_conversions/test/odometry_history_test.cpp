@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/message_conversions/odometry_history.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/runtime/conversions.hpp"
 
 namespace pipescout {
 namespace {
@@ -9,6 +18,8 @@ namespace {
 using geometry::SE3;
 using geometry::SO3;
 using geometry::Vector6d;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 constexpr Time kStart{std::chrono::seconds(1000)};
 
@@ -87,6 +98,60 @@ TEST(OdometryHistory, ForgetsTheOldest) {
   }
   EXPECT_FALSE(history.at(at(0.05)));
   EXPECT_TRUE(history.at(at(0.1)));
+}
+
+class TakeOdometry : public ::testing::Test {
+ protected:
+  static nav_msgs::msg::Odometry message(double seconds) {
+    nav_msgs::msg::Odometry odometry;
+    odometry.header.stamp = to_message(at(seconds));
+    odometry.header.frame_id = "map";
+    odometry.pose.pose = to_message(SE3());
+    odometry.pose.covariance = to_message(geometry::Matrix6d(geometry::Matrix6d::Identity()));
+    return odometry;
+  }
+
+  bool take(const nav_msgs::msg::Odometry& odometry, double now) {
+    faults_.clear();
+    return take_odometry(history_, odometry, terms_, at(now),
+                         [this](std::string_view counter, std::string_view) {
+                           faults_.emplace_back(counter);
+                         })
+        .has_value();
+  }
+
+  OdometryHistory history_{10, 0.2};
+  OdometryTerms terms_{.stamps = {.maximum_age = 1, .maximum_lead = 0.1}, .frame = "map"};
+  std::vector<std::string> faults_;
+};
+
+TEST_F(TakeOdometry, StoresWhatMeetsTheTermsAndNamesWhatDoesNot) {
+  EXPECT_TRUE(take(message(0), 0));
+  EXPECT_THAT(faults_, IsEmpty());
+  EXPECT_TRUE(take(message(0.1), 2)) << "late, and still the best there is";
+  EXPECT_THAT(faults_, ElementsAre("odometry.header.stamp.stale"));
+  EXPECT_FALSE(take(message(3), 2));
+  EXPECT_THAT(faults_, ElementsAre("odometry.header.stamp.in_future"));
+  EXPECT_FALSE(take(message(0.1), 0.2));
+  EXPECT_THAT(faults_, ElementsAre("odometry.header.stamp.not_increasing"));
+  auto elsewhere = message(0.2);
+  elsewhere.header.frame_id = "odom";
+  EXPECT_FALSE(take(elsewhere, 0.2));
+  EXPECT_THAT(faults_, ElementsAre("odometry.header.frame_id"));
+  auto no_number = message(0.2);
+  no_number.twist.twist.linear.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(take(no_number, 0.2));
+  EXPECT_THAT(faults_, ElementsAre("odometry.refused"));
+}
+
+TEST_F(TakeOdometry, ReadsTheCovarianceOfThoseWhoNeedItOnly) {
+  auto odometry = message(0);
+  odometry.pose.covariance[0] = -1;
+  EXPECT_TRUE(take(odometry, 0));
+  terms_.needs_covariance = true;
+  odometry.header.stamp = to_message(at(0.1));
+  EXPECT_FALSE(take(odometry, 0.1));
+  EXPECT_THAT(faults_, ElementsAre("odometry.refused"));
 }
 
 }  // namespace

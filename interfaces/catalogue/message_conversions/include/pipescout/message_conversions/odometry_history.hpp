@@ -3,10 +3,14 @@
 
 #include <cstddef>
 #include <deque>
+#include <functional>
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "pipescout/geometry/se3.hpp"
+#include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/runtime/time.hpp"
 
 namespace pipescout {
@@ -46,8 +50,21 @@ class OdometryHistory {
   std::deque<Entry> entries_;
 };
 
-/// Everything except the covariance, which not all users of poses need. Throws
-/// std::invalid_argument naming the field of an invalid pose or twist.
-[[nodiscard]] OdometryHistory::Entry odometry_entry(const nav_msgs::msg::Odometry& message);
+/// What a component asks of odometry.
+struct OdometryTerms {
+  StampLimits stamps;
+  std::string frame;              ///< of the header; empty: any
+  bool needs_covariance = false;  ///< of the pose; else it is not read
+};
+
+/// As `Component::report_fault`.
+using FaultReport = std::function<void(std::string_view counter, std::string_view text)>;
+
+/// Stores a message, and returns what was stored: nothing when it is refused. `report` gets what is
+/// wrong with it; a stale one is reported and stored.
+std::optional<OdometryHistory::Entry> take_odometry(OdometryHistory& history,
+                                                    const nav_msgs::msg::Odometry& message,
+                                                    const OdometryTerms& terms, Time now,
+                                                    const FaultReport& report);
 
 }  // namespace pipescout
