@@ -63,12 +63,14 @@ function(pipescout_add_tests)
     endif()
   endforeach()
 
-  add_executable(${arg_NAME} ${sources} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/test_main.cpp)
+  set(property_cases ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/property_cases.cpp)
+  add_executable(${arg_NAME} ${sources} ${property_cases})
+  set_source_files_properties(${property_cases} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
   target_include_directories(${arg_NAME} PRIVATE ${PROJECT_SOURCE_DIR}/src
     ${PROJECT_SOURCE_DIR}/test)
   target_compile_definitions(${arg_NAME} PRIVATE
     PIPESCOUT_PROPERTY_CASES="${arg_CASES}" ${arg_DEFINITIONS})
-  target_link_libraries(${arg_NAME} PRIVATE ${arg_DEPENDENCIES} GTest::gmock)
+  target_link_libraries(${arg_NAME} PRIVATE ${arg_DEPENDENCIES} GTest::gmock_main)
   pipescout_enable_warnings(${arg_NAME})
   # What tests do themselves is not measured. With so little optimisation GCC 12 takes the buffer of a
   # short string for a long one's.
@@ -158,7 +160,7 @@ function(_pipescout_test_sources result)
   set_property(DIRECTORY APPEND PROPERTY PIPESCOUT_TEST_SOURCES ${sources})
 endfunction()
 
-# Compiling headers by themselves pays from the third source on, that of main() not counted.
+# Compiling headers by themselves pays from the third source on, property_cases.cpp not counted.
 function(_pipescout_precompile_for_tests target)
   get_target_property(sources ${target} SOURCES)
   list(LENGTH sources count)
