@@ -18,7 +18,7 @@ import threading
 
 from mission import pipescout
 
-TIMEOUT = 280  # s, of a run
+TIMEOUT = 600  # s, of a run
 ARGUMENTS = {
     "crawler": ["--param", "crawler_simulation.length:=150.0", "rate:=1000.0"],
     "rack": ["--param", "visual_servo.way_points:=[0.9, 4.0, 2.6, 1.5707963]", "duration:=40.0",

@@ -16,7 +16,7 @@ from mission import figures, pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/patrol_test_{os.getpid()}"
-TIMEOUT = 140  # s, of a run
+TIMEOUT = 600  # s, of a run
 
 
 def run(composition, folder, *arguments):

@@ -26,7 +26,7 @@ COMPOSITION = pathlib.Path(__file__).resolve().parents[2] / "launch_scripts/rack
 LARGEST_DISTANCE = 0.03  # m
 LARGEST_TURN = 1.0  # degrees
 STAY = 0.5  # s
-TIMEOUT = 300  # s, of a flight
+TIMEOUT = 600  # s, of a flight
 
 
 def way_points_to_keep():

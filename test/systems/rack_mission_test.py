@@ -16,7 +16,7 @@ from mission import figures, pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/rack_test_{os.getpid()}"
-TIMEOUT = 280  # s, of a run
+TIMEOUT = 600  # s, of a run
 FOUND_BY_LEVEL = 15.0  # s, from the start: the first pose
 OFFSETS_FOUND = 3.0  # s, from the first pose
 

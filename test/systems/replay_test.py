@@ -19,7 +19,7 @@ import sys
 
 from mission import pipescout
 
-TIMEOUT = 100  # s, of a run
+TIMEOUT = 300  # s, of a run
 
 RECORD = """name: recorded
 arguments: {{tally: $(share pipescout_crawler_simulation)/tally.csv}}

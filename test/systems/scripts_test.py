@@ -101,7 +101,7 @@ class Project:
         environment.pop("ROS_LOCALHOST_ONLY", None)
         environment.update(variables)
         result = subprocess.run([*map(str, command)], cwd=folder or self.folder, env=environment,
-                                timeout=280, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                timeout=800, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 text=True)
         print("$", *command, "\n" + result.stdout)
         assert result.returncode == code, f"exit code {result.returncode}, not {code}"
