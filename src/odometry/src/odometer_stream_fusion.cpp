@@ -199,21 +199,19 @@ void OdometerStream::Implementation::weigh(Window& window) const {
 /// `begin`: m, fused distance at the begin of the window that was closed last.
 void OdometerStream::Implementation::judge_bends(double begin) {
   const auto judged = bends_->note(sums_of(closed_.back()), begin);
-  apply(judged.ended, 1);
-  apply(judged.now, 0);
-  for (const auto& found : judged.found) {
-    if (found) {
-      ++state_.bends;
-      state_.bend = *found;
-      state_.bend.direction = std::remainder(found->direction + roll_, 2.0 * std::numbers::pi);
-    }
+  for (const auto& judgement : std::span(judged.judged).first(judged.judgements)) {
+    apply(judgement);
+  }
+  for (const FoundBend& found : std::span(judged.found).first(judged.bends)) {
+    ++state_.bends;
+    state_.bend = found;
+    state_.bend.direction = std::remainder(found.direction + roll_, 2.0 * std::numbers::pi);
   }
 }
 
-/// To as many windows as are not final, the last of which has `later` windows after it.
-void OdometerStream::Implementation::apply(const internal::BendFinder::Judgement& judgement,
-                                           std::size_t later) {
-  const std::size_t end = closed_.size() - std::min(later, closed_.size());
+/// To as many of its windows as are not final.
+void OdometerStream::Implementation::apply(const internal::BendFinder::Judgement& judgement) {
+  const std::size_t end = closed_.size() - std::min(judgement.later, closed_.size());
   for (std::size_t w = end - std::min(judgement.windows, end); w < end; ++w) {
     closed_[w].explanation = judgement.explanation;
     static_cast<void>(fuse_window(closed_[w]));

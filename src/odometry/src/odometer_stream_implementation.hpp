@@ -77,7 +77,7 @@ class OdometerStream::Implementation {
   void weigh(Window& window) const;
   [[nodiscard]] internal::WheelSums sums_of(const Window& window) const;
   void judge_bends(double begin);
-  void apply(const internal::BendFinder::Judgement& judgement, std::size_t later);
+  void apply(const internal::BendFinder::Judgement& judgement);
   void fall_back(Window& window, const OdometerSet& chosen) const;
   void explain(const ConsensusFusionResult& result);
   void coast(double duration);

@@ -150,21 +150,35 @@ class BendFinder {
   /// Of a window that goes on: as part of the event that goes on, or by itself.
   [[nodiscard]] Explanation explain(const WheelSums& window) const;
 
-  /// An explanation of the latest `windows` windows.
+  /// An explanation of `windows` windows, with `later` others behind them.
   struct Judgement {
     Explanation explanation{};
     std::size_t windows = 0;
+    std::size_t later = 0;
   };
   struct Judgements {
-    /// Of the event that ended with the window before the one noted; 0 windows: none ended.
-    Judgement ended{};
-    Judgement now{};  ///< of the event that the window noted belongs to
-    std::array<std::optional<FoundBend>, 2> found{};
+    /// Of the events that ended before the window noted, in the order in which they hold: a later
+    /// one may be of the same windows. The last one is of the event that the window belongs to.
+    std::array<Judgement, 8> judged{};
+    std::size_t judgements = 0;
+    std::array<FoundBend, 4> found{};
+    std::size_t bends = 0;
+
+    void judge(const Judgement& judgement);
+    void find(const std::optional<FoundBend>& bend);
   };
   /// A window that is complete, from the fused distance `begin` on.
   Judgements note(const WheelSums& window, double begin);
 
  private:
+  /// A window and where it begins.
+  struct PlacedWindow {
+    WheelSums sums{};
+    double begin = 0.0;  // m
+  };
+  // Of an event that may be divided: the longest elbows, in windows of half a diameter.
+  static constexpr std::size_t kMostEventWindows = 24;
+
   struct Event {
     WheelSums sums{};
     std::size_t windows = 0;
@@ -172,7 +186,8 @@ class BendFinder {
     Circumference::Speeds speeds{};
     WheelSums inner{};  // without the first and the latest window, which may reach out of it
     WheelSums latest{};
-    double spacing = 0.0;  // m, of the latest window
+    std::array<PlacedWindow, kMostEventWindows> all{};  // the first ones
+    double spacing = 0.0;                               // m, of the latest window
     // Sums over the windows of the length of the bend vector, times the place, times its square.
     double mass = 0.0;    // m
     double moment = 0.0;  // m^2
@@ -192,14 +207,21 @@ class BendFinder {
   [[nodiscard]] bool goes_on(const Event& event, const WheelSums& window) const;
   [[nodiscard]] BendBefore bend_of(const Event& event) const;
   [[nodiscard]] Explanation explain(const Event& event, bool complete) const;
+  [[nodiscard]] std::size_t find_change(const Event& event) const;
   void join(const WheelSums& window, double begin);
-  void finish(double speed_after, Judgements& result);
+  void finish(double speed_after, std::size_t later, Judgements& result);
+  void divide(std::size_t first, double speed_after, std::size_t later, Judgements& result);
+  [[nodiscard]] bool revise(const Event& event, const Explanation& explanation, std::size_t later,
+                            Judgements& result);
+  void start_event();
   void pass(const Event& event, const Explanation& explanation, Judgements& result);
   [[nodiscard]] std::optional<FoundBend> end_passage();
 
   Circumference circumference_;
   double smallest_bend_;
   std::optional<Event> event_;
+  std::optional<Event> previous_;  // without a straight window to the event that goes on
+  std::optional<Passage> passage_before_previous_;
   BendBefore before_;  // of the event before, when nothing straight is between
   std::optional<Passage> passage_;
   double last_speed_ = 0.0;  // m/s, of the last straight window; 0: none

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ledger_adjustment.hpp"
+#include "ledger_landmarks.hpp"
 #include "pipescout/validation/check.hpp"
 #include "weld_alignment_model.hpp"
 
@@ -155,6 +156,7 @@ LedgerUpdate merge_run(const WeldLedger& ledger, const LedgerRun& run,
   }
   update.ledger.frame = MapFrame::kNone;
   adjust(update.ledger, parameters);
+  place_landmarks(update.ledger, parameters);
   return update;
 }
 
@@ -197,6 +199,9 @@ WeldLedger lay_along(WeldLedger ledger, const CentreLine& line) {
   ledger.frame = line.frame();
   for (LedgerWeld& weld : ledger.welds) {
     weld.position = line.at(weld.chainage, weld.standard_deviation);
+  }
+  for (LedgerLandmark& landmark : ledger.landmarks) {
+    landmark.position = line.at(landmark.chainage, landmark.standard_deviation);
   }
   return ledger;
 }

@@ -153,6 +153,25 @@ TEST(PipeBends, ThreeWheelsTellASlipInABendThatTheyKnow) {
   EXPECT_NEAR(state.bend.angle, pi / 2, 0.06);
 }
 
+/// Of a wheel on the outer side: the curvature changes, and no direction.
+TEST(PipeBends, ASlipThatLooksLikeAnotherCurvatureIsTold) {
+  constexpr double kLost = 0.15 * 2.0;  // m, of the wheel
+  for (const double begin : {11.6, 12.2}) {
+    const auto state = drive(wheels_around(3, FusionRule::kCircumference), {.direction = pi},
+                             {{.wheel = 0, .begin = begin, .length = 2.0, .ratio = 0.15}});
+    EXPECT_LT(std::abs(state.distance - kEnd), kLost / 6.0) << begin;
+    EXPECT_LT(std::abs(state.distance - kEnd), 2.0 * std::sqrt(state.variance)) << begin;
+  }
+}
+
+TEST(PipeBends, ASlipThatEndsInABendIsToldInRetrospect) {
+  constexpr double kLost = 0.2 * 1.6;  // m, of the wheel
+  const auto state = drive(wheels_around(3, FusionRule::kCircumference), {.direction = 0.5},
+                           {{.wheel = 1, .begin = 10.2, .length = 1.6, .ratio = 0.2}});
+  EXPECT_LT(std::abs(state.distance - kEnd), kLost / 6.0);
+  EXPECT_LT(std::abs(state.distance - kEnd), 2.0 * std::sqrt(state.variance));
+}
+
 TEST(PipeBends, TheRollOfTheCrawlerIsAddedToTheDirection) {
   const auto parameters = wheels_around(3, FusionRule::kCircumference);
   const Bend bend{.direction = 0.5};

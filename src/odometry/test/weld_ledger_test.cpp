@@ -55,6 +55,58 @@ TEST(WeldLedger, OneRunIsItself) {
   EXPECT_EQ(evidence(update.ledger)[3].verdict, WeldVerdict::kSingle);
 }
 
+/// What a run with a clean odometer has of places given by joint and the metres into it.
+std::vector<LandmarkPosition> see_landmarks(
+    const WeldRun& run, const std::vector<std::pair<std::size_t, double>>& places, double sigma,
+    std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> noise(0.0, sigma);
+  std::vector<LandmarkPosition> seen;
+  for (const auto& [joint, into] : places) {
+    seen.push_back({.kind = joint % 2 == 0 ? LandmarkKind::kValve : LandmarkKind::kBend,
+                    .chainage = run.welds[joint].chainage + into + noise(engine),
+                    .standard_deviation = sigma});
+  }
+  return seen;
+}
+
+TEST(WeldLedger, LandmarksAreKnownAgain) {
+  const test::Pipe pipe = make_pipe(5, 120);
+  const WeldRun first = drive(pipe, kClean, 6);
+  const WeldRun second = drive(pipe, kClean, 7);
+  const std::vector<std::pair<std::size_t, double>> places{{10, 2.0}, {31, 1.0}, {80, 3.0}};
+  constexpr double kSigma = 0.1;
+  WeldLedger ledger = build_ledger({.name = "1"}, first.welds).ledger;
+  ledger = add_landmarks(ledger, 0, see_landmarks(first, places, kSigma, 8));
+  ASSERT_EQ(ledger.landmarks.size(), 3U);
+  EXPECT_EQ(ledger.landmarks[0].id, "V00010");
+  EXPECT_EQ(ledger.landmarks[1].id, "B00010");
+  EXPECT_EQ(ledger.landmarks[2].id, "V00020");
+  const double single = ledger.landmarks[0].standard_deviation;
+
+  ledger = merge_run(ledger, {.name = "2"}, second.welds).ledger;
+  ASSERT_EQ(ledger.landmarks.size(), 3U);
+  auto seen = see_landmarks(second, {{10, 2.0}, {31, 1.0}, {50, 4.0}}, kSigma, 9);
+  seen.push_back({.kind = LandmarkKind::kTee});  // not usable
+  // Of another kind at the place of a valve: another landmark.
+  seen.push_back(
+      {.kind = LandmarkKind::kMarker, .chainage = seen[0].chainage, .standard_deviation = kSigma});
+  ledger = add_landmarks(ledger, 1, seen);
+  ASSERT_EQ(ledger.landmarks.size(), 5U);
+  EXPECT_TRUE(std::ranges::is_sorted(ledger.landmarks, {}, &LedgerLandmark::chainage));
+  for (const LedgerLandmark& landmark : ledger.landmarks) {
+    const bool both = landmark.id == "V00010" || landmark.id == "B00010";
+    EXPECT_EQ(landmark.sightings.size(), both ? 2U : 1U) << landmark.id;
+    if (both) {
+      const auto [joint, into] = places[landmark.id == "V00010" ? 0 : 1];
+      EXPECT_LT(landmark.standard_deviation, single);
+      EXPECT_NEAR(landmark.chainage - ledger.welds[joint].chainage, into,
+                  4.0 * landmark.standard_deviation);
+    }
+  }
+  EXPECT_THROW((void)add_landmarks(ledger, 2, seen), std::out_of_range);
+}
+
 TEST(WeldLedger, RunsRefineTheJointLengths) {
   const test::Pipe pipe = make_pipe(3, 300);
   LedgerUpdate update = build_ledger({.name = "run 0"}, drive(pipe, kClean, 100).welds);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -97,6 +98,17 @@ void CrawlerSimulation::declare_wheel_parameters() {
       "wear_per_metre", {},
       {.description = "1/m, change of the scale by wear, one per wheel; empty: none",
        .floating_point_range = FloatingPointRange{-1e-3, 1e-3}});
+  clocks_ = parameters().declare<std::vector<double>>(
+      "clocks", {},
+      {.description = "rad around the axis from the top of the crawler, clockwise looking forward, "
+                      "one per wheel, for pipe_radius; empty: evenly around",
+       .floating_point_range =
+           FloatingPointRange{-2.0 * std::numbers::pi, 2.0 * std::numbers::pi}});
+  pipe_radius_ = parameters().declare<double>(
+      "pipe_radius", 0.0,
+      {.description = "m, from the axis to where the wheels touch the wall: in the bends of the "
+                      "route each goes its own way; 0: all go as far as the axis",
+       .floating_point_range = FloatingPointRange{0.0, 10.0}});
   resolution_ = parameters().declare<double>(
       "resolution", wheel.resolution,
       {.description = "m per encoder count", .floating_point_range = kPositive});
@@ -216,6 +228,13 @@ SimulatedRunParameters CrawlerSimulation::run_parameters() const {
               [](auto& wheel, double value) { wheel.period = value; });
   assign_each("scale_errors", *scale_errors_.share(), wheels,
               [](auto& wheel, double value) { wheel.scale_error = value; });
+  for (std::size_t i = 0; i < wheels.size(); ++i) {
+    wheels[i].clock =
+        2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(wheels.size());
+  }
+  assign_each("clocks", *clocks_.share(), wheels,
+              [](auto& wheel, double clock) { wheel.clock = clock; });
+  result.pipe_radius = pipe_radius_.get();
   assign_each("wear_per_metre", *wear_.share(), wheels,
               [](auto& wheel, double value) { wheel.wear_per_metre = value; });
   result.crawler.slip_spacing = slip_spacing_.get();

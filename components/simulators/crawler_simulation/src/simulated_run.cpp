@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace pipescout {
 
@@ -23,12 +24,34 @@ simulation::JointedPipe make_pipe(const SimulatedRunParameters& parameters, cons
   return {parameters.pipe, lengths, parameters.seed};
 }
 
+/// The bends of the route as the wheels meet them, from the start of the drive on.
+simulation::PipeFittings make_fittings(const SimulatedRunParameters& parameters, double start) {
+  simulation::PipeFittings fittings{.radius = parameters.pipe_radius};
+  double begin = -start;
+  for (const simulation::RoutePiece& piece : parameters.route) {
+    const double rate = std::hypot(piece.heading_rate, piece.pitch_rate);
+    if (rate > 0.0 && begin + piece.length > 0.0) {
+      const double length = std::min(piece.length, begin + piece.length);
+      fittings.bends.push_back({.begin = std::max(begin, 0.0),
+                                .radius = 1.0 / rate,
+                                .angle = rate * length,
+                                .direction = std::atan2(-piece.heading_rate, piece.pitch_rate)});
+    }
+    begin += piece.length;
+  }
+  return fittings;
+}
+
 simulation::Crawler make_crawler(const SimulatedRunParameters& parameters, const Tally& tally) {
   simulation::JointedPipe pipe = make_pipe(parameters, tally);
   simulation::InspectionParameters motion = parameters.motion;
   motion.length = std::min(motion.length, pipe.length());
+  simulation::CrawlerParameters crawler = parameters.crawler;
+  if (parameters.pipe_radius != 0.0) {
+    crawler.fittings = make_fittings(parameters, tally.chainages[parameters.start_joint]);
+  }
   return {std::move(pipe), simulation::draw_inspection(motion, parameters.seed + 1),
-          parameters.crawler, parameters.seed + 2};
+          std::move(crawler), parameters.seed + 2};
 }
 
 simulation::EddyCurrentSignal make_signal(const SimulatedRunParameters& parameters,

@@ -57,6 +57,37 @@ TEST(SimulatedRun, ShowsWhereTheCrawlerIs) {
   }
 }
 
+TEST(SimulatedRun, WheelsGoTheirOwnWaysInBends) {
+  constexpr double kPi = 3.14159265358979323846;
+  constexpr double kRadius = 0.5;  // m
+  SimulatedRunParameters parameters = undisturbed();
+  parameters.crawler.wheels.assign(3, {});
+  for (std::size_t i = 0; i < 3; ++i) {
+    parameters.crawler.wheels[i].clock = 2.0 * kPi * static_cast<double>(i) / 3.0;
+  }
+  parameters.pipe_radius = kRadius;
+  // The crawler starts at chainage 86 m: 10 m further there is a bend upwards by 90 degrees.
+  parameters.route = {simulation::RoutePiece::straight(96.0),
+                      simulation::RoutePiece::slope_bend(3.0, kPi / 2.0),
+                      simulation::RoutePiece::straight(100.0)};
+  SimulatedRun run(parameters, tally(10));
+  const auto readings = run.readings_until(run.duration());
+  const auto& last = readings.back();
+  ASSERT_EQ(last.values.size(), 3U);
+  const double truth = run.position(last.time).distance;
+  // The wheel on top is on the inner side.
+  EXPECT_NEAR(last.values[0], truth - kRadius * kPi / 2.0, 0.002);
+  EXPECT_NEAR(last.values[1], truth + 0.5 * kRadius * kPi / 2.0, 0.002);
+  EXPECT_NEAR(last.values[2], truth + 0.5 * kRadius * kPi / 2.0, 0.002);
+  parameters.route[1] = simulation::RoutePiece::bend(3.0, kPi / 2.0);  // to the left
+  SimulatedRun left(parameters, tally(10));
+  const auto level = left.readings_until(left.duration()).back();
+  EXPECT_GT(level.values[1], level.values[2] + kRadius);
+  parameters.route[1] = simulation::RoutePiece::bend(0.4, kPi / 2.0);
+  parameters.pipe_radius = -1.0;
+  EXPECT_THROW(SimulatedRun(parameters, tally(10)), std::invalid_argument);
+}
+
 TEST(SimulatedRun, SamplesEvenlyAndSeesTheWeldWhereItIs) {
   SimulatedRun run(undisturbed(), tally(10));
   double largest = 0.0;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "inspect_welds.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
@@ -104,6 +105,7 @@ void add_commands(CLI::App& app, Action& action) {
   leaks->add_option("--preset", arguments->preset, "Instead of the preset of survey.yaml")
       ->check(CLI::IsMember(names));
   leaks->callback([=, &action] { action = [=] { return inspect_leaks(*arguments); }; });
+  add_welds_command(app, action);
 }
 
 }  // namespace

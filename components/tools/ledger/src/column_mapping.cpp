@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <string_view>
+#include <initializer_list>
+#include <utility>
 
 #include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/list_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::ledger {
@@ -16,21 +19,15 @@ namespace {
 
 using command_line::suggestion;
 
-struct LengthUnit {
-  const char* name;
-  const char* symbol;
-  double metres;
-};
-constexpr std::array<LengthUnit, 5> kUnits{{{"metres", "m", 1.0},
-                                            {"millimetres", "mm", 1e-3},
-                                            {"centimetres", "cm", 1e-2},
-                                            {"kilometres", "km", 1e3},
-                                            {"feet", "ft", 0.3048}}};
 constexpr std::array kKeys{"delimiter",
                            "distance",
                            "unit",
                            "kind",
                            "girth_weld",
+                           "markers",
+                           "valves",
+                           "tees",
+                           "bends",
                            "clock",
                            "relative_distance",
                            "latitude",
@@ -39,7 +36,15 @@ constexpr std::array kKeys{"delimiter",
                            "height_unit",
                            "odometer_standard_deviation",
                            "weld_standard_deviation",
+                           "landmark_standard_deviation",
                            "position_standard_deviation"};
+
+using odometry::LandmarkKind;
+constexpr std::array<std::pair<const char*, LandmarkKind>, 4> kLandmarkKeys{
+    {{"markers", LandmarkKind::kMarker},
+     {"valves", LandmarkKind::kValve},
+     {"tees", LandmarkKind::kTee},
+     {"bends", LandmarkKind::kBend}}};
 
 class Reader {
  public:
@@ -56,7 +61,12 @@ class Reader {
     mapping.distance = *column("distance", true);
     mapping.metres_per_unit = metres_per("unit", true);
     mapping.kind = *column("kind", true);
-    mapping.girth_welds = girth_welds();
+    mapping.girth_welds = names_of("girth_weld");
+    for (const auto& [key, kind] : kLandmarkKeys) {
+      if (root_[key]) {
+        mapping.landmarks.push_back({kind, names_of(key)});
+      }
+    }
     mapping.clock = column("clock", false);
     mapping.relative_distance = column("relative_distance", false);
     mapping.latitude = column("latitude", false);
@@ -77,6 +87,8 @@ class Reader {
         number("odometer_standard_deviation", mapping.odometer_standard_deviation, 1.0);
     mapping.weld_standard_deviation =
         number("weld_standard_deviation", mapping.weld_standard_deviation, 10.0);
+    mapping.landmark_standard_deviation =
+        number("landmark_standard_deviation", mapping.landmark_standard_deviation, 10.0);
     mapping.position_standard_deviation =
         number("position_standard_deviation", mapping.position_standard_deviation, 1000.0);
     return mapping;
@@ -134,14 +146,11 @@ class Reader {
     if (!name) {
       return 1.0;
     }
-    std::string names;
-    for (const auto& unit : kUnits) {
-      if (*name == unit.name || *name == unit.symbol) {
-        return unit.metres;
-      }
-      names += (names.empty() ? "" : ", ") + std::string(unit.name) + " (" + unit.symbol + ")";
+    const auto metres = metres_per_list_unit(*name);
+    if (!metres) {
+      fail(root_[key], key + " must be one of " + list_unit_names() + ", not '" + *name + "'");
     }
-    fail(root_[key], key + " must be one of " + names + ", not '" + *name + "'");
+    return *metres;
   }
 
   char delimiter() const {
@@ -149,29 +158,27 @@ class Reader {
     if (!word) {
       return ',';
     }
-    if (*word == "tab") {
-      return '\t';
-    }
-    if (word->size() == 1 && std::string_view(",;|\t").find(*word) != std::string_view::npos) {
-      return word->front();
+    if (const auto delimiter = list_delimiter(*word)) {
+      return *delimiter;
     }
     fail(root_["delimiter"], "delimiter must be ',', ';', '|' or tab, not '" + *word + "'");
   }
 
-  std::vector<std::string> girth_welds() const {
-    const auto node = root_["girth_weld"];
+  /// A text or a list of texts.
+  std::vector<std::string> names_of(const std::string& key) const {
+    const auto node = root_[key];
     if (!node || node.IsScalar()) {
-      return {*text("girth_weld", true)};
+      return {*text(key, true)};
     }
     std::vector<std::string> names;
     for (const auto& entry : node) {
       if (!node.IsSequence() || !entry.IsScalar() || entry.Scalar().empty()) {
-        fail(node, "girth_weld must be a text or a list of texts");
+        fail(node, key + " must be a text or a list of texts");
       }
       names.push_back(entry.Scalar());
     }
     if (names.empty()) {
-      fail(node, "girth_weld must be a text or a list of texts");
+      fail(node, key + " must be a text or a list of texts");
     }
     return names;
   }
@@ -193,6 +200,72 @@ class Reader {
   const std::string& path_;
 };
 
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return text;
+}
+
+/// "m" of "Log distance [m]" or "Log distance (m)"; empty without.
+std::string bracketed(const std::string& name) {
+  const auto open = name.find_last_of("[(");
+  const auto close = name.find_last_of("])");
+  return open == std::string::npos || close == std::string::npos || close < open
+             ? std::string()
+             : name.substr(open + 1, close - open - 1);
+}
+
+/// The one column whose name begins with one of these, in small letters; nothing when there are
+/// none or several.
+std::optional<MappedColumn> pof_column(const std::vector<std::string>& columns,
+                                       std::initializer_list<std::string_view> beginnings) {
+  std::optional<MappedColumn> found;
+  for (const std::string& column : columns) {
+    const std::string name = lower_case(column);
+    if (std::ranges::any_of(beginnings, [&](auto begin) { return name.starts_with(begin); })) {
+      if (found) {
+        return std::nullopt;
+      }
+      found = MappedColumn{.name = column, .location = "the Pipeline Operators Forum"};
+    }
+  }
+  return found;
+}
+
+std::optional<ColumnMapping> pof_mapping_of(const std::vector<std::string>& columns) {
+  ColumnMapping mapping;
+  mapping.path = "the list of the Pipeline Operators Forum";
+  const auto distance = pof_column(columns, {"log distance"});
+  const auto kind = pof_column(columns, {"feature type"});
+  const auto unit = distance ? metres_per_list_unit(bracketed(distance->name)) : std::nullopt;
+  if (!distance || !kind || !unit) {
+    return std::nullopt;
+  }
+  mapping.distance = *distance;
+  mapping.kind = *kind;
+  mapping.metres_per_unit = *unit;
+  mapping.girth_welds = {"Weld", "weld", "Girth weld", "Girth Weld", "girth weld", "GWD"};
+  mapping.landmarks = {
+      {LandmarkKind::kMarker, {"Marker", "marker", "Above ground marker", "AGM"}},
+      {LandmarkKind::kValve, {"Valve", "valve", "VALV"}},
+      {LandmarkKind::kTee, {"Tee", "tee", "TEE", "Off take", "Offtake", "Off-take", "OFFT"}},
+      {LandmarkKind::kBend, {"Bend", "bend", "BEND"}}};
+  mapping.clock = pof_column(columns, {"clock position", "o'clock"});
+  const auto relative = pof_column(
+      columns, {"abs. dist. to upstream weld", "up weld dist", "dist. to upstream weld"});
+  if (relative && bracketed(relative->name) == bracketed(distance->name)) {
+    mapping.relative_distance = relative;
+  }
+  mapping.latitude = pof_column(columns, {"latitude"});
+  mapping.longitude = pof_column(columns, {"longitude"});
+  if (!mapping.latitude || !mapping.longitude) {
+    mapping.latitude.reset();
+    mapping.longitude.reset();
+  }
+  return mapping;
+}
+
 }  // namespace
 
 ColumnMapping load_column_mapping(const std::string& path) {
@@ -201,6 +274,22 @@ ColumnMapping load_column_mapping(const std::string& path) {
 
 ColumnMapping parse_column_mapping(const std::string& text, const std::string& path) {
   return Reader(parse_yaml(text, path), path).read();
+}
+
+std::optional<ColumnMapping> pof_column_mapping(std::string_view header) {
+  for (const char delimiter : {',', ';', '\t', '|'}) {
+    const CsvRows rows = read_csv_rows(header, delimiter);
+    if (rows.rows.empty()) {
+      return std::nullopt;
+    }
+    std::vector<std::string> columns = rows.rows.front().cells;
+    std::ranges::transform(columns, columns.begin(), folded);
+    if (auto mapping = pof_mapping_of(columns)) {
+      mapping->delimiter = delimiter;
+      return mapping;
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace pipescout::ledger

@@ -3,7 +3,10 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "pipescout/odometry/weld_ledger.hpp"
 
 /// Which columns of somebody's list of an inspection mean what. Format: docs/weld_ledger.md.
 namespace pipescout::ledger {
@@ -21,6 +24,11 @@ struct ColumnMapping {
   double metres_per_unit = 1.0;  ///< of `distance` and `relative_distance`
   MappedColumn kind;
   std::vector<std::string> girth_welds;  ///< values of `kind`; at least one
+  struct Landmarks {
+    odometry::LandmarkKind kind;
+    std::vector<std::string> names;  ///< values of `kind`
+  };
+  std::vector<Landmarks> landmarks;
   std::optional<MappedColumn> clock;
   std::optional<MappedColumn>
       relative_distance;                 ///< of a feature from the weld above it in the list
@@ -30,6 +38,7 @@ struct ColumnMapping {
   double metres_per_height_unit = 1.0;
   double odometer_standard_deviation = 0.01;  ///< m / sqrt(m), in (0, 1]
   double weld_standard_deviation = 0.05;      ///< m, of one weld's distance, in (0, 10]
+  double landmark_standard_deviation = 0.3;   ///< m, of one landmark's distance, in (0, 10]
   double position_standard_deviation = 1.0;   ///< m, of latitude, longitude, height, in (0, 1000]
 };
 
@@ -38,5 +47,10 @@ struct ColumnMapping {
 [[nodiscard]] ColumnMapping load_column_mapping(const std::string& path);
 /// The same from text; `path` names it.
 [[nodiscard]] ColumnMapping parse_column_mapping(const std::string& text, const std::string& path);
+
+/// For a list with the columns of a pipe tally by the Pipeline Operators Forum ("Log distance [m]",
+/// "Feature type", "Abs. dist. to upstream weld [m]", ...; POF 100, 2021, and before), which says
+/// its unit: nothing for other lists. `header`: its first line.
+[[nodiscard]] std::optional<ColumnMapping> pof_column_mapping(std::string_view header);
 
 }  // namespace pipescout::ledger

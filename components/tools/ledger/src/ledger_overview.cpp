@@ -68,7 +68,21 @@ void print_ledger(std::ostream& out, const WeldLedger& ledger) {
                       : std::to_string(mapped) + " welds, " +
                             (ledger.frame == MapFrame::kGeodetic ? "latitude and longitude"
                                                                  : "local coordinates"))
-      << "\n\nRuns (scale: metres of the ledger per metre of the run's odometer)\n";
+      << '\n';
+  if (!ledger.landmarks.empty()) {
+    out << "  landmarks  ";
+    const char* separator = "";
+    for (const odometry::LandmarkKind kind : odometry::kLandmarkKinds) {
+      const auto of_kind = static_cast<std::size_t>(
+          std::ranges::count(ledger.landmarks, kind, &odometry::LedgerLandmark::kind));
+      if (of_kind > 0) {
+        out << separator << of(of_kind, to_string(kind));
+        separator = ", ";
+      }
+    }
+    out << '\n';
+  }
+  out << "\nRuns (scale: metres of the ledger per metre of the run's odometer)\n";
   print_runs(out, ledger);
   if (count(WeldVerdict::kDoubtful) == 0) {
     return;

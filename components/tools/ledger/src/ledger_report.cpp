@@ -40,6 +40,7 @@ AlignmentReport::AlignmentReport(const RunFile& run, const WeldLedger& ledger,
     : run_(run), ledger_(ledger), update_(update) {
   find_welds();
   measure();
+  find_replaced();
   for (const auto& feature : run_.features) {
     const auto mapped = update_.alignment.a_to_b.map(feature.chainage);
     places_.push_back({.feature = &feature,
@@ -102,6 +103,26 @@ void AlignmentReport::measure() {
   }
 }
 
+void AlignmentReport::find_replaced() {
+  const auto& matches = update_.alignment.matches;
+  for (std::size_t k = 1; k < matches.size(); ++k) {
+    const auto joints = [](std::size_t one, std::size_t other) {
+      return one < other ? other - one : one - other;
+    };
+    const ReplacedSection section{
+        .first_match = k - 1,
+        .ledger_joints = joints(matches[k - 1].b, matches[k].b),
+        .run_joints = joints(matches[k - 1].a, matches[k].a),
+        .ledger_length = std::abs(ledger_.welds[matches[k].b].chainage -
+                                  ledger_.welds[matches[k - 1].b].chainage),
+        .run_length = scale_ * std::abs(run_.welds[matches[k].a].chainage -
+                                        run_.welds[matches[k - 1].a].chainage)};
+    if (section.ledger_joints > 1 && section.run_joints > 1) {
+      replaced_.push_back(section);
+    }
+  }
+}
+
 double AlignmentReport::difference(const WeldMatch& match) const {
   const double by_run = run_.welds[match.a].chainage;
   return ledger_.welds[match.b].chainage + (update_.alignment.reversed ? by_run : -by_run);
@@ -144,6 +165,19 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
       << fixed(difference(matches[largest_difference_]), 3) << " m ("
       << at(matches[largest_difference_]) << "), the ledger's chainage "
       << (alignment.reversed ? "plus" : "minus") << " the run's\n";
+  if (!replaced_.empty()) {
+    out << "\nReplaced sections (between two welds that both have, other joints than in the "
+           "ledger)\n";
+    TextTable table({"from weld", "to weld", "joints", "m", "joints now", "m now"});
+    for (std::size_t k = 0; k < std::min(most_rows, replaced_.size()); ++k) {
+      const auto& section = replaced_[k];
+      table.add_row({ledger_.welds[matches[section.first_match].b].id,
+                     ledger_.welds[matches[section.first_match + 1].b].id,
+                     number(section.ledger_joints), metres(section.ledger_length),
+                     number(section.run_joints), metres(section.run_length)});
+    }
+    table.print(out, "  ");
+  }
   if (!welds_.empty()) {
     out << "\nUnmatched welds (probability: that the weld has a match)\n";
     TextTable table({"", "run m", "ledger m", "+- m", "weld", "probability"});
@@ -298,6 +332,15 @@ nlohmann::json AlignmentReport::to_json() const {
                      {"weld", weld.weld},
                      {"probability", weld.best_probability}});
   }
+  auto replaced = nlohmann::json::array();
+  for (const auto& section : replaced_) {
+    replaced.push_back({{"from_weld", ledger_.welds[matches[section.first_match].b].id},
+                        {"to_weld", ledger_.welds[matches[section.first_match + 1].b].id},
+                        {"ledger_joints", section.ledger_joints},
+                        {"ledger_length_m", section.ledger_length},
+                        {"run_joints", section.run_joints},
+                        {"run_length_m", section.run_length}});
+  }
   return {{"run", run_.path},
           {"figures",
            {{"run_welds", run_.welds.size()},
@@ -309,13 +352,15 @@ nlohmann::json AlignmentReport::to_json() const {
             {"run_welds_beyond_ledger", count("beyond")},
             {"ledger_welds_beyond_run", ledger_beyond_},
             {"features", places_.size()},
+            {"replaced_sections", replaced_.size()},
             {"scale", scale_},
             {"score", alignment.score}}},
           {"reversed", alignment.reversed},
           {"largest_slip", slip},
           {"least_difference", least},
           {"largest_difference", largest},
-          {"welds_without_partner", welds}};
+          {"welds_without_partner", welds},
+          {"replaced_sections", replaced}};
 }
 
 }  // namespace pipescout::ledger

@@ -25,8 +25,8 @@ class AlignmentReport {
   AlignmentReport(const RunFile& run, const odometry::WeldLedger& ledger,
                   const odometry::LedgerUpdate& update);
 
-  /// Summary, welds that are new or missing and, when asked for, features: of each not more than
-  /// `most_rows`.
+  /// Summary, replaced sections, welds that are new or missing and, when asked for, features: of
+  /// each not more than `most_rows`.
   void print(std::ostream& out, std::size_t most_rows, bool features) const;
 
   /// One row per matched weld: run_chainage, ledger_chainage, ledger_id, difference,
@@ -56,6 +56,17 @@ class AlignmentReport {
     bool between_welds;
   };
 
+  /// Joints between two welds that are there still, which differ from those of the ledger: a part
+  /// of the pipe was cut out and replaced, or welds were not seen.
+  struct ReplacedSection {
+    std::size_t first_match;  // index of the match before
+    std::size_t ledger_joints;
+    std::size_t run_joints;
+    double ledger_length;
+    double run_length;  // in metres of the ledger
+  };
+
+  void find_replaced();
   [[nodiscard]] double difference(const odometry::WeldMatch& match) const;
   [[nodiscard]] std::size_t count(std::string_view what) const;
   void find_welds();
@@ -67,7 +78,8 @@ class AlignmentReport {
   const odometry::LedgerUpdate& update_;
   std::vector<Weld> welds_;  // by chainage
   std::vector<Place> places_;
-  std::size_t run_beyond_ = 0;  // welds before the first or behind the last that matched
+  std::vector<ReplacedSection> replaced_;  // in the order of the matches
+  std::size_t run_beyond_ = 0;             // welds before the first or behind the last that matched
   std::size_t ledger_beyond_ = 0;
   double scale_ = 1.0;            // ledger's length over the run's, first to last match
   std::size_t largest_slip_ = 0;  // index of a match

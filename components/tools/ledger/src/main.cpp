@@ -156,7 +156,9 @@ WeldLedger ledger_of(const RunFile& run, const Options& options) {
       update.ledger.welds[k].position = run.ledger->welds[k].position;
     }
     update.ledger.frame = run.ledger->frame;
+    update.ledger.landmarks = run.ledger->landmarks;
   } else {
+    update.ledger = add_landmarks(std::move(update.ledger), 0, run.landmarks, parameters_of(run));
     lay_along_run(update.ledger, 0, run);
   }
   return update.ledger;
@@ -222,6 +224,8 @@ int align(const Options& options) {
   if (!update.accepted) {
     refuse_alignment(options, run, ledger, update.alignment.status);
   }
+  update.ledger = add_landmarks(std::move(update.ledger), update.ledger.runs.size() - 1,
+                                run.landmarks, parameters_of(run));
   if (ledger.frame != MapFrame::kNone) {
     keep_map(update.ledger, ledger);
   } else {

@@ -9,9 +9,9 @@
 #include <map>
 #include <utility>
 
-#include "list_table.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/list_table.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout::ledger {
@@ -175,7 +175,20 @@ class ListReader {
     if (!run_.welds.empty()) {
       feature.from_weld = chainage - run_.welds.back().chainage;
     }
+    add_landmark(feature);
     run_.features.push_back(std::move(feature));
+  }
+
+  void add_landmark(const RunFeature& feature) {
+    for (const auto& [kind, names] : mapping_.landmarks) {
+      const auto is_this = [&](const std::string& name) { return folded(name) == feature.kind; };
+      if (std::ranges::any_of(names, is_this)) {
+        run_.landmarks.push_back({.kind = kind,
+                                  .chainage = feature.chainage,
+                                  .standard_deviation = mapping_.landmark_standard_deviation});
+        return;
+      }
+    }
   }
 
   std::optional<MapPosition> position(std::size_t row) const {
@@ -237,9 +250,18 @@ RunFile read_run(const std::string& path, const ColumnMapping& mapping) {
 }
 
 RunFile read_run(const std::string& path) {
+  const std::string text = read_list_text(path);
+  if (const auto mapping = pof_column_mapping(text.substr(0, text.find('\n')))) {
+    return read_run(path, *mapping);
+  }
   RunFile run;
   run.path = path;
   run.ledger = read_ledger(path);
+  for (const odometry::LedgerLandmark& landmark : run.ledger->landmarks) {
+    run.landmarks.push_back({.kind = landmark.kind,
+                             .chainage = landmark.chainage,
+                             .standard_deviation = landmark.standard_deviation});
+  }
   run.welds = weld_positions(*run.ledger);
   run.positions.resize(run.welds.size());
   if (run.ledger->frame == MapFrame::kGeodetic) {

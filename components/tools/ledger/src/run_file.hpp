@@ -31,6 +31,7 @@ struct RunFile {
   std::vector<odometry::WeldPosition> welds;                    ///< chainage rises strictly
   std::vector<std::optional<odometry::MapPosition>> positions;  ///< geodetic, one per weld
   std::vector<RunFeature> features;                             ///< in the order of the file
+  std::vector<odometry::LandmarkPosition> landmarks;            ///< features of it among them
   double length_noise =
       odometry::LedgerParameters{}.length_noise;  ///< m / sqrt(m), of its odometer
   /// Of a file in the ledger's own format, which needs no mapping and has no features.
@@ -39,7 +40,8 @@ struct RunFile {
 
 /// A list whose columns the mapping names.
 [[nodiscard]] RunFile read_run(const std::string& path, const ColumnMapping& mapping);
-/// A ledger or a tally in the ledger's own format.
+/// A ledger or a tally in the ledger's own format, or a list with the columns of the Pipeline
+/// Operators Forum.
 [[nodiscard]] RunFile read_run(const std::string& path);
 
 [[nodiscard]] odometry::WeldLedger read_ledger(const std::string& path);

@@ -263,6 +263,100 @@ TEST_F(LedgerCommand, SaysWhyItCannotAlign) {
               "short.csv: 2 girth welds are too few for a ledger, which takes 3\n");
 }
 
+TEST_F(LedgerCommand, RefusesTheListOfAnotherPipe) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 engine(seed);
+    const auto list = [&] {
+      double chainage = 0.0;
+      std::string text = "Log distance [m],Feature type\n";
+      for (std::size_t k = 0; k < 300; ++k) {
+        text += std::to_string(chainage) + ",Weld\n";
+        // Most cut to one length, as pipes are.
+        chainage += engine() % 4 == 0 ? 4.0 + static_cast<double>(engine() % 8000) / 1000.0
+                                      : 12.0 + static_cast<double>(engine() % 400) / 1000.0;
+      }
+      return text;
+    };
+    write("one.csv", list());
+    write("other.csv", list());
+    (void)out({"build", "one.csv", "--out", "one_ledger.csv"});
+    EXPECT_THAT(error({"align", "other.csv", "one_ledger.csv"}),
+                StartsWith("other.csv cannot be aligned to one_ledger.csv"))
+        << seed;
+  }
+}
+
+TEST_F(LedgerCommand, KnowsTheColumnsOfThePipelineOperatorsForum) {
+  std::string first = "Log distance [m];Feature type;Feature identification;Clock position\n";
+  std::string second = first;
+  const auto add = [&](double chainage, const std::string& kind) {
+    first += std::to_string(chainage) + ";" + kind + ";;\n";
+    second += std::to_string(other(chainage)) + ";" + kind + ";;\n";
+  };
+  for (std::size_t k = 0; k < kWelds; ++k) {
+    add(pipe_[k], "Weld");
+    if (k == 5) {
+      add(pipe_[k] + 2.0, "Valve");
+    }
+    if (k == 20) {
+      add(pipe_[k] + 1.5, "Marker");
+      add(pipe_[k] + 3.0, "Anomaly");
+    }
+  }
+  second += std::to_string(other(pipe_.back() - 1.0)) + ";Tee;;\n";
+  write("first_pof.csv", first);
+  write("second_pof.csv", second);
+  EXPECT_THAT(out({"build", "first_pof.csv", "--out", "ledger.csv"}),
+              HasSubstr("landmarks  1 marker, 1 valve"));
+  EXPECT_THAT(out({"align", "second_pof.csv", "ledger.csv", "--out", "ledger.csv"}),
+              HasSubstr("matched       41 of the run's 41 welds"));
+  EXPECT_THAT(out({"show", "ledger.csv"}), HasSubstr("landmarks  1 marker, 1 valve, 1 tee"));
+  std::map<std::string, std::map<std::string, std::string>> landmarks;
+  for (const auto& row : table(path("ledger.csv"))) {
+    if (row.at("kind") != "weld") {
+      landmarks[row.at("id")] = row;
+    }
+  }
+  ASSERT_EQ(landmarks.size(), 3U);
+  EXPECT_EQ(landmarks["V00010"].at("seen"), "2");
+  EXPECT_EQ(landmarks["M00010"].at("seen"), "2");
+  EXPECT_EQ(landmarks["T00010"].at("seen"), "1");
+  const auto ledger = ledger_from_csv(content(path("ledger.csv")));
+  EXPECT_NEAR(std::stod(landmarks["V00010"].at("chainage_m")), ledger.welds[5].chainage + 2.0,
+              0.02);
+}
+
+TEST_F(LedgerCommand, TellsAReplacedSection) {
+  build_first();
+  // Four joints are cut out and three others, together 20 mm longer, are welded in.
+  std::string list = "event,log [ft],o'clock\n";
+  const double begin = pipe_[10];
+  const double length = pipe_[14] - begin;
+  for (std::size_t k = 0; k < kWelds; ++k) {
+    const double at = k <= 10 ? pipe_[k] : pipe_[k] + 0.02;
+    if (k <= 10 || k >= 14) {
+      list += "Girth Weld," + std::to_string(at / kFoot) + ",\n";
+    }
+    if (k == 10) {
+      for (const double part : {0.31, 0.57}) {
+        list += "Girth Weld," + std::to_string((begin + part * length) / kFoot) + ",\n";
+      }
+    }
+  }
+  write("later.csv", list);
+  const auto text = out({"align", "later.csv", "ledger.csv", "--columns", "m.yaml", "--json",
+                         "figures.json", "--out", "new.csv"});
+  EXPECT_THAT(text, AllOf(HasSubstr("Replaced sections"), HasSubstr("missing       3 in"),
+                          HasSubstr("new           3 in")));
+  const auto figures = nlohmann::json::parse(content(path("figures.json")));
+  ASSERT_EQ(figures["replaced_sections"].size(), 1U);
+  const auto& section = figures["replaced_sections"][0];
+  EXPECT_EQ(section["from_weld"], "W00110");
+  EXPECT_EQ(section["to_weld"], "W00150");
+  EXPECT_EQ(section["ledger_joints"], 4);
+  EXPECT_EQ(section["run_joints"], 3);
+}
+
 TEST_F(LedgerCommand, BadFilesAreNamedWithTheirLine) {
   build_first();
   write("bad.yaml", "distance: d\ncolour: red\n");

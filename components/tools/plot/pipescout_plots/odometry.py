@@ -23,6 +23,7 @@ OF_SINGLE_READINGS = (Picture("readings", readings.draw),)
 ALIGNMENT = Picture("ledger_alignment", ledger_alignment.draw)
 REPRODUCTION = (
     Picture("detector_curve", reproduction.draw_curve),
+    Picture("rules_in_bends", reproduction.draw_rules),
     Picture("figures", reproduction.draw_figures),
 )
 

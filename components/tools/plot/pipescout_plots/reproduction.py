@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import textwrap
 from pathlib import Path
 
 import numpy
@@ -18,6 +19,9 @@ from .recording import Missing, Recording
 
 DECIBELS = re.compile(r"detector at (-?\d+(?:\.\d+)?) dB")
 """In the name of a study: the signal-to-noise ratio that its rows are of."""
+ERRORS = ("median", "95 %", "worst")
+BEND_ERROR = re.compile(r"(.+): error of a bend, (median|95 %|worst), m")
+"""A measure: the rule, and what of ERRORS."""
 MEASURES = (
     ("welds found, %", "welds found [%]", 1.0),
     ("false ones per km", "false per km", 1.0),
@@ -54,6 +58,41 @@ def detector_curves(rows: list[dict]) -> dict[str, list[tuple[float, float, list
             seeds = [number_of(seed) for seed in row.get("per_seed") or []]
             curves.setdefault(str(row.get("measure")), []).append((float(found[1]), value, seeds))
     return {measure: sorted(points) for measure, points in curves.items() if len(points) > 1}
+
+
+def draw_rules(recording: Recording) -> Figure:
+    """Error of the fused distance in a bend, by the rule that fuses the wheels: the paper's Figure 3 for bends."""
+    rules = bend_errors(read_rows(recording.mission))
+    if not rules:
+        raise Missing(f"{recording.mission} has no rows of the rules in bends")
+    figure = style.figure(0.24 * len(rules) + 0.75)
+    axes = figure.subplots()
+    for (name, colour, marker) in ((name, style.SEQUENCE[k], style.MARKERS[k]) for k, name in enumerate(ERRORS)):
+        points = [(1000.0 * errors[name], line) for line, errors in enumerate(rules.values()) if name in errors]
+        axes.plot([point[0] for point in points], [point[1] for point in points], linestyle="", color=colour,
+                  marker=marker, markersize=4, label=name)
+    for line, errors in enumerate(rules.values()):
+        axes.plot([1000.0 * min(errors.values()), 1000.0 * max(errors.values())], [line, line],
+                  color=style.PALE_GREY, linewidth=0.8, zorder=0)
+    axes.set_yticks(range(len(rules)), [textwrap.fill(rule, 28) for rule in rules])
+    axes.set_ylim(len(rules) - 0.5, -0.5)
+    axes.set_xscale("log")
+    axes.set_xlabel("error of a bend [mm]")
+    axes.grid(axis="x", color=style.PALE, linewidth=0.5)
+    axes.set_axisbelow(True)
+    style.legend_above(figure, *axes.get_legend_handles_labels(), 3)
+    return figure
+
+
+def bend_errors(rows: list[dict]) -> dict[str, dict[str, float]]:
+    """m, by rule, in the order of the rows, and by what of ERRORS it is."""
+    rules: dict[str, dict[str, float]] = {}
+    for row in rows:
+        found = BEND_ERROR.fullmatch(str(row.get("measure")))
+        value = number_of(row.get("value"))
+        if row.get("study") == "Bends, the rules compared" and found and value > 0:
+            rules.setdefault(found[1], {})[found[2]] = value
+    return rules
 
 
 def draw_figures(recording: Recording) -> Figure:

@@ -192,7 +192,7 @@ class Odometry(unittest.TestCase):
     def test_a_reproduction(self):
         file = missions.reproduction(Path(self._folder.name) / "in_pipe.json")
         files, _ = self.plot(file)
-        self.assertEqual([file.name for file in files], ["detector_curve.svg", "figures.svg"])
+        self.assertEqual([file.name for file in files], ["detector_curve.svg", "rules_in_bends.svg", "figures.svg"])
         file.write_text("[]")
         _, err = self.plot(file, code=1)
         self.assertIn("no list 'rows'", err)

@@ -10,6 +10,7 @@
 namespace pipescout {
 namespace {
 
+using odometry::LedgerLandmark;
 using odometry::LedgerWeld;
 using odometry::MapFrame;
 using odometry::MapPosition;
@@ -102,6 +103,19 @@ std::string to_geojson(const WeldLedger& ledger) {
     }
     points += k > 0 ? ",\n" : "";
     points += feature(geometry, properties);
+  }
+  for (const LedgerLandmark& landmark : ledger.landmarks) {
+    const bool mapped = geodetic && landmark.position;
+    points +=
+        (points.empty() ? "" : ",\n") +
+        feature(mapped
+                    ? "{\"type\":\"Point\",\"coordinates\":" + coordinates(*landmark.position) + '}'
+                    : "null",
+                "\"id\":" + json_string(landmark.id) +
+                    ",\"kind\":" + json_string(to_string(landmark.kind)) +
+                    ",\"chainage_m\":" + json_number(landmark.chainage) +
+                    ",\"chainage_sd_m\":" + json_number(landmark.standard_deviation) +
+                    ",\"seen\":" + std::to_string(landmark.sightings.size()));
   }
   std::string text = "{\"type\":\"FeatureCollection\",\"features\":[\n";
   if (line.size() >= 2) {

@@ -13,6 +13,7 @@
 namespace pipescout {
 namespace {
 
+using odometry::LedgerLandmark;
 using odometry::LedgerRun;
 using odometry::LedgerSighting;
 using odometry::LedgerWeld;
@@ -25,6 +26,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // m: joint lengths and chainages that were rounded to centimetres by hand still agree.
 constexpr double kAgreement = 0.02;
 
+constexpr std::string_view kWeld = "weld";  // as a kind
 constexpr std::string_view kRun = "run ";
 constexpr std::string_view kRunChainage = " chainage_m";
 constexpr std::string_view kRunSigma = " sd_m";
@@ -63,6 +65,15 @@ class Table {
                                   std::to_string(header.cells.size()));
       }
     }
+  }
+
+  /// The rows whose kind is that of a weld, or the others.
+  [[nodiscard]] Table of_welds(bool welds) const {
+    Table part(*this);
+    std::erase_if(part.rows_.rows, [&, first = rows_.rows.front().line](const CsvRow& row) {
+      return row.line != first && (is_weld(row) != welds);
+    });
+    return part;
   }
 
   [[nodiscard]] std::size_t size() const { return rows_.rows.size() - 1; }
@@ -106,6 +117,12 @@ class Table {
   }
 
  private:
+  [[nodiscard]] bool is_weld(const CsvRow& row) const {
+    const auto kind = columns_.find("kind");
+    return kind == columns_.end() || row.cells[kind->second].empty() ||
+           row.cells[kind->second] == kWeld;
+  }
+
   CsvRows rows_;
   std::map<std::string, std::size_t, std::less<>> columns_;
 };
@@ -113,9 +130,9 @@ class Table {
 /// The runs that the header names; throws for columns that mean nothing.
 std::vector<LedgerRun> read_header(const Table& table) {
   static const std::set<std::string, std::less<>> known = {
-      "id",     "chainage_m",   "chainage_sd_m", "joint_length_m", "joint_length_sd_m", "seen",
-      "passed", "latitude_deg", "longitude_deg", "height_m",       "position_sd_m",     "x_m",
-      "y_m",    "z_m"};
+      "id",   "kind",   "chainage_m",   "chainage_sd_m", "joint_length_m", "joint_length_sd_m",
+      "seen", "passed", "latitude_deg", "longitude_deg", "height_m",       "position_sd_m",
+      "x_m",  "y_m",    "z_m"};
   const auto fail = [](const std::string& column, const std::string& what) {
     throw LedgerTextError(1, column, what);
   };
@@ -238,13 +255,14 @@ MapFrame read_frame(const Table& table) {
   return frame;
 }
 
-void read_positions(const Table& table, WeldLedger& ledger) {
-  ledger.frame = read_frame(table);
-  if (ledger.frame == MapFrame::kNone) {
+/// Of welds or of landmarks.
+template <typename Place>
+void read_positions(const Table& table, MapFrame frame, std::vector<Place>& places) {
+  if (frame == MapFrame::kNone) {
     return;
   }
-  const auto columns = map_columns(ledger.frame);
-  for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
+  const auto columns = map_columns(frame);
+  for (std::size_t k = 0; k < places.size(); ++k) {
     const bool empty = table.cell(k, "position_sd_m").empty() &&
                        std::all_of(columns.begin(), columns.end(), [&](const char* column) {
                          return table.cell(k, column).empty();
@@ -256,7 +274,7 @@ void read_positions(const Table& table, WeldLedger& ledger) {
     for (std::size_t axis = 0; axis < columns.size(); ++axis) {
       position.coordinates[axis] = table.required(k, columns[axis], false);
       const double limit = axis == 0 ? 90.0 : 180.0;
-      if (ledger.frame == MapFrame::kGeodetic && axis < 2 &&
+      if (frame == MapFrame::kGeodetic && axis < 2 &&
           std::abs(position.coordinates[axis]) > limit) {
         table.fail(k, columns[axis],
                    table.cell(k, columns[axis]) + " is outside [-" +
@@ -268,7 +286,7 @@ void read_positions(const Table& table, WeldLedger& ledger) {
     if (position.standard_deviation < 0.0) {
       table.fail(k, "position_sd_m", table.cell(k, "position_sd_m") + " is below 0");
     }
-    ledger.welds[k].position = position;
+    places[k].position = position;
   }
 }
 
@@ -300,6 +318,72 @@ void read_sightings(const Table& table, WeldLedger& ledger) {
   }
 }
 
+odometry::LandmarkKind landmark_kind(const Table& table, std::size_t row) {
+  std::string kinds(kWeld);
+  for (const odometry::LandmarkKind kind : odometry::kLandmarkKinds) {
+    if (table.cell(row, "kind") == to_string(kind)) {
+      return kind;
+    }
+    kinds += std::string(", ") + to_string(kind);
+  }
+  table.fail(row, "kind", "'" + table.cell(row, "kind") + "' is none of " + kinds);
+}
+
+void read_landmarks(const Table& table, WeldLedger& ledger, double fallback) {
+  if (table.size() > 0 && !table.has("chainage_m")) {
+    throw LedgerTextError(1, "chainage_m", "the column is missing, and landmarks need it");
+  }
+  ledger.landmarks.resize(table.size());
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    LedgerLandmark& landmark = ledger.landmarks[k];
+    landmark.kind = landmark_kind(table, k);
+    landmark.id = table.cell(k, "id");
+    landmark.chainage = table.required(k, "chainage_m", false);
+    landmark.standard_deviation =
+        table.has("chainage_sd_m") ? table.required(k, "chainage_sd_m", true) : fallback;
+    for (std::size_t run = 0; run < ledger.runs.size(); ++run) {
+      const std::string chainage = run_column(ledger.runs[run], kRunChainage);
+      const std::string sigma = run_column(ledger.runs[run], kRunSigma);
+      if (!table.cell(k, chainage).empty() || !table.cell(k, sigma).empty()) {
+        landmark.sightings.push_back({.run = run,
+                                      .chainage = table.required(k, chainage, false),
+                                      .standard_deviation = table.required(k, sigma, true)});
+      }
+    }
+  }
+  read_positions(table, ledger.frame, ledger.landmarks);
+}
+
+/// What a row says of a weld or a landmark behind its own columns: the map and the runs.
+template <typename Place>
+std::string rest_of_row(const WeldLedger& ledger, const Place& place) {
+  std::string text;
+  if (ledger.frame != MapFrame::kNone) {
+    const MapPosition position = place.position.value_or(MapPosition{});
+    for (const double coordinate : position.coordinates) {
+      text += ',' + format_optional_csv_number(coordinate);
+    }
+    text += ',' + format_optional_csv_number(position.standard_deviation);
+  }
+  std::vector<LedgerSighting> by_run(ledger.runs.size(),
+                                     {.chainage = kNaN, .standard_deviation = kNaN});
+  for (const LedgerSighting& sighting : place.sightings) {
+    by_run[sighting.run] = sighting;
+  }
+  for (const LedgerSighting& sighting : by_run) {
+    text += ',' + format_optional_csv_number(sighting.chainage) + ',' +
+            format_optional_csv_number(sighting.standard_deviation);
+  }
+  return text + '\n';
+}
+
+std::string landmark_row(const WeldLedger& ledger, const LedgerLandmark& landmark) {
+  return csv_cell(landmark.id) + ',' + to_string(landmark.kind) + ',' +
+         format_optional_csv_number(landmark.chainage) + ',' +
+         format_optional_csv_number(landmark.standard_deviation) + ",,," +
+         std::to_string(landmark.sightings.size()) + ',' + rest_of_row(ledger, landmark);
+}
+
 }  // namespace
 
 LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std::string& what)
@@ -310,7 +394,10 @@ LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std:
       problem_(what) {}
 
 std::string to_csv(const WeldLedger& ledger) {
-  std::string text = "id,chainage_m,chainage_sd_m,joint_length_m,joint_length_sd_m,seen,passed";
+  // Programs that know no landmarks read the ledgers that have none.
+  const bool has_landmarks = !ledger.landmarks.empty();
+  std::string text = std::string("id,") + (has_landmarks ? "kind," : "") +
+                     "chainage_m,chainage_sd_m,joint_length_m,joint_length_sd_m,seen,passed";
   if (ledger.frame != MapFrame::kNone) {
     for (const char* column : map_columns(ledger.frame)) {
       text += std::string(",") + column;
@@ -323,31 +410,25 @@ std::string to_csv(const WeldLedger& ledger) {
   }
   text += '\n';
   const std::vector<WeldEvidence> believed = evidence(ledger);
+  auto landmark = ledger.landmarks.begin();
   for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
     const LedgerWeld& weld = ledger.welds[k];
+    for (; landmark != ledger.landmarks.end() && landmark->chainage < weld.chainage; ++landmark) {
+      text += landmark_row(ledger, *landmark);
+    }
     text += csv_cell(weld.id);
+    if (has_landmarks) {
+      text += ',' + std::string(kWeld);
+    }
     for (const double value : {weld.chainage, weld.standard_deviation, weld.joint_length,
                                weld.joint_standard_deviation}) {
       text += ',' + format_optional_csv_number(value);
     }
     text += ',' + std::to_string(believed[k].seen) + ',' + std::to_string(believed[k].passed);
-    if (ledger.frame != MapFrame::kNone) {
-      const MapPosition position = weld.position.value_or(MapPosition{});
-      for (const double coordinate : position.coordinates) {
-        text += ',' + format_optional_csv_number(coordinate);
-      }
-      text += ',' + format_optional_csv_number(position.standard_deviation);
-    }
-    std::vector<LedgerSighting> by_run(ledger.runs.size(),
-                                       {.chainage = kNaN, .standard_deviation = kNaN});
-    for (const LedgerSighting& sighting : weld.sightings) {
-      by_run[sighting.run] = sighting;
-    }
-    for (const LedgerSighting& sighting : by_run) {
-      text += ',' + format_optional_csv_number(sighting.chainage) + ',' +
-              format_optional_csv_number(sighting.standard_deviation);
-    }
-    text += '\n';
+    text += rest_of_row(ledger, weld);
+  }
+  for (; landmark != ledger.landmarks.end(); ++landmark) {
+    text += landmark_row(ledger, *landmark);
   }
   return text;
 }
@@ -358,31 +439,39 @@ WeldLedger ledger_from_csv(std::string_view text, double default_standard_deviat
         "default_standard_deviation: " + std::to_string(default_standard_deviation) +
         " is outside (0, infinity)");
   }
-  const Table table(text);
+  const Table all(text);
+  const Table table = all.of_welds(true);
   WeldLedger ledger;
   ledger.runs = read_header(table);
-  ledger.welds.resize(table.size());
   std::set<std::string> ids;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (all.cell(k, "id").empty()) {
+      all.fail(k, "id", "is missing");
+    }
+    if (!ids.insert(all.cell(k, "id")).second) {
+      all.fail(k, "id", "'" + all.cell(k, "id") + "' is a duplicate");
+    }
+  }
+  ledger.welds.resize(table.size());
   for (std::size_t k = 0; k < table.size(); ++k) {
     ledger.welds[k].id = table.cell(k, "id");
-    if (ledger.welds[k].id.empty()) {
-      table.fail(k, "id", "is missing");
-    }
-    if (!ids.insert(ledger.welds[k].id).second) {
-      table.fail(k, "id", "'" + ledger.welds[k].id + "' is a duplicate");
-    }
   }
   read_lengths(table, ledger);
   read_deviations(table, ledger, default_standard_deviation);
-  read_positions(table, ledger);
+  ledger.frame = read_frame(table);
+  read_positions(table, ledger.frame, ledger.welds);
   read_sightings(table, ledger);
+  read_landmarks(all.of_welds(false), ledger, default_standard_deviation);
   if (ledger.runs.empty()) {
     ledger.runs.push_back({.name = "tally", .date = ""});
-    for (LedgerWeld& weld : ledger.welds) {
-      weld.sightings = {
-          {.run = 0, .chainage = weld.chainage, .standard_deviation = default_standard_deviation}};
-    }
+    const auto see = [&](auto& place) {
+      place.sightings = {
+          {.run = 0, .chainage = place.chainage, .standard_deviation = default_standard_deviation}};
+    };
+    std::ranges::for_each(ledger.welds, see);
+    std::ranges::for_each(ledger.landmarks, see);
   }
+  std::ranges::stable_sort(ledger.landmarks, {}, &LedgerLandmark::chainage);
   return ledger;
 }
 

@@ -223,5 +223,33 @@ TEST(LedgerText, VerdictsHaveNames) {
   EXPECT_STREQ(to_string(static_cast<WeldVerdict>(9)), "unknown");
 }
 
+TEST(WeldLedgerText, LandmarksKeepTheirKindAndSightings) {
+  const WeldLedger tally = ledger_from_csv(
+      "id,kind,chainage_m\nA,,0\nV1,valve,3.5\nB,weld,12\nM1,marker,15\nC,weld,24\n");
+  ASSERT_EQ(tally.welds.size(), 3U);
+  EXPECT_EQ(tally.welds[1].joint_length, 12.0);
+  ASSERT_EQ(tally.landmarks.size(), 2U);
+  EXPECT_EQ(tally.landmarks[0].kind, odometry::LandmarkKind::kValve);
+  EXPECT_EQ(tally.landmarks[1].chainage, 15.0);
+  const std::string text = to_csv(tally);
+  EXPECT_EQ(to_csv(ledger_from_csv(text)), text);
+  const auto error = [](const char* csv) -> std::string {
+    try {
+      (void)ledger_from_csv(csv);
+    } catch (const LedgerTextError& refused) {
+      return refused.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(error("id,kind,chainage_m\nA,weld,0\nX,pump,3\nB,weld,12\n"),
+            "line 3, kind: 'pump' is none of weld, marker, valve, tee, bend");
+  EXPECT_EQ(error("id,kind,chainage_m\nA,weld,0\nV,valve,\nB,weld,12\n"),
+            "line 3, chainage_m: is missing");
+  EXPECT_EQ(error("id,kind,chainage_m\nA,weld,0\nA,valve,1\nB,weld,12\n"),
+            "line 3, id: 'A' is a duplicate");
+  EXPECT_EQ(error("id,kind,joint_length_m\nA,weld,12\nV,valve,\nB,weld,\n"),
+            "line 1, chainage_m: the column is missing, and landmarks need it");
+}
+
 }  // namespace
 }  // namespace pipescout::odometry

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace pipescout::tracking_study {
 namespace {
@@ -21,6 +22,11 @@ double off_axis(const PipeShape::State& estimate, const PipeShape::State& truth)
   const Eigen::Vector2d away = truth.head<2>() - estimate.head<2>();
   const double angle = estimate[PipeShape::kAngle];
   return std::abs(away.y() * std::cos(angle) - away.x() * std::sin(angle));
+}
+
+bool in_image(const PipeShape::State& state, const tracking::ImageSize& image) {
+  return state[PipeShape::kX] >= 0 && state[PipeShape::kX] < image.width &&
+         state[PipeShape::kY] >= 0 && state[PipeShape::kY] < image.height;
 }
 
 }  // namespace
@@ -129,6 +135,65 @@ TrackingScore score_tracking(const Recording& recording, const TrackingSettings&
     score.lost_tracks += off_for >= kLost && off_before < kLost ? 1 : 0;
   }
   return score;
+}
+
+TrackingScore score_paper_filter(const Recording& recording, const TrackingSettings& settings,
+                                 std::uint64_t seed) {
+  using State = PipeShape::State;
+  tracking::ParticleFilter<PipeShape> filter(settings.shape, settings.tracker.filter, seed);
+  TrackingScore score;
+  std::vector<State> sections;
+  State rate = State::Zero();
+  State last = State::Zero();
+  double before = 0;
+  double off_for = 0;
+  for (const RecordedPicture& picture : recording.pictures) {
+    sections.clear();
+    for (const tracking::PipeRegion& region : recording.of(picture)) {
+      sections.push_back(PipeShape::state_of(region));
+    }
+    const double elapsed = picture.time - before;
+    if (filter.started()) {
+      filter.predict(elapsed, rate);
+      filter.update(sections);
+      const State now = filter.robust_mean();
+      rate = (now - last) / elapsed;
+      rate[PipeShape::kAngle] =
+          std::remainder(now[PipeShape::kAngle] - last[PipeShape::kAngle], std::numbers::pi) /
+          elapsed;
+      last = now;
+    }
+    if ((!filter.started() || !in_image(last, recording.image())) && !sections.empty()) {
+      rate = State::Zero();
+      last = *std::ranges::max_element(
+          sections, {}, [](const State& section) { return section[PipeShape::kLength]; });
+      filter.start(last);
+    }
+    before = picture.time;
+    const bool visible =
+        picture.truth && (*picture.truth)[PipeShape::kLength] >= TrackingSettings::kLeastLength;
+    if (!visible || !filter.started()) {
+      off_for = 0;
+      continue;
+    }
+    ++score.pictures;
+    score.errors[kBestParticle].add(filter.best(), *picture.truth);
+    score.errors[kRobustMean].add(filter.robust_mean(), *picture.truth);
+    score.errors[kWeightedMean].add(filter.weighted_mean(), *picture.truth);
+    if (!picture.gap) {
+      const bool on = off_axis(filter.robust_mean(), *picture.truth) <= kFarOff;
+      const double off_before = off_for;
+      off_for = on ? 0 : off_for + elapsed;
+      score.lost_tracks += off_for >= kLost && off_before < kLost ? 1 : 0;
+    }
+  }
+  return score;
+}
+
+bool TableRow::covers_deviations(const EstimateErrors& errors) const {
+  return errors.position.deviation() <= position_deviation &&
+         errors.angle.deviation() <= angle_deviation &&
+         errors.length.deviation() <= length_deviation;
 }
 
 bool TableRow::covers(const EstimateErrors& errors) const {

@@ -56,6 +56,16 @@ TEST(EstimateErrors, AreThoseOfThePaper) {
   EXPECT_TRUE(kTableOne[5].covers(none));
 }
 
+TEST(PaperFilter, FollowsWhatStandsStill) {
+  const TrackingScore score = score_paper_filter(still_recording(100), {}, 1);
+  EXPECT_EQ(score.pictures, 100U);
+  EXPECT_EQ(score.lost_tracks, 0U);
+  EXPECT_EQ(score.errors[kOurs].position.count(), 0U);
+  EXPECT_LT(score.errors[kRobustMean].position.mean(), 2.0);
+  EXPECT_LT(score.errors[kBestParticle].angle.mean(), 1.0);
+  EXPECT_TRUE(kTableOne[0].covers_deviations(score.errors[kRobustMean]));
+}
+
 TEST(TrackingScore, OfWhatStandsStill) {
   const TrackingScore score = score_tracking(still_recording(100), {}, 1);
   EXPECT_EQ(score.lost_tracks, 0U);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -15,8 +16,9 @@
 #include "pipescout/odometry/chainage_map.hpp"
 #include "pipescout/odometry/weld_alignment.hpp"
 
-/// The weld ledger of a pipe: estimates of its girth welds from all runs so far. Each run refines
-/// it, and a finding gets a position relative to a weld that can be located years later.
+/// The weld ledger of a pipe: estimates of its girth welds, and of its landmarks besides them, from
+/// all runs so far. Each run refines it, and a finding gets a position relative to a weld that can
+/// be located years later.
 ///
 /// A plain value; every function is pure. Distances and standard deviations in metres.
 namespace pipescout::odometry {
@@ -48,10 +50,38 @@ struct LedgerWeld {
   std::vector<LedgerSighting> sightings;  ///< at most one per run, by run
 };
 
+/// What can be seen again in later runs, or from above the ground.
+enum class LandmarkKind : std::uint8_t {
+  kMarker = 0,  ///< above the ground, and registered by the tool that passes below
+  kValve = 1,
+  kTee = 2,
+  kBend = 3,  ///< its middle
+};
+inline constexpr std::array kLandmarkKinds{LandmarkKind::kMarker, LandmarkKind::kValve,
+                                           LandmarkKind::kTee, LandmarkKind::kBend};
+
+/// A landmark as one run has it.
+struct LandmarkPosition {
+  LandmarkKind kind = LandmarkKind::kMarker;
+  double chainage = std::numeric_limits<double>::quiet_NaN();  ///< m, by the run's own odometer
+  double standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< m, of seeing it
+};
+
+/// Located by the welds around it: it has no part in the alignment, which has its joint lengths.
+struct LedgerLandmark {
+  std::string id;  ///< unique and permanent
+  LandmarkKind kind = LandmarkKind::kMarker;
+  double chainage = 0.0;
+  double standard_deviation = 0.0;  ///< m, from the welds around it
+  std::optional<MapPosition> position;
+  std::vector<LedgerSighting> sightings;  ///< at most one per run, by run
+};
+
 struct WeldLedger {
   MapFrame frame = MapFrame::kNone;
   std::vector<LedgerRun> runs;
-  std::vector<LedgerWeld> welds;  ///< chainage increases strictly
+  std::vector<LedgerWeld> welds;          ///< chainage increases strictly
+  std::vector<LedgerLandmark> landmarks;  ///< by chainage
 };
 
 /// Confirmation of a weld by runs.
@@ -105,13 +135,24 @@ struct LedgerUpdate {
 /// detected every weld; each missed weld widens the band. The scale of each run is estimated; the
 /// ledger's scale is the mean of the runs' scales. The first weld of the first run keeps its
 /// chainage. Detections are treated as independent between joints, which slightly overestimates the
-/// uncertainty of long distances. Welds detected by one run only stay in its order. Map positions
+/// uncertainty of long distances. Welds detected by one run only stay in its order. Landmarks go
+/// with the welds around them (`add_landmarks` adds those of this run). Map positions
 /// are removed: apply the centre line again.
 ///
 /// Throws what `build_ledger` throws, and std::invalid_argument when the ledger has that run.
 [[nodiscard]] LedgerUpdate merge_run(const WeldLedger& ledger, const LedgerRun& run,
                                      std::span<const WeldPosition> welds,
                                      const LedgerParameters& parameters = {});
+
+/// The ledger with the landmarks that a run of it saw: each is the nearest of its kind that this
+/// run has not seen yet and that is not farther than 4 standard deviations of the distance, or a
+/// new one (ids M00010, V00010, T00010, B00010, ... by kind). The position of a landmark is the
+/// mean over its sightings, each mapped between the welds of its run, by their information.
+/// Landmarks whose values are not usable are passed over. Throws std::out_of_range when there is no
+/// such run, and what `LedgerParameters::validate` throws.
+[[nodiscard]] WeldLedger add_landmarks(WeldLedger ledger, std::size_t run,
+                                       std::span<const LandmarkPosition> landmarks,
+                                       const LedgerParameters& parameters = {});
 
 /// The ledger's welds in the form of a run, to which `merge_run` aligns: the standard deviation is
 /// that of the position from its detections, without the accumulated error of the distance.
@@ -120,7 +161,7 @@ struct LedgerUpdate {
 /// Entry k is that of weld k.
 [[nodiscard]] std::vector<WeldEvidence> evidence(const WeldLedger& ledger);
 
-/// The ledger with a map position for every weld on the line.
+/// The ledger with a map position for every weld and landmark on the line.
 [[nodiscard]] WeldLedger lay_along(WeldLedger ledger, const CentreLine& line);
 
 /// Map from the odometer of a run to the ledger, by the welds that the run detected; without knots
@@ -140,6 +181,9 @@ struct LedgerPlace {
 
 /// `place` from `run_to_ledger(...).map(chainage)`. All NaN and empty for NaN.
 [[nodiscard]] LedgerPlace locate(const WeldLedger& ledger, const MappedChainage& place);
+
+/// "marker", "valve", "tee", "bend"; "unknown" for any other value.
+[[nodiscard]] const char* to_string(LandmarkKind kind) noexcept;
 
 /// For messages: "confirmed", "single", "doubtful"; "unknown" for any other value.
 [[nodiscard]] const char* to_string(WeldVerdict verdict) noexcept;

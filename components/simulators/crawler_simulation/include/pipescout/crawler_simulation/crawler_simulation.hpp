@@ -64,6 +64,8 @@ class CrawlerSimulation final : public Component {
   Parameter<std::vector<double>> periods_;
   Parameter<std::vector<double>> scale_errors_;
   Parameter<std::vector<double>> wear_;
+  Parameter<std::vector<double>> clocks_;
+  Parameter<double> pipe_radius_;
   Parameter<double> resolution_;
   Parameter<double> noise_;
   Parameter<double> dropped_share_;

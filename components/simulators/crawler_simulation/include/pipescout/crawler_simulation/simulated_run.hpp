@@ -24,6 +24,9 @@ struct SimulatedRunParameters {
   /// The centre line in the map, from chainage 0 at its origin on, along x at first; empty:
   /// straight.
   std::vector<simulation::RoutePiece> route{};
+  /// m, from the axis to where the wheels touch the wall, at most 10: in the bends of the route
+  /// each goes its own way, by its `clock`. 0: all go as far as the axis.
+  double pipe_radius = 0.0;
   std::optional<simulation::ImuParameters> imu{};  ///< at the probe; nothing: there is none
   std::uint64_t seed = 1;
 };

@@ -24,11 +24,12 @@ class LedgerTextError : public std::invalid_argument {
   std::string problem_;
 };
 
-/// CSV with a header, one row per weld; every double with as many digits as a lossless round trip
-/// needs:
+/// CSV with a header, one row per weld and landmark; every double with as many digits as a lossless
+/// round trip needs:
 ///   id, chainage_m, chainage_sd_m, joint_length_m, joint_length_sd_m, seen, passed
 ///   latitude_deg, longitude_deg, height_m, position_sd_m, or x_m, y_m, z_m, position_sd_m
 ///   run NAME|DATE chainage_m, run NAME|DATE sd_m, for each run
+/// and behind the id, when there are landmarks, kind: weld, marker, valve, tee or bend.
 /// Empty: not available. `seen` and `passed` are informative.
 [[nodiscard]] std::string to_csv(const odometry::WeldLedger& ledger);
 

@@ -65,6 +65,15 @@ struct TrackingSettings {
 [[nodiscard]] TrackingScore score_tracking(const Recording& recording,
                                            const TrackingSettings& settings, std::uint64_t seed);
 
+/// The paper's particle filter alone, section 6.2: it starts at the longest section in view, moves
+/// all particles by what its robust mean moved by in the picture before (equation (10)) and weighs
+/// them by the nearest section (equation (14)). It starts again when its robust mean has left the
+/// image, of which the paper says nothing. No Kalman filter, no data association, and it is
+/// told nothing of the camera's motion. Scored from the start on; `kOurs` has no values.
+[[nodiscard]] TrackingScore score_paper_filter(const Recording& recording,
+                                               const TrackingSettings& settings,
+                                               std::uint64_t seed);
+
 /// What is to be tracked next: for whoever drives the tracker over a recording himself.
 [[nodiscard]] tracking::TrackingFrame<tracking::PipeShape> frame_of(
     const Recording& recording, const RecordedPicture& picture, const tracking::PipeTrack& track,
@@ -81,6 +90,8 @@ struct TableRow {
 
   /// Mean errors are no greater than these.
   [[nodiscard]] bool covers(const EstimateErrors& errors) const;
+  /// The same of their standard deviations.
+  [[nodiscard]] bool covers_deviations(const EstimateErrors& errors) const;
 };
 inline constexpr std::array<TableRow, 6> kTableOne{{
     {"best particle, 500", 500, kBestParticle, 1.80, 1.27, 0.96, 0.86, 3.16, 2.58},

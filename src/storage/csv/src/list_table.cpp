@@ -1,17 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "list_table.hpp"
+#include "pipescout/csv/list_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/csv/csv_table.hpp"
 
-namespace pipescout::ledger {
+namespace pipescout {
 namespace {
 
 constexpr double kLargest = 1e9;
+
+struct LengthUnit {
+  const char* name;
+  const char* symbol;
+  double metres;
+};
+constexpr std::array<LengthUnit, 5> kUnits{{{"metres", "m", 1.0},
+                                            {"millimetres", "mm", 1e-3},
+                                            {"centimetres", "cm", 1e-2},
+                                            {"kilometres", "km", 1e3},
+                                            {"feet", "ft", 0.3048}}};
 
 }  // namespace
 
@@ -123,6 +135,33 @@ void ListTable::refuse(std::size_t row, std::size_t column, const std::string& w
   throw CsvError(path_, line(row), "column '" + columns()[column] + "': " + what);
 }
 
+std::optional<double> metres_per_list_unit(std::string_view unit) {
+  for (const LengthUnit& known : kUnits) {
+    if (unit == known.name || unit == known.symbol) {
+      return known.metres;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string list_unit_names() {
+  std::string names;
+  for (const LengthUnit& unit : kUnits) {
+    names += (names.empty() ? "" : ", ") + std::string(unit.name) + " (" + unit.symbol + ")";
+  }
+  return names;
+}
+
+std::optional<char> list_delimiter(std::string_view word) {
+  if (word == "tab") {
+    return '\t';
+  }
+  if (word.size() == 1 && std::string_view(",;|\t").find(word) != std::string_view::npos) {
+    return word.front();
+  }
+  return std::nullopt;
+}
+
 std::string quoted_list(const std::vector<std::string>& names) {
   std::string text;
   for (const auto& name : names) {
@@ -131,4 +170,4 @@ std::string quoted_list(const std::vector<std::string>& names) {
   return text;
 }
 
-}  // namespace pipescout::ledger
+}  // namespace pipescout

@@ -9,7 +9,8 @@
 
 #include "pipescout/csv/csv_rows.hpp"
 
-namespace pipescout::ledger {
+/// Lists of vendors and of users: CSV with quotes, any delimiter and names of columns of their own.
+namespace pipescout {
 
 /// With one blank for each run of white space, line ends and control characters, and none at the
 /// ends: spreadsheets break lines in headers and fill up with blanks that do not break (U+00A0).
@@ -47,7 +48,16 @@ class ListTable {
   CsvRows rows_;
 };
 
+/// Metres in a unit of length that lists have: "metres" or "m", "millimetres" (mm), "centimetres"
+/// (cm), "kilometres" (km), "feet" (ft). Nothing for other names.
+[[nodiscard]] std::optional<double> metres_per_list_unit(std::string_view unit);
+/// "metres (m), millimetres (mm), ...", for messages.
+[[nodiscard]] std::string list_unit_names();
+
+/// The delimiter that a word means: ",", ";", "|", a tab or "tab". Nothing for other words.
+[[nodiscard]] std::optional<char> list_delimiter(std::string_view word);
+
 /// "'a', 'b', 'c'".
 [[nodiscard]] std::string quoted_list(const std::vector<std::string>& names);
 
-}  // namespace pipescout::ledger
+}  // namespace pipescout

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "weld_signal.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <pipescout_msgs/msg/eddy_current_samples.hpp>
+#include <pipescout_msgs/msg/fused_odometer.hpp>
+#include <vector>
+
+#include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/list_table.hpp"
+#include "pipescout/idl/message_type.hpp"
+
+namespace pipescout::inspect {
+namespace {
+
+using command_line::CommandError;
+using odometry::Impedance;
+using odometry::kMaxEddyCurrentChannels;
+using Samples = pipescout_msgs::msg::EddyCurrentSamples;
+using Fused = pipescout_msgs::msg::FusedOdometer;
+
+constexpr const char* kSamplesType = "pipescout_msgs/msg/EddyCurrentSamples";
+constexpr const char* kFusedType = "pipescout_msgs/msg/FusedOdometer";
+
+struct ChannelColumns {
+  std::size_t x = 0;
+  std::size_t y = 0;
+};
+
+std::size_t signal_column(const ListTable& table, const std::string& name,
+                          const SignalColumns& columns) {
+  const auto found = table.find_column(name);
+  if (!found) {
+    throw CsvError(table.path(), 1,
+                   "no column '" + name + "'" + command_line::suggestion(name, table.columns()) +
+                       "; the file has " + quoted_list(table.columns()) +
+                       (columns.path.empty() ? " (other names need --columns)"
+                                             : "; named in " + columns.path));
+  }
+  return *found;
+}
+
+std::vector<ChannelColumns> channel_columns(const ListTable& table, const SignalColumns& columns) {
+  std::vector<ChannelColumns> result;
+  for (std::size_t c = 0; c < columns.x.size(); ++c) {
+    result.push_back(
+        {signal_column(table, columns.x[c], columns), signal_column(table, columns.y[c], columns)});
+  }
+  if (!result.empty()) {
+    return result;
+  }
+  for (std::size_t c = 1; c <= kMaxEddyCurrentChannels; ++c) {
+    const std::string number = std::to_string(c);
+    if (!table.find_column("x" + number)) {
+      break;
+    }
+    result.push_back(
+        {signal_column(table, "x" + number, columns), signal_column(table, "y" + number, columns)});
+  }
+  if (result.empty()) {
+    result.push_back({signal_column(table, "x", columns), signal_column(table, "y", columns)});
+  }
+  return result;
+}
+
+/// NaN where there is none.
+double signal_value(const ListTable& table, std::size_t row, std::size_t column) {
+  const std::string text = table.cell(row, column);
+  if (text.empty()) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const auto value = parse_csv_number(text);
+  return value && !std::isfinite(*value) ? *value : table.required(row, column);
+}
+
+struct FusedPoint {
+  double time = 0.0;      // s
+  double distance = 0.0;  // m
+};
+
+template <typename Stamp>
+double seconds(const Stamp& stamp) {
+  return static_cast<double>(stamp.sec) + 1e-9 * static_cast<double>(stamp.nanosec);
+}
+
+/// The topic of a type; refuses a choice that is none and a bag that leaves it open.
+std::string topic_of(const bags::BagReader& reader, const std::string& bag, const char* type,
+                     const std::string& wanted, const char* option) {
+  std::vector<std::string> names;
+  for (const bags::BagTopic& topic : reader.topics()) {
+    if (topic.type == type) {
+      names.push_back(topic.name);
+    }
+  }
+  if (names.empty()) {
+    throw CommandError(bag + ": has no topic of " + type);
+  }
+  if (std::find(names.begin(), names.end(), wanted) != names.end()) {
+    return wanted;
+  }
+  if (!wanted.empty() || names.size() > 1) {
+    throw CommandError(bag + ": " +
+                       (wanted.empty() ? std::string("has several topics of ") + type
+                                       : "has no topic '" + wanted + "' of " + type) +
+                       "; choose one with " + option + ": " + quoted_list(names));
+  }
+  return names.front();
+}
+
+/// Calls `take` with each message of a topic.
+template <typename Message, typename Take>
+void for_each_message(const std::string& bag, const std::string& topic, const char* type,
+                      const Take& take) {
+  bags::BagReader reader(bag);
+  reader.set_filter({.topics = std::vector<std::string>{topic}});
+  const MessageType& message_type = *find_message_type(type);
+  const std::shared_ptr<void> message = message_type.create();
+  for (std::size_t number = 1; const auto next = reader.next(); ++number) {
+    if (!message_type.deserialize(next->data, message.get())) {
+      throw CommandError(bag + ": message " + std::to_string(number) + " of " + topic +
+                         " cannot be decoded");
+    }
+    take(number, *static_cast<const Message*>(message.get()));
+  }
+}
+
+/// The fused distances, times rising.
+std::vector<FusedPoint> read_distances(const std::string& bag, const std::string& topic) {
+  std::vector<FusedPoint> points;
+  for_each_message<Fused>(bag, topic, kFusedType, [&](std::size_t, const Fused& message) {
+    const FusedPoint point{seconds(message.header.stamp), message.distance};
+    // Without consensus there is no distance; what lies between is a straight line.
+    if (std::isfinite(point.distance) && (points.empty() || point.time > points.back().time)) {
+      points.push_back(point);
+    }
+  });
+  if (points.size() < 2) {
+    throw CommandError(bag + ": " + topic + " has fewer than 2 distances");
+  }
+  return points;
+}
+
+std::optional<double> distance_at(const std::vector<FusedPoint>& points, double time) {
+  const auto next =
+      std::lower_bound(points.begin(), points.end(), time,
+                       [](const FusedPoint& point, double at) { return point.time < at; });
+  if (next == points.end() || (next == points.begin() && time < next->time)) {
+    return std::nullopt;
+  }
+  if (next == points.begin()) {
+    return next->distance;
+  }
+  const FusedPoint& before = *std::prev(next);
+  return std::lerp(before.distance, next->distance,
+                   (time - before.time) / (next->time - before.time));
+}
+
+}  // namespace
+
+void read_signal_table(const std::string& path, const SignalColumns& columns,
+                       const SignalSink& sink) {
+  const ListTable table(path, columns.delimiter);
+  const std::size_t distance = signal_column(table, columns.distance, columns);
+  const std::vector<ChannelColumns> channels = channel_columns(table, columns);
+  sink.begin(channels.size());
+  std::array<Impedance, kMaxEddyCurrentChannels> values{};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      values[c] = {signal_value(table, row, channels[c].x),
+                   signal_value(table, row, channels[c].y)};
+    }
+    sink.sample(table.required(row, distance) * columns.metres_per_unit,
+                {values.data(), channels.size()});
+  }
+}
+
+std::size_t read_signal_bag(const std::string& bag, const std::string& samples_topic,
+                            const std::string& odometer_topic, const SignalSink& sink) {
+  const bags::BagReader reader(bag);
+  const std::string samples = topic_of(reader, bag, kSamplesType, samples_topic, "--topic");
+  const std::string odometer =
+      topic_of(reader, bag, kFusedType, odometer_topic, "--odometer-topic");
+  const std::vector<FusedPoint> points = read_distances(bag, odometer);
+  std::size_t channels = 0;
+  std::size_t passed_over = 0;
+  std::array<Impedance, kMaxEddyCurrentChannels> values{};
+  const auto take = [&](std::size_t number, const Samples& message) {
+    const auto refuse = [&](const std::string& problem) {
+      throw CommandError(bag + ": message " + std::to_string(number) + " of " + samples + ": " +
+                         problem);
+    };
+    if (message.channels < 1 || message.channels > kMaxEddyCurrentChannels) {
+      refuse("channels: " + std::to_string(message.channels) + " is outside [1, " +
+             std::to_string(kMaxEddyCurrentChannels) + "]");
+    }
+    if (channels != 0 && message.channels != channels) {
+      refuse("channels: " + std::to_string(message.channels) + " and before " +
+             std::to_string(channels));
+    }
+    if (message.x.size() != message.y.size() || message.x.size() % message.channels != 0) {
+      refuse(std::to_string(message.x.size()) + " values of x and " +
+             std::to_string(message.y.size()) + " of y");
+    }
+    if (!(message.sample_interval > 0.0) || !std::isfinite(message.sample_interval)) {
+      refuse("sample_interval: " + format_csv_number(message.sample_interval) +
+             " is not a finite number above 0");
+    }
+    if (channels == 0) {
+      channels = message.channels;
+      sink.begin(channels);
+    }
+    for (std::size_t k = 0; k * channels < message.x.size(); ++k) {
+      const auto distance = distance_at(
+          points, seconds(message.header.stamp) + static_cast<double>(k) * message.sample_interval);
+      if (!distance) {
+        ++passed_over;
+        continue;
+      }
+      for (std::size_t c = 0; c < channels; ++c) {
+        values[c] = {message.x[k * channels + c], message.y[k * channels + c]};
+      }
+      sink.sample(*distance, {values.data(), channels});
+    }
+  };
+  for_each_message<Samples>(bag, samples, kSamplesType, take);
+  if (channels == 0) {
+    throw CommandError(bag + ": " + samples + " has no messages");
+  }
+  return passed_over;
+}
+
+}  // namespace pipescout::inspect
