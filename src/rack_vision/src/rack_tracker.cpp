@@ -19,6 +19,7 @@ using geometry::Matrix6d;
 
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
+constexpr int kMostRepeated = 10;   // identical images in a row, then the camera is frozen
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
 constexpr double kStartQuality = 0.5;
@@ -79,18 +80,35 @@ class RackTracker::Implementation {
     offsets_.predict(dt);
     intrinsics_.predict(dt);
     const bool measured = predict(dt, motion);
+    if (repeated_ > 0 && !starting_) {
+      // It was used before: drivers repeat images, and to what moved meanwhile it says nothing.
+      coasted_time_ += dt;
+      state_ = TrackStatus::kCoasting;
+      fill(result);
+      result.reason = "the image is identical to the previous one: predicted";
+      return result;
+    }
     const PoseBelief predicted = pose_;
+    step_.look_at(image);
     find(image);
     if (!borne_out() && !find_by_other_motion(image, last, dt, measured)) {
       pose_ = predicted;
     }
     judge(image, result);
+    if (state_ == TrackStatus::kTracking) {
+      tracked_ = pose_;
+      coasted_time_ = 0;
+    } else {
+      coasted_time_ += dt;
+    }
     return result;
   }
 
   void reset() {
     step_.forget();
     pose_ = {};
+    tracked_ = {};
+    coasted_time_ = 0;
     outcome_ = {};
     offsets_.reset();
     intrinsics_.reset();
@@ -100,6 +118,7 @@ class RackTracker::Implementation {
     last_stamp_.reset();
     leapt_stamp_.reset();
     fingerprint_.reset();
+    repeated_ = 0;
   }
 
   [[nodiscard]] const RackTrackerCounts& counts() const noexcept { return counts_; }
@@ -113,6 +132,8 @@ class RackTracker::Implementation {
     relative.col(1).setZero();
     relative(1, 1) = kRelativeVariance;
     pose_.restart(T_rack_camera, relative);
+    tracked_ = pose_;
+    coasted_time_ = 0;
     coasted_ = 0;
     since_opinion_ = 0;
   }
@@ -144,10 +165,15 @@ class RackTracker::Implementation {
       return false;
     }
     const std::uint64_t bits = fingerprint(image);
-    if (fingerprint_ == bits) {
-      ++counts_.frozen;
-      result.reason = "the image is identical to the previous one";
-      return false;
+    if (fingerprint_ != bits) {
+      repeated_ = 0;
+    } else if (!starting_) {
+      repeated_ = std::min(repeated_ + 1, kMostRepeated);
+      ++(repeated_ == kMostRepeated ? counts_.frozen : counts_.repeated);
+      if (repeated_ == kMostRepeated) {
+        result.reason = "the last images are identical: the camera is frozen";
+        return false;
+      }
     }
     fingerprint_ = bits;
     if (grey_range(image) < kLeastGreyRange) {
@@ -166,7 +192,9 @@ class RackTracker::Implementation {
     }
     if (motion && motion->T_previous_current.matrix().allFinite() &&
         is_covariance(motion->covariance)) {
-      pose_.predict(motion->T_previous_current, motion->covariance, dt);
+      // It is since the last tracked image, and images may have been predicted through since.
+      pose_ = tracked_;
+      pose_.predict(motion->T_previous_current, motion->covariance, dt + coasted_time_);
       return true;
     }
     counts_.bad_predictions += motion ? 1 : 0;
@@ -367,6 +395,8 @@ class RackTracker::Implementation {
   int since_opinion_ = 0;  ///< images
   std::string_view lost_reason_;
   PoseBelief pose_;
+  PoseBelief tracked_;       ///< at the last tracked image
+  double coasted_time_ = 0;  ///< s since then, of images that were predicted through
   double anchor_variance_ = 0;
   OffsetMemory offsets_;
   IntrinsicsMemory intrinsics_;
@@ -375,6 +405,7 @@ class RackTracker::Implementation {
   std::optional<double> last_stamp_;
   std::optional<double> leapt_stamp_;
   std::optional<std::uint64_t> fingerprint_;
+  int repeated_ = 0;  ///< identical images before this one, in a row
   std::array<double, kMaxPipes> offset_variances_{};
   std::array<std::uint8_t, kMaxPipes> offset_observed_{};
 };

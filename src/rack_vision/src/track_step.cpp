@@ -133,6 +133,12 @@ void TrackStep::set_camera(const geometry::Camera& camera) {
   alignment_.set_camera(camera);
 }
 
+void TrackStep::look_at(const ImageView& image) {
+  noise_.measure(image);
+  edge_search_.set_noise(noise_);
+  map_.set_noise(noise_);
+}
+
 UncertainView TrackStep::view(const TrackBelief& belief) const {
   return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
           std::span(belief.offsets.mean).first(model_.pipes.size())};
@@ -212,12 +218,15 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     }
     // What the profile does not say well is wrong for the whole of an edge: its shading, a shadow
     // or a stripe that runs along it.
-    const double fit = nearest(sample).sigma;
+    const EdgeCandidate& found = nearest(sample);
     if (feature.edge.kind == EdgeKind::kPipe) {
-      feature.sigma = std::hypot(parameters_.edge_sigma, fit);
-      feature.bias_sigma = kBiasPerSigma * fit;
+      feature.sigma = std::hypot(parameters_.edge_sigma, found.sigma);
+      // But noise is another one at the next sample.
+      const double not_noise =
+          std::max(0.0, found.sigma * found.sigma - found.noise_sigma * found.noise_sigma);
+      feature.bias_sigma = kBiasPerSigma * std::sqrt(not_noise);
     } else {
-      feature.sigma = kSupportSigma * parameters_.edge_sigma;
+      feature.sigma = std::hypot(kSupportSigma * parameters_.edge_sigma, found.noise_sigma);
       feature.bias_sigma = kSupportBias;
     }
   }

@@ -12,6 +12,7 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
 #include "pipescout/rack_vision/edge_search.hpp"
+#include "pipescout/rack_vision/image_noise.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
 #include "pipescout/rack_vision/surface_points.hpp"
@@ -66,6 +67,8 @@ class TrackStep {
   TrackStep(const RackModel& model, const geometry::Camera& camera,
             const RackTrackerParameters& parameters);
 
+  /// Measures the noise of the image that the functions below are given next.
+  void look_at(const ImageView& image);
   /// Finds the pose. Changes nothing that is learnt.
   void find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
   /// Finds the pose from texture that was mapped before or edges alone, from a first guess that may
@@ -183,6 +186,7 @@ class TrackStep {
   RackModel model_;
   geometry::Camera camera_;
   RackTrackerParameters parameters_;
+  ImageNoise noise_;
   EdgeRenderer renderer_;
   EdgeSearch edge_search_;
   EdgeMemory edge_memory_;
