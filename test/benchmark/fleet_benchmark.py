@@ -15,8 +15,19 @@ recovery_link_p100_s     the longest time from link up until states came, after 
 recovery_kill_p100_s     the longest time from the new start of a killed robot until its states came
 recovery_p100_s          the longer of the two
 recovery_lost_findings   numbered findings of the outages, kept for late comers, that never came
+recovery_server_p100_s   the longest silence of any robot while the discovery server is killed and
+                         started again
 wifi_state_p99_ms        age of the states of four robots that send an image every 2 s, each over
                          a link of 5 Mbit/s, with PIPESCOUT_NETWORK=wifi:2
+state_p99_ms             age of the states of twenty robots, four of which send images, over one radio
+                         channel of 20 Mbit/s that loses 5 % and delays by 20 ms, with
+                         PIPESCOUT_NETWORK=wifi:1; a lost state counts with the age that it has when
+                         the next one comes
+lost_findings            numbered findings of these robots that never came
+away_megabytes           growth of the memory of a robot that nobody can reach: by default for 60 s
+                         with ten times as many messages as usual, as many as in ten minutes
+publish_p99_ratio        99 % of the images are published within so many times the time that it takes
+                         without the reader behind a link of 1 Mbit/s (publish_p99_us with it)
 
 Builds what it runs.
 """
@@ -40,7 +51,14 @@ WINDOW = 15.0  # s, in which bytes are counted
 LONG = 120.0  # s
 TARGETS = {"discovery_server_s": 5.0, "discovery_multicast_s": 10.0,
            "discovery_bytes_percent": 2.0, "recovery_p100_s": 3.0, "recovery_lost_findings": 0,
-           "wifi_state_p99_ms": 100.0}
+           "recovery_server_p100_s": 3.0,
+           "wifi_state_p99_ms": 100.0, "state_p99_ms": 100.0, "lost_findings": 0,
+           "away_megabytes": 20.0, "publish_p99_ratio": 1.2}
+LOSSY = ("--loss", "5", "--delay", "20", "--rate", "20", "--shared")
+WITH_IMAGES = 4  # robots of the lossy channel
+SLOW = ("--rate", "1")
+STATE_PERIOD = 0.1  # s
+
 
 
 def build():
@@ -68,6 +86,12 @@ def await_robots(robots):
                      "not all robots have started")
     fleet.wait_until(lambda: len(list(pathlib.Path("missions").glob("*/mission.yaml"))) >= robots,
                      LONG, "not all robots are up")
+
+
+def start_robot(robot, composition, host=None):
+    name = f"robot_{robot}"
+    return fleet.start_on_host(host or name, "pipescout", "run", composition, "--namespace", name,
+                               log="again.log")
 
 
 def measure_discovery(options):
@@ -107,8 +131,7 @@ def measure_recovery(options):
         assert fleet.kill_robot(robot) == 1
         time.sleep(0.5)  # No event: its last messages arrive.
         begin = time.monotonic()
-        fleet.start_on_host(f"robot_{robot}", "pipescout", "run", COMPOSITION, "--namespace",
-                            f"robot_{robot}", log="again.log")
+        start_robot(robot, COMPOSITION)
         fleet.wait_until(lambda: station.heard_since(begin, [f"robot_{robot}"]), LONG,
                          "a killed robot is not back")
         kills.append(time.monotonic() - begin)
@@ -132,7 +155,120 @@ def measure_wifi(options):
             "states": len(ages), "robots_with_images": images}
 
 
-MEASUREMENTS = {each.__name__: each for each in (measure_discovery, measure_recovery, measure_wifi)}
+def measure_restarts(options):
+    """Kills of the discovery server, upon each of which it is started again."""
+    server = start_server()
+    station = fleet.Station(options.robots)
+    station.await_all(LONG)
+    begin = time.monotonic()
+    for _ in range(options.restarts):
+        server.kill()
+        server.wait()
+        time.sleep(1.0)  # No event: there is no server for so long.
+        server = start_server()
+        time.sleep(5.0)  # No event: a server is silent for 3.5 s, then tells all to all.
+    station.await_all(LONG)
+    with station.lock:
+        silences = [max(b - a for a, b in zip(times, times[1:]))
+                    for times in ([t for t in each if t > begin] for each in station.times.values())]
+    lost = sum(len(station.lost_findings(robot)) for robot in station.robots)
+    station.stop()
+    server.terminate()
+    return {"silences_s": [round(each, 3) for each in silences], "lost_findings": lost}
+
+
+def measure_lossy(options):
+    await_robots(options.robots)
+    for robot in range(1, WITH_IMAGES + 1):
+        fleet.kill_robot(robot)
+        start_robot(robot, fleet.HERE / "robot_with_images.yaml")
+    station = fleet.Station(options.robots)
+    station.await_all(LONG)
+    time.sleep(10.0)  # No event: discovery has ended.
+    with station.lock:
+        station.numbered.clear()
+    sent = fleet.bytes_on_all_links()
+    time.sleep(options.sample)  # No event: a sample of so long.
+    sent = fleet.bytes_on_all_links() - sent
+    with station.lock:
+        numbered = {robot: dict(ages) for robot, ages in station.numbered.items()}
+        images = sum(topic == "image" for _, topic in station.last)
+    up_to = time.monotonic()
+    fleet.wait_until(lambda: station.heard_since(up_to + 3.0, topic="finding"), LONG,
+                     "findings stop")
+    lost_findings = sum(len(station.lost_findings(robot)) for robot in station.robots)
+    station.stop()
+    ages = []
+    lost = 0
+    for of_robot in numbered.values():
+        arrived = sorted(of_robot)
+        for number, following in zip(arrived, arrived[1:]):
+            ages.append(of_robot[number])
+            lost += following - number - 1
+            ages += [of_robot[following] + STATE_PERIOD * (following - missing)
+                     for missing in range(number + 1, following)]
+    return {"state_p99_ms": round(1e3 * statistics.quantiles(ages, n=100)[98], 1),
+            "state_p95_ms": round(1e3 * statistics.quantiles(ages, n=20)[18], 1),
+            "state_median_ms": round(1e3 * statistics.median(ages), 1), "states": len(ages),
+            "lost_states": lost, "lost_findings": lost_findings, "robots_with_images": images,
+            "megabit_per_s": round(8e-6 * sent / options.sample, 2)}
+
+
+def measure_away(options):
+    station = fleet.Station(options.robots)
+    station.await_all(LONG)
+    time.sleep(20.0)  # No event: what grows at the start has grown.
+    processes = {robot: fleet.robot_processes(robot)[0] for robot in range(1, options.robots + 1)}
+    before = {robot: fleet.resident_bytes(process) for robot, process in processes.items()}
+    for robot in processes:
+        fleet.set_reach(robot, False)
+    most = dict(before)
+    end = time.monotonic() + options.away
+    while time.monotonic() < end:
+        time.sleep(1.0)  # No event: memory is looked at once a second.
+        for robot, process in processes.items():
+            most[robot] = max(most[robot], fleet.resident_bytes(process))
+    for robot in processes:
+        fleet.set_reach(robot, True)
+    back = station.await_all(LONG)
+    fleet.wait_until(lambda: not any(map(station.lost_findings, station.robots)), LONG,
+                     "findings are lost")
+    station.stop()
+    return {"megabytes": [round(1e-6 * (most[robot] - before[robot]), 2) for robot in processes],
+            "back_s": round(back, 3)}
+
+
+def measure_slow_reader(options):
+    """Images of robot_2 on the station's host, with a reader there; in turns with one on robot_1's."""
+    robot = start_robot(2, fleet.HERE / "robot_ten_times.yaml", host="station")
+    station = fleet.Station(2)
+    fleet.wait_until(lambda: station.heard_since(0.0, ["robot_2"], "image"), LONG, "no images come")
+    times = {False: [], True: []}
+    for turn in range(2 * options.turns):
+        slow = turn % 2 == 1
+        reader = slow and fleet.start_on_host("robot_1", "fleet_station", 2, log="reader.log")
+        time.sleep(5.0)  # No event: the reader is found.
+        with station.lock:
+            station.publish_times.clear()
+        time.sleep(options.sample / 2.0)  # No event: a sample of so long.
+        with station.lock:
+            times[slow] += station.publish_times["robot_2"]
+        if reader:
+            reader.terminate()
+            reader.wait()
+    station.stop()
+    robot.terminate()
+    result = {}
+    for slow, name in ((False, "without"), (True, "with")):
+        result[f"{name}_p99_us"] = round(1e6 * statistics.quantiles(times[slow], n=100)[98], 1)
+        result[f"{name}_median_us"] = round(1e6 * statistics.median(times[slow]), 1)
+        result[f"{name}_images"] = len(times[slow])
+    return result
+
+
+MEASUREMENTS = {each.__name__: each for each in 
+                (measure_discovery, measure_recovery, measure_restarts, measure_wifi, measure_lossy,
+                 measure_away, measure_slow_reader)}
 
 
 def in_fleet(options, measurement, robots, env, server=False, composition=COMPOSITION, links=()):
@@ -141,7 +277,8 @@ def in_fleet(options, measurement, robots, env, server=False, composition=COMPOS
         result = pathlib.Path(scratch) / "result.json"
         station = [sys.executable, "-B", __file__, "--inside", measurement, "--result", result,
                    "--robots", robots, "--outages", options.outages, "--outage", options.outage,
-                   "--kills", options.kills] + (["--server"] if server else [])
+                   "--kills", options.kills, "--restarts", options.restarts, "--away",
+                   options.away, "--sample", options.sample, "--turns", options.turns] + (["--server"] if server else [])
         code = fleet.run(robots, composition, station, pathlib.Path(scratch) / "fleet", env,
                          timeout=3600, links=links)
         if code != 0:
@@ -157,8 +294,16 @@ def main():
     parser.add_argument("--outages", type=int, default=4, help="of links (default: 4)")
     parser.add_argument("--outage", type=float, default=25.0, help="s of each (default: 25)")
     parser.add_argument("--kills", type=int, default=12, help="of robots (default: 12)")
-    parser.add_argument("--only", nargs="+", choices=("discovery", "recovery", "wifi"),
-                        default=["discovery", "recovery", "wifi"], help="only these")
+    parser.add_argument("--restarts", type=int, default=3,
+                        help="of the discovery server (default: 3)")
+    parser.add_argument("--away", type=float, default=60.0,
+                        help="s in which no robot can be reached (default: 60)")
+    parser.add_argument("--sample", type=float, default=20.0,
+                        help="s for which states and images are looked at (default: 20)")
+    parser.add_argument("--turns", type=int, default=3,
+                        help="with and without a slow reader (default: 3)")
+    parts = ("discovery", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
+    parser.add_argument("--only", nargs="+", choices=parts, default=parts, help="only these")
     parser.add_argument("--prefix", type=pathlib.Path,
                         help="run what is built there, in the present environment")
     parser.add_argument("--inside", choices=list(MEASUREMENTS), help=argparse.SUPPRESS)
@@ -204,6 +349,33 @@ def main():
         rows.append({"case": "images over links of 5 Mbit/s", "robots": 4} | found)
         print(rows[-1], flush=True)
         figures["wifi_state_p99_ms"] = found["state_p99_ms"]
+    if "restarts" in options.only:
+        found = in_fleet(options, "measure_restarts", 4,
+                         env | {"ROS_DISCOVERY_SERVER": fleet.SERVER})
+        rows.append({"case": "restarts of the discovery server", "robots": 4} | found)
+        print(rows[-1], flush=True)
+        figures["recovery_server_p100_s"] = max(found["silences_s"])
+    if "lossy" in options.only:
+        found = in_fleet(options, "measure_lossy", options.robots,
+                         env | {"PIPESCOUT_NETWORK": "wifi:1"}, links=LOSSY)
+        rows.append({"case": f"one lossy channel ({' '.join(LOSSY)})", "robots": options.robots} |
+                    found)
+        print(rows[-1], flush=True)
+        figures["state_p99_ms"] = found["state_p99_ms"]
+        figures["lost_findings"] = found["lost_findings"]
+    if "away" in options.only:
+        found = in_fleet(options, "measure_away", 4, env,
+                         composition=fleet.HERE / "robot_ten_times.yaml")
+        rows.append({"case": "out of reach", "robots": 4, "away_s": options.away} | found)
+        print(rows[-1], flush=True)
+        figures["away_megabytes"] = max(found["megabytes"])
+    if "slow_reader" in options.only:
+        found = in_fleet(options, "measure_slow_reader", 1,
+                         env | {"PIPESCOUT_NETWORK": "wifi:1"}, links=SLOW)
+        rows.append({"case": "a reader behind a link of 1 Mbit/s"} | found)
+        print(rows[-1], flush=True)
+        figures["publish_p99_us"] = found["with_p99_us"]
+        figures["publish_p99_ratio"] = round(found["with_p99_us"] / found["without_p99_us"], 3)
     print()
     for name, value in figures.items():
         target = TARGETS.get(name)

@@ -21,7 +21,7 @@ def why_not():
     """Why a fleet cannot be brought up here; nothing when it can."""
     if os.geteuid() != 0:
         return "network namespaces need root"
-    for tool in ("ip", "tc", "unshare", "setpriv", "nsenter"):
+    for tool in ("ip", "unshare", "setpriv", "nsenter"):
         if shutil.which(tool) is None:
             return f"{tool} is not on PATH"
     tried = subprocess.run(["unshare", "--net", "--mount", "--ipc", "--pid", "--fork", "--mount-proc",
@@ -110,6 +110,14 @@ def kill_robot(robot):
     return len(processes)
 
 
+def resident_bytes(process):
+    """Of the memory of a process what is in RAM and its own."""
+    for line in pathlib.Path(f"/proc/{process}/status").read_text().splitlines():
+        if line.startswith("RssAnon:"):
+            return 1024 * int(line.split()[1])
+    raise AssertionError(f"/proc/{process}/status has no RssAnon")
+
+
 def wait_until(holds, timeout, what):
     end = time.monotonic() + timeout
     while not holds():
@@ -126,6 +134,8 @@ class Station:
         self.lock = threading.Lock()
         self.last = {}  # (robot, topic): time of the last message
         self.ages = collections.defaultdict(list)  # of the states of a robot
+        self.numbered = collections.defaultdict(dict)  # likewise, by their numbers
+        self.publish_times = collections.defaultdict(list)  # of the images of a robot, s
         self.findings = collections.defaultdict(set)
         self.times = collections.defaultdict(list)  # of the states of a robot
         self.started = time.monotonic()
@@ -143,7 +153,10 @@ class Station:
                     self.findings[robot].add(int(number))
                 elif topic == "state":
                     self.ages[robot].append(float(age))
+                    self.numbered[robot][int(number)] = float(age)
                     self.times[robot].append(float(moment))
+                elif topic == "publish_time":
+                    self.publish_times[robot].append(1e-9 * float(number))
 
     def heard_since(self, moment, robots=None, topic="state"):
         with self.lock:

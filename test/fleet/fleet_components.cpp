@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The components of a robot for the tests of a fleet.
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -23,8 +24,9 @@ using pipescout::ComponentOptions;
 using pipescout::QoS;
 
 /// Publishes what the components of a robot publish, each message numbered: `state` at the rate
-/// `state_rate` (the number is the position x), `finding` once a second, kept for late comers (the
-/// number is the frame), `battery_state`, and `image` (likewise) at the rate `image_rate`.
+/// `state_rate` (the number is the position x), `finding` at the rate `finding_rate`, kept for late
+/// comers (the number is the frame), `battery_state`, and `image` (likewise) at the rate
+/// `image_rate`, with `publish_time`, the ns that its publishing took, as a frame.
 class FleetRobot : public Component {
  public:
   explicit FleetRobot(ComponentOptions options)
@@ -38,6 +40,10 @@ class FleetRobot : public Component {
                               "first_number", 0,
                               {.description = "number of the first state", .read_only = true})
                           .get()),
+        finding_rate_(parameters().declare<double>(
+            "finding_rate", 1.0,
+            {.description = "findings per second, Hz",
+             .floating_point_range = pipescout::FloatingPointRange{0.1, 100.0}})),
         image_rate_(parameters().declare<double>(
             "image_rate", 0.0,
             {.description = "images per second, Hz; 0: none",
@@ -51,9 +57,11 @@ class FleetRobot : public Component {
         create_publisher<sensor_msgs::msg::BatteryState>("battery_state", QoS::sensor_data(1));
     state_timer_ =
         create_timer(pipescout::from_seconds(1.0 / state_rate_.get()), [this] { publish_state(); });
-    finding_timer_ = create_timer(std::chrono::seconds(1), [this] { publish_finding(); });
+    finding_timer_ = create_timer(pipescout::from_seconds(1.0 / finding_rate_.get()),
+                                  [this] { publish_finding(); });
     if (image_rate_.get() > 0.0) {
       images_ = create_publisher<sensor_msgs::msg::Image>("image", QoS::sensor_data(1));
+      publish_times_ = create_publisher<std_msgs::msg::Header>("publish_time", QoS::reliable(10));
       image_timer_ = create_timer(pipescout::from_seconds(1.0 / image_rate_.get()),
                                   [this] { publish_image(); });
     }
@@ -67,6 +75,7 @@ class FleetRobot : public Component {
     findings_ = {};
     batteries_ = {};
     images_ = {};
+    publish_times_ = {};
     return CallbackReturn::kSuccess;
   }
 
@@ -99,11 +108,18 @@ class FleetRobot : public Component {
     message.encoding = "mono8";
     message.step = kWidth;
     message.data.assign(std::size_t{kWidth} * kHeight, 7);
+    const auto begin = pipescout::steady_now();
     images_.publish(std::move(message));
+    const std::chrono::nanoseconds took = pipescout::steady_now() - begin;
+    std_msgs::msg::Header time;
+    time.stamp = pipescout::to_message(now());
+    time.frame_id = std::to_string(took.count());
+    publish_times_.publish(std::move(time));
   }
 
   pipescout::Parameter<double> state_rate_;
   std::uint64_t state_number_;
+  pipescout::Parameter<double> finding_rate_;
   pipescout::Parameter<double> image_rate_;
   std::uint64_t finding_number_ = 0;
   std::uint64_t image_number_ = 0;
@@ -111,6 +127,7 @@ class FleetRobot : public Component {
   pipescout::Publisher<std_msgs::msg::Header> findings_;
   pipescout::Publisher<sensor_msgs::msg::BatteryState> batteries_;
   pipescout::Publisher<sensor_msgs::msg::Image> images_;
+  pipescout::Publisher<std_msgs::msg::Header> publish_times_;
   std::shared_ptr<pipescout::Timer> state_timer_;
   std::shared_ptr<pipescout::Timer> finding_timer_;
   std::shared_ptr<pipescout::Timer> image_timer_;

@@ -37,6 +37,11 @@ class Station {
           [this, name](const std_msgs::msg::Header& message) {
             print(name, "finding", message.frame_id, message.stamp);
           }));
+      publish_times_.push_back(node.create_subscription<std_msgs::msg::Header>(
+          "/" + name + "/publish_time", QoS::reliable(10),
+          [this, name](const std_msgs::msg::Header& message) {
+            print(name, "publish_time", message.frame_id, message.stamp);
+          }));
       images_.push_back(node.create_subscription<sensor_msgs::msg::Image>(
           "/" + name + "/image", QoS::sensor_data(1),
           [this, name](const sensor_msgs::msg::Image& message) {
@@ -56,6 +61,7 @@ class Station {
   pipescout::Node& node_;
   std::vector<pipescout::Subscription<nav_msgs::msg::Odometry>> states_;
   std::vector<pipescout::Subscription<std_msgs::msg::Header>> findings_;
+  std::vector<pipescout::Subscription<std_msgs::msg::Header>> publish_times_;
   std::vector<pipescout::Subscription<sensor_msgs::msg::Image>> images_;
 };
 

@@ -11,6 +11,7 @@ import contextlib
 import json
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import time
@@ -21,6 +22,7 @@ ROBOTS = 4
 NAMES = [f"robot_{k}" for k in range(1, ROBOTS + 1)]
 SKIPPED = 77
 LONG = 60.0  # s, for what takes a second or a few on an idle machine
+DELAY = 0.02  # s, of the lossy links
 LEASE = 20.0  # s, after which participants forget one that is silent
 
 
@@ -75,6 +77,19 @@ def link(station):
     fleet.wait_until(lambda: station.heard_since(up + 2.0, ["robot_2"], "finding"), LONG,
                      "no new findings")
     fleet.wait_until(lambda: not station.lost_findings("robot_2"), LONG, "findings are lost")
+
+
+def lossy(station):
+    """A radio channel that loses frames: each state is late, and no finding is lost."""
+    station.await_all()
+    fleet.wait_until(lambda: station.heard_since(0.0, topic="finding"), LONG, "no findings come")
+    begin = time.monotonic()
+    fleet.wait_until(lambda: station.heard_since(begin + 10.0, topic="finding"), LONG,
+                     "findings stop")
+    fleet.wait_until(lambda: not any(map(station.lost_findings, NAMES)), LONG, "findings are lost")
+    ages = [age for of_one in station.ages.values() for age in of_one]
+    assert min(ages) >= DELAY, f"{min(ages)} s: the delay is not there"
+    print(f"{len(ages)} states; median age {1e3 * statistics.median(ages):.1f} ms", flush=True)
 
 
 def killed(station):
@@ -206,8 +221,9 @@ def twice(scratch):
                            for follower in (1, 2, 3, 4)}, together[2]
 
 
-CASES = {case.__name__: case for case in (discovery, link, killed, server, names, export)}
-SERVED = {"server"}
+CASES = {case.__name__: case for case in (discovery, link, lossy, killed, server, names, export)}
+LINKS = {"lossy": ("--loss", "5", "--delay", f"{1e3 * DELAY:g}", "--rate", "20", "--shared")}
+MORE = {"server": {"ROS_DISCOVERY_SERVER": fleet.SERVER}, "lossy": {"PIPESCOUT_NETWORK": "wifi"}}
 COMPOSITIONS = {"export": "exporting_robot.yaml"}
 
 
@@ -231,11 +247,10 @@ def main():
     if reason := fleet.why_not():
         print(f"SKIPPED: {reason}")
         return SKIPPED
-    more = {"ROS_DISCOVERY_SERVER": fleet.SERVER} if case in SERVED else {}
-    env = fleet.environment(prefix, PYTHONDONTWRITEBYTECODE="1", **more)
+    env = fleet.environment(prefix, PYTHONDONTWRITEBYTECODE="1", **MORE.get(case, {}))
     return fleet.run(ROBOTS, fleet.HERE / COMPOSITIONS.get(case, "robot.yaml"),
                      [sys.executable, pathlib.Path(__file__).resolve(), "--inside", case], scratch,
-                     env, timeout=280)
+                     env, timeout=280, links=LINKS.get(case, ()))
 
 
 if __name__ == "__main__":
