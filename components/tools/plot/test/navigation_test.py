@@ -35,7 +35,7 @@ def mission(folder: Path) -> Path:
     write_csv(data / "state.csv", ["stamp", "state", "drive", "reason", "inspection", "failure", "speed",
                                    "curvature", "travelled", "remaining", "lateral_error", "heading_error",
                                    "offset", "free_distance", "replans", "passed"], states)
-    for name in ("estimate.csv", "truth.csv"):
+    for name in ("localisation.csv", "truth.csv"):
         write_csv(data / name, ["stamp", "x", "y", "yaw", "speed"], way)
     write_csv(data / "obstacles.csv", ["stamp", "x", "y", "times"],
               [[f"{START:.9f}", 12, 2, 9], [f"{START:.9f}", 5, 2, 1], [f"{START:.9f}", 10, 4.9, 9]])

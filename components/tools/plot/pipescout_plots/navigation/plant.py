@@ -27,7 +27,7 @@ LONG_STAND = 2.0
 def draw(recording: Recording) -> Figure:
     plan = recording.table("plan.csv", "no path was planned", ["plan", "x", "y"])
     grid = map_files.find_grid(recording.mission)
-    ways = {label: _way(recording, name) for name, label in (("estimate.csv", "estimated"),
+    ways = {label: _way(recording, name) for name, label in (("localisation.csv", "estimated"),
                                                                ("truth.csv", "driven"))}
     low, high = _frame(grid, plan, ways.values())
     width = style.COLUMN - 0.55
@@ -141,7 +141,7 @@ def _draw_stands(axes: Axes, recording: Recording) -> None:
     """Where it waited on its way, and backed up."""
     try:
         states = recording.table("state.csv", "the navigator said nothing", ["stamp", "speed"], ["state", "drive"])
-        way = recording.table("estimate.csv", "no pose arrived", ["stamp", "x", "y"])
+        way = recording.table("localisation.csv", "no pose arrived", ["stamp", "x", "y"])
     except Missing:
         return
     stamps = states.numbers["stamp"]

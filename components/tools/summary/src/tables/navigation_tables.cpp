@@ -62,7 +62,7 @@ class NavigationTables final : public TableMaker {
     record(topics::kNavigatorState, "states", [this](const NavigatorState& m) { on_state(m); });
     record(topics::kPlan, "plans", [this](const PathMessage& m) { on_plan(m); });
     record(topics::kOdometryFiltered, "odometry",
-           [this](const OdometryMessage& m) { on_pose(m, "estimate.csv"); });
+           [this](const OdometryMessage& m) { on_pose(m, "localisation.csv"); });
     record(topics::kTrueOdometry, "truth",
            [this](const OdometryMessage& m) { on_pose(m, "truth.csv"); });
     record(topics::kNavigatorCostmap, "costmaps",
@@ -98,7 +98,9 @@ class NavigationTables final : public TableMaker {
   bool has_data() const override { return cycles_ > 0; }
   bool has_section() const override { return cycles_ > 0; }
   void write_last() override;
-  std::string file_names() const override { return "state.csv, plan.csv, estimate.csv, truth.csv"; }
+  std::string file_names() const override {
+    return "state.csv, plan.csv, localisation.csv, truth.csv";
+  }
 
  private:
   void on_state(const NavigatorState& message);
