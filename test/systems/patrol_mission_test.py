@@ -1,15 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Patrols through a plant of collectors as a user does, twice over the same store of findings, and judges
-what was found against the truth of the simulation, and how the navigator drove: each row that was asked
-for is driven along, around a box that no map shows and past a closed road, and nothing is touched.
+"""Patrols along collectors as a user does, twice over the same store of findings, and judges what was
+found against the truth of the simulation.
 
     patrol_mission_test.py CASE LAUNCH_SCRIPTS SCRATCH
 """
 
 import os
 import pathlib
-import re
 import shutil
 import sqlite3
 import sys
@@ -27,19 +25,10 @@ def run(composition, folder, *arguments):
     own = folder.parent / composition.name
     own.write_text(text.replace("    parameters:", "    remappings: {/clock: clock}\n"
                                                    "    parameters:"))
-    return pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
+    pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
 
 
-def check(folder, told):
-    # A contact, or a row that is not driven along, ends the run with an error.
-    tour = re.search(r"(\d+) rows driven along, (\d+) left out, (\d+) % of their pipes", told)
-    assert tour, told
-    assert tour.group(1) == "2" and tour.group(2) == "0", tour.group(0)
-    assert int(tour.group(3)) >= 95, tour.group(0)
-    driven = figures(folder, f"{NAMESPACE[1:]}.navigation")
-    assert driven["_command_gap_s"] <= 0.1, driven
-    for name in ("plant.yaml", "plant.pgm", "plant.geojson"):
-        assert (folder / "map" / name).stat().st_size > 100, name
+def check(folder):
     found = figures(folder, f"{NAMESPACE[1:]}.leak")
     assert found["s_found_percent"] == 100.0, found
     assert found["s_false"] == 0, found
@@ -50,9 +39,9 @@ def check(folder, told):
     assert state["position_rmse_m"] <= 0.6, state
     assert state["restarts"] == 0, state
     tracking = figures(folder, f"{NAMESPACE[1:]}.track")
-    assert tracking["_in_view_percent"] >= 98.0, tracking  # it leaves its line for what is in its way
+    assert tracking["_in_view_percent"] >= 99.0, tracking
     assert tracking["_estimate_position_px"] <= 3.0, tracking
-    assert tracking["_lost"] <= 2, tracking  # behind the end of each row
+    assert tracking["_lost"] <= 1, tracking  # behind the end of the row
     assert figures(folder, f"{NAMESPACE[1:]}.arm")["_fault_cycles"] == 0
     assert len(recorded(folder, "track.csv")) == found["_pictures"], found
     for name in ("report.html", "leaks.geojson", "leaks.kml", "leaks.csv"):
@@ -61,15 +50,15 @@ def check(folder, told):
 
 def one_process(launch_scripts, scratch):
     store = scratch / "leaks.db"
-    told = run(launch_scripts / "patrol.yaml", scratch / "first", "--param",
-               f"leak_inspector.store:={store}")
-    check(scratch / "first", told)
+    run(launch_scripts / "patrol.yaml", scratch / "first", "--param",
+        f"leak_inspector.store:={store}")
+    check(scratch / "first")
     first = sqlite3.connect(store).execute("SELECT id FROM finding ORDER BY id").fetchall()
     assert first, "no findings in the store"
     # Another day: the same leaks, and no new ones.
-    told = run(launch_scripts / "patrol.yaml", scratch / "second", "--param",
-               f"leak_inspector.store:={store}")
-    check(scratch / "second", told)
+    run(launch_scripts / "patrol.yaml", scratch / "second", "--param",
+        f"leak_inspector.store:={store}")
+    check(scratch / "second")
     second = sqlite3.connect(store).execute("SELECT id FROM finding ORDER BY id").fetchall()
     assert second == first, (first, second)
     assert "raised" not in {row["event"] for row in recorded(scratch / "second", "events.csv")}
@@ -82,8 +71,8 @@ def several_processes(launch_scripts, scratch):
     composition.write_text(text.replace("  - type:", "  - isolate: true\n    type:"))
     # No faster than messages get from process to process.
     (scratch / "run").mkdir()
-    told = run(composition, scratch / "run/mission", "rate:=4.0")
-    check(scratch / "run/mission", told)
+    run(composition, scratch / "run/mission", "rate:=4.0")
+    check(scratch / "run/mission")
 
 
 def main():

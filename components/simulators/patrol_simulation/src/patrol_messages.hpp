@@ -19,12 +19,12 @@ namespace pipescout {
 [[nodiscard]] sensor_msgs::msg::NavSatFix fix_message(const simulation::GpsFix& fix,
                                                       const geometry::LocalFrame& frame);
 
-/// One for each leak of the rows, row by row.
+/// One for each leak of the scene.
 [[nodiscard]] std::vector<pipescout_msgs::msg::LeakEvent> true_leak_messages(
-    const std::vector<simulation::ThermalScene>& rows);
+    const simulation::ThermalScene& scene);
 
 /// Locked while the tube, of `radius` m, is in view, else lost. The track is number 1 while the
-/// robot is beside a tube, else 0.
+/// camera is beside the tube, 0 before and behind it.
 [[nodiscard]] pipescout_msgs::msg::PipeTrack true_track_message(
     const std::optional<simulation::PipeView>& view, const geometry::CameraParameters& camera,
     double radius, bool beside);
