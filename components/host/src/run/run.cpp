@@ -38,6 +38,8 @@ constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
 constexpr Duration kGraceAfterTheEnd = std::chrono::seconds(30);
 /// How long a new participant may take to find those that are there already: mostly 0.15 s.
 constexpr Duration kDiscovery = std::chrono::milliseconds(300);
+/// Those of other machines, whose announcements may be lost and come again after a second.
+constexpr Duration kDiscoveryOverNetwork = std::chrono::milliseconds(1500);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 /// While a fleet comes up, the graph changes all the time.
 constexpr Duration kLeastBetweenLooks = std::chrono::milliseconds(200);
@@ -192,7 +194,7 @@ class Run {
       kill(getpid(), SIGTERM);
     };
     context_ = Context::create(create_dds_transport(dds));
-    refuse_taken_names();
+    refuse_taken_names(dds.localhost_only ? kDiscovery : kDiscoveryOverNetwork);
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },
         .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
@@ -235,10 +237,10 @@ class Run {
   }
 
   /// Two missions that share names would take each other's messages for their own.
-  void refuse_taken_names() {
+  void refuse_taken_names(Duration discovery) {
     const auto news = context_->graph().on_changed([this] { loop_.post([] {}); });
     const auto start = steady_now();
-    loop_.run_until([&] { return stopping() || taken() != nullptr; }, start + kDiscovery);
+    loop_.run_until([&] { return stopping() || taken() != nullptr; }, start + discovery);
     // It may be a mission that is just ending.
     loop_.run_until([&] { return stopping() || taken() == nullptr; }, start + kGrace);
     if (const auto* entry = taken(); entry != nullptr && !stopping()) {
