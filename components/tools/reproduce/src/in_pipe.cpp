@@ -176,6 +176,7 @@ class InPipe {
         {"average with a slip in the bend", {.rule = FusionRule::kAverage, .slip_in_bend = 1}},
         {"five wheels around the circumference, a slip in the bend",
          {.wheels = 5, .slip_in_bend = 1}}};
+    std::vector<Measure> compared;
     for (const Variant& variant : variants) {
       const std::string study =
           std::string("Bends of 1.5 to 5 D, pipes of 0.3 and 1.0 m, three wheels: ") + variant.name;
@@ -222,7 +223,15 @@ class InPipe {
                             figure("elbow_false_per_km")});
       }
       rows_.add_study(study, measures);
+      for (const auto& [what, quantile_of] :
+           {std::pair{"median", 0.5}, std::pair{"95 %", 0.95}, std::pair{"worst", 1.0}}) {
+        compared.push_back({std::string(variant.name) + ": error of a bend, " + what + ", m",
+                            quantile(all.errors, quantile_of),
+                            {},
+                            kSmallIsGood});
+      }
     }
+    rows_.add_study("Bends, the rules compared", compared);
   }
 
   void position_with_bends() {
@@ -230,6 +239,8 @@ class InPipe {
     settings.bends = extent_.bends;
     settings.tees = extent_.bends / 3;
     settings.rule = odometry::FusionRule::kCircumference;
+    // A bend is judged as a whole when it has ended: its windows must not be final before.
+    settings.lookback_windows = 16;
     const std::string study = "The same with " + std::to_string(extent_.bends) +
                               " bends, T pieces and verticals, wheels around the circumference";
     const Positioned bent = drive(study, settings);
@@ -248,6 +259,7 @@ class InPipe {
     rows_.add_study(study, measures);
 
     settings.rule = odometry::FusionRule::kConsensus;
+    settings.lookback_windows = 0;
     const std::string consensus =
         "The same with " + std::to_string(extent_.bends) + " bends, T pieces, verticals, consensus";
     rows_.add_study(consensus, place_measures(drive(consensus, settings), false));

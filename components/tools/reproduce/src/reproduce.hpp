@@ -120,6 +120,7 @@ struct TrackingExtent {
   tracking_study::RecordingSettings recording{};
   std::size_t long_sequences = 100;  ///< in all
   std::size_t long_frames = 2000;
+  std::size_t crossings = 200;  ///< of two tubes, in all
   std::vector<std::size_t> particles{100, 300, 1000, 3000, 10'000, 30'000, 100'000};
   arm_study::DriveSettings arm{};
   /// Of each of two seeds: inspected with and without tracker and arm, over the hills of `arm`.
