@@ -4,10 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
 #include <vector>
 
-#include "known_keys.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 
@@ -125,8 +123,8 @@ void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColum
                    const YAML::Node& columns_node, const std::string& mapping, Stream& stream) {
   stream.kind = Kind::kFurther;
   stream.message_type = std::string(message_type_of(kind));
-  const auto known = [&](const std::set<std::string>& keys) {
-    require_known_keys(columns_node, keys, mapping);
+  const auto known = [&](const std::vector<std::string>& keys) {
+    command_line::require_known_keys(columns_node, mapping, "'columns'", keys);
   };
   switch (kind) {
     case NamedSourceKind::kGpsVelocity:
