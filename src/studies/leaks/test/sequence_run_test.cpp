@@ -39,6 +39,36 @@ TEST(SequenceRun, FindsAFaintLeakOnceAndInItsPlace) {
   EXPECT_LT(finding.level_square, 20);
 }
 
+TEST(SequenceRun, ByContrastFindsALeakWhereWhatIsToldIsWrong) {
+  for (const bool automatic_gain : {false, true}) {
+    const CampaignSettings settings{.sequences = 1,
+                                    .faint_leaks = 1,
+                                    .near_leaks = 0,
+                                    .other_leaks = 0,
+                                    .decoys = 0,
+                                    .length = 24,
+                                    .drawn_radiometry = true,
+                                    .automatic_gain = automatic_gain};
+    InspectionSettings inspection;
+    inspection.by_contrast = true;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const SequencePlan plan = plan_campaign(settings, seed).front();
+      const SequenceScore score = run_sequence(plan, inspection, seed);
+      ASSERT_EQ(score.found.size(), 1U);
+      EXPECT_TRUE(score.found[0]) << seed;
+      EXPECT_EQ(score.false_findings(), 0U) << seed;
+      ASSERT_FALSE(score.findings.empty());
+      const FindingScore& finding = score.findings[0];
+      EXPECT_EQ(std::isnan(finding.mean_delta), automatic_gain);
+      EXPECT_EQ(std::isnan(score.tube.mean), automatic_gain);
+      if (!automatic_gain) {
+        EXPECT_LT(finding.delta_interval.low, finding.true_delta) << seed;
+        EXPECT_GT(finding.delta_interval.high, finding.true_delta) << seed;
+      }
+    }
+  }
+}
+
 TEST(SequenceRun, WarmPostsAreNoLeaksHoweverTheRangeIsKnown) {
   for (const auto source :
        {leak_findings::RangeSource::kLine, leak_findings::RangeSource::kDiameter}) {
