@@ -75,11 +75,20 @@ TEST(Reproduce, LeaksGiveTheirFigures) {
   std::ostringstream out;
   LeaksExtent extent;
   extent.campaign = {.sequences = 2, .faint_leaks = 1, .other_leaks = 1, .decoys = 1, .length = 40};
+  extent.world = {.sequences = 2,
+                  .faint_leaks = 1,
+                  .near_leaks = 1,
+                  .other_leaks = 1,
+                  .decoys = 1,
+                  .length = 40,
+                  .drawn_radiometry = true};
   extent.roc = {.rises = {75}, .netds = {0.1}, .leaks = 1, .decoys = 1};
   const auto result = reproduce_leaks({.seeds = 1}, extent, out);
   for (const char* figure :
        {"fig7_flagged", "fig7_cut_off_degc", "leaks_found_percent", "false_findings",
-        "finding_position_p95_m", "finding_coverage95_percent"}) {
+        "finding_position_p95_m", "finding_coverage95_percent", "world_leaks_found_percent",
+        "world_near_found_percent", "world_false_per_km", "world_temperature_coverage95_percent",
+        "agc_leaks_found_percent", "agc_false_per_km"}) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_EQ(result.figures["fig7_flagged"].get<double>(), 13);
