@@ -48,7 +48,9 @@ CallbackReturn PatrolSimulation::on_configure() {
   const std::vector<double> range = patrol_parameters_.grey_range();
   frame_.emplace(patrol_parameters_.datum());
   drive_.emplace(parameters);
-  greys_.emplace(drive_->patrol().renderer().radiometry(), range[0], range[1]);
+  greys_.emplace(
+      thermal::Radiometry(parameters.patrol.camera.constants, parameters.patrol.scene.object),
+      range[0], range[1]);
   const geometry::CameraParameters& camera = parameters.patrol.camera.camera;
   counts_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
                  0);
