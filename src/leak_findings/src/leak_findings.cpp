@@ -100,7 +100,11 @@ void LeakFindings::Implementation::update(const Frame& frame,
   assign(frame, eye);
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
   const auto look = [&](Follow& follow) {
-    if (!follow.taken && seen_sound(follow, frame, eye, detections)) {
+    // A leak that this pass has shown is not gone within it: what hides it now, where it is looked
+    // at askance or is cut by the border, hides it in the next pictures too. Another pass tells.
+    const bool shown =
+        follow.finding.state == FindingState::kRaised && follow.in_pass(frame.time, p);
+    if (!follow.taken && !shown && seen_sound(follow, frame, eye, detections)) {
       follow.log_odds = std::max(follow.log_odds + gain, -kMostLogOdds);
     }
     follow.finding.probability = probability(follow.log_odds);

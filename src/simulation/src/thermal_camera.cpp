@@ -91,7 +91,9 @@ class ThermalRenderer::Implementation {
     }
     const internal::ThermalEye eye = eye_of(view);
     background_.paint(eye, plane_);
-    bodies_.paint(eye, plane_);
+    if (scene_.faces(view.T_map_camera.translation())) {
+      bodies_.paint(eye, plane_);
+    }
     find_hot_pixels(eye);
     sensor_.read(plane_, view.frame, hot_, counts);
   }
@@ -103,7 +105,7 @@ class ThermalRenderer::Implementation {
         internal::view_cylinder(eye, tube_point(), Vector3d::UnitX(), p.tube_radius);
     truth.tube.reset();
     truth.leaks.clear();
-    if (!cylinder) {
+    if (!cylinder || !scene_.faces(view.T_map_camera.translation())) {
       return;
     }
     if (const auto seen = stretch(eye, *cylinder, 0, p.length)) {

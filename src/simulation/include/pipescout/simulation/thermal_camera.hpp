@@ -80,8 +80,8 @@ class ThermalRenderer {
   ~ThermalRenderer();
 
   /// `counts`: height * width, row-major. Motion blur along and across the tube is that at the
-  /// middle of its visible part. Allocates nothing. Throws std::invalid_argument when `counts` has
-  /// another size, or the velocity is not finite.
+  /// middle of its visible part. From behind the mirrors only they are seen. Allocates nothing.
+  /// Throws std::invalid_argument when `counts` has another size, or the velocity is not finite.
   void render(const ThermalView& view, std::span<std::uint16_t> counts);
 
   /// Overwrites `truth`, which allocates only while it grows.
