@@ -60,7 +60,6 @@ SLOW = ("--rate", "1")
 STATE_PERIOD = 0.1  # s
 
 
-
 def build():
     """The environment in which the fleets run."""
     command = (f". {ROOT}/launch_scripts/build_environment.sh && colcon build --packages-up-to "
@@ -266,7 +265,7 @@ def measure_slow_reader(options):
     return result
 
 
-MEASUREMENTS = {each.__name__: each for each in 
+MEASUREMENTS = {each.__name__: each for each in
                 (measure_discovery, measure_recovery, measure_restarts, measure_wifi, measure_lossy,
                  measure_away, measure_slow_reader)}
 
@@ -278,7 +277,8 @@ def in_fleet(options, measurement, robots, env, server=False, composition=COMPOS
         station = [sys.executable, "-B", __file__, "--inside", measurement, "--result", result,
                    "--robots", robots, "--outages", options.outages, "--outage", options.outage,
                    "--kills", options.kills, "--restarts", options.restarts, "--away",
-                   options.away, "--sample", options.sample, "--turns", options.turns] + (["--server"] if server else [])
+                   options.away, "--sample", options.sample, "--turns", options.turns]
+        station += ["--server"] if server else []
         code = fleet.run(robots, composition, station, pathlib.Path(scratch) / "fleet", env,
                          timeout=3600, links=links)
         if code != 0:

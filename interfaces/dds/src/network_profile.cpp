@@ -20,6 +20,10 @@ using eprosima::fastdds::rtps::FlowControllerSchedulerPolicy;
 // through tunnels, and where an interface claims a larger MTU than the path has. An image that
 // loses one fragment is lost, but no router splits, and no kernel reassembles, what is sent.
 constexpr std::uint32_t kWifiDatagramBytes = 1200;
+// With security the limit has to let the handshake pass, of which Fast DDS makes no fragments.
+std::uint32_t datagram_bytes(std::uint32_t handshake_bytes) {
+  return std::max(kWifiDatagramBytes, handshake_bytes);
+}
 
 // Best effort topics wait here for their turn, reliable ones do not.
 constexpr const char* kBulkFlow = "pipescout bulk";
@@ -27,7 +31,7 @@ constexpr std::uint64_t kPeriodMilliseconds = 20;
 constexpr double kMillisecondsPerSecond = 1000.0;
 constexpr double kBytesPerMegabit = 1e6 / 8.0;
 // A datagram that is larger than what may be sent in a period is never sent.
-constexpr double kLeastBytesPerPeriod = 2.0 * kWifiDatagramBytes;
+constexpr double kLeastDatagramsPerPeriod = 2.0;
 
 // Of Fast DDS's scheduler, between -10 (first) and 10 (last): between two periods the small
 // messages overtake the rest of a large one.
@@ -42,14 +46,15 @@ const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
 
 }  // namespace
 
-void apply(const NetworkProfile& profile,
+void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport) {
   if (profile.kind == NetworkProfile::Kind::kWifi) {
-    transport.maxMessageSize = kWifiDatagramBytes;
+    transport.maxMessageSize = datagram_bytes(handshake_bytes);
   }
 }
 
-void apply(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
+void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
+           fastdds::DomainParticipantQos& qos) {
   if (profile.kind != NetworkProfile::Kind::kWifi) {
     return;
   }
@@ -57,9 +62,10 @@ void apply(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
   bulk->name = kBulkFlow;
   bulk->scheduler = FlowControllerSchedulerPolicy::HIGH_PRIORITY;
   const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
-  bulk->period_ms =
-      std::max(kPeriodMilliseconds,
-               static_cast<std::uint64_t>(std::ceil(kLeastBytesPerPeriod / bytes_per_millisecond)));
+  const double least_bytes_per_period = kLeastDatagramsPerPeriod * datagram_bytes(handshake_bytes);
+  bulk->period_ms = std::max(
+      kPeriodMilliseconds,
+      static_cast<std::uint64_t>(std::ceil(least_bytes_per_period / bytes_per_millisecond)));
   bulk->max_bytes_per_period =
       static_cast<std::int32_t>(bytes_per_millisecond * static_cast<double>(bulk->period_ms));
   qos.flow_controllers().push_back(std::move(bulk));
