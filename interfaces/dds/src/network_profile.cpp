@@ -27,7 +27,7 @@ std::uint32_t datagram_bytes(std::uint32_t handshake_bytes) {
 
 // Best effort topics wait here for their turn, reliable ones do not.
 constexpr const char* kBulkFlow = "pipescout bulk";
-constexpr std::uint64_t kPeriodMilliseconds = 20;
+constexpr std::uint32_t kPeriodMilliseconds = 20;
 constexpr double kMillisecondsPerSecond = 1000.0;
 constexpr double kBytesPerMegabit = 1e6 / 8.0;
 // A datagram that is larger than what may be sent in a period is never sent.
@@ -43,6 +43,21 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
 
 // How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
 const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
+
+/// What may be sent within a period.
+struct Budget {
+  std::uint32_t bytes = 0;
+  std::uint32_t milliseconds = 0;
+};
+
+Budget budget_of(const NetworkProfile& profile, std::uint32_t handshake_bytes) {
+  const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
+  const double least_bytes_per_period = kLeastDatagramsPerPeriod * datagram_bytes(handshake_bytes);
+  const auto milliseconds = std::max(
+      kPeriodMilliseconds,
+      static_cast<std::uint32_t>(std::ceil(least_bytes_per_period / bytes_per_millisecond)));
+  return {static_cast<std::uint32_t>(bytes_per_millisecond * milliseconds), milliseconds};
+}
 
 }  // namespace
 
@@ -61,14 +76,17 @@ void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
   auto bulk = std::make_shared<FlowControllerDescriptor>();
   bulk->name = kBulkFlow;
   bulk->scheduler = FlowControllerSchedulerPolicy::HIGH_PRIORITY;
-  const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
-  const double least_bytes_per_period = kLeastDatagramsPerPeriod * datagram_bytes(handshake_bytes);
-  bulk->period_ms = std::max(
-      kPeriodMilliseconds,
-      static_cast<std::uint64_t>(std::ceil(least_bytes_per_period / bytes_per_millisecond)));
-  bulk->max_bytes_per_period =
-      static_cast<std::int32_t>(bytes_per_millisecond * static_cast<double>(bulk->period_ms));
+  const Budget budget = budget_of(profile, handshake_bytes);
+  bulk->period_ms = budget.milliseconds;
+  bulk->max_bytes_per_period = static_cast<std::int32_t>(budget.bytes);
   qos.flow_controllers().push_back(std::move(bulk));
+}
+
+void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
+  if (profile.kind == NetworkProfile::Kind::kWifi) {
+    const Budget budget = budget_of(profile, 0);
+    qos.wire_protocol().throughput_controller = {budget.bytes, budget.milliseconds};
+  }
 }
 
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos) {

@@ -18,6 +18,9 @@ void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport);
 void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            fastdds::DomainParticipantQos& qos);
+/// A discovery server tells each robot of all others: at once that is more than a radio channel
+/// carries, and what is lost is told again. All that it sends has the rate of the profile.
+void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos);
 /// `type` is the DDS name, `qos` has its reliability already.
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos);
 
