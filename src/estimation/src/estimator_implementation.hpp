@@ -15,6 +15,7 @@
 #include "odometer_intake.hpp"
 #include "pipescout/estimation/in_motion_alignment.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
+#include "start_trail.hpp"
 #include "turn_window.hpp"
 
 namespace pipescout::estimation {
@@ -101,6 +102,12 @@ class StateEstimator::Implementation {
     bool has_height = true;
   };
 
+  struct Given {
+    GivenPose pose{};
+    /// Where the body was at its time; its deviations are part of those of the pose.
+    std::optional<geometry::SE3> T_odom_body{};
+  };
+
   /// Whether the odometer tells how the body moves.
   [[nodiscard]] bool has_odometer(double time) const noexcept {
     constexpr double kWitnessAge = 1;  // s, of the newest reading
@@ -171,6 +178,14 @@ class StateEstimator::Implementation {
   /// more: then the axes become those in which the body is where it is and heads where it heads.
   void forget_heading();
   void level_again() noexcept;
+  /// Puts the trail of the levelling where odom ended before. Where odom goes on after it.
+  [[nodiscard]] geometry::SE3 continue_odom();
+  /// Looks where in odom the body was at the time of the given pose, unless that is known, or that
+  /// time is still to come.
+  void place_given();
+  /// By standard deviations, m and rad.
+  void widen_given(double position, double heading);
+  void give_up_given(const char* why) noexcept;
   [[nodiscard]] std::optional<Angle> start_yaw() const;
   [[nodiscard]] std::optional<Placement> start_place(const Angle& yaw) const;
 
@@ -267,7 +282,11 @@ class StateEstimator::Implementation {
   bool told_in_motion_ = false;
   bool contradicted_in_motion_ = false;
   double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
-  std::optional<GivenPose> given_{};
+  std::optional<Given> given_{};
+  const char* given_fault_ = nullptr;  // why a given pose is not used
+  StartTrail trail_{};
+  // s, where odom ended when a restart was asked for; NaN: it did not, or is of another time.
+  double odom_ended_ = std::numeric_limits<double>::quiet_NaN();
   bool height_is_known_ = false;  // that of the map: some position had one
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};

@@ -141,6 +141,9 @@ EstimatorStatus StateEstimator::Implementation::status() const {
              << std::ceil(std::max(needed - gps.track().extent(), 1.0))
              << " m of motion with GPS, or a heading, visual pose, weld or given pose";
       }
+      if (given_fault_ != nullptr) {
+        text << "; the given pose is not used: " << given_fault_;
+      }
       break;
   }
   status.text = text.str();

@@ -33,6 +33,26 @@ double spacing_of(double& last, double time) {
   return spacing;
 }
 
+/// Of the body, by what is known of the mounting of the camera.
+geometry::SE3 mounted_pose(const VisualPoseMeasurement& m, const GlobalStates& globals) {
+  return m.mounting < 0 ? m.T_rack_body : m.T_rack_body * mounting_error(m, globals).inverse();
+}
+
+struct MountingVariances {
+  double position = 0;  // m^2, of the body
+  double rotation = 0;  // rad^2
+};
+
+MountingVariances mounting_variances(const VisualPoseMeasurement& m, const GlobalVector& known) {
+  if (m.mounting < 0) {
+    return {};
+  }
+  const double rotation = known.segment<3>(kOwnStates + m.mounting + 3).maxCoeff();
+  return {.position = known.segment<3>(kOwnStates + m.mounting).maxCoeff() +
+                      m.camera.squaredNorm() * rotation,
+          .rotation = rotation};
+}
+
 }  // namespace
 
 WatchedFix StateEstimator::Implementation::fix_of(double time, const Point& point,
@@ -77,7 +97,7 @@ StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
 StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
     const VisualPoseMeasurement& m) const {
   const GlobalStates& globals = smoother_.globals();
-  return {globals.R_map_rack * m.T_rack_body.translation() + globals.rack_position,
+  return {globals.R_map_rack * mounted_pose(m, globals).translation() + globals.rack_position,
           odom_.at(m.time).T_odom_body.translation(),
           worst_deviation(m.covariance.topLeftCorner<3, 3>())};
 }
@@ -91,7 +111,7 @@ WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m
   const double rack =
       known.segment<3>(kRackPosition).maxCoeff() +
       m.T_rack_body.translation().squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
-  return fix_of(m.time, point_of(m), rack);
+  return fix_of(m.time, point_of(m), rack + mounting_variances(m, known).position);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const WeldMeasurement& m) const {
@@ -255,11 +275,19 @@ void StateEstimator::Implementation::see(const VisualPoseMeasurement& m, const W
   }
   // The rack's own error is in what follows too: as it was at the start, so that it is not counted
   // for less than it is.
-  seen_place_ = Point{fix.measured, fix.reckoned, std::hypot(fix.deviation, rack)};
-  const SO3 body = smoother_.globals().R_map_rack * m.T_rack_body.rotation();
+  // The mounting of the camera is to be learnt from what follows: a state that is placed by it must
+  // not count as another witness of it.
+  constexpr double kNoWitness = 9;  // times its variance
+  const MountingVariances mounting = mounting_variances(m, known);
+  seen_place_ = Point{
+      fix.measured, fix.reckoned,
+      std::sqrt(fix.deviation * fix.deviation + rack * rack + kNoWitness * mounting.position)};
+  const GlobalStates& globals = smoother_.globals();
+  const SO3 body = globals.R_map_rack * mounted_pose(m, globals).rotation();
   const Eigen::Matrix3d turn = (body * odom_.at(m.time).T_odom_body.rotation().inverse()).matrix();
   const double variance = m.covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff() +
-                          known.segment<3>(kRackRotation).maxCoeff();
+                          known.segment<3>(kRackRotation).maxCoeff() +
+                          kNoWitness * mounting.rotation;
   seen_yaw_ =
       Angle{std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), std::sqrt(variance)};
 }

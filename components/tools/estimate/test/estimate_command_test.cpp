@@ -408,14 +408,14 @@ TEST_F(EstimateOfABag, FurtherSourcesThatTheRecordingDoesNotHaveAreErrors) {
 }
 
 /// A vehicle on a circle of 10 m from (10, 0) northwards, 2 m/s: wheels whose yaw rate is off, and
-/// sources that say so. `standing`: s, before it drives.
+/// sources that say so. `standing`: s, before it drives. `start`: m, where it is said to begin.
 class CircleWithoutGps {
  public:
   static constexpr double kRadius = 10;
   static constexpr double kSpeed = 2;
   static constexpr double kEnd = 60;  // s
 
-  explicit CircleWithoutGps(double standing) : standing_(standing) {
+  explicit CircleWithoutGps(double standing, double start = kRadius) : standing_(standing) {
     constexpr double kOff = 0.01;  // rad/s
     std::ofstream wheels(folder_.path() / "wheels.csv");
     std::ofstream ranges(folder_.path() / "ranges.csv");
@@ -432,7 +432,8 @@ class CircleWithoutGps {
              << (p - Eigen::Vector2d(40, 0)).norm() << "\n";
       track << t << "," << speed << "," << -angle(t) * 180 / std::numbers::pi << "\n";
     }
-    std::ofstream(folder_.path() / "mapping.yaml") << R"(start: {position: [10, 0, 0], heading: 90}
+    std::ofstream(folder_.path() / "mapping.yaml")
+        << "start: {position: [" << start << R"(, 0, 0], heading: 90}
 further_sources:
   north: {kind: range, beacon: [0, 40, 0], deviation: 0.1}
   east: {kind: range, beacon: [40, 0, 0], deviation: 0.1}
@@ -479,9 +480,16 @@ TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
   EXPECT_LT(circle.error(), 0.5);  // by the wheels alone: 10 m
 }
 
+TEST(EstimateOfCsvFiles, TheStartIsThatOfTheFirstMessageOfAVehicleThatDrives) {
+  const CircleWithoutGps circle(0);
+  const auto result = circle.run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, Not(HasSubstr("contradicts the trajectory")));
+  EXPECT_LT(circle.error(), 0.5);
+}
+
 TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
-  // It drives at once: the start is 2 m behind it.
-  const auto result = CircleWithoutGps(0).run();
+  const auto result = CircleWithoutGps(0, 12).run();
   ASSERT_EQ(result.code(), 0) << result.out << result.err;
   EXPECT_THAT(result.out, HasSubstr("north contradicts the trajectory in "));
 }

@@ -83,6 +83,13 @@ struct FixedLagSmootherParameters {
   /// linearisations in one update; remaining ones follow in the next. In [1, 100]
   int max_iterations = 3;
 
+  /// Estimates how the camera of visual poses is mounted, from these standard deviations of its
+  /// position (m) and rotation (rad), per axis, in {0} (known) or [1e-9, 1e6] and {0} or [1e-9, 1],
+  /// in the last six of GlobalStates::own. Returns their place, for
+  /// VisualPoseMeasurement::mounting. Throws std::invalid_argument naming the argument, or that
+  /// they are in use.
+  int estimate_camera_mounting(double position_deviation, double rotation_deviation);
+
   /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds, centre lines and factors
   /// of the user.
   [[nodiscard]] static std::array<Robustness, kFactorKinds> default_robustness();
