@@ -9,6 +9,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 

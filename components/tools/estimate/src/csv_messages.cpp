@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 

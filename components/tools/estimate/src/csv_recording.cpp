@@ -10,6 +10,7 @@
 
 #include "csv_messages.hpp"
 #include "csv_source.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "recording.hpp"
 
