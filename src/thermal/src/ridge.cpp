@@ -66,28 +66,31 @@ void RidgeFinder::find_crests(const ImageView<Pixel>& image, const Scale<Pixel>&
   }
 }
 
-/// Of one column or row: over all places and widths.
+/// Of one column or row: over all places and widths. The three parts are as wide as each other, so
+/// that sums are compared and not means.
 void RidgeFinder::add_crest(double along, int most_width,
                             const LeakDetectorParameters& parameters) {
   const int length = static_cast<int>(sums_.size()) - 1;
-  const auto mean = [this](int from, int to) {
-    return (sums_[static_cast<std::size_t>(to)] - sums_[static_cast<std::size_t>(from)]) /
-           (to - from);
-  };
   Crest best;
   double most = parameters.min_contrast;
   const int least_width = std::max(3, static_cast<int>(std::ceil(parameters.min_width)));
   for (int width = least_width; width <= most_width; width += std::max(1, width / 2)) {
     const int gap = std::max(1, static_cast<int>(std::lround(kBlurredEdge * width)));
+    const auto sum = [this, width](int from) {
+      const double* const first = sums_.data() + from;
+      return first[width] - *first;
+    };
+    double least_rise = most * width;
     for (int from = width + gap; from + 2 * width + gap <= length; ++from) {
-      const double level = mean(from, from + width);
-      const double side = std::max(mean(from - gap - width, from - gap),
-                                   mean(from + width + gap, from + 2 * width + gap));
-      if (level - side > most) {
-        most = level - side;
-        best = {from + 0.5 * (width - 1), along, level, side, static_cast<double>(width)};
+      const double level = sum(from);
+      const double side = std::max(sum(from - gap - width), sum(from + width + gap));
+      if (level - side > least_rise) {
+        least_rise = level - side;
+        best = {from + 0.5 * (width - 1), along, level / width, side / width,
+                static_cast<double>(width)};
       }
     }
+    most = least_rise / width;
   }
   if (best.width > 0) {
     crests_.push_back(best);
