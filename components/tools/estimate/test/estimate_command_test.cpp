@@ -489,9 +489,9 @@ TEST(EstimateOfCsvFiles, TheStartIsThatOfTheFirstMessageOfAVehicleThatDrives) {
 }
 
 TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
-  const auto result = CircleWithoutGps(0, 12).run();
+  const auto result = CircleWithoutGps(0, 20).run();
   ASSERT_EQ(result.code(), 0) << result.out << result.err;
-  EXPECT_THAT(result.out, HasSubstr("north contradicts the trajectory in "));
+  EXPECT_THAT(result.out, HasSubstr("east contradicts the trajectory in "));
 }
 
 TEST(EstimateOfCsvFiles, KindsAndColumnsThatAreNoneAreNamed) {
