@@ -331,6 +331,32 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
   EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose.covariance));
 }
 
+TEST_F(StateEstimatorTest, SaysWhatIsKnownOfTheCameraThatItCalibrates) {
+  auto& estimator = start({{"preset", "uav"},
+                           {"camera.position_deviation", 0.03},
+                           {"camera.rotation_deviation", 0.02}});
+  const SE3 T_map_base(SO3(), {1, 2, 3});
+  for (int i = 0; i < 400; ++i) {
+    const double time = 0.01 * i;
+    harness_.set_time(kStart + from_seconds(time));
+    Imu imu = Drive::imu(0);
+    imu.header.stamp = to_message(kStart + from_seconds(time));
+    send(topics::kImu, imu);
+    if (i % 4 == 0) {
+      geometry_msgs::msg::PoseWithCovarianceStamped pose;
+      pose.header.stamp = imu.header.stamp;
+      pose.header.frame_id = "rack";
+      pose.pose.pose =
+          to_message(T_map_base * SE3(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {}));
+      pose.pose.covariance = to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
+      send(topics::kRackPose, pose);
+    }
+  }
+  EXPECT_EQ(states_.back().phase, "running");
+  EXPECT_THAT(estimator.diagnostics().take().values.at("visual_pose.camera"),
+              HasSubstr("the motion so far does not determine: x (+-"));
+}
+
 TEST_F(StateEstimatorTest, TakesTheCameraFromTheTransforms) {
   const SE3 T_base_camera(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {0.1, 0.0, -0.2});
   auto& estimator = start({{"preset", "uav"}, {"camera.frame", "camera_optical"}});
@@ -600,6 +626,10 @@ TEST_F(StateEstimatorTest, ParametersOutOfRangeAreRefusedByName) {
   expect_refused(harness_, {"gps.kernel", "soft"}, "gps.kernel");
   expect_refused(harness_, {"centre_line.file", "/does/not/exist.csv"}, "/does/not/exist.csv");
   expect_refused(harness_, {"weld.tally", "/does/not/exist.csv"}, "/does/not/exist.csv");
+  EXPECT_THROW(
+      (void)harness_.make<StateEstimator>({.parameters = {{"camera.rotation_deviation", 2.0}}}),
+      ParameterError);
+  expect_refused(harness_, {"camera.position_deviation", 1e-12}, "camera.position_deviation");
   expect_refused(harness_, {"camera.position", std::vector<double>{kNan, 0.0, 0.0}},
                  "camera.position");
 }

@@ -456,6 +456,25 @@ sources:
     return testing::run_program(ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"},
                                 folder_.path());
   }
+  /// In place of start and of the other sources: poses that are of `late` seconds after their
+  /// stamp.
+  void write_poses(double late) const {
+    std::ofstream poses(folder_.path() / "poses.csv");
+    poses << "t,x,y,z,qx,qy,qz,qw\n";
+    for (int i = 0; i <= 10 * kEnd; ++i) {
+      const double t = 0.1 * i;
+      const Eigen::Vector2d p = place(t + late);
+      const double heading = angle(t + late) + std::numbers::pi / 2;
+      poses << t << "," << p.x() << "," << p.y() << ",0,0,0," << std::sin(heading / 2) << ","
+            << std::cos(heading / 2) << "\n";
+    }
+    std::ofstream(folder_.path() / "mapping.yaml") << R"(further_sources:
+  seen: {kind: pose, deviation: 0.02, rotation_deviation: 0.01, time_offset_deviation: 0.1}
+sources:
+  - {name: wheels, kind: odometer, file: wheels.csv, columns: {time: t, speed: v, yaw_rate: w}}
+  - {name: seen, kind: pose, file: poses.csv, columns: {time: t, position: [x, y, z], orientation: [qx, qy, qz, qw]}}
+)";
+  }
   /// m, of the last pose of the trajectory, which must be near the end.
   [[nodiscard]] double error() const {
     std::ifstream file(folder_.path() / "out" / "trajectory.tum");
@@ -486,6 +505,16 @@ TEST(EstimateOfCsvFiles, TheStartIsThatOfTheFirstMessageOfAVehicleThatDrives) {
   ASSERT_EQ(result.code(), 0) << result.out << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("contradicts the trajectory")));
   EXPECT_LT(circle.error(), 0.5);
+}
+
+TEST(EstimateOfCsvFiles, PosesInTheMapPlaceTheVehicleAndTellTheirDelay) {
+  const CircleWithoutGps circle(3);
+  circle.write_poses(-0.1);
+  const auto result = circle.run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("begins at the first pose of the sources of kind pose"),
+                                HasSubstr("ms before their stamps")));
+  EXPECT_LT(circle.error(), 0.1);
 }
 
 TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
