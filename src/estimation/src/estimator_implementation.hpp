@@ -216,6 +216,11 @@ class StateEstimator::Implementation {
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
+  /// The same of a fix. However alike the errors of fixes are, one alone tells the place as well as
+  /// it states: of a state that is less sure (variance P, the fix's R) what is beyond R is
+  /// independent of the errors of earlier fixes, and the factor P / (P - R) makes it as sure as the
+  /// fix. Not of those that come together: each would be used so.
+  [[nodiscard]] double covariance_factor_of(const GpsMeasurement& m);
   [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
   [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
@@ -265,6 +270,7 @@ class StateEstimator::Implementation {
   double imu_lag_ = 0;          // s, behind the others: largest lately
   double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
+  std::uint64_t gps_used_at_ = 0;             // number of the update that the newest fix goes into
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   std::array<double, kOwnFactorKinds> own_last_used_{};
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();

@@ -53,6 +53,8 @@ EstimatorStatus StateEstimator::Implementation::status() const {
     // Welds are believed from the first on; until then there are none.
     const bool unheard = source == Source::kWeld && one.accepted + one.gated + one.held == 0;
     one.state = unheard ? SourceState::kAbsent : watch_of(source).state();
+    one.correlation_time = watch_of(source).correlation_time();
+    one.deviation_factor = watch_of(source).deviation_factor();
   }
   for (std::size_t i = 0; i < kSources; ++i) {
     status.sources[i].waiting = waiting(static_cast<Source>(i));

@@ -2,8 +2,10 @@
 // Absolute measurements: which of them the smoother gets, and when it is moved by them.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "estimator_implementation.hpp"
 #include "pipescout/linear_algebra/products.hpp"
@@ -331,9 +333,31 @@ double StateEstimator::Implementation::covariance_factor_of(Source source, doubl
   return watch_of(source).covariance_scale(spacing);
 }
 
+double StateEstimator::Implementation::covariance_factor_of(const GpsMeasurement& m) {
+  const double factor = covariance_factor_of(Source::kGps, m.time);
+  // Of those that come together each but the first would find the state as the first did.
+  const bool first = std::exchange(gps_used_at_, updates_ + 1) != updates_ + 1;
+  const AbsoluteSourceWatch& watch = watch_of(Source::kGps);
+  if (!first || !in_map() || watch.correlation_time() == 0) {
+    return factor;
+  }
+  const double scale = watch.deviation_factor() * watch.deviation_factor();
+  const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  double surplus = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (m.covariance(axis, axis) < kNoHeight * kNoHeight) {
+      surplus = std::min(surplus, covariance(kPosition + axis, kPosition + axis) /
+                                      (scale * m.covariance(axis, axis)));
+    }
+  }
+  return surplus > 1 ? std::min(factor, scale * surplus / (surplus - 1)) : factor;
+}
+
 template <class Measurement>
 void StateEstimator::Implementation::use(Measurement m) noexcept {
-  if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
+  if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
+    m.covariance *= covariance_factor_of(m);
+  } else if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
     const double factor = covariance_factor_of(source_of(m), m.time);
     if constexpr (std::is_same_v<Measurement, HeadingMeasurement>) {
       m.standard_deviation *= std::sqrt(factor);
@@ -371,13 +395,18 @@ void StateEstimator::Implementation::offer(const Measurement& m) noexcept {
   if constexpr (std::is_same_v<Measurement, GpsMeasurement> ||
                 std::is_same_v<Measurement, VisualPoseMeasurement>) {
     const Point point = point_of(m);
+    constexpr bool kGps = std::is_same_v<Measurement, GpsMeasurement>;
+    const GlobalStates& globals = smoother_.globals();
+    const double late = kGps ? globals.gps_time_offset : globals.visual_pose_time_offset;
+    const Vector3d predicted = SO3::about_z(odom_.yaw()) * point.reckoned + odom_.offset() +
+                               late * newest_state().velocity;
     watch_of(source_of(m))
         .offer({.time = m.time,
                 .measured = point.measured,
                 .reckoned = point.reckoned,
                 .deviation = point.deviation,
                 .way = odom_.at(m.time).way},
-               odom_.yaw());
+               odom_.yaw(), (point.measured - predicted).head<2>());
   }
 }
 

@@ -91,6 +91,7 @@ ImuIntegration FixedLagSmootherParameters::imu_integration() const noexcept {
                      .gravity = gravity,
                      .map_rate = earth.rate};
   how.coasting.gyro = coasting_angular_rate;
+  how.coasting_turn = coasting_turn;
   how.coasting.accelerometer = coasting_acceleration;
   return how;
 }
@@ -113,6 +114,7 @@ void FixedLagSmootherParameters::validate() const {
   imu_noise.validate();
   within("coasting_acceleration", coasting_acceleration, 1e-6, 1000, "[1e-6, 1000]");
   within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000, "[1e-6, 1000]");
+  within("coasting_turn", coasting_turn, 0, 1000, "[0, 1000]");
   if (!globals.is_finite()) {
     throw std::invalid_argument("globals: one is not finite");
   }

@@ -420,6 +420,10 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
       "s, correlation time of the measurement errors, such as multipath; 0: white");
   bound_->real(
+      source + ".shortest_correlation_time",
+      [watch](auto& p) -> double& { return (p.*watch).shortest_correlation_time; }, {0, 1000},
+      "s, below correlation_time: that is found on line between both, from the innovations");
+  bound_->real(
       source + ".largest_deviation_factor",
       [watch](auto& p) -> double& { return (p.*watch).largest_deviation_factor; }, {1, 100},
       "standard deviations are taken for up to this factor larger than stated; 1: as stated");

@@ -72,7 +72,9 @@ struct FixedLagSmootherParameters {
   /// Process noise of velocity and rotation (random walks) while IMU samples are missing.
   double coasting_acceleration = 1;    ///< m/s^2/sqrt(Hz), in [1e-6, 1000]
   double coasting_angular_rate = 0.3;  ///< rad/s/sqrt(Hz), in [1e-6, 1000]
-  GlobalStates globals{};              ///< their initial values
+  /// About the vertical, in addition: what stands on the ground or hovers turns more than it tilts.
+  double coasting_turn = 0;  ///< rad/s/sqrt(Hz), in [0, 1000]
+  GlobalStates globals{};    ///< their initial values
   GlobalDeviations global_deviations{};
   /// Random walks of GlobalStates::own, per sqrt(s); 0: constant. In {0} or [1e-9, 1e6]. Within the
   /// lag a state is taken for constant: it walks when keyframes leave.
