@@ -19,7 +19,10 @@ constexpr int kLongestProfile = 2 * static_cast<int>(kLongestSearch) + 2 * kMost
 // Mean over this far to both sides along the edge: halves what noise and texture do to a sample.
 constexpr double kSideStep = 2.0;
 constexpr int kSideSteps = 2;
-constexpr std::size_t kBeside = 2 * kSideSteps + 1;
+constexpr int kMostSideSteps = 5;  // in noise: samples of an edge are this far from each other
+constexpr std::size_t kMostBeside = 2 * kMostSideSteps + 1;
+constexpr double kNoisy = 5.0;       // grey levels
+constexpr double kNoiseGate = 3.0;   // deviations of a step that is not noise
 constexpr double kImageBlur = 0.88;  // px: a good lens, the pixels' own size, the interpolation
 constexpr int kSupportShare = 3;
 constexpr double kStepSigma = 0.1;  // px, of a plain step
@@ -137,8 +140,23 @@ EdgeSearch::EdgeSearch(const geometry::Camera& camera, const EdgeSearchParameter
   for (float& weight : filter_) {
     weight = static_cast<float>(weight / slope);  // a ramp of slope 1 gives 1
   }
-  contrast_per_response_ =
-      std::sqrt(2 * std::numbers::pi * (sigma * sigma + kImageBlur * kImageBlur));
+  const double squared_blur = sigma * sigma + kImageBlur * kImageBlur;
+  contrast_per_response_ = std::sqrt(2 * std::numbers::pi * squared_blur);
+  // The response to white noise has the variance of the filter's weights, its slope that of their
+  // differences; and a step's response is curved by its contrast over the squared blur.
+  double squares = 0;
+  double squared_slopes = 0;
+  const auto weight_at = [&](int i) {
+    const auto size = static_cast<std::size_t>(std::abs(i));
+    return i == 0 || std::abs(i) > taps ? 0.0
+                                        : std::copysign(static_cast<double>(filter_[size - 1]), i);
+  };
+  for (int i = -taps - 1; i <= taps + 1; ++i) {
+    squares += weight_at(i) * weight_at(i);
+    squared_slopes += std::pow(0.5 * (weight_at(i + 1) - weight_at(i - 1)), 2);
+  }
+  contrast_noise_ = contrast_per_response_ * std::sqrt(squares);
+  place_noise_ = contrast_per_response_ * squared_blur * std::sqrt(squared_slopes);
 }
 
 EdgeSearch::~EdgeSearch() = default;
@@ -153,7 +171,12 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   const int reach = static_cast<int>(std::ceil(range * scale)) + 1;
   Span span{-(reach + std::max(taps, kLimbInside)), reach + std::max(taps, kLimbOutside)};
   const Eigen::Vector2d side = kSideStep * Eigen::Vector2d(-direction.y(), direction.x());
-  const Eigen::Vector2d low = kSideSteps * side.cwiseAbs();
+  const double level = image.row(
+      std::clamp(static_cast<int>(middle.y()), 0,
+                 image.height - 1))[std::clamp(static_cast<int>(middle.x()), 0, image.width - 1)];
+  const int sides = noise_.excess(level) > kNoisy ? kMostSideSteps : kSideSteps;
+  const auto beside = static_cast<std::size_t>(2 * sides + 1);
+  const Eigen::Vector2d low = sides * side.cwiseAbs();
   clip(middle.x(), direction.x(), low.x(), image.width - 1.001 - low.x(), span);
   clip(middle.y(), direction.y(), low.y(), image.height - 1.001 - low.y(), span);
   const int length = span.last - span.first + 1;
@@ -161,24 +184,30 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     return;
   }
   sample.searched = true;
-  BilinearSamples<kBeside * kLongestProfile> samples;
+  BilinearSamples<kMostBeside * kLongestProfile> samples;
   for (int i = 0; i < length; ++i) {
     const Eigen::Vector2d at = middle + (span.first + i) * direction;
-    for (int j = -kSideSteps; j <= kSideSteps; ++j) {
+    for (int j = -sides; j <= sides; ++j) {
       samples.add(static_cast<float>(at.x() + j * side.x()),
                   static_cast<float>(at.y() + j * side.y()));
     }
   }
-  std::array<float, kBeside * kLongestProfile> values;
+  std::array<float, kMostBeside * kLongestProfile> values;
   samples.read(image, values);
   std::array<float, kLongestProfile> profile;
+  float mean = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) {
     float sum = 0;
-    for (std::size_t j = 0; j < kBeside; ++j) {
-      sum += values[i * kBeside + j];
+    for (std::size_t j = 0; j < beside; ++j) {
+      sum += values[i * beside + j];
     }
-    profile[i] = sum / static_cast<float>(kBeside);
+    profile[i] = sum / static_cast<float>(beside);
+    mean += profile[i];
   }
+  mean /= static_cast<float>(length);
+  // Of a value of the profile: what is beyond the usual noise.
+  const double noise =
+      noise_.excess(static_cast<double>(mean)) / std::sqrt(static_cast<double>(beside));
   std::array<float, kLongestProfile> response{};
   for (int j = 0; j < taps; ++j) {
     const float weight = filter_[static_cast<std::size_t>(j)];
@@ -192,8 +221,10 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   for (int i = taps; i < length - taps; ++i) {
     strongest = std::max(strongest, std::abs(response[static_cast<std::size_t>(i)]));
   }
-  const double least = std::max(parameters_.least_contrast / contrast_per_response_,
-                                parameters_.least_share * static_cast<double>(strongest));
+  const double least =
+      std::max(std::max(parameters_.least_contrast, kNoiseGate * contrast_noise_ * noise) /
+                   contrast_per_response_,
+               parameters_.least_share * static_cast<double>(strongest));
   std::array<double, kMaxEdgeCandidates> scores{};
   std::array<int, kMaxEdgeCandidates> peaks{};
   for (int i = taps + 1; i < length - taps - 1; ++i) {
@@ -236,10 +267,12 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     }
     scores[static_cast<std::size_t>(place)] = score;
     peaks[static_cast<std::size_t>(place)] = i;
+    const double by_noise = place_noise_ * noise / std::abs(contrast) / scale;
     sample.candidates[static_cast<std::size_t>(place)] = {.pixel = Eigen::Vector2d::Zero(),
                                                           .distance = distance,
                                                           .contrast = contrast,
-                                                          .sigma = kStepSigma};
+                                                          .sigma = std::hypot(kStepSigma, by_noise),
+                                                          .noise_sigma = by_noise};
   }
   const auto set_place = [&](EdgeCandidate& candidate, double distance) {
     candidate.distance = distance;
@@ -259,6 +292,9 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     const LimbWindow window(profile.data() + first, static_cast<std::size_t>(kLimbWindow));
     const LimbProfile::Fit fit = limb_->fit(window);
     candidate.sigma = fit.sigma / scale;
+    // Of what the fit leaves, that is the part of noise; the other one is shading that it does not
+    // know.
+    candidate.noise_sigma = candidate.sigma * std::min(1.0, noise / std::sqrt(fit.left));
     const double alone = (span.first + peaks[j] + fit.place) / scale;
     // Two places explain more than one, and too much on edges of which little is known. A pair
     // whose contour is farther from the expected edge than the one step's rather takes shading for

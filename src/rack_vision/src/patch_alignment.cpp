@@ -185,6 +185,25 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
   return warped.normal_inverse.allFinite();
 }
 
+double StoredPatch::mean() const noexcept {
+  int sum = 0;
+  for (const std::uint8_t pixel : pixels) {
+    sum += pixel;
+  }
+  return static_cast<double>(sum) / static_cast<double>(pixels.size());
+}
+
+PatchInNoise patch_in_noise(const WarpedPatch& warped, double noise) noexcept {
+  static constexpr double kLeastShare = 0.2;
+  const double energy = noise * noise * kArea;
+  const auto share = [](double noise_energy, double whole) {
+    return std::max(kLeastShare, 1 - noise_energy / std::max(whole, 1e-9));
+  };
+  // A derivative over two pixels has half the variance of a pixel.
+  return {share(energy, static_cast<double>(warped.energy)),
+          1 / share(0.5 * energy, static_cast<double>(warped.least_gradient_energy))};
+}
+
 PatchMatch search_patch(const ImageView& image, const WarpedPatch& patch,
                         const PatchWindow& window) noexcept {
   // Written so that NaN gives an empty window.

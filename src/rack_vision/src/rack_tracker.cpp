@@ -19,8 +19,10 @@ using geometry::Matrix6d;
 
 constexpr int kLeastGreyRange = 8;  // grey levels: below it an image is black, white or fog
 constexpr int kMostCoasting = 2;    // images without a pose before the track is lost
+constexpr int kMostRepeated = 10;   // identical images in a row, then the camera is frozen
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
+constexpr int kImagesPerOffsets = 4;  // pipes do not move fast
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
@@ -79,18 +81,35 @@ class RackTracker::Implementation {
     offsets_.predict(dt);
     intrinsics_.predict(dt);
     const bool measured = predict(dt, motion);
+    if (repeated_ > 0 && !starting_) {
+      // It was used before: drivers repeat images, and to what moved meanwhile it says nothing.
+      coasted_time_ += dt;
+      state_ = TrackStatus::kCoasting;
+      fill(result);
+      result.reason = "the image is identical to the previous one: predicted";
+      return result;
+    }
     const PoseBelief predicted = pose_;
+    step_.look_at(image);
     find(image);
     if (!borne_out() && !find_by_other_motion(image, last, dt, measured)) {
       pose_ = predicted;
     }
     judge(image, result);
+    if (state_ == TrackStatus::kTracking) {
+      tracked_ = pose_;
+      coasted_time_ = 0;
+    } else {
+      coasted_time_ += dt;
+    }
     return result;
   }
 
   void reset() {
     step_.forget();
     pose_ = {};
+    tracked_ = {};
+    coasted_time_ = 0;
     outcome_ = {};
     offsets_.reset();
     intrinsics_.reset();
@@ -100,6 +119,7 @@ class RackTracker::Implementation {
     last_stamp_.reset();
     leapt_stamp_.reset();
     fingerprint_.reset();
+    repeated_ = 0;
   }
 
   [[nodiscard]] const RackTrackerCounts& counts() const noexcept { return counts_; }
@@ -113,6 +133,8 @@ class RackTracker::Implementation {
     relative.col(1).setZero();
     relative(1, 1) = kRelativeVariance;
     pose_.restart(T_rack_camera, relative);
+    tracked_ = pose_;
+    coasted_time_ = 0;
     coasted_ = 0;
     since_opinion_ = 0;
   }
@@ -144,10 +166,15 @@ class RackTracker::Implementation {
       return false;
     }
     const std::uint64_t bits = fingerprint(image);
-    if (fingerprint_ == bits) {
-      ++counts_.frozen;
-      result.reason = "the image is identical to the previous one";
-      return false;
+    if (fingerprint_ != bits) {
+      repeated_ = 0;
+    } else if (!starting_) {
+      repeated_ = std::min(repeated_ + 1, kMostRepeated);
+      ++(repeated_ == kMostRepeated ? counts_.frozen : counts_.repeated);
+      if (repeated_ == kMostRepeated) {
+        result.reason = "the last images are identical: the camera is frozen";
+        return false;
+      }
     }
     fingerprint_ = bits;
     if (grey_range(image) < kLeastGreyRange) {
@@ -166,7 +193,9 @@ class RackTracker::Implementation {
     }
     if (motion && motion->T_previous_current.matrix().allFinite() &&
         is_covariance(motion->covariance)) {
-      pose_.predict(motion->T_previous_current, motion->covariance, dt);
+      // It is since the last tracked image, and images may have been predicted through since.
+      pose_ = tracked_;
+      pose_.predict(motion->T_previous_current, motion->covariance, dt + coasted_time_);
       return true;
     }
     counts_.bad_predictions += motion ? 1 : 0;
@@ -175,12 +204,11 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
-                             pose_.map()};
+    before_ = {pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(), pose_.map()};
     if (starting_) {
-      step_.find_from_far(image, before, outcome_);
+      step_.find_from_far(image, before_, outcome_);
     } else {
-      step_.find(image, before, outcome_);
+      step_.find(image, before_, outcome_);
     }
   }
 
@@ -236,7 +264,7 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+    learn_offsets();
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -270,6 +298,19 @@ class RackTracker::Implementation {
     pose_.begin_map();
     view_.begin(pose_.pose(), *last_stamp_);
     step_.learn(image, outcome_, pose_.relative_covariance());
+  }
+
+  void learn_offsets() {
+    if (starting_) {
+      if (outcome_.offsets_before) {
+        offsets_.replace(*outcome_.offsets_before);
+      }
+      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+      since_offsets_ = 0;
+    } else if (++since_offsets_ >= kImagesPerOffsets && step_.find_offsets(before_, outcome_)) {
+      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+      since_offsets_ = 0;
+    }
   }
 
   /// Of what the image says, what those before it did not.
@@ -356,6 +397,7 @@ class RackTracker::Implementation {
   RackTrackerParameters parameters_;
   TrackStep step_;
   StepOutcome outcome_;
+  TrackBelief before_;  ///< the last image
   RackTrackerCounts counts_;
 
   TrackStatus state_ = TrackStatus::kNotStarted;
@@ -365,8 +407,11 @@ class RackTracker::Implementation {
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images
+  int since_offsets_ = 0;  ///< images
   std::string_view lost_reason_;
   PoseBelief pose_;
+  PoseBelief tracked_;       ///< at the last tracked image
+  double coasted_time_ = 0;  ///< s since then, of images that were predicted through
   double anchor_variance_ = 0;
   OffsetMemory offsets_;
   IntrinsicsMemory intrinsics_;
@@ -375,6 +420,7 @@ class RackTracker::Implementation {
   std::optional<double> last_stamp_;
   std::optional<double> leapt_stamp_;
   std::optional<std::uint64_t> fingerprint_;
+  int repeated_ = 0;  ///< identical images before this one, in a row
   std::array<double, kMaxPipes> offset_variances_{};
   std::array<std::uint8_t, kMaxPipes> offset_observed_{};
 };

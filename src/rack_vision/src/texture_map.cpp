@@ -148,9 +148,14 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     }
     match.predicted = projection->pixel;
     const Eigen::Matrix2d stored_from_current = point.stored_scale * projection->scale.inverse();
-    if (!warp_patch(point.patch, stored_from_current, parameters_.least_contrast, warped)) {
+    const double level = point.patch.mean();
+    const double noise = noise_.excess(level);
+    if (!warp_patch(point.patch, stored_from_current,
+                    noise_.texture_contrast(parameters_.least_contrast, level), warped)) {
       continue;
     }
+    const PatchInNoise in_noise = patch_in_noise(warped, noise);
+    const double least_correlation = parameters_.least_correlation * in_noise.correlation;
     // Motion [dc; dphi] of the camera moves the point by -dc + from_camera x dphi against it.
     Eigen::Matrix<double, 2, 6> by_motion;
     by_motion.leftCols<3>() = -projection->by_place;
@@ -170,14 +175,14 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     // The alignment itself finds what is within a pixel and a half.
     if (half_size.maxCoeff() > kWithinAlignment) {
       const PatchMatch coarse = search_patch(image, warped, {projection->pixel, half_size});
-      if (!coarse.found || coarse.correlation < parameters_.least_correlation - 0.1 ||
+      if (!coarse.found || coarse.correlation < least_correlation - 0.1 ||
           1 - coarse.correlation > kLargestRatio * (1 - coarse.second)) {
         continue;
       }
       near = coarse.pixel;
     }
     const PatchAlignment fine = align_patch(image, warped, near);
-    if (!fine.converged || fine.correlation < parameters_.least_correlation) {
+    if (!fine.converged || fine.correlation < least_correlation) {
       continue;
     }
     const std::optional<Eigen::Vector2d> ideal = camera_.undistort(fine.pixel);
@@ -187,8 +192,9 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     match.found = true;
     match.pixel = *ideal;
     match.correlation = fine.correlation;
-    match.sigma = std::hypot(parameters_.point_sigma,
-                             std::sqrt(0.5 * std::max(0.0, fine.covariance.trace())));
+    match.sigma =
+        std::hypot(parameters_.point_sigma,
+                   in_noise.widening * std::sqrt(0.5 * std::max(0.0, fine.covariance.trace())));
   }
 }
 

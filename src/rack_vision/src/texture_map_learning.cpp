@@ -29,6 +29,19 @@ constexpr int kCellMargin = 12;  // px: the stored patch must be in the image
 
 constexpr int kY = 1;
 
+/// Of a square of the image, from every fourth pixel.
+double mean_level(const ImageView& image, const Eigen::Vector2i& low, int side) noexcept {
+  constexpr int kStep = 4;
+  int sum = 0;
+  int count = 0;
+  for (int v = 0; v < side; v += kStep) {
+    for (int u = 0; u < side; u += kStep, ++count) {
+      sum += image.row(low.y() + v)[low.x() + u];
+    }
+  }
+  return static_cast<double>(sum) / count;
+}
+
 /// The least rotation from one direction to another that is not opposite to it. (For opposite ones
 /// Eigen's FromTwoVectors has a singular value decomposition, which takes 8 s to compile.)
 Eigen::Quaterniond least_turn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -163,8 +176,6 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
                       const RackSurface& surface) {
   const int cells = columns_ * rows_;
   const int side = parameters_.cell_side;
-  const auto least =
-      static_cast<float>(kCornerShare * parameters_.least_contrast * parameters_.least_contrast);
   // In haste where there is little to hold on to.
   const auto held = std::ranges::count_if(occupied_, [](std::uint8_t count) { return count > 0; });
   const int wanted = parameters_.cells_per_frame * (held < kFewPoints ? kHaste : 1);
@@ -191,7 +202,10 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
     if (inner_side < 8) {
       continue;
     }
-    const std::optional<Eigen::Vector2i> corner = strongest_corner(image, inner, inner_side, least);
+    const double level = mean_level(image, inner, inner_side);
+    const double contrast = noise_.texture_contrast(parameters_.least_contrast, level);
+    const std::optional<Eigen::Vector2i> corner = strongest_corner(
+        image, inner, inner_side, static_cast<float>(kCornerShare * contrast * contrast));
     if (corner) {
       add(image, view, middle, surface, *corner);
     }

@@ -12,6 +12,7 @@
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
 #include "pipescout/rack_vision/edge_search.hpp"
+#include "pipescout/rack_vision/image_noise.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
 #include "pipescout/rack_vision/surface_points.hpp"
@@ -19,6 +20,7 @@
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 #include "pose_belief.hpp"
+#include "row_placement.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -46,6 +48,9 @@ struct StepOutcome {
   double shift_along = 0;
   /// Where the map took part: what it is found to be wrong by. Not yet taken out of it.
   std::optional<MapErrorSolution> map_error;
+  /// Where pipes were found to lie farther from their places than was believed: what had to be
+  /// believed of them before the image instead.
+  std::optional<OffsetBelief> offsets_before;
   TrackEvidence evidence;
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
@@ -66,12 +71,18 @@ class TrackStep {
   TrackStep(const RackModel& model, const geometry::Camera& camera,
             const RackTrackerParameters& parameters);
 
+  /// Measures the noise of the image that the functions below are given next.
+  void look_at(const ImageView& image);
   /// Finds the pose. Changes nothing that is learnt.
   void find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
   /// Finds the pose from texture that was mapped before or edges alone, from a first guess that may
   /// be wrong by the parameters' start range. Not solved when no place explains the image, or when
   /// two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
+  /// What the edges of the last image say of the offsets to one who does not believe the predicted
+  /// pose beyond them: into `outcome`, its outcome from `before`. Returns whether they say
+  /// anything.
+  [[nodiscard]] bool find_offsets(const TrackBelief& before, StepOutcome& outcome);
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
@@ -137,13 +148,36 @@ class TrackStep {
   /// The pose at one of them, more exactly.
   geometry::SE3 narrowed(const ImageView& image, const TrackBelief& around,
                          const AlignmentPeak& peak);
-  bool refine_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  /// Where a start begins.
+  struct StartPlace {
+    geometry::SE3 T_rack_camera;
+    std::array<double, kMaxPipes> offsets{};  ///< m
+  };
+  bool refine_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                     double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
-  bool try_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  bool try_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                  StepOutcome& outcome);
+  /// As find_from_far, from contours alone and with these offsets.
+  void find_among_contours(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
+  /// Fills widely_placed_: pipes whose contours may be taken for others before their offsets are
+  /// searched for.
+  void choose_widely_placed(const TrackBelief& around);
+  /// Fills moving_ from the rendered edges.
+  void gather_moving(const geometry::SE3& T_rack_camera);
+  /// Fills rows_: where the widely placed pipes lie, seen from there; the best first.
+  void place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
+                   const OffsetBelief& offsets, std::size_t most);
+  /// Whether some pipe is seen clearly better farther from its place than `offsets` says.
+  bool pipes_are_elsewhere(const ImageView& image, const TrackBelief& found,
+                           const OffsetBelief& offsets);
+  /// Whether the pose is known so well that no contour would be taken for another one, were the
+  /// pipes at their places.
+  [[nodiscard]] bool pose_is_near(const TrackBelief& around);
+  /// With offsets of which the model says little.
+  [[nodiscard]] TrackBelief with_pipes_anywhere(const TrackBelief& belief) const;
   struct TriedStart {
-    geometry::SE3 start;
+    StartPlace start;
     geometry::SE3 found;  ///< the pose, from there
     double share = 0;     ///< of what is looked for at that pose, found
     double merit = 0;
@@ -155,7 +189,7 @@ class TrackStep {
                                         double share, const geometry::Vector6d& moved) const;
   [[nodiscard]] bool any_explains() const;
   /// Tries a start, and keeps in tried_ what became of it.
-  void consider_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  void consider_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                       StepOutcome& outcome);
   /// Tries places beside the best of tried_, until none of them is better.
   void look_beside_the_best(const ImageView& image, const TrackBelief& around,
@@ -183,6 +217,7 @@ class TrackStep {
   RackModel model_;
   geometry::Camera camera_;
   RackTrackerParameters parameters_;
+  ImageNoise noise_;
   EdgeRenderer renderer_;
   EdgeSearch edge_search_;
   EdgeMemory edge_memory_;
@@ -201,6 +236,10 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;
+  RowPlacement row_;
+  std::bitset<kMaxPipes> widely_placed_{};
+  std::vector<MovingContour> moving_;
+  std::vector<RowPlaces> rows_;
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

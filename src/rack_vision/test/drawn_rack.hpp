@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "pipescout/rack_vision/image_view.hpp"
@@ -55,8 +56,10 @@ inline double drawn_texture(double along, double angle) {
   return sum / 4;
 }
 
+/// `contrast`: of the texture; 0: plain paint.
 inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
-                       const geometry::SE3& T_rack_camera, double gain = 1.0) {
+                       const geometry::SE3& T_rack_camera, double gain = 1.0,
+                       double contrast = 1.0) {
   const RackSurface surface(model, {});
   const int width = camera.parameters().width;
   const int height = camera.parameters().height;
@@ -76,12 +79,22 @@ inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
           continue;
         }
         const double angle = std::atan2(hit->normal.x(), hit->normal.z());
-        sum += 130 + 60 * drawn_texture(hit->point.y() + 3.0 * hit->body, angle);
+        sum += 130 + 60 * contrast * drawn_texture(hit->point.y() + 3.0 * hit->body, angle);
       }
       const double grey = gain * sum / (kRays * kRays);
       image.pixels[static_cast<std::size_t>(v * width + u)] =
           static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L));
     }
+  }
+  return image;
+}
+
+/// With white noise, one sigma in grey levels.
+inline DrawnImage noisy(DrawnImage image, double sigma, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal(0.0, std::max(sigma, 1e-9));
+  for (std::uint8_t& pixel : image.pixels) {
+    pixel = static_cast<std::uint8_t>(std::clamp(std::lround(pixel + normal(engine)), 0L, 255L));
   }
   return image;
 }

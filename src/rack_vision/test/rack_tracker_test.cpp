@@ -147,10 +147,6 @@ TEST_F(RackTrackerTest, RefusesPosesThatAreNone) {
 
 TEST_F(RackTrackerTest, RefusesImagesOfNoUse) {
   start();
-  const DrawnImage frozen = image_;
-  EXPECT_EQ(tracker_.track(frozen.view(), 0.04).status, TrackStatus::kBadImage);
-  EXPECT_EQ(tracker_.counts().frozen, 1U);
-
   DrawnImage grey = image_;
   for (const std::uint8_t level : {std::uint8_t{0}, std::uint8_t{255}}) {
     std::ranges::fill(grey.pixels, level);
@@ -167,6 +163,59 @@ TEST_F(RackTrackerTest, RefusesImagesOfNoUse) {
   EXPECT_EQ(tracker_.counts().wrong_size, 2U);
 
   EXPECT_EQ(step(2).status, TrackStatus::kTracking);  // none of them did harm
+}
+
+TEST_F(RackTrackerTest, PredictsThroughImagesThatAreRepeatedUntilTheCameraIsFrozen) {
+  start();
+  ASSERT_EQ(step(1).status, TrackStatus::kTracking);
+  const DrawnImage frozen = image_;
+  constexpr int kRepeated = 9;
+  double variance = 0;
+  for (int k = 2; k < 2 + kRepeated; ++k) {
+    const RackTrackerResult result = tracker_.track(frozen.view(), 0.04 * k);
+    ASSERT_EQ(result.status, TrackStatus::kCoasting) << k;
+    EXPECT_FALSE(result.reason.empty());
+    EXPECT_GT(result.covariance(0, 0), variance) << k;
+    variance = result.covariance(0, 0);
+  }
+  EXPECT_EQ(tracker_.track(frozen.view(), 0.04 * (2 + kRepeated)).status, TrackStatus::kBadImage);
+  EXPECT_EQ(tracker_.counts().repeated, 9U);
+  EXPECT_EQ(tracker_.counts().frozen, 1U);
+  EXPECT_EQ(tracker_.counts().losses, 0U);
+}
+
+TEST_F(RackTrackerTest, KeepsTrackWhereEachImageComesTwice) {
+  start();
+  for (int k = 1; k <= 6; ++k) {
+    ASSERT_EQ(step(k).status, TrackStatus::kTracking) << k;
+    EXPECT_EQ(tracker_.track(image_.view(), 0.04 * k + 0.02).status, TrackStatus::kCoasting);
+  }
+  EXPECT_EQ(tracker_.counts().losses, 0U);
+}
+
+TEST_F(RackTrackerTest, CountsAMeasuredMotionOnceWhereAnImageIsRepeated) {
+  start();
+  const DrawnImage repeated = image_;
+  const geometry::SE3 leap = drawn_pose(0.90, 4.1, 2.75, 0.16);
+  MotionPrediction motion;
+  motion.covariance = start_covariance(0.005, 0.003);
+  motion.T_previous_current = flight(0).inverse() * leap;
+  const RackTrackerResult predicted = tracker_.track(repeated.view(), 0.1, motion);
+  ASSERT_EQ(predicted.status, TrackStatus::kCoasting);
+  EXPECT_LT((predicted.T_rack_camera.translation() - leap.translation()).norm(), 0.03);
+  image_ = draw(model_, camera_, leap);
+  const RackTrackerResult result = tracker_.track(image_.view(), 0.2, motion);
+  ASSERT_EQ(result.status, TrackStatus::kTracking) << result.reason;
+  EXPECT_LT((result.T_rack_camera.translation() - leap.translation()).norm(), 0.03);
+  EXPECT_EQ(tracker_.counts().bad_predictions, 0U);
+}
+
+TEST_F(RackTrackerTest, StartsFromAnotherPoseInTheSameImage) {
+  image_ = draw(model_, camera_, flight(0));
+  ASSERT_TRUE(tracker_.set_pose(drawn_pose(1.6, 4.0, 2.0, 0.9), start_covariance(0.01, 0.005)));
+  EXPECT_EQ(tracker_.track(image_.view(), 0).status, TrackStatus::kLost);
+  ASSERT_TRUE(tracker_.set_pose(flight(0), start_covariance(0.01, 0.005)));
+  EXPECT_EQ(tracker_.track(image_.view(), 0.04).status, TrackStatus::kTracking);
 }
 
 TEST_F(RackTrackerTest, RefusesStampsThatGoBackOrLeap) {

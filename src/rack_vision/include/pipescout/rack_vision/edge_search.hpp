@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
+#include "pipescout/rack_vision/image_noise.hpp"
 #include "pipescout/rack_vision/image_view.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
@@ -21,7 +22,8 @@ struct EdgeSearchParameters {
   int samples_per_edge = 20;  ///< 2..100, at j / (N + 1), as in the paper; supports: a third
   /// px, 0.6..4: of the Gaussian whose derivative finds the edge; about the blur of the image.
   double filter_sigma = 1.2;
-  /// Grey levels across an edge, > 0: smaller steps are noise.
+  /// Grey levels across an edge, > 0: smaller steps are noise, up to kNominalNoise. Above it, those
+  /// that noise makes by chance are.
   double least_contrast = 7.0;
   /// Candidates weaker than this share of the strongest along the same normal are ignored, 0..1.
   double least_share = 0.25;
@@ -38,7 +40,8 @@ struct EdgeCandidate {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< ideal: as without distortion
   double distance = 0;                              ///< px along the normal, of the ideal image
   double contrast = 0;                              ///< grey levels: outside minus inside
-  double sigma = 0;                                 ///< px, of `distance`
+  double sigma = 0;                                 ///< px, of `distance`, noise included
+  double noise_sigma = 0;                           ///< px, what image noise makes of it
 };
 
 struct SearchedSample {
@@ -102,6 +105,9 @@ class EdgeSearch {
   /// Sets another camera of the same image size.
   void set_camera(const geometry::Camera& camera) { camera_ = camera; }
 
+  /// Sets the noise of the images that are searched next; none before.
+  void set_noise(const ImageNoise& noise) noexcept { noise_ = noise; }
+
   /// Appends the samples of one visible edge. `range`: px to either side of it, limited to
   /// kLongestSearch. Samples whose normal leaves the image are searched up to its border.
   void search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
@@ -115,10 +121,14 @@ class EdgeSearch {
 
   geometry::Camera camera_;
   EdgeSearchParameters parameters_;
+  ImageNoise noise_;
   std::unique_ptr<LimbProfile> limb_;
   std::unique_ptr<LimbPair> limb_pair_;
   std::vector<float> filter_;  ///< odd half: weights of profile(t + i) - profile(t - i), i = 1...
   double contrast_per_response_ = 1;
+  /// Noise of a contrast, and of a place times its contrast, per noise of a value of the profile.
+  double contrast_noise_ = 1;
+  double place_noise_ = 1;
 };
 
 }  // namespace pipescout::rack_vision

@@ -21,6 +21,7 @@ inline constexpr int kStoredPatchSide = 21;
 /// Pixels around a point in its first image.
 struct StoredPatch {
   std::array<std::uint8_t, kStoredPatchSide * kStoredPatchSide> pixels{};
+  [[nodiscard]] double mean() const noexcept;  ///< grey level
 };
 
 /// A patch warped to a new view, with precomputed values of the alignment.
@@ -46,6 +47,16 @@ struct WarpedPatch {
 /// leaves the stored patch, or its texture does not determine a position.
 [[nodiscard]] bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_current,
                               double contrast, WarpedPatch& warped) noexcept;
+
+/// What white noise of the stored patch and of the new image does to a match.
+struct PatchInNoise {
+  double correlation = 1;  ///< that two images of the same place have, 0..1
+  /// Of the standard deviation of its position: gradients of noise tell nothing of it, and the
+  /// alignment takes them for texture.
+  double widening = 1;
+};
+/// `noise`: grey levels, one sigma, >= 0.
+[[nodiscard]] PatchInNoise patch_in_noise(const WarpedPatch& warped, double noise) noexcept;
 
 /// A window to search: `centre` +- `half_size`, px, along u and v.
 struct PatchWindow {

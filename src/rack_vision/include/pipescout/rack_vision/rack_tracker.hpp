@@ -54,7 +54,8 @@ struct RackTrackerParameters {
 enum class TrackStatus : std::uint8_t {
   kNotStarted,  ///< no pose was given yet
   kTracking,    ///< the pose is that of this image
-  kCoasting,    ///< this image was not usable (see `reason`): the pose is predicted, once or twice
+  kCoasting,    ///< this image was not usable (see `reason`): the pose is predicted, once or twice,
+                ///< or from an image that repeats the previous one, nine times
   kLost,        ///< no pose: `set_pose` restarts the track
   kBadImage,    ///< image refused, nothing changed: size, no pixels, black, white, frozen
   kBadStamp,    ///< stamp refused, nothing changed: not finite, not after the last one
@@ -105,7 +106,8 @@ struct RackTrackerResult {
 struct RackTrackerCounts {
   std::uint64_t images = 0;
   std::uint64_t wrong_size = 0;
-  std::uint64_t frozen = 0;
+  std::uint64_t repeated = 0;  ///< identical to the image before: predicted
+  std::uint64_t frozen = 0;    ///< the same from the tenth in a row on: refused
   std::uint64_t without_contrast = 0;
   std::uint64_t bad_stamps = 0;
   /// NaN, an invalid covariance, or inconsistent with the image: not used.

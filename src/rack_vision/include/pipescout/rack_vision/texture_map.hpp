@@ -8,6 +8,7 @@
 
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
+#include "pipescout/rack_vision/image_noise.hpp"
 #include "pipescout/rack_vision/image_view.hpp"
 #include "pipescout/rack_vision/patch_alignment.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
@@ -33,9 +34,12 @@ struct TextureMapParameters {
   int cells_per_frame = 10;   ///< cells of the image searched for new points, 0..500
   int cell_side = 40;         ///< px, 24..120: one point is wanted in each cell
   double point_sigma = 0.15;  ///< px, > 0: noise of a matched point
-  double least_contrast = 3;  ///< grey levels, > 0: smallest standard deviation of a textured patch
-  double least_correlation = 0.80;  ///< 0..1, of a match
-  double least_facing = 0.5;        ///< cosine between surface normal and ray, 0..1
+  /// Grey levels, > 0: smallest standard deviation of a textured patch, up to kNominalNoise; above
+  /// it, it grows with the noise.
+  double least_contrast = 3;
+  /// 0..1, of a match, of the correlation that noise leaves to two images of the same place.
+  double least_correlation = 0.80;
+  double least_facing = 0.5;  ///< cosine between surface normal and ray, 0..1
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -99,6 +103,9 @@ class TextureMap {
 
   /// Sets a better calibration of the same camera: points keep their positions.
   void set_camera(const geometry::Camera& camera) { camera_ = camera; }
+
+  /// Sets the noise of the images that come next; none before.
+  void set_noise(const ImageNoise& noise) noexcept { noise_ = noise; }
 
   [[nodiscard]] std::size_t size() const noexcept { return points_.size(); }
   void clear() noexcept;
@@ -169,6 +176,7 @@ class TextureMap {
   std::vector<Pipe> pipes_;
   geometry::Camera camera_;
   TextureMapParameters parameters_;
+  ImageNoise noise_;
   std::vector<Point> points_;
   std::vector<Choice> choices_;
   std::vector<std::uint8_t> occupied_;  ///< per cell
