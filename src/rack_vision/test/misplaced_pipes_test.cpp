@@ -20,6 +20,20 @@ geometry::SE3 flight(int k) {
   return test::drawn_pose(0.78 + 0.006 * k, 4.0 + 0.008 * k, 2.8 - 0.002 * k, 0.10 + 0.002 * k);
 }
 
+constexpr int kImages = 25;
+
+const std::vector<DrawnImage>& images() {
+  static const std::vector<DrawnImage> drawn = [] {
+    std::vector<DrawnImage> result;
+    for (int k = 0; k < kImages; ++k) {
+      result.push_back(test::noisy(test::draw(test::drawn_rack(), test::drawn_camera(), flight(k)),
+                                   1.5, static_cast<std::uint64_t>(100 + k)));
+    }
+    return result;
+  }();
+  return drawn;
+}
+
 /// Offsets of the model's pipes from their true places, m, and what is said of them.
 struct Misplacement {
   std::array<double, 3> by;
@@ -43,11 +57,9 @@ TEST_P(MisplacedPipes, AreFoundAndGiveNoWrongPoseThatIsDenied) {
                             flight(0).translation() + Eigen::Vector3d(0.007, -0.008, 0.01));
   ASSERT_TRUE(tracker.set_pose(first, geometry::Matrix6d(deviations.cwiseAbs2().asDiagonal())));
   const double pose_99 = statistics::chi_square_quantile(0.99, 6);
-  constexpr int kImages = 25;
   for (int k = 0; k < kImages; ++k) {
-    const DrawnImage image = test::noisy(test::draw(test::drawn_rack(), camera, flight(k)), 1.5,
-                                         static_cast<std::uint64_t>(100 + k));
-    const RackTrackerResult result = tracker.track(image.view(), 0.04 * k);
+    const RackTrackerResult result =
+        tracker.track(images()[static_cast<std::size_t>(k)].view(), 0.04 * k);
     ASSERT_EQ(result.status, TrackStatus::kTracking) << k << ": " << result.reason;
     geometry::Vector6d error;
     error << result.T_rack_camera.translation() - flight(k).translation(),
