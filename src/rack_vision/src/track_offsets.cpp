@@ -10,7 +10,9 @@
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr double kWidePixels = 10;           // px, three deviations of an offset
+// Three deviations of an offset: px, and m, within which there are no contours of other pipes.
+constexpr double kWidePixels = 10;
+constexpr double kWidePlace = 0.08;
 constexpr double kAnywhere = 0.05;           // m, one sigma: racks that were altered
 constexpr double kFarthestElsewhere = 0.12;  // m
 constexpr double kClearlyElsewhere = 3;      // log-likelihood, of one contour of two and no other
@@ -46,7 +48,7 @@ void TrackStep::choose_widely_placed(const TrackBelief& around) {
     const double deviation = std::sqrt(around.offsets.covariance(row, row));
     const double by_offset =
         std::max(std::abs(contour.start_by_offset), std::abs(contour.end_by_offset));
-    if (3 * deviation * by_offset > kWidePixels) {
+    if (3 * deviation > kWidePlace && 3 * deviation * by_offset > kWidePixels) {
       widely_placed_.set(contour.pipe);
     }
   }

@@ -292,12 +292,15 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
           (peaks_.size() < 2 || peaks_[1].score < peaks_[0].score - kClearlyBetterAlong));
 }
 
+double TrackStep::needed_share() const {
+  return kLeastShare + kShareByScale * solution_.residual_scale;
+}
+
 bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome& tried,
                                    double share, const geometry::Vector6d& moved) const {
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-  return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
-         reference_is_found(model_, around.offsets, tried.pipes) &&
+  return share >= needed_share() && reference_is_found(model_, around.offsets, tried.pipes) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -324,7 +327,7 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   const double share = found_share(outcome.evidence);
   tried_.push_back({.start = start,
                     .found = found,
-                    .share = share,
+                    .beyond_need = share - needed_share(),
                     .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square -
                              0.5 * misplacement(around.offsets, outcome.belief.offsets),
                     .explains = explains_the_image(around, outcome, share, moved)});
@@ -418,7 +421,7 @@ void TrackStep::find_among_contours(const ImageView& image, const TrackBelief& a
   });
   if (std::ranges::any_of(tried_, [&](const TriedStart& other) {
         return apart(best.found, other.found) >= kDistinct &&
-               other.share > best.share - kClearlyBetter;
+               other.beyond_need > best.beyond_need - kClearlyBetter;
       })) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;

@@ -179,10 +179,13 @@ class TrackStep {
   struct TriedStart {
     StartPlace start;
     geometry::SE3 found;  ///< the pose, from there
-    double share = 0;     ///< of what is looked for at that pose, found
+    /// Of what is looked for at that pose, found: beyond what residuals so large ask for.
+    double beyond_need = 0;
     double merit = 0;
     bool explains = false;  ///< the image
   };
+  /// Share of what is looked for that a right place has at least, by the residuals of the solution.
+  [[nodiscard]] double needed_share() const;
   /// Whether a start that was tried just now, which found this share and moved the pose so, may be
   /// the right one.
   [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
