@@ -22,6 +22,7 @@ constexpr int kMostCoasting = 2;    // images without a pose before the track is
 constexpr int kMostRepeated = 10;   // identical images in a row, then the camera is frozen
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
+constexpr int kImagesPerOffsets = 4;  // pipes do not move fast
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
@@ -203,12 +204,11 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
-                             pose_.map()};
+    before_ = {pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(), pose_.map()};
     if (starting_) {
-      step_.find_from_far(image, before, outcome_);
+      step_.find_from_far(image, before_, outcome_);
     } else {
-      step_.find(image, before, outcome_);
+      step_.find(image, before_, outcome_);
     }
   }
 
@@ -264,7 +264,7 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+    learn_offsets();
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -298,6 +298,19 @@ class RackTracker::Implementation {
     pose_.begin_map();
     view_.begin(pose_.pose(), *last_stamp_);
     step_.learn(image, outcome_, pose_.relative_covariance());
+  }
+
+  void learn_offsets() {
+    if (starting_) {
+      if (outcome_.offsets_before) {
+        offsets_.replace(*outcome_.offsets_before);
+      }
+      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+      since_offsets_ = 0;
+    } else if (++since_offsets_ >= kImagesPerOffsets && step_.find_offsets(before_, outcome_)) {
+      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+      since_offsets_ = 0;
+    }
   }
 
   /// Of what the image says, what those before it did not.
@@ -384,6 +397,7 @@ class RackTracker::Implementation {
   RackTrackerParameters parameters_;
   TrackStep step_;
   StepOutcome outcome_;
+  TrackBelief before_;  ///< the last image
   RackTrackerCounts counts_;
 
   TrackStatus state_ = TrackStatus::kNotStarted;
@@ -393,6 +407,7 @@ class RackTracker::Implementation {
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images
+  int since_offsets_ = 0;  ///< images
   std::string_view lost_reason_;
   PoseBelief pose_;
   PoseBelief tracked_;       ///< at the last tracked image

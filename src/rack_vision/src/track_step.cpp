@@ -99,7 +99,8 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       map_(model, camera, map_parameters(parameters)),
       solver_(model, solver_parameters(parameters)),
       start_solver_(model, start_solver_parameters(parameters)),
-      alignment_(camera) {
+      alignment_(camera),
+      row_(model, camera) {
   reserve();
 }
 
@@ -131,6 +132,7 @@ void TrackStep::set_camera(const geometry::Camera& camera) {
   edge_search_.set_camera(camera);
   map_.set_camera(camera);
   alignment_.set_camera(camera);
+  row_.set_camera(camera);
 }
 
 void TrackStep::look_at(const ImageView& image) {
@@ -249,6 +251,7 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
   }
   problem.pose_prior = PosePrior{prior_pose.inverse(), linear_algebra::inverse(prior_covariance)};
   problem.offsets = offsets;
+  problem.first_offsets = guess.offsets.mean;
   if (with_points && !points_.empty() && map_error_.exists()) {
     problem.map_error = map_error_prior(map_error_, problem.pose_prior->information);
   }
@@ -284,7 +287,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
     around.covariance(kY, kY) = along_variance;
     find_peaks(image, around, kPeaksInFlight);
     return !peaks_.empty() &&
-           refine_start(image, free, narrowed(image, around, peaks_.front()),
+           refine_start(image, free, {narrowed(image, around, peaks_.front()), belief.offsets.mean},
                         along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;

@@ -20,6 +20,7 @@
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 #include "pose_belief.hpp"
+#include "row_placement.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -47,6 +48,9 @@ struct StepOutcome {
   double shift_along = 0;
   /// Where the map took part: what it is found to be wrong by. Not yet taken out of it.
   std::optional<MapErrorSolution> map_error;
+  /// Where pipes were found to lie farther from their places than was believed: what had to be
+  /// believed of them before the image instead.
+  std::optional<OffsetBelief> offsets_before;
   TrackEvidence evidence;
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
@@ -75,6 +79,10 @@ class TrackStep {
   /// be wrong by the parameters' start range. Not solved when no place explains the image, or when
   /// two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
+  /// What the edges of the last image say of the offsets to one who does not believe the predicted
+  /// pose beyond them: into `outcome`, its outcome from `before`. Returns whether they say
+  /// anything.
+  [[nodiscard]] bool find_offsets(const TrackBelief& before, StepOutcome& outcome);
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
@@ -140,25 +148,51 @@ class TrackStep {
   /// The pose at one of them, more exactly.
   geometry::SE3 narrowed(const ImageView& image, const TrackBelief& around,
                          const AlignmentPeak& peak);
-  bool refine_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  /// Where a start begins.
+  struct StartPlace {
+    geometry::SE3 T_rack_camera;
+    std::array<double, kMaxPipes> offsets{};  ///< m
+  };
+  bool refine_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                     double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
-  bool try_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  bool try_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                  StepOutcome& outcome);
+  /// As find_from_far, from contours alone and with these offsets.
+  void find_among_contours(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
+  /// Fills widely_placed_: pipes whose contours may be taken for others before their offsets are
+  /// searched for.
+  void choose_widely_placed(const TrackBelief& around);
+  /// Fills moving_ from the rendered edges.
+  void gather_moving(const geometry::SE3& T_rack_camera);
+  /// Fills rows_: where the widely placed pipes lie, seen from there; the best first.
+  void place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
+                   const OffsetBelief& offsets, std::size_t most);
+  /// Whether some pipe is seen clearly better farther from its place than `offsets` says.
+  bool pipes_are_elsewhere(const ImageView& image, const TrackBelief& found,
+                           const OffsetBelief& offsets);
+  /// Whether the pose is known so well that no contour would be taken for another one, were the
+  /// pipes at their places.
+  [[nodiscard]] bool pose_is_near(const TrackBelief& around);
+  /// With offsets of which the model says little.
+  [[nodiscard]] TrackBelief with_pipes_anywhere(const TrackBelief& belief) const;
   struct TriedStart {
-    geometry::SE3 start;
+    StartPlace start;
     geometry::SE3 found;  ///< the pose, from there
-    double share = 0;     ///< of what is looked for at that pose, found
+    /// Of what is looked for at that pose, found: beyond what residuals so large ask for.
+    double beyond_need = 0;
     double merit = 0;
     bool explains = false;  ///< the image
   };
+  /// Share of what is looked for that a right place has at least, by the residuals of the solution.
+  [[nodiscard]] double needed_share() const;
   /// Whether a start that was tried just now, which found this share and moved the pose so, may be
   /// the right one.
   [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
                                         double share, const geometry::Vector6d& moved) const;
   [[nodiscard]] bool any_explains() const;
   /// Tries a start, and keeps in tried_ what became of it.
-  void consider_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  void consider_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                       StepOutcome& outcome);
   /// Tries places beside the best of tried_, until none of them is better.
   void look_beside_the_best(const ImageView& image, const TrackBelief& around,
@@ -205,6 +239,10 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;
+  RowPlacement row_;
+  std::bitset<kMaxPipes> widely_placed_{};
+  std::vector<MovingContour> moving_;
+  std::vector<RowPlaces> rows_;
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
