@@ -61,6 +61,7 @@ OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
 void OffsetMemory::reset() {
   belief_ = {};
   images_in_doubt_ = {};
+  in_doubt_.reset();
   doubted_.fill(sigma_);
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
@@ -72,6 +73,7 @@ void OffsetMemory::reset() {
 void OffsetMemory::replace(const OffsetBelief& belief) {
   belief_ = belief;
   images_in_doubt_ = {};
+  in_doubt_.reset();
   for (std::size_t i = 0; i < pipes_; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     doubted_[i] = std::max(sigma_, std::sqrt(belief.covariance(row, row)));
@@ -100,6 +102,14 @@ void OffsetMemory::set(std::size_t pipe, double mean, double sigma) {
   belief_.covariance(row, row) = sigma * sigma;
 }
 
+void OffsetMemory::place(std::size_t pipe, double offset) {
+  constexpr double kPlaced = 0.01;  // m, one sigma
+  if (may_move(pipe)) {
+    set(pipe, offset, kPlaced);
+    in_doubt_.reset(pipe);
+  }
+}
+
 void OffsetMemory::doubt() {
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (may_move(i)) {
@@ -110,6 +120,7 @@ void OffsetMemory::doubt() {
 
 void OffsetMemory::doubt(std::size_t pipe) {
   set(pipe, belief_.mean[pipe], doubted_[pipe]);
+  in_doubt_.set(pipe);
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
@@ -124,7 +135,11 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
     return false;
   }
   images_in_doubt_[pipe] = 0;
-  return support.found >= kSupportedShare * support.searched;
+  if (support.found < kSupportedShare * support.searched) {
+    return false;
+  }
+  in_doubt_.reset(pipe);
+  return true;
 }
 
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,

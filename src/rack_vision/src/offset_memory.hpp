@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstddef>
 #include <span>
 
@@ -39,9 +40,14 @@ class OffsetMemory {
   /// Replaces what the model says of the offsets, until `reset`.
   void replace(const OffsetBelief& belief);
 
+  /// The pipe lies at this offset, m, as far as one image shows it.
+  void place(std::size_t pipe, double offset);
+
   /// The pipes may lie anywhere about where they are believed, as far as the model leaves it open.
   void doubt();
 
+  /// Pipes that were not found where they are believed, and nowhere else since.
+  [[nodiscard]] const std::bitset<kMaxPipes>& in_doubt() const noexcept { return in_doubt_; }
   [[nodiscard]] const OffsetBelief& belief() const noexcept { return belief_; }
 
  private:
@@ -57,6 +63,7 @@ class OffsetMemory {
   double sigma_ = 0;                         ///< of the model
   std::array<double, kMaxPipes> doubted_{};  ///< m, one sigma of a pipe that is doubted
   std::array<int, kMaxPipes> images_in_doubt_{};
+  std::bitset<kMaxPipes> in_doubt_{};
   OffsetBelief belief_;
 };
 

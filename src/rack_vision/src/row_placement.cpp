@@ -5,19 +5,25 @@
 #include <cmath>
 #include <limits>
 
+#include "pipescout/rack_vision/visible_edges.hpp"
+
 namespace pipescout::rack_vision {
 namespace {
 
-constexpr int kSamplesAlong = 24;
+constexpr int kParts = 8;  // of a contour
+constexpr int kSamplesOfPart = 6;
+constexpr float kMost = 30;          // grey levels: of a sample; texture has stronger edges
 constexpr double kHalf = 10;         // grey levels: an edge that scores one half
 constexpr double kWhole = 80;        // px: shorter contours say less
-constexpr double kOfContour = 6;     // log-likelihood of a strong contour
+constexpr double kShort = 8;         // px: these say nothing
+constexpr double kOfEdge = 6;        // log-likelihood of a strong contour ...
+constexpr double kNowhere = -2;      // ... and of none at all: what lies anywhere scores about 0
 constexpr double kStepPixels = 1.0;  // px, of offsets
-constexpr std::size_t kMostSteps = 400;
-constexpr double kElsewhere = 6.0;     // px, between offsets that are not the same one
-constexpr double kNearlyAsWell = 4.0;  // log-likelihood
-constexpr double kOverlap = 0.005;     // m, of neighbours: radii are not exact
-constexpr double kShort = 8;           // px
+constexpr std::size_t kMostSteps = 401;
+constexpr double kElsewhere = 6.0;    // px, between offsets that are not the same one
+constexpr double kOverlap = 0.005;    // m, of neighbours: radii are not exact
+constexpr double kLeastHeight = 0.5;  // m
+constexpr double kNever = -1e9;
 
 float grey_near(const ImageView& image, const Eigen::Vector2d& at) {
   const int u = std::clamp(static_cast<int>(at.x() + 0.5), 0, image.width - 1);
@@ -31,171 +37,198 @@ RowPlacement::RowPlacement(const RackModel& model, const geometry::Camera& camer
     : model_(model), camera_(camera) {
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
     const Eigen::Vector3d& direction = model_.pipes[i].direction;
-    if (model_.pipes[i].movable && std::abs(direction.y()) > std::abs(direction.x())) {
+    if (std::abs(direction.y()) > std::abs(direction.x())) {
       order_.push_back(i);
     }
   }
   std::ranges::stable_sort(order_, {}, [this](std::size_t i) { return model_.pipes[i].start.x(); });
   lanes_.resize(order_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    lanes_[i].pipe = order_[i];
+    lanes_[i].score.reserve(kMostSteps);
+    lanes_[i].both.reserve(kMostSteps);
+    lanes_[i].best.reserve(kMostSteps);
+    lanes_[i].from.reserve(kMostSteps);
+  }
+  sections_.reserve(kMaxSections);
 }
 
-double RowPlacement::strength_at(const ImageView& image, const MovingContour& contour,
-                                 double shift) const {
+double RowPlacement::contour_score(const ImageView& image, const Eigen::Vector2d& start,
+                                   const Eigen::Vector2d& end) const {
+  const Eigen::Vector2d along = (end - start).normalized();
+  const Eigen::Vector2d normal(along.y(), -along.x());
+  // Rust and shadows change the sign of the difference from one part of a contour to the next.
   float sum = 0;
-  for (int j = 0; j < kSamplesAlong; ++j) {
-    const double share = (j + 0.5) / kSamplesAlong;
-    const double along = shift * (contour.start_by_offset +
-                                  share * (contour.end_by_offset - contour.start_by_offset));
-    const Eigen::Vector2d middle =
-        contour.start + share * (contour.end - contour.start) + along * contour.normal;
-    const auto grey = [&](double aside) {
-      const Eigen::Vector2d ideal = middle + aside * contour.normal;
-      return grey_near(image,
-                       camera_.has_distortion() ? camera_.distort(ideal).value_or(ideal) : ideal);
-    };
-    sum += 0.5F * (grey(1.5) + grey(0.5) - grey(-0.5) - grey(-1.5));
+  for (int part = 0; part < kParts; ++part) {
+    float of_part = 0;
+    for (int j = 0; j < kSamplesOfPart; ++j) {
+      const double share = (part + (j + 0.5) / kSamplesOfPart) / kParts;
+      const Eigen::Vector2d middle = start + share * (end - start);
+      const auto grey = [&](double aside) {
+        const Eigen::Vector2d ideal = middle + aside * normal;
+        return grey_near(image,
+                         camera_.has_distortion() ? camera_.distort(ideal).value_or(ideal) : ideal);
+      };
+      of_part +=
+          std::clamp(0.5F * (grey(1.5) + grey(0.5) - grey(-0.5) - grey(-1.5)), -kMost, kMost);
+    }
+    sum += std::abs(of_part) / kSamplesOfPart;
   }
-  const double strength = std::abs(static_cast<double>(sum)) / kSamplesAlong;
-  const double weight = kOfContour * std::min(1.0, (contour.end - contour.start).norm() / kWhole);
-  return weight * strength / (strength + kHalf);
+  const double strength = static_cast<double>(sum) / kParts;
+  return std::min(1.0, (end - start).norm() / kWhole) *
+         (kNowhere + kOfEdge * strength / (strength + kHalf));
 }
 
-void RowPlacement::sample(const ImageView& image, std::span<const MovingContour> contours,
-                          double offset, Lane& lane) {
-  for (std::size_t k = 0; k < lane.strength.size(); ++k) {
-    const double shift = lane.first + static_cast<double>(k) * lane.step - offset;
+void RowPlacement::fill(const ImageView& image, const ImageWindow& window, Lane& lane) {
+  lane.seen = false;
+  for (std::size_t k = 0; k < lane.score.size(); ++k) {
+    sections_.clear();
+    append_sections(model_.pipes[lane.pipe], lane.offset(k), sections_);
+    std::array<double, 2> length{};
     double sum = 0;
-    for (const MovingContour& contour : contours) {
-      if (contour.pipe == lane.pipe && (contour.end - contour.start).norm() >= kShort) {
-        sum += strength_at(image, contour, shift);
-      }
-    }
-    lane.strength[k] = sum;
-  }
-}
-
-double RowPlacement::least_distance(std::size_t left, std::size_t right) const {
-  const double radii = model_.pipes[left].largest_radius() + model_.pipes[right].largest_radius();
-  const double rise = model_.pipes[left].start.z() - model_.pipes[right].start.z();
-  return std::sqrt(std::max(0.0, radii * radii - rise * rise)) - kOverlap;
-}
-
-void RowPlacement::search(const ImageView& image, std::span<const MovingContour> contours,
-                          const std::array<double, kMaxPipes>& offsets,
-                          const std::bitset<kMaxPipes>& searched,
-                          const std::array<double, kMaxPipes>& reach, const OffsetBelief& prior,
-                          std::size_t most, std::vector<RowPlaces>& places) {
-  places.clear();
-  used_ = 0;
-  for (const std::size_t pipe : order_) {
-    double by_offset = 0;  // px/m
-    for (const MovingContour& contour : contours) {
-      if (contour.pipe == pipe) {
-        by_offset = std::max(
-            {by_offset, std::abs(contour.start_by_offset), std::abs(contour.end_by_offset)});
-      }
-    }
-    if (!searched[pipe] || by_offset <= 0) {
-      continue;
-    }
-    Lane& lane = lanes_[used_++];
-    lane.pipe = pipe;
-    const double wanted = 2 * reach[pipe] * by_offset / kStepPixels;
-    const auto steps = 1 + 2 * static_cast<std::size_t>(
-                                   std::min(0.5 * wanted, 0.5 * static_cast<double>(kMostSteps)));
-    lane.step = steps > 1 ? 2 * reach[pipe] / static_cast<double>(steps - 1) : reach[pipe];
-    lane.first = offsets[pipe] - lane.step * static_cast<double>(steps / 2);
-    lane.strength.resize(steps);
-    lane.score.resize(steps);
-    lane.best.resize(steps);
-    lane.from.resize(steps);
-    sample(image, contours, offsets[pipe], lane);
-    const auto row = static_cast<Eigen::Index>(pipe);
-    const double variance = prior.covariance(row, row);
-    for (std::size_t k = 0; k < steps; ++k) {
-      const double off = lane.first + static_cast<double>(k) * lane.step - prior.mean[pipe];
-      lane.score[k] = lane.strength[k] - (variance > 0 ? 0.5 * off * off / variance : 0.0);
-    }
-  }
-  places.push_back(best_places(offsets, -1, 0));
-  const RowPlaces best = places.front();
-  for (std::size_t i = 0; i < used_ && most > 1; ++i) {
-    const RowPlaces other = best_places(offsets, static_cast<int>(i), best.offsets[lanes_[i].pipe]);
-    if (other.score > best.score - kNearlyAsWell) {
-      places.push_back(other);
-    }
-  }
-  std::ranges::stable_sort(places, std::greater<>{}, &RowPlaces::score);
-  places.resize(std::min(places.size(), most));
-}
-
-RowPlaces RowPlacement::best_places(const std::array<double, kMaxPipes>& offsets, int barred_lane,
-                                    double barred_offset) {
-  constexpr double kNever = -1e9;
-  const auto x_of = [this](std::size_t pipe) { return model_.pipes[pipe].start.x(); };
-  for (std::size_t i = 0; i < used_; ++i) {
-    Lane& lane = lanes_[i];
-    const bool barred = static_cast<int>(i) == barred_lane;
-    for (std::size_t k = 0; k < lane.score.size(); ++k) {
-      const double offset = lane.first + static_cast<double>(k) * lane.step;
-      const bool is_barred = barred && std::abs(offset - barred_offset) < kElsewhere * lane.step;
-      lane.best[k] = is_barred ? kNever : lane.score[k];
-      lane.from[k] = -1;
-      if (i == 0) {
+    for (const PipeSection& section : sections_) {
+      ContourLine lines[2];
+      if (!contour_lines(section, window.eye(), lines)) {
         continue;
       }
-      const Lane& before = lanes_[i - 1];
-      // Of the lane before: those far enough to the left.
-      const double limit =
-          x_of(lane.pipe) + offset - least_distance(before.pipe, lane.pipe) - x_of(before.pipe);
-      double most = kNever;
-      for (std::size_t j = 0; j < before.best.size(); ++j) {
-        if (before.first + static_cast<double>(j) * before.step > limit) {
-          break;
+      for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+        Eigen::Vector3d start = lines[side].start - window.eye();
+        Eigen::Vector3d end = lines[side].end - window.eye();
+        if (!window.clip(start, end)) {
+          continue;
         }
-        if (before.best[j] > most) {
-          most = before.best[j];
-          lane.from[k] = static_cast<int>(j);
+        const Eigen::Vector2d first = window.pixel(start);
+        const Eigen::Vector2d last = window.pixel(end);
+        if ((last - first).norm() >= kShort) {
+          length[side] += (last - first).norm();
+          sum += contour_score(image, first, last);
         }
       }
-      lane.best[k] += most;
+    }
+    lane.score[k] = sum;
+    lane.both[k] = std::min(length[0], length[1]) >= 0.5 * kWhole;
+    lane.seen = lane.seen || length[0] > 0 || length[1] > 0;
+  }
+}
+
+std::optional<double> RowPlacement::least_distance(std::size_t left, std::size_t right) const {
+  const double radii = model_.pipes[left].largest_radius() + model_.pipes[right].largest_radius();
+  const double rise = model_.pipes[left].start.z() - model_.pipes[right].start.z();
+  if (std::abs(rise) >= radii) {
+    return std::nullopt;
+  }
+  return std::sqrt(radii * radii - rise * rise) - kOverlap;
+}
+
+void RowPlacement::search(const ImageView& image, const geometry::SE3& T_camera_rack,
+                          const std::array<double, kMaxPipes>& offsets,
+                          const std::bitset<kMaxPipes>& searched,
+                          const std::array<double, kMaxPipes>& reach, const OffsetBelief& prior) {
+  const ImageWindow window(camera_, T_camera_rack);
+  for (Lane& lane : lanes_) {
+    const double height =
+        std::max(kLeastHeight, std::abs(window.eye().z() - model_.pipes[lane.pipe].start.z()));
+    lane.pixel = height / camera_.matrix()(0, 0);
+    const double wanted = searched[lane.pipe] ? reach[lane.pipe] / (kStepPixels * lane.pixel) : 0.0;
+    const auto half = static_cast<std::size_t>(std::min(std::ceil(wanted), 0.5 * kMostSteps - 0.5));
+    lane.step = half > 0 ? reach[lane.pipe] / static_cast<double>(half) : lane.pixel;
+    lane.first = offsets[lane.pipe] - static_cast<double>(half) * lane.step;
+    const std::size_t steps = 2 * half + 1;
+    lane.score.assign(steps, 0);
+    lane.both.assign(steps, false);
+    lane.best.resize(steps);
+    lane.from.resize(steps);
+    if (half == 0) {
+      lane.seen = false;
+      continue;
+    }
+    fill(image, window, lane);
+    const auto row = static_cast<Eigen::Index>(lane.pipe);
+    const double variance = prior.covariance(row, row);
+    for (std::size_t k = 0; k < steps && variance > 0; ++k) {
+      lane.score[k] -= 0.5 * std::pow(lane.offset(k) - prior.mean[lane.pipe], 2) / variance;
     }
   }
-  RowPlaces result;
-  result.offsets = offsets;
-  if (used_ == 0) {
-    return result;
+  places_ = offsets;
+  best_ = best_row(nullptr, &places_);
+}
+
+double RowPlacement::best_row(const Limit* limit, std::array<double, kMaxPipes>* offsets) {
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    Lane& lane = lanes_[i];
+    const bool limited = limit != nullptr && limit->lane == i;
+    Lane const* before = i > 0 ? &lanes_[i - 1] : nullptr;
+    const auto distance =
+        before != nullptr ? least_distance(before->pipe, lane.pipe) : std::optional<double>();
+    const double gap = before != nullptr
+                           ? model_.pipes[lane.pipe].start.x() -
+                                 model_.pipes[before->pipe].start.x() - distance.value_or(0)
+                           : 0;
+    // Of the lane before: the best of those far enough to the left.
+    std::size_t next = 0;
+    int best_before = -1;
+    for (std::size_t k = 0; k < lane.score.size(); ++k) {
+      const bool near =
+          limited && std::abs(lane.offset(k) - limit->offset) < kElsewhere * lane.pixel;
+      lane.best[k] = limited && near != limit->within ? kNever : lane.score[k];
+      lane.from[k] = -1;
+      if (before == nullptr) {
+        continue;
+      }
+      while (next < before->best.size() &&
+             (!distance || before->offset(next) <= lane.offset(k) + gap)) {
+        if (best_before < 0 ||
+            before->best[next] > before->best[static_cast<std::size_t>(best_before)]) {
+          best_before = static_cast<int>(next);
+        }
+        ++next;
+      }
+      lane.from[k] = best_before;
+      lane.best[k] +=
+          best_before < 0 ? kNever : before->best[static_cast<std::size_t>(best_before)];
+    }
   }
-  const Lane& last = lanes_[used_ - 1];
+  if (lanes_.empty()) {
+    return 0;
+  }
+  const Lane& last = lanes_.back();
   auto at = static_cast<int>(std::ranges::max_element(last.best) - last.best.begin());
-  result.score = last.best[static_cast<std::size_t>(at)];
-  for (std::size_t i = used_; i-- > 0 && at >= 0;) {
+  const double result = last.best[static_cast<std::size_t>(at)];
+  for (std::size_t i = lanes_.size(); offsets != nullptr && i-- > 0 && at >= 0;) {
     const Lane& lane = lanes_[i];
-    result.offsets[lane.pipe] = lane.first + at * lane.step;
+    (*offsets)[lane.pipe] = lane.offset(static_cast<std::size_t>(at));
     at = lane.from[static_cast<std::size_t>(at)];
   }
   return result;
 }
 
-double RowPlacement::better_elsewhere(std::size_t pipe) const noexcept {
-  for (std::size_t i = 0; i < used_; ++i) {
-    const Lane& lane = lanes_[i];
-    if (lane.pipe != pipe) {
-      continue;
-    }
-    const std::size_t middle = lane.strength.size() / 2;
-    double here = 0;
-    double best = 0;
-    for (std::size_t k = 0; k < lane.strength.size(); ++k) {
-      const double away = std::abs(static_cast<double>(k) - static_cast<double>(middle));
-      best = std::max(best, lane.strength[k]);
-      if (away <= kElsewhere) {
-        here = std::max(here, lane.strength[k]);
-      }
-    }
-    return best - here;
+std::optional<std::size_t> RowPlacement::lane_of(std::size_t pipe) const {
+  const auto found = std::ranges::find(lanes_, pipe, &Lane::pipe);
+  if (found == lanes_.end() || !found->seen || best_ <= 0.5 * kNever) {
+    return std::nullopt;
   }
-  return 0;
+  return static_cast<std::size_t>(found - lanes_.begin());
+}
+
+PipePlace RowPlacement::place(std::size_t pipe) {
+  PipePlace result{.offset = places_[pipe]};
+  if (const auto index = lane_of(pipe)) {
+    const Lane& lane = lanes_[*index];
+    const auto at = static_cast<std::size_t>(std::lround((result.offset - lane.first) / lane.step));
+    result.both_in_view = lane.both[at];
+    const Limit limit{.lane = *index, .offset = result.offset, .within = false};
+    result.margin = best_ - best_row(&limit, nullptr);
+  }
+  return result;
+}
+
+double RowPlacement::better_elsewhere(std::size_t pipe, double offset) {
+  const auto index = lane_of(pipe);
+  if (!index) {
+    return 0;
+  }
+  const Limit limit{.lane = *index, .offset = offset, .within = true};
+  return best_ - best_row(&limit, nullptr);
 }
 
 }  // namespace pipescout::rack_vision

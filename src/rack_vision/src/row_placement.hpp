@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <bitset>
-#include <span>
+#include <optional>
 #include <vector>
 
+#include "image_window.hpp"
 #include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/image_view.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
@@ -20,20 +22,12 @@
 /// each offset of each pipe, and the best offsets of all pipes together by dynamic programming.
 namespace pipescout::rack_vision {
 
-/// A contour of a pipe as it is rendered, and how it moves with its pipe.
-struct MovingContour {
-  std::size_t pipe = 0;
-  Eigen::Vector2d start, end;  ///< ideal pixels
-  Eigen::Vector2d normal;      ///< unit vector
-  /// Displacement along the normal by an offset, px/m, of both ends.
-  double start_by_offset = 0;
-  double end_by_offset = 0;
-};
-
-/// Log-likelihood-like; larger is better.
-struct RowPlaces {
-  std::array<double, kMaxPipes> offsets{};  ///< m; of pipes that were not searched: as before
-  double score = 0;
+/// Where one pipe was found. Scores are log-likelihood ratios against contours that are nowhere.
+struct PipePlace {
+  double offset = 0;  ///< m
+  /// By how much the row is explained better with the pipe there than with it anywhere else.
+  double margin = 0;
+  bool both_in_view = false;  ///< both contours, on some length
 };
 
 class RowPlacement {
@@ -42,43 +36,60 @@ class RowPlacement {
 
   void set_camera(const geometry::Camera& camera) { camera_ = camera; }
 
-  /// Searches the pipes of `searched` around `offsets`, at which the contours are rendered, within
-  /// `reach` of each, m; the others stay. `prior`: of the offsets. Replaces `places`: the best
-  /// first, then up to `most - 1` others that have one pipe elsewhere and score nearly as well.
-  void search(const ImageView& image, std::span<const MovingContour> contours,
+  /// Searches the pipes of `searched` within `reach`, m, of `offsets`; the others stay there.
+  /// `prior`: of the offsets; variances that are 0 say nothing.
+  void search(const ImageView& image, const geometry::SE3& T_camera_rack,
               const std::array<double, kMaxPipes>& offsets, const std::bitset<kMaxPipes>& searched,
-              const std::array<double, kMaxPipes>& reach, const OffsetBelief& prior,
-              std::size_t most, std::vector<RowPlaces>& places);
+              const std::array<double, kMaxPipes>& reach, const OffsetBelief& prior);
 
-  /// Of one pipe, of the last search: the best score at any offset over that at its offset, not
-  /// more than a few pixels beside it; without the prior.
-  [[nodiscard]] double better_elsewhere(std::size_t pipe) const noexcept;
+  /// Of a pipe of the last search; `offsets` as given to it. A pipe that was not searched, or is
+  /// out of view wherever it lies, has no margin.
+  [[nodiscard]] PipePlace place(std::size_t pipe);
+  /// By how much the row of the last search is explained better with the pipe more than a few
+  /// pixels beside `offset` than with it there; 0 when it is best there.
+  [[nodiscard]] double better_elsewhere(std::size_t pipe, double offset);
 
  private:
   struct Lane {
     std::size_t pipe = 0;
-    double first = 0;              ///< m, of the first offset
-    double step = 0;               ///< m
-    std::vector<double> strength;  ///< of the contours, by offset
-    std::vector<double> score;     ///< with the prior
-    std::vector<double> best;      ///< of this lane and those before it
-    std::vector<int> from;         ///< index in the lane before
+    bool seen = false;          ///< some of its places are in view
+    double first = 0;           ///< m, of the first offset
+    double step = 0;            ///< m
+    double pixel = 0;           ///< m, an offset that moves the contours by one
+    std::vector<double> score;  ///< by offset, with the prior
+    std::vector<bool> both;     ///< whether both contours are in view
+    std::vector<double> best;   ///< of this lane and those before it
+    std::vector<int> from;      ///< index in the lane before
+
+    [[nodiscard]] double offset(std::size_t k) const {
+      return first + static_cast<double>(k) * step;
+    }
+  };
+  /// Offsets of one lane that count: those within, or beyond, a few pixels of one.
+  struct Limit {
+    std::size_t lane = 0;
+    double offset = 0;
+    bool within = false;
   };
 
-  void sample(const ImageView& image, std::span<const MovingContour> contours, double offset,
-              Lane& lane);
-  [[nodiscard]] double strength_at(const ImageView& image, const MovingContour& contour,
-                                   double shift) const;
-  /// Smallest distance of two neighbours' axes along rack x, m.
-  [[nodiscard]] double least_distance(std::size_t left, std::size_t right) const;
-  [[nodiscard]] RowPlaces best_places(const std::array<double, kMaxPipes>& offsets, int barred_lane,
-                                      double barred_offset);
+  void fill(const ImageView& image, const ImageWindow& window, Lane& lane);
+  /// Of one contour in view, sampled; nothing when it is too short.
+  [[nodiscard]] double contour_score(const ImageView& image, const Eigen::Vector2d& start,
+                                     const Eigen::Vector2d& end) const;
+  /// Smallest distance of two neighbours' axes along rack x, m; nothing where one may lie over the
+  /// other.
+  [[nodiscard]] std::optional<double> least_distance(std::size_t left, std::size_t right) const;
+  /// Score of the best offsets under a limit; with `offsets`, these.
+  double best_row(const Limit* limit, std::array<double, kMaxPipes>* offsets);
+  [[nodiscard]] std::optional<std::size_t> lane_of(std::size_t pipe) const;
 
   RackModel model_;
   geometry::Camera camera_;
-  std::vector<std::size_t> order_;  ///< of the movable pipes along y, from left to right
+  std::vector<std::size_t> order_;  ///< of the pipes along y, from left to right
   std::vector<Lane> lanes_;
-  std::size_t used_ = 0;  ///< lanes of the last search
+  std::vector<PipeSection> sections_;
+  double best_ = 0;  ///< score of the last search
+  std::array<double, kMaxPipes> places_{};
 };
 
 }  // namespace pipescout::rack_vision

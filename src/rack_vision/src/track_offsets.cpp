@@ -10,91 +10,99 @@
 namespace pipescout::rack_vision {
 namespace {
 
+using geometry::SE3;
+
 // Three deviations of an offset: px, and m, within which there are no contours of other pipes.
 constexpr double kWidePixels = 10;
 constexpr double kWidePlace = 0.08;
 constexpr double kAnywhere = 0.05;           // m, one sigma: racks that were altered
 constexpr double kFarthestElsewhere = 0.12;  // m
-constexpr double kClearlyElsewhere = 3;      // log-likelihood, of one contour of two and no other
-constexpr double kBesidePixels = 8;  // px, of the second search, from contours rendered anew
-constexpr int kX = 0;
+constexpr double kClearlyElsewhere = 2;      // log-likelihood: a third of one contour of two
+// The same, of both contours and no others of the row; the more, the more places there are.
+constexpr double kClearlyThere = 1;
+constexpr double kClearlyThereByReach = 3;  // per m of reach ...
+constexpr double kNearReach = 0.15;         // m, ... beyond this
+constexpr double kLeastHeight = 0.5;        // m
 constexpr int kY = 1;
 
-}  // namespace
-
-void TrackStep::gather_moving(const geometry::SE3& T_rack_camera) {
-  moving_.clear();
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const VisibleEdge& edge = edges_[i];
-    if (edge.id.kind != EdgeKind::kPipe) {
-      continue;
-    }
-    // A pipe that moves along x is seen to move against what a motion of the camera does.
-    moving_.push_back({.pipe = edge.id.body,
-                       .start = edge.image_start,
-                       .end = edge.image_end,
-                       .normal = normals_[i],
-                       .start_by_offset = -by_motion(edge.start, normals_[i], T_rack_camera)(kX),
-                       .end_by_offset = -by_motion(edge.end, normals_[i], T_rack_camera)(kX)});
-  }
-}
-
-void TrackStep::choose_widely_placed(const TrackBelief& around) {
-  widely_placed_.reset();
-  render(around.T_rack_camera, around.offsets);
-  gather_moving(around.T_rack_camera);
-  for (const MovingContour& contour : moving_) {
-    const auto row = static_cast<Eigen::Index>(contour.pipe);
-    const double deviation = std::sqrt(around.offsets.covariance(row, row));
-    const double by_offset =
-        std::max(std::abs(contour.start_by_offset), std::abs(contour.end_by_offset));
-    if (3 * deviation > kWidePlace && 3 * deviation * by_offset > kWidePixels) {
-      widely_placed_.set(contour.pipe);
-    }
-  }
-}
-
-void TrackStep::place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
-                            const OffsetBelief& offsets, std::size_t most) {
+/// How far from where they are believed pipes may lie, m.
+std::array<double, kMaxPipes> reach_of(const OffsetBelief& offsets) {
   std::array<double, kMaxPipes> reach{};
-  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+  for (std::size_t i = 0; i < kMaxPipes; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     reach[i] = 3 * std::sqrt(offsets.covariance(row, row));
   }
-  render(T_rack_camera, offsets);
-  gather_moving(T_rack_camera);
-  row_.search(image, moving_, offsets.mean, widely_placed_, reach, offsets, most, rows_);
-  // Seen from another side, the contours of a pipe are a little farther apart or nearer.
-  std::array<double, kMaxPipes> beside{};
-  beside.fill(kBesidePixels * std::max(0.5, T_rack_camera.translation().z()) /
-              camera_.matrix()(0, 0));
-  for (RowPlaces& row : rows_) {
-    OffsetBelief there = offsets;
-    there.mean = row.offsets;
-    render(T_rack_camera, there);
-    gather_moving(T_rack_camera);
-    std::vector<RowPlaces> nearer;
-    row_.search(image, moving_, row.offsets, widely_placed_, beside, offsets, 1, nearer);
-    row = nearer.front();
+  return reach;
+}
+
+bool is_clear(const PipePlace& place, double reach) {
+  return place.both_in_view &&
+         place.margin > kClearlyThere + kClearlyThereByReach * std::max(0.0, reach - kNearReach);
+}
+
+}  // namespace
+
+std::bitset<kMaxPipes> TrackStep::widely_placed(const TrackBelief& belief) const {
+  std::bitset<kMaxPipes> wide;
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double three = 3 * std::sqrt(belief.offsets.covariance(row, row));
+    const double height = std::max(
+        kLeastHeight, std::abs(belief.T_rack_camera.translation().z() - model_.pipes[i].start.z()));
+    wide[i] = three > kWidePlace && three * camera_.matrix()(0, 0) > kWidePixels * height;
   }
+  return wide;
+}
+
+TrackStep::StartPlace TrackStep::place_pipes(const ImageView& image, const SE3& T_rack_camera,
+                                             const OffsetBelief& offsets,
+                                             const std::bitset<kMaxPipes>& wide) {
+  StartPlace start{T_rack_camera, offsets.mean, wide};
+  if (wide.none()) {
+    return start;
+  }
+  const std::array<double, kMaxPipes> reach = reach_of(offsets);
+  row_.search(image, T_rack_camera.inverse(), offsets.mean, wide, reach, offsets);
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+    const PipePlace place = wide[i] ? row_.place(i) : PipePlace{};
+    if (is_clear(place, reach[i])) {
+      start.offsets[i] = place.offset;
+      start.unplaced.reset(i);
+    }
+  }
+  return start;
+}
+
+std::array<std::optional<double>, kMaxPipes> TrackStep::find_pipes(
+    const ImageView& image, const SE3& T_rack_camera, const OffsetBelief& offsets,
+    const std::bitset<kMaxPipes>& pipes) {
+  std::array<double, kMaxPipes> reach = reach_of(offsets);
+  for (double& one : reach) {
+    one = std::max(one, kFarthestElsewhere);
+  }
+  row_.search(image, T_rack_camera.inverse(), offsets.mean, pipes, reach, {});
+  std::array<std::optional<double>, kMaxPipes> found{};
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+    const PipePlace place = pipes[i] ? row_.place(i) : PipePlace{};
+    if (is_clear(place, reach[i])) {
+      found[i] = place.offset;
+    }
+  }
+  return found;
 }
 
 bool TrackStep::pipes_are_elsewhere(const ImageView& image, const TrackBelief& found,
                                     const OffsetBelief& offsets) {
-  OffsetBelief free = found.offsets;
-  std::array<double, kMaxPipes> reach{};
+  std::array<double, kMaxPipes> reach = reach_of(offsets);
   std::bitset<kMaxPipes> movable;
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    movable[i] = offsets.covariance(row, row) > 0;
-    reach[i] = std::max(kFarthestElsewhere, 3 * std::sqrt(offsets.covariance(row, row)));
+    movable[i] = offsets.covariance(row, row) > 0 && !unplaced_[i];
+    reach[i] = std::max(kFarthestElsewhere, reach[i]);
   }
-  free.covariance.setZero();
-  render(found.T_rack_camera, found.offsets);
-  gather_moving(found.T_rack_camera);
-  row_.search(image, moving_, found.offsets.mean, movable, reach, free, 1, rows_);
+  row_.search(image, found.T_rack_camera.inverse(), found.offsets.mean, movable, reach, {});
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-    if (movable[i] && row_.better_elsewhere(i) > kClearlyElsewhere) {
+    if (movable[i] && row_.better_elsewhere(i, found.offsets.mean[i]) > kClearlyElsewhere) {
       return true;
     }
   }

@@ -17,11 +17,11 @@ namespace {
 using geometry::Matrix6d;
 using geometry::SE3;
 
-constexpr std::size_t kTried = 6;            // places that are solved for
-constexpr std::size_t kPlacementsTried = 3;  // of the pipes, at each of them
-constexpr std::size_t kMostTried = 24;       // while none of them explains the image
-constexpr double kDistinctTried = 4;         // px, between what is seen from two of them
-constexpr double kFirstStep = 2.5;           // px between the poses that are tried
+constexpr std::size_t kTried = 6;       // places that are solved for
+constexpr std::size_t kMostTried = 24;  // while none of them explains the image
+constexpr double kPlacedPipe = 0.01;    // m, one sigma of an offset at which a start begins
+constexpr double kDistinctTried = 4;    // px, between what is seen from two of them
+constexpr double kFirstStep = 2.5;      // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
 constexpr double kWideRange = 16;     // px
 constexpr double kShortest = 8;       // px: shorter contours say nothing
@@ -89,19 +89,9 @@ double log_likelihood(const TrackEvidence& evidence, double share) {
   return evidence.edge_samples * (share * kFound + (1 - share) * kMissed) / kAlikeSamples;
 }
 
-/// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
-/// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
-bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
-                        std::span<const PipeSupport> pipes) {
-  PipeSupport fixed;
-  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::Vector3d& direction = model.pipes[i].direction;
-    if (offsets.covariance(row, row) == 0 && std::abs(direction.y()) > std::abs(direction.x())) {
-      fixed.searched += pipes[i].searched;
-      fixed.found += pipes[i].found;
-    }
-  }
+/// Whether the pipes that define the frame are seen where they should be, if they are in view. All
+/// others may be taken for pipes that lie elsewhere, and so bear any pose out.
+bool reference_is_found(const PipeSupport& fixed) {
   return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
 }
 
@@ -117,6 +107,20 @@ double misplacement(const OffsetBelief& before, const OffsetBelief& found) {
 }
 
 }  // namespace
+
+PipeSupport reference_support(const RackModel& model, const OffsetBelief& offsets,
+                              std::span<const PipeSupport> pipes) {
+  PipeSupport fixed;
+  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d& direction = model.pipes[i].direction;
+    if (offsets.covariance(row, row) == 0 && std::abs(direction.y()) > std::abs(direction.x())) {
+      fixed.searched += pipes[i].searched;
+      fixed.found += pipes[i].found;
+    }
+  }
+  return fixed;
+}
 
 bool TrackStep::pose_is_near(const TrackBelief& around) {
   TrackBelief placed = around;
@@ -149,8 +153,7 @@ void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation
   contours_.clear();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const VisibleEdge& edge = edges_[i];
-    if ((edge.image_end - edge.image_start).norm() < kShortest ||
-        (edge.id.kind == EdgeKind::kPipe && widely_placed_[edge.id.body])) {
+    if ((edge.image_end - edge.image_start).norm() < kShortest) {
       continue;
     }
     AlignmentContour contour;
@@ -205,6 +208,10 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around,
   guess.T_rack_camera = start.T_rack_camera;
   guess.offsets.mean = start.offsets;
   guess.covariance.setZero();
+  // Whatever is known of the offsets, they are where the start has them.
+  guess.offsets.covariance.diagonal() =
+      around.offsets.covariance.diagonal().cwiseMin(kPlacedPipe * kPlacedPipe);
+  unplaced_ = start.unplaced;
   double range = kFirstRange;
   for (int round = 0; round < kMostRounds; ++round) {
     const SE3 before = guess.T_rack_camera;
@@ -300,7 +307,8 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
                                    double share, const geometry::Vector6d& moved) const {
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-  return share >= needed_share() && reference_is_found(model_, around.offsets, tried.pipes) &&
+  return share >= needed_share() &&
+         reference_is_found(reference_support(model_, around.offsets, tried.pipes)) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -344,7 +352,9 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
       for (const int axis : {0, kY}) {
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(axis) = aside * pixel;
-        consider_start(image, around, {moved_pose(best.found, move), best.start.offsets}, outcome);
+        consider_start(image, around,
+                       {moved_pose(best.found, move), best.start.offsets, best.start.unplaced},
+                       outcome);
       }
     }
     for (const double at_borders : kAtBorders) {
@@ -353,7 +363,9 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(0) = at_borders * sideways;
         move(kZ) = at_borders * rise;
-        consider_start(image, around, {moved_pose(best.found, move), best.start.offsets}, outcome);
+        consider_start(image, around,
+                       {moved_pose(best.found, move), best.start.offsets, best.start.unplaced},
+                       outcome);
       }
     }
     const double found = std::ranges::max_element(tried_, {}, &TriedStart::merit)->merit;
@@ -366,6 +378,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
+  unplaced_ = widely_placed(before);
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
@@ -389,27 +402,21 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
 
 void TrackStep::find_among_contours(const ImageView& image, const TrackBelief& around,
                                     StepOutcome& outcome) {
-  choose_widely_placed(around);
+  const std::bitset<kMaxPipes> wide = widely_placed(around);
+  unplaced_ = wide;
   find_peaks(image, around, kMostTried);
-  if (peaks_.empty() && widely_placed_.any()) {
+  if (peaks_.empty() && wide.any()) {
     // Nothing in view has a place that is known: where the camera was said to be is all there is.
     peaks_.push_back({geometry::Vector6d::Zero(), 0});
     left_by_peaks_ = around.covariance;
   }
   tried_.clear();
   for (std::size_t i = 0; i < peaks_.size() && (i < kTried || !any_explains()); ++i) {
+    unplaced_ = wide;
     const SE3 place = narrowed(image, around, peaks_[i]);
-    if (widely_placed_.none()) {
-      consider_start(image, around, {place, around.offsets.mean}, outcome);
-      continue;
-    }
-    place_pipes(image, place, around.offsets, kPlacementsTried);
-    for (const RowPlaces& row : rows_) {
-      consider_start(image, around, {place, row.offsets}, outcome);
-    }
+    consider_start(image, around, place_pipes(image, place, around.offsets, wide), outcome);
   }
   look_beside_the_best(image, around, outcome);
-  widely_placed_.reset();
   outcome = {};
   outcome.belief = around;
   if (!any_explains()) {
@@ -444,7 +451,8 @@ bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
   around.covariance.diagonal().tail<3>().array() += kAnewTurn * kAnewTurn;
   points_.clear();
   matches_.clear();
-  if (!refine_start(image, around, {around.T_rack_camera, around.offsets.mean}, 0, start_solver_)) {
+  if (!refine_start(image, around, {around.T_rack_camera, outcome.belief.offsets.mean, unplaced_},
+                    0, start_solver_)) {
     return false;
   }
   // Offsets that are free explain every image a little better.

@@ -146,10 +146,17 @@ UncertainView TrackStep::view(const TrackBelief& belief) const {
           std::span(belief.offsets.mean).first(model_.pipes.size())};
 }
 
+PipeOffsets TrackStep::places(const OffsetBelief& offsets) {
+  constexpr double kOutOfSight = 1e4;  // m
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+    rendered_offsets_[i] = unplaced_[i] ? kOutOfSight : offsets.mean[i];
+  }
+  return std::span(rendered_offsets_).first(model_.pipes.size());
+}
+
 void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets) {
   const geometry::SE3 T_camera_rack = T_rack_camera.inverse();
-  renderer_.render(model_, std::span(offsets.mean).first(model_.pipes.size()), camera_,
-                   T_camera_rack, edges_);
+  renderer_.render(model_, places(offsets), camera_, T_camera_rack, edges_);
   normals_.clear();
   for (const VisibleEdge& edge : edges_) {
     Pipe const* pipe = edge.id.kind == EdgeKind::kPipe ? &model_.pipes[edge.id.body] : nullptr;
@@ -262,7 +269,7 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
 
 void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
                              TrackBelief& guess) {
-  surface_.update(model_, std::span(guess.offsets.mean).first(model_.pipes.size()));
+  surface_.update(model_, places(guess.offsets));
   map_.choose(view(guess), surface_, matches_);
   map_.match(image, view(guess), 0, kFirstPoints, matches_);
   std::optional<double> anchor = map_.observations(matches_, points_);
@@ -287,7 +294,8 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
     around.covariance(kY, kY) = along_variance;
     find_peaks(image, around, kPeaksInFlight);
     return !peaks_.empty() &&
-           refine_start(image, free, {narrowed(image, around, peaks_.front()), belief.offsets.mean},
+           refine_start(image, free,
+                        {narrowed(image, around, peaks_.front()), belief.offsets.mean, unplaced_},
                         along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;
@@ -298,6 +306,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
 
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
   map_error_ = before.map;
+  unplaced_ = widely_placed(before);
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
     TrackBelief around = before;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "alignment_search.hpp"
@@ -61,6 +62,10 @@ struct StepOutcome {
   int edge_samples = 0;
 };
 
+/// What the image shows of the pipes that define the frame: those along y that cannot have moved.
+[[nodiscard]] PipeSupport reference_support(const RackModel& model, const OffsetBelief& offsets,
+                                            std::span<const PipeSupport> pipes);
+
 /// After a wide search a few points that agree are not enough.
 [[nodiscard]] bool borne_out_by_texture(const StepOutcome& outcome) noexcept;
 
@@ -83,6 +88,13 @@ class TrackStep {
   /// pose beyond them: into `outcome`, its outcome from `before`. Returns whether they say
   /// anything.
   [[nodiscard]] bool find_offsets(const TrackBelief& before, StepOutcome& outcome);
+  /// Where these pipes lie, as seen from the pose of the last image: those that are seen as a whole
+  /// there, and nowhere else about as well.
+  [[nodiscard]] std::array<std::optional<double>, kMaxPipes> find_pipes(
+      const ImageView& image, const geometry::SE3& T_rack_camera, const OffsetBelief& offsets,
+      const std::bitset<kMaxPipes>& pipes);
+  /// Pipes that were not looked for in the last image, because nothing says where they are.
+  [[nodiscard]] const std::bitset<kMaxPipes>& unplaced() const noexcept { return unplaced_; }
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
@@ -111,6 +123,8 @@ class TrackStep {
  private:
   void reserve();
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
+  /// Of the pipes, those that are unplaced out of sight. Valid until the next call.
+  [[nodiscard]] PipeOffsets places(const OffsetBelief& offsets);
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
               double along_variance);
   /// How a motion of the camera, as in `pose_difference`, moves a point of the rack along an image
@@ -152,6 +166,7 @@ class TrackStep {
   struct StartPlace {
     geometry::SE3 T_rack_camera;
     std::array<double, kMaxPipes> offsets{};  ///< m
+    std::bitset<kMaxPipes> unplaced{};        ///< pipes that are not looked for
   };
   bool refine_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
                     double along_variance, PoseSolver& solver);
@@ -160,14 +175,12 @@ class TrackStep {
                  StepOutcome& outcome);
   /// As find_from_far, from contours alone and with these offsets.
   void find_among_contours(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
-  /// Fills widely_placed_: pipes whose contours may be taken for others before their offsets are
-  /// searched for.
-  void choose_widely_placed(const TrackBelief& around);
-  /// Fills moving_ from the rendered edges.
-  void gather_moving(const geometry::SE3& T_rack_camera);
-  /// Fills rows_: where the widely placed pipes lie, seen from there; the best first.
-  void place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
-                   const OffsetBelief& offsets, std::size_t most);
+  /// Pipes of which so little is known that contours of others may be nearer than theirs.
+  [[nodiscard]] std::bitset<kMaxPipes> widely_placed(const TrackBelief& belief) const;
+  /// Where those of `wide` lie that are seen clearly, seen from there; the others remain unplaced.
+  [[nodiscard]] StartPlace place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
+                                       const OffsetBelief& offsets,
+                                       const std::bitset<kMaxPipes>& wide);
   /// Whether some pipe is seen clearly better farther from its place than `offsets` says.
   bool pipes_are_elsewhere(const ImageView& image, const TrackBelief& found,
                            const OffsetBelief& offsets);
@@ -240,9 +253,9 @@ class TrackStep {
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;
   RowPlacement row_;
-  std::bitset<kMaxPipes> widely_placed_{};
-  std::vector<MovingContour> moving_;
-  std::vector<RowPlaces> rows_;
+  /// Pipes that may lie anywhere: they are neither looked for nor do they hide anything.
+  std::bitset<kMaxPipes> unplaced_{};
+  std::array<double, kMaxPipes> rendered_offsets_{};
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

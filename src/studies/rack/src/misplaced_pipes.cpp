@@ -78,9 +78,12 @@ class MisplacedPlace {
  private:
   [[nodiscard]] double largest_error(const RackModel& file,
                                      const rack_vision::RackTrackerResult& result) const {
+    // Where nothing is observed, all count: to say nothing is not to be right.
+    const bool any = std::ranges::any_of(result.offset_observed,
+                                         [](std::uint8_t observed) { return observed != 0; });
     double largest = 0;
     for (std::size_t i = 0; i < file.pipes.size(); ++i) {
-      if (file.pipes[i].movable && result.offset_observed[i] != 0) {
+      if (file.pipes[i].movable && (!any || result.offset_observed[i] != 0)) {
         const double truth = settings_.rack.pipes[i].start.x() - file.pipes[i].start.x();
         largest = std::max(largest, std::abs(result.offsets[i] - truth));
       }

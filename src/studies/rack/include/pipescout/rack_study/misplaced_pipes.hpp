@@ -30,7 +30,8 @@ struct MisplacedPipesSettings {
 
 struct MisplacedPipesTrial {
   std::vector<FrameScore> frames;
-  double largest_offset_error = 0;  ///< m, of the pipes observed in the last image with a pose
+  /// m, of the pipes observed in the last image with a pose; of all where none is.
+  double largest_offset_error = 0;
 };
 
 struct MisplacedPipesScore {
