@@ -77,7 +77,7 @@ TEST(ThermalPatrol, SeesTheNearestOfSeveralRowsAndNoTubeFromBehind) {
   // Nothing is as hot as the tube.
   std::vector<std::uint16_t> counts(320U * 240U);
   patrol.render(0, counts);
-  const auto tube = static_cast<std::uint16_t>(patrol.renderer().radiometry().counts(140));
+  const auto tube = static_cast<std::uint16_t>(patrol.renderer().counts(140));
   EXPECT_LT(std::ranges::count_if(counts, [&](std::uint16_t count) { return count > tube; }), 100);
 }
 
