@@ -51,7 +51,14 @@ def start_robot(robot, host=None, composition="robot.yaml"):
 
 def discovery(station):
     station.await_all()
-    robots = status()
+    robots = {}
+
+    def all_batteries():
+        robots.update(status())
+        return all(robots.get(name, {}).get("battery_percent") for name in NAMES)
+
+    # One look lasts 2.5 s, in which a busy machine need not hear of all batteries.
+    fleet.wait_until(all_batteries, LONG, "not all batteries are heard of")
     assert sorted(name for name in robots if name != "/") == NAMES, robots
     for name in NAMES:
         robot = robots[name]
