@@ -4,9 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <bitset>
-#include <cmath>
-
-#include "pipescout/statistics/chi_square.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -22,34 +19,6 @@ constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and fl
 
 }  // namespace
 
-bool are_improbable(const OffsetBelief& before, const OffsetBelief& after) {
-  constexpr double kProbable = 0.99;
-  constexpr double kRegular = 0.05;  // of the variance before
-  int known = 0;
-  OffsetMatrix taken = OffsetMatrix::Identity();
-  OffsetVector moved = OffsetVector::Zero();
-  for (int i = 0; i < static_cast<int>(kMaxPipes); ++i) {
-    const double variance = before.covariance(i, i);
-    if (variance <= 0 || after.covariance(i, i) >= variance) {
-      continue;
-    }
-    ++known;
-    moved(i) = after.mean[static_cast<std::size_t>(i)] - before.mean[static_cast<std::size_t>(i)];
-    for (int j = 0; j < static_cast<int>(kMaxPipes); ++j) {
-      if (before.covariance(j, j) > 0 && after.covariance(j, j) < before.covariance(j, j)) {
-        taken(i, j) = before.covariance(i, j) - after.covariance(i, j);
-      }
-    }
-    taken(i, i) += kRegular * variance;
-  }
-  if (known == 0) {
-    return false;
-  }
-  const Eigen::LLT<OffsetMatrix> factor(taken);
-  return factor.info() == Eigen::Success &&
-         moved.dot(factor.solve(moved)) > statistics::chi_square_quantile(kProbable, known);
-}
-
 OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
     : pipes_(model.pipes.size()), sigma_(sigma) {
   for (std::size_t i = 0; i < pipes_; ++i) {
@@ -61,22 +30,10 @@ OffsetMemory::OffsetMemory(const RackModel& model, double sigma)
 void OffsetMemory::reset() {
   belief_ = {};
   images_in_doubt_ = {};
-  in_doubt_.reset();
-  doubted_.fill(sigma_);
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
-      set(i, 0, sigma_);
+      set(i, 0);
     }
-  }
-}
-
-void OffsetMemory::replace(const OffsetBelief& belief) {
-  belief_ = belief;
-  images_in_doubt_ = {};
-  in_doubt_.reset();
-  for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    doubted_[i] = std::max(sigma_, std::sqrt(belief.covariance(row, row)));
   }
 }
 
@@ -94,20 +51,12 @@ bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
   return belief_.covariance(row, row) > 0;
 }
 
-void OffsetMemory::set(std::size_t pipe, double mean, double sigma) {
+void OffsetMemory::set(std::size_t pipe, double mean) {
   const auto row = static_cast<Eigen::Index>(pipe);
   belief_.mean[pipe] = mean;
   belief_.covariance.row(row).setZero();
   belief_.covariance.col(row).setZero();
-  belief_.covariance(row, row) = sigma * sigma;
-}
-
-void OffsetMemory::place(std::size_t pipe, double offset) {
-  constexpr double kPlaced = 0.01;  // m, one sigma
-  if (may_move(pipe)) {
-    set(pipe, offset, kPlaced);
-    in_doubt_.reset(pipe);
-  }
+  belief_.covariance(row, row) = sigma_ * sigma_;
 }
 
 void OffsetMemory::doubt() {
@@ -119,8 +68,7 @@ void OffsetMemory::doubt() {
 }
 
 void OffsetMemory::doubt(std::size_t pipe) {
-  set(pipe, belief_.mean[pipe], doubted_[pipe]);
-  in_doubt_.set(pipe);
+  set(pipe, belief_.mean[pipe]);
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
@@ -135,11 +83,7 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
     return false;
   }
   images_in_doubt_[pipe] = 0;
-  if (support.found < kSupportedShare * support.searched) {
-    return false;
-  }
-  in_doubt_.reset(pipe);
-  return true;
+  return support.found >= kSupportedShare * support.searched;
 }
 
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <bitset>
 #include <cstddef>
 #include <span>
 
@@ -16,11 +15,6 @@ struct PipeSupport {
   int searched = 0;  ///< samples
   int found = 0;     ///< where pose and offset have them
 };
-
-/// Whether images would lead from one belief of the offsets to the other in fewer than one of a
-/// hundred racks: then the first one was wrong. What images change of the mean has the covariance
-/// that they take away.
-[[nodiscard]] bool are_improbable(const OffsetBelief& before, const OffsetBelief& after);
 
 /// What is believed of the pipes' offsets from image to image.
 class OffsetMemory {
@@ -37,33 +31,23 @@ class OffsetMemory {
   /// are by `doubt`.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
-  /// Replaces what the model says of the offsets, until `reset`.
-  void replace(const OffsetBelief& belief);
-
-  /// The pipe lies at this offset, m, as far as one image shows it.
-  void place(std::size_t pipe, double offset);
-
   /// The pipes may lie anywhere about where they are believed, as far as the model leaves it open.
   void doubt();
 
-  /// Pipes that were not found where they are believed, and nowhere else since.
-  [[nodiscard]] const std::bitset<kMaxPipes>& in_doubt() const noexcept { return in_doubt_; }
   [[nodiscard]] const OffsetBelief& belief() const noexcept { return belief_; }
 
  private:
   [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
   void doubt(std::size_t pipe);
-  /// At `mean`, m, within `sigma`, m.
-  void set(std::size_t pipe, double mean, double sigma);
+  /// At `mean`, m, as well as the model knows it.
+  void set(std::size_t pipe, double mean);
   /// Returns whether the image shows where the pipe is.
   bool judge(std::size_t pipe, const PipeSupport& support);
 
   std::array<bool, kMaxPipes> movable_{};
   std::size_t pipes_ = 0;
-  double sigma_ = 0;                         ///< of the model
-  std::array<double, kMaxPipes> doubted_{};  ///< m, one sigma of a pipe that is doubted
+  double sigma_ = 0;
   std::array<int, kMaxPipes> images_in_doubt_{};
-  std::bitset<kMaxPipes> in_doubt_{};
   OffsetBelief belief_;
 };
 

@@ -49,9 +49,7 @@ bool is_finite(const geometry::SE3& pose) {
 
 bool is_sound(const PoseProblem& problem) {
   if (!is_finite(problem.T_camera_rack) || !is_covariance(problem.offsets.covariance) ||
-      !std::ranges::all_of(problem.offsets.mean, [](double x) { return std::isfinite(x); }) ||
-      (problem.first_offsets &&
-       !std::ranges::all_of(*problem.first_offsets, [](double x) { return std::isfinite(x); }))) {
+      !std::ranges::all_of(problem.offsets.mean, [](double x) { return std::isfinite(x); })) {
     return false;
   }
   if (problem.pose_prior && !(is_finite(problem.pose_prior->T_camera_rack) &&
@@ -176,9 +174,6 @@ void PoseSolver::Implementation::start(const PoseProblem& problem) {
     const bool free =
         movable_[i] && problem.offsets.covariance(static_cast<int>(i), static_cast<int>(i)) > 0;
     layout_.offset[i] = free ? kPoseUnknowns + layout_.offset_count++ : -1;
-    if (free && problem.first_offsets) {
-      state_.offsets[i] = (*problem.first_offsets)[i];
-    }
   }
   layout_.size += layout_.offset_count;
   if (problem.intrinsics) {

@@ -22,16 +22,10 @@ constexpr int kMostCoasting = 2;    // images without a pose before the track is
 constexpr int kMostRepeated = 10;   // identical images in a row, then the camera is frozen
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
-constexpr int kImagesPerOffsets = 4;  // pipes do not move fast
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;     // images
 constexpr int kFreshPoints = 10;  // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
-constexpr int kReferenceSamples = 20;   // of the pipes that define the frame: enough to ask
-constexpr double kReferenceSeen = 0.5;  // of them, found: it is where it is seen
-constexpr double kReferenceMissed = 0.35;
-constexpr int kMissedReferences = 5;   // images
-constexpr double kRowAnywhere = 0.05;  // m, one sigma: of a row in racks that were altered
 // What alike errors of successive images add to the covariance, measured.
 constexpr double kCovarianceFactor = 2.5;
 // What the first image leaves uncertain, others of its view do not tell better.
@@ -138,9 +132,6 @@ class RackTracker::Implementation {
     relative.col(1).setZero();
     relative(1, 1) = kRelativeVariance;
     pose_.restart(T_rack_camera, relative);
-    found_before_ = {};
-    referenced_ = offsets_.belief().covariance.isZero(0);
-    missed_references_ = 0;
     tracked_ = pose_;
     coasted_time_ = 0;
     coasted_ = 0;
@@ -212,11 +203,12 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    before_ = {pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(), pose_.map()};
+    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
+                             pose_.map()};
     if (starting_) {
-      step_.find_from_far(image, before_, outcome_);
+      step_.find_from_far(image, before, outcome_);
     } else {
-      step_.find(image, before_, outcome_);
+      step_.find(image, before, outcome_);
     }
   }
 
@@ -272,17 +264,11 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    learn_offsets(image);
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
     coasted_ = 0;
-    if (!look_for_reference()) {
-      lose("the pipes that define the frame are not where they should be", result);
-      offsets_.reset();
-      result.quality = quality();
-      return;
-    }
     if (parameters_.estimate_intrinsics) {
       learn_intrinsics();
     }
@@ -294,20 +280,6 @@ class RackTracker::Implementation {
     improve_camera();
     fill(result);
     result.quality = quality();
-  }
-
-  /// Where all pipes in view may have moved, nothing says where the row lies, and all that is found
-  /// agrees with any place. Returns false when what defines the frame comes into view, and is not
-  /// there.
-  bool look_for_reference() {
-    const PipeSupport fixed = reference_support(model_, offsets_.belief(), outcome_.pipes);
-    if (referenced_ || fixed.searched < kReferenceSamples) {
-      return true;
-    }
-    referenced_ = fixed.found >= kReferenceSeen * fixed.searched;
-    missed_references_ =
-        fixed.found < kReferenceMissed * fixed.searched ? missed_references_ + 1 : 0;
-    return missed_references_ < kMissedReferences;
   }
 
   /// What misled the first images is believed by now, and holds the pose that it led to.
@@ -326,39 +298,6 @@ class RackTracker::Implementation {
     pose_.begin_map();
     view_.begin(pose_.pose(), *last_stamp_);
     step_.learn(image, outcome_, pose_.relative_covariance());
-  }
-
-  void learn_offsets(const ImageView& image) {
-    if (starting_) {
-      if (outcome_.offsets_before) {
-        offsets_.replace(*outcome_.offsets_before);
-      }
-      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
-      since_offsets_ = 0;
-    } else if (++since_offsets_ >= kImagesPerOffsets && step_.find_offsets(before_, outcome_)) {
-      offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
-      since_offsets_ = 0;
-      place_others(image);
-    }
-  }
-
-  /// Pipes of which nothing was known come into view, and others are not where they were believed:
-  /// two images that agree place them.
-  void place_others(const ImageView& image) {
-    constexpr double kAlike = 0.02;  // m
-    const auto pipes = step_.unplaced() | offsets_.in_doubt();
-    if (pipes.none()) {
-      return;
-    }
-    const auto found =
-        step_.find_pipes(image, outcome_.belief.T_rack_camera, offsets_.belief(), pipes);
-    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-      if (found[i] && found_before_[i] && std::abs(*found[i] - *found_before_[i]) < kAlike &&
-          (step_.unplaced()[i] || std::abs(*found[i] - offsets_.belief().mean[i]) > kAlike)) {
-        offsets_.place(i, *found[i]);
-      }
-    }
-    found_before_ = found;
   }
 
   /// Of what the image says, what those before it did not.
@@ -427,9 +366,6 @@ class RackTracker::Implementation {
                         std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
     result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
-    if (!referenced_) {
-      result.covariance(0, 0) += kRowAnywhere * kRowAnywhere;
-    }
     if (parameters_.estimate_intrinsics) {
       result.covariance +=
           pose_by_intrinsics_ * intrinsics_.belief().covariance * pose_by_intrinsics_.transpose();
@@ -448,7 +384,6 @@ class RackTracker::Implementation {
   RackTrackerParameters parameters_;
   TrackStep step_;
   StepOutcome outcome_;
-  TrackBelief before_;  ///< the last image
   RackTrackerCounts counts_;
 
   TrackStatus state_ = TrackStatus::kNotStarted;
@@ -457,11 +392,7 @@ class RackTracker::Implementation {
   ViewChange view_;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
-  int since_opinion_ = 0;      ///< images
-  int since_offsets_ = 0;      ///< images
-  bool referenced_ = false;    ///< a pipe that cannot have moved was seen where the pose has it
-  int missed_references_ = 0;  ///< images in a row
-  std::array<std::optional<double>, kMaxPipes> found_before_{};  ///< m, of pipes not yet placed
+  int since_opinion_ = 0;  ///< images
   std::string_view lost_reason_;
   PoseBelief pose_;
   PoseBelief tracked_;       ///< at the last tracked image

@@ -216,7 +216,7 @@ void TrackStep::learn(const ImageView& image, const StepOutcome& outcome,
   }
   map_.learn(now, matches_, 2 * kInlierGate);
   matches_.clear();
-  surface_.update(model_, places(outcome.belief.offsets));
+  surface_.update(model_, now.offsets);
   map_.grow(image, now, surface_);
 }
 

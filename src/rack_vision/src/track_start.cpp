@@ -19,7 +19,6 @@ using geometry::SE3;
 
 constexpr std::size_t kTried = 6;       // places that are solved for
 constexpr std::size_t kMostTried = 24;  // while none of them explains the image
-constexpr double kPlacedPipe = 0.01;    // m, one sigma of an offset at which a start begins
 constexpr double kDistinctTried = 4;    // px, between what is seen from two of them
 constexpr double kFirstStep = 2.5;      // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
@@ -89,27 +88,10 @@ double log_likelihood(const TrackEvidence& evidence, double share) {
   return evidence.edge_samples * (share * kFound + (1 - share) * kMissed) / kAlikeSamples;
 }
 
-/// Whether the pipes that define the frame are seen where they should be, if they are in view. All
-/// others may be taken for pipes that lie elsewhere, and so bear any pose out.
-bool reference_is_found(const PipeSupport& fixed) {
-  return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
-}
-
-/// Of offsets: twice their negative log-likelihood before the image, from their variances.
-double misplacement(const OffsetBelief& before, const OffsetBelief& found) {
-  double sum = 0;
-  for (std::size_t i = 0; i < kMaxPipes; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const double variance = before.covariance(row, row);
-    sum += variance > 0 ? std::pow(found.mean[i] - before.mean[i], 2) / variance : 0.0;
-  }
-  return sum;
-}
-
-}  // namespace
-
-PipeSupport reference_support(const RackModel& model, const OffsetBelief& offsets,
-                              std::span<const PipeSupport> pipes) {
+/// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
+/// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
+bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
+                        std::span<const PipeSupport> pipes) {
   PipeSupport fixed;
   for (std::size_t i = 0; i < model.pipes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -119,15 +101,10 @@ PipeSupport reference_support(const RackModel& model, const OffsetBelief& offset
       fixed.found += pipes[i].found;
     }
   }
-  return fixed;
+  return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
 }
 
-bool TrackStep::pose_is_near(const TrackBelief& around) {
-  TrackBelief placed = around;
-  placed.offsets.covariance.setZero();
-  render(placed.T_rack_camera, placed.offsets);
-  return !is_wide(placed);
-}
+}  // namespace
 
 bool TrackStep::is_wide(const TrackBelief& belief) const {
   for (std::size_t i = 0; i < edges_.size(); ++i) {
@@ -202,16 +179,11 @@ void TrackStep::find_peaks(const ImageView& image, const TrackBelief& around, st
   peaks_.erase(much_worse, peaks_.end());
 }
 
-bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around,
-                             const StartPlace& start, double along_variance, PoseSolver& solver) {
+bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, const SE3& start,
+                             double along_variance, PoseSolver& solver) {
   TrackBelief guess = around;
-  guess.T_rack_camera = start.T_rack_camera;
-  guess.offsets.mean = start.offsets;
+  guess.T_rack_camera = start;
   guess.covariance.setZero();
-  // Whatever is known of the offsets, they are where the start has them.
-  guess.offsets.covariance.diagonal() =
-      around.offsets.covariance.diagonal().cwiseMin(kPlacedPipe * kPlacedPipe);
-  unplaced_ = start.unplaced;
   double range = kFirstRange;
   for (int round = 0; round < kMostRounds; ++round) {
     const SE3 before = guess.T_rack_camera;
@@ -233,8 +205,8 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around,
   return true;
 }
 
-bool TrackStep::try_start(const ImageView& image, const TrackBelief& around,
-                          const StartPlace& start, StepOutcome& outcome) {
+bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, const SE3& start,
+                          StepOutcome& outcome) {
   points_.clear();
   matches_.clear();
   if (!refine_start(image, around, start, 0, start_solver_)) {
@@ -299,16 +271,12 @@ bool TrackStep::along_is_clear(const ImageView& image, const StepOutcome& outcom
           (peaks_.size() < 2 || peaks_[1].score < peaks_[0].score - kClearlyBetterAlong));
 }
 
-double TrackStep::needed_share() const {
-  return kLeastShare + kShareByScale * solution_.residual_scale;
-}
-
 bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome& tried,
                                    double share, const geometry::Vector6d& moved) const {
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-  return share >= needed_share() &&
-         reference_is_found(reference_support(model_, around.offsets, tried.pipes)) &&
+  return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
+         reference_is_found(model_, around.offsets, tried.pipes) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -321,8 +289,8 @@ bool TrackStep::any_explains() const {
   return std::ranges::any_of(tried_, &TriedStart::explains);
 }
 
-void TrackStep::consider_start(const ImageView& image, const TrackBelief& around,
-                               const StartPlace& start, StepOutcome& outcome) {
+void TrackStep::consider_start(const ImageView& image, const TrackBelief& around, const SE3& start,
+                               StepOutcome& outcome) {
   if (!try_start(image, around, start, outcome)) {
     return;
   }
@@ -335,9 +303,8 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   const double share = found_share(outcome.evidence);
   tried_.push_back({.start = start,
                     .found = found,
-                    .beyond_need = share - needed_share(),
-                    .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square -
-                             0.5 * misplacement(around.offsets, outcome.belief.offsets),
+                    .share = share,
+                    .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square,
                     .explains = explains_the_image(around, outcome, share, moved)});
 }
 
@@ -352,9 +319,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
       for (const int axis : {0, kY}) {
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(axis) = aside * pixel;
-        consider_start(image, around,
-                       {moved_pose(best.found, move), best.start.offsets, best.start.unplaced},
-                       outcome);
+        consider_start(image, around, moved_pose(best.found, move), outcome);
       }
     }
     for (const double at_borders : kAtBorders) {
@@ -363,9 +328,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(0) = at_borders * sideways;
         move(kZ) = at_borders * rise;
-        consider_start(image, around,
-                       {moved_pose(best.found, move), best.start.offsets, best.start.unplaced},
-                       outcome);
+        consider_start(image, around, moved_pose(best.found, move), outcome);
       }
     }
     const double found = std::ranges::max_element(tried_, {}, &TriedStart::merit)->merit;
@@ -378,47 +341,19 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
-  unplaced_ = widely_placed(before);
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
     return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
   }
-  find_among_contours(image, around, outcome);
-  // Where the rack is not as the model has it, a pose may fit that is wrong, or none.
-  const bool elsewhere = outcome.solved
-                             ? are_improbable(around.offsets, outcome.belief.offsets) ||
-                                   pipes_are_elsewhere(image, outcome.belief, around.offsets)
-                             : pose_is_near(around);
-  if (elsewhere) {
-    const TrackBelief wide = with_pipes_anywhere(around);
-    find_among_contours(image, wide, outcome);
-    outcome.offsets_before = wide.offsets;
-  }
-  if (!outcome.solved) {
-    outcome.belief = before;
-  }
-}
-
-void TrackStep::find_among_contours(const ImageView& image, const TrackBelief& around,
-                                    StepOutcome& outcome) {
-  const std::bitset<kMaxPipes> wide = widely_placed(around);
-  unplaced_ = wide;
   find_peaks(image, around, kMostTried);
-  if (peaks_.empty() && wide.any()) {
-    // Nothing in view has a place that is known: where the camera was said to be is all there is.
-    peaks_.push_back({geometry::Vector6d::Zero(), 0});
-    left_by_peaks_ = around.covariance;
-  }
   tried_.clear();
   for (std::size_t i = 0; i < peaks_.size() && (i < kTried || !any_explains()); ++i) {
-    unplaced_ = wide;
-    const SE3 place = narrowed(image, around, peaks_[i]);
-    consider_start(image, around, place_pipes(image, place, around.offsets, wide), outcome);
+    consider_start(image, around, narrowed(image, around, peaks_[i]), outcome);
   }
   look_beside_the_best(image, around, outcome);
   outcome = {};
-  outcome.belief = around;
+  outcome.belief = before;
   if (!any_explains()) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
@@ -428,7 +363,7 @@ void TrackStep::find_among_contours(const ImageView& image, const TrackBelief& a
   });
   if (std::ranges::any_of(tried_, [&](const TriedStart& other) {
         return apart(best.found, other.found) >= kDistinct &&
-               other.beyond_need > best.beyond_need - kClearlyBetter;
+               other.share > best.share - kClearlyBetter;
       })) {
     outcome.status = PoseStatus::kTooFewInliers;
     return;
@@ -451,8 +386,7 @@ bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
   around.covariance.diagonal().tail<3>().array() += kAnewTurn * kAnewTurn;
   points_.clear();
   matches_.clear();
-  if (!refine_start(image, around, {around.T_rack_camera, outcome.belief.offsets.mean, unplaced_},
-                    0, start_solver_)) {
+  if (!refine_start(image, around, around.T_rack_camera, 0, start_solver_)) {
     return false;
   }
   // Offsets that are free explain every image a little better.

@@ -99,8 +99,7 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       map_(model, camera, map_parameters(parameters)),
       solver_(model, solver_parameters(parameters)),
       start_solver_(model, start_solver_parameters(parameters)),
-      alignment_(camera),
-      row_(model, camera) {
+      alignment_(camera) {
   reserve();
 }
 
@@ -132,7 +131,6 @@ void TrackStep::set_camera(const geometry::Camera& camera) {
   edge_search_.set_camera(camera);
   map_.set_camera(camera);
   alignment_.set_camera(camera);
-  row_.set_camera(camera);
 }
 
 void TrackStep::look_at(const ImageView& image) {
@@ -146,17 +144,10 @@ UncertainView TrackStep::view(const TrackBelief& belief) const {
           std::span(belief.offsets.mean).first(model_.pipes.size())};
 }
 
-PipeOffsets TrackStep::places(const OffsetBelief& offsets) {
-  constexpr double kOutOfSight = 1e4;  // m
-  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-    rendered_offsets_[i] = unplaced_[i] ? kOutOfSight : offsets.mean[i];
-  }
-  return std::span(rendered_offsets_).first(model_.pipes.size());
-}
-
 void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets) {
   const geometry::SE3 T_camera_rack = T_rack_camera.inverse();
-  renderer_.render(model_, places(offsets), camera_, T_camera_rack, edges_);
+  renderer_.render(model_, std::span(offsets.mean).first(model_.pipes.size()), camera_,
+                   T_camera_rack, edges_);
   normals_.clear();
   for (const VisibleEdge& edge : edges_) {
     Pipe const* pipe = edge.id.kind == EdgeKind::kPipe ? &model_.pipes[edge.id.body] : nullptr;
@@ -258,7 +249,6 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
   }
   problem.pose_prior = PosePrior{prior_pose.inverse(), linear_algebra::inverse(prior_covariance)};
   problem.offsets = offsets;
-  problem.first_offsets = guess.offsets.mean;
   if (with_points && !points_.empty() && map_error_.exists()) {
     problem.map_error = map_error_prior(map_error_, problem.pose_prior->information);
   }
@@ -269,7 +259,7 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
 
 void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
                              TrackBelief& guess) {
-  surface_.update(model_, places(guess.offsets));
+  surface_.update(model_, std::span(guess.offsets.mean).first(model_.pipes.size()));
   map_.choose(view(guess), surface_, matches_);
   map_.match(image, view(guess), 0, kFirstPoints, matches_);
   std::optional<double> anchor = map_.observations(matches_, points_);
@@ -294,8 +284,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
     around.covariance(kY, kY) = along_variance;
     find_peaks(image, around, kPeaksInFlight);
     return !peaks_.empty() &&
-           refine_start(image, free,
-                        {narrowed(image, around, peaks_.front()), belief.offsets.mean, unplaced_},
+           refine_start(image, free, narrowed(image, around, peaks_.front()),
                         along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;
@@ -306,7 +295,6 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
 
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
   map_error_ = before.map;
-  unplaced_ = widely_placed(before);
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
     TrackBelief around = before;

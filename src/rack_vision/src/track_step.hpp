@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "alignment_search.hpp"
@@ -21,7 +20,6 @@
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 #include "pose_belief.hpp"
-#include "row_placement.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -49,9 +47,6 @@ struct StepOutcome {
   double shift_along = 0;
   /// Where the map took part: what it is found to be wrong by. Not yet taken out of it.
   std::optional<MapErrorSolution> map_error;
-  /// Where pipes were found to lie farther from their places than was believed: what had to be
-  /// believed of them before the image instead.
-  std::optional<OffsetBelief> offsets_before;
   TrackEvidence evidence;
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
@@ -61,10 +56,6 @@ struct StepOutcome {
   int iterations = 0;
   int edge_samples = 0;
 };
-
-/// What the image shows of the pipes that define the frame: those along y that cannot have moved.
-[[nodiscard]] PipeSupport reference_support(const RackModel& model, const OffsetBelief& offsets,
-                                            std::span<const PipeSupport> pipes);
 
 /// After a wide search a few points that agree are not enough.
 [[nodiscard]] bool borne_out_by_texture(const StepOutcome& outcome) noexcept;
@@ -84,17 +75,6 @@ class TrackStep {
   /// be wrong by the parameters' start range. Not solved when no place explains the image, or when
   /// two places do about as well.
   void find_from_far(const ImageView& image, const TrackBelief& before, StepOutcome& outcome);
-  /// What the edges of the last image say of the offsets to one who does not believe the predicted
-  /// pose beyond them: into `outcome`, its outcome from `before`. Returns whether they say
-  /// anything.
-  [[nodiscard]] bool find_offsets(const TrackBelief& before, StepOutcome& outcome);
-  /// Where these pipes lie, as seen from the pose of the last image: those that are seen as a whole
-  /// there, and nowhere else about as well.
-  [[nodiscard]] std::array<std::optional<double>, kMaxPipes> find_pipes(
-      const ImageView& image, const geometry::SE3& T_rack_camera, const OffsetBelief& offsets,
-      const std::bitset<kMaxPipes>& pipes);
-  /// Pipes that were not looked for in the last image, because nothing says where they are.
-  [[nodiscard]] const std::bitset<kMaxPipes>& unplaced() const noexcept { return unplaced_; }
   /// Takes over what the last image taught: call it when its outcome is trusted. `relative`:
   /// covariance of the pose against the map.
   void learn(const ImageView& image, const StepOutcome& outcome,
@@ -123,8 +103,6 @@ class TrackStep {
  private:
   void reserve();
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
-  /// Of the pipes, those that are unplaced out of sight. Valid until the next call.
-  [[nodiscard]] PipeOffsets places(const OffsetBelief& offsets);
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
               double along_variance);
   /// How a motion of the camera, as in `pose_difference`, moves a point of the rack along an image
@@ -162,50 +140,25 @@ class TrackStep {
   /// The pose at one of them, more exactly.
   geometry::SE3 narrowed(const ImageView& image, const TrackBelief& around,
                          const AlignmentPeak& peak);
-  /// Where a start begins.
-  struct StartPlace {
-    geometry::SE3 T_rack_camera;
-    std::array<double, kMaxPipes> offsets{};  ///< m
-    std::bitset<kMaxPipes> unplaced{};        ///< pipes that are not looked for
-  };
-  bool refine_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
+  bool refine_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
                     double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
-  bool try_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
+  bool try_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
                  StepOutcome& outcome);
-  /// As find_from_far, from contours alone and with these offsets.
-  void find_among_contours(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
-  /// Pipes of which so little is known that contours of others may be nearer than theirs.
-  [[nodiscard]] std::bitset<kMaxPipes> widely_placed(const TrackBelief& belief) const;
-  /// Where those of `wide` lie that are seen clearly, seen from there; the others remain unplaced.
-  [[nodiscard]] StartPlace place_pipes(const ImageView& image, const geometry::SE3& T_rack_camera,
-                                       const OffsetBelief& offsets,
-                                       const std::bitset<kMaxPipes>& wide);
-  /// Whether some pipe is seen clearly better farther from its place than `offsets` says.
-  bool pipes_are_elsewhere(const ImageView& image, const TrackBelief& found,
-                           const OffsetBelief& offsets);
-  /// Whether the pose is known so well that no contour would be taken for another one, were the
-  /// pipes at their places.
-  [[nodiscard]] bool pose_is_near(const TrackBelief& around);
-  /// With offsets of which the model says little.
-  [[nodiscard]] TrackBelief with_pipes_anywhere(const TrackBelief& belief) const;
   struct TriedStart {
-    StartPlace start;
+    geometry::SE3 start;
     geometry::SE3 found;  ///< the pose, from there
-    /// Of what is looked for at that pose, found: beyond what residuals so large ask for.
-    double beyond_need = 0;
+    double share = 0;     ///< of what is looked for at that pose, found
     double merit = 0;
     bool explains = false;  ///< the image
   };
-  /// Share of what is looked for that a right place has at least, by the residuals of the solution.
-  [[nodiscard]] double needed_share() const;
   /// Whether a start that was tried just now, which found this share and moved the pose so, may be
   /// the right one.
   [[nodiscard]] bool explains_the_image(const TrackBelief& around, const StepOutcome& tried,
                                         double share, const geometry::Vector6d& moved) const;
   [[nodiscard]] bool any_explains() const;
   /// Tries a start, and keeps in tried_ what became of it.
-  void consider_start(const ImageView& image, const TrackBelief& around, const StartPlace& start,
+  void consider_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
                       StepOutcome& outcome);
   /// Tries places beside the best of tried_, until none of them is better.
   void look_beside_the_best(const ImageView& image, const TrackBelief& around,
@@ -252,10 +205,6 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;
-  RowPlacement row_;
-  /// Pipes that may lie anywhere: they are neither looked for nor do they hide anything.
-  std::bitset<kMaxPipes> unplaced_{};
-  std::array<double, kMaxPipes> rendered_offsets_{};
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

@@ -82,20 +82,5 @@ TEST(OffsetMemory, InDoubtKeepsThePlacesButNotHowWellTheyWereKnown) {
   EXPECT_EQ(memory.belief().covariance(0, 0), 0) << "the first pipe is the frame";
 }
 
-TEST(OffsetMemory, TakesThePlaceThatAnImageGivesAPipeInDoubt) {
-  OffsetMemory memory(test::drawn_rack(), kSigma);
-  for (int i = 0; i < 10; ++i) {
-    EXPECT_TRUE(memory.in_doubt().none()) << i;
-    memory.learn(memory.belief(), missing(5), 0);
-  }
-  EXPECT_TRUE(memory.in_doubt()[kPipe]);
-  memory.place(kPipe, -0.15);
-  EXPECT_TRUE(memory.in_doubt().none());
-  EXPECT_EQ(memory.belief().mean[kPipe], -0.15);
-  EXPECT_LT(memory.belief().covariance(kRow, kRow), kSigma * kSigma);
-  memory.place(0, 0.1);
-  EXPECT_EQ(memory.belief().mean[0], 0) << "the first pipe is the frame";
-}
-
 }  // namespace
 }  // namespace pipescout::rack_vision

@@ -25,7 +25,6 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
   reproduce_rack_features(run);
   if (extent.images.largest_seeds > 0) {
     reproduce_rack_images(run);
-    reproduce_rack_worlds(run);
   }
   return result;
 }

@@ -28,8 +28,4 @@ void reproduce_rack_features(RackReproduction& run);
 /// processors.
 void reproduce_rack_images(RackReproduction& run);
 
-/// On images of two renderers, in noise and with pipes that are not where the rack file has them:
-/// `noise_grid_...`, `offsets_...`, `fig8_...`, `coverage99_percent`.
-void reproduce_rack_worlds(RackReproduction& run);
-
 }  // namespace pipescout::reproduce

@@ -88,11 +88,6 @@ struct RackImageExtent {
   double after_loss = 2;           ///< s
   std::size_t places = 2;          ///< where wrong starts are tried
   std::size_t trials = 25;         ///< at each place, of wrong first poses and of predictions
-  double noise = 12;               ///< s of each flight in noise, of which there are 20
-  std::size_t misplaced = 1000;    ///< rack files with pipes up to 6 cm from their places
-  std::size_t misplaced_far = 500;    ///< the same up to 25 cm
-  std::size_t misplaced_places = 20;  ///< where they are tried
-  std::size_t figure_8 = 8;           ///< flights of Figure 8
 };
 
 /// How much is simulated for the figures over a pipe rack.

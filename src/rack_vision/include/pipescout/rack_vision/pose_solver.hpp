@@ -156,8 +156,6 @@ struct PoseProblem {
   /// Prior for this image. The solution contains the posterior: no information is used twice when
   /// it is the next prior after adding process noise. See `OffsetFilter`.
   OffsetBelief offsets{};
-  /// Initial value of the free offsets, m; the means of `offsets` if not set.
-  std::optional<std::array<double, kMaxPipes>> first_offsets{};
   /// If set, the intrinsics are estimated too, in the same way.
   std::optional<IntrinsicsBelief> intrinsics{};
   /// If set, the map error is estimated too. Needs a `pose_prior` if `by_pose` is not zero.
