@@ -185,7 +185,7 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
        "c.yaml:2:1: unknown key 'complet_when' in a composition; did you mean 'complete_when'?"},
       {"name: a/b\ncomponents: []", "c.yaml:1:7: 'name' must consist of letters"},
       {"components: 3", "c.yaml:1:13: 'components' must be a list"},
-      {"components:\n  - 3", "c.yaml:2:5: a component is a map"},
+      {"components:\n  - 3", "c.yaml:2:5: a component must be a map"},
       {"components:\n  - {type: A}", "c.yaml:2:5: key 'name' of a component is missing"},
       {"components:\n  - {name: a}", "c.yaml:2:5: key 'type' of a component is missing"},
       {"components:\n  - {type: A, name: 1a}", "c.yaml:2:21: "},
