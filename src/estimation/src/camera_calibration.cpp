@@ -21,15 +21,15 @@ std::string camera_calibration_text(const FixedLagSmoother& smoother,
   const GlobalVector now = smoother.global_covariance().diagonal().cwiseMax(0).cwiseSqrt();
   const GlobalVector before = parameters.global_deviations.tangent();
   const GlobalStates& globals = smoother.globals();
-  std::ostringstream mounted;
-  std::ostringstream open;
-  std::ostringstream delayed;
-  mounted.imbue(std::locale::classic());
-  open.imbue(std::locale::classic());
-  delayed.imbue(std::locale::classic());
-  mounted << std::fixed << std::setprecision(1);
-  open << std::fixed << std::setprecision(1);
-  delayed << std::fixed << std::setprecision(1);
+  const auto list = [] {
+    std::ostringstream values;
+    values.imbue(std::locale::classic());
+    values << std::fixed << std::setprecision(1);
+    return values;
+  };
+  std::ostringstream mounted = list();
+  std::ostringstream open = list();
+  std::ostringstream delayed = list();
   const auto is_learnt = [&](int place, double unit, const char* of, const char* what) {
     if (now[place] <= kLearnt * before[place]) {
       return true;

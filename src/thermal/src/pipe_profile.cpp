@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipescout/statistics/quantile.hpp"
+
 namespace pipescout::thermal {
 namespace {
 
@@ -150,13 +152,7 @@ void ProfileAnalysis::collect(Temperatures t, Shapes pipe_shaped) {
 }
 
 double ProfileAnalysis::quantile(double share) {
-  if (shown_.empty()) {
-    return kNan;
-  }
-  const auto place =
-      shown_.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(shown_.size() - 1));
-  std::nth_element(shown_.begin(), place, shown_.end());
-  return *place;
+  return shown_.empty() ? kNan : statistics::quantile_in_place(shown_, share);
 }
 
 void ProfileAnalysis::divide(Temperatures t) {

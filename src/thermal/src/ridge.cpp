@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipescout/statistics/quantile.hpp"
+
 namespace pipescout::thermal {
 namespace {
+
+using statistics::quantile_in_place;
 
 constexpr int kProbes = 32;            // columns, and as many rows
 constexpr double kLeastInliers = 0.5;  // of the probes, that are on one line
@@ -14,17 +18,6 @@ constexpr double kBlurredEdge = 0.25;
 
 /// Of the levels along a ridge: a leak may be over four fifths of it.
 constexpr double kSoundQuantile = 0.2;
-
-double quantile_of(std::vector<double>& values, double share) {
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
-double median_of(std::vector<double>& values) {
-  return quantile_of(values, 0.5);
-}
 
 }  // namespace
 
@@ -108,12 +101,12 @@ double RidgeFinder::keep_line() {
     values_.push_back((crests_[i + half].across - crests_[i].across) /
                       (crests_[i + half].along - crests_[i].along));
   }
-  const double slope = median_of(values_);
+  const double slope = quantile_in_place(values_, 0.5);
   values_.clear();
   for (const Crest& crest : crests_) {
     values_.push_back(crest.across - slope * crest.along);
   }
-  const double start = median_of(values_);
+  const double start = quantile_in_place(values_, 0.5);
   std::erase_if(crests_, [&](const Crest& crest) {
     return std::abs(crest.across - slope * crest.along - start) > std::max(3.0, crest.width);
   });
@@ -133,7 +126,7 @@ Ridge RidgeFinder::levels() {
     for (const Crest& crest : best_) {
       values_.push_back(crest.*field);
     }
-    return quantile_of(values_, share);
+    return quantile_in_place(values_, share);
   };
   return {of(&Crest::level, kSoundQuantile), of(&Crest::side, 0.5)};
 }

@@ -12,7 +12,6 @@
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <vector>
 
-#include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/command.hpp"
@@ -104,15 +103,7 @@ std::string for_each_message(const std::string& bag, const std::string& topic, c
   const MessageType& message_type = *find_message_type(type);
   const std::shared_ptr<void> message = message_type.create();
   std::string damage;
-  const auto next_message = [&] {
-    try {
-      return reader.next();
-    } catch (const bags::BagError& error) {
-      damage = error.what();
-      return std::optional<bags::BagMessage>();
-    }
-  };
-  for (std::size_t number = 1; const auto next = next_message(); ++number) {
+  for (std::size_t number = 1; const auto next = reader.next_before_damage(damage); ++number) {
     if (!message_type.deserialize(next->data, message.get())) {
       throw CommandError(bag + ": message " + std::to_string(number) + " of " + topic +
                          " cannot be decoded");
