@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+set(_pipescout_test_headers ${CMAKE_CURRENT_LIST_DIR}/../test_headers)
 
 # Counts what a thread takes from the heap: #include "heap_guard.hpp". It takes the place of malloc in
 # the program that links it.
@@ -14,7 +15,6 @@ endif()
 #   [SOURCES <file>...]               default: test/*.cpp but the *_test.cpp of earlier calls
 #   [DEPENDENCIES <target>...]        pipescout::<name> that is not known yet is that of the package
 #                                     pipescout_<name>
-#   [PRECOMPILE <header>...]          besides those of the standard library, Google Test and Eigen
 #   [DEFINITIONS <name>=<value>...]
 #   [CASES <number>]                  that each property of rapidcheck is tried on; default: 100
 #   [ENVIRONMENT <name>=<value>...]
@@ -35,7 +35,7 @@ endif()
 # and wait for each other where two share one.
 function(pipescout_add_tests)
   cmake_parse_arguments(PARSE_ARGV 0 arg "ISOLATED" "NAME;CASES;LABEL;TIMEOUT;SHARDS"
-    "SOURCES;DEPENDENCIES;PRECOMPILE;DEFINITIONS;ENVIRONMENT")
+    "SOURCES;DEPENDENCIES;DEFINITIONS;ENVIRONMENT")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "pipescout_add_tests: ${arg_UNPARSED_ARGUMENTS}?")
   endif()
@@ -65,18 +65,13 @@ function(pipescout_add_tests)
 
   set(property_cases ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/property_cases.cpp)
   add_executable(${arg_NAME} ${sources} ${property_cases})
-  set_source_files_properties(${property_cases} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
   target_include_directories(${arg_NAME} PRIVATE ${PROJECT_SOURCE_DIR}/src
     ${PROJECT_SOURCE_DIR}/test)
   target_compile_definitions(${arg_NAME} PRIVATE
     PIPESCOUT_PROPERTY_CASES="${arg_CASES}" ${arg_DEFINITIONS})
   target_link_libraries(${arg_NAME} PRIVATE ${arg_DEPENDENCIES} GTest::gmock_main)
-  pipescout_enable_warnings(${arg_NAME})
-  # What tests do themselves is not measured. With so little optimisation GCC 12 takes the buffer of a
-  # short string for a long one's.
-  target_compile_options(${arg_NAME} PRIVATE $<$<CONFIG:Release>:-O1>
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
-  _pipescout_precompile_for_tests(${arg_NAME} ${arg_PRECOMPILE})
+  _pipescout_test_options(${arg_NAME})
+  _pipescout_precompiled_for_tests(${arg_NAME})
 
   if(arg_ISOLATED)
     include(GoogleTest)
@@ -160,20 +155,29 @@ function(_pipescout_test_sources result)
   set_property(DIRECTORY APPEND PROPERTY PIPESCOUT_TEST_SOURCES ${sources})
 endfunction()
 
-# Compiling headers by themselves pays from the third source on, property_cases.cpp not counted.
-function(_pipescout_precompile_for_tests target)
-  get_target_property(sources ${target} SOURCES)
-  list(LENGTH sources count)
-  if(count LESS 4)
-    return()
-  endif()
-  set(headers <gmock/gmock.h> <gtest/gtest.h> <algorithm> <cmath> <filesystem> <fstream> <limits>
-    <memory> <optional> <random> <stdexcept> <string> <vector>)
+# Those that a compiled header must share with what includes it.
+function(_pipescout_test_options target)
+  pipescout_enable_warnings(${target})
+  # What tests do themselves is not measured. With so little optimisation GCC 12 takes the buffer of a
+  # short string for a long one's.
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
+endfunction()
+
+# What all tests include has been compiled in this package (test_headers/): once, since its 120 to 170 MB
+# and 5 s a package are more than most packages' tests are. GCC reads the text of a header whose
+# compiled form was made with other options.
+function(_pipescout_precompiled_for_tests target)
+  set(headers without_eigen)
   if(TARGET Eigen3::Eigen)
-    list(APPEND headers <Eigen/Dense>)
+    set(headers with_eigen)
     target_link_libraries(${target} PRIVATE Eigen3::Eigen)
   endif()
-  pipescout_precompile(${target} ${headers} ${ARGN})
+  set(header ${_pipescout_test_headers}/${headers}.hpp)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND EXISTS ${header}.gch)
+    target_compile_options(${target} PRIVATE -Winvalid-pch -Wno-error=invalid-pch
+      "SHELL:-include ${header}")
+  endif()
 endfunction()
 
 # One of 100 domains, the same for a name on every machine. 0 is for people.
