@@ -11,6 +11,7 @@
 #include "doctor/checks.hpp"
 #include "doctor/machine.hpp"
 #include "doctor/trial.hpp"
+#include "pipescout/files/temporary_folder.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "run/run.hpp"
 
@@ -26,28 +27,6 @@ struct DoctorOptions {
   double listen = 2.0;  ///< s
   /// For a component to be made and configured, s: maps and pictures are read then.
   double patience = 60.0;
-};
-
-/// The folder that the components on trial write to; gone with this object.
-class TrialFolder {
- public:
-  TrialFolder() {
-    auto pattern = (fs::temp_directory_path() / "pipescout_doctor_XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw CommandError("cannot make a folder in " + fs::temp_directory_path().string());
-    }
-    path_ = pattern;
-  }
-  TrialFolder(const TrialFolder&) = delete;
-  TrialFolder& operator=(const TrialFolder&) = delete;
-  ~TrialFolder() {
-    std::error_code error;
-    fs::remove_all(path_, error);
-  }
-  [[nodiscard]] std::string path() const { return path_.string(); }
-
- private:
-  fs::path path_;
 };
 
 /// Listens to the sensors that others publish.
@@ -171,9 +150,10 @@ int examine(Session& session, const DoctorOptions& options) {
   const auto& run = options.run;
   seen.machine = doctor::look_at_machine(run.out.value_or("."));
   if (!run.composition.empty()) {
-    const TrialFolder folder;
+    // What the components on trial write goes there.
+    const TemporaryFolder folder;
     auto inputs = run.inputs();
-    inputs.mission_folder = [&folder](const std::string&) { return folder.path(); };
+    inputs.mission_folder = [&folder](const std::string&) { return folder.path().string(); };
     doctor::try_composition(load_composition(run.composition, inputs),
                             from_seconds(options.patience), seen);
   }

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <condition_variable>
 #include <csignal>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -18,6 +17,7 @@
 
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/files/temporary_folder.hpp"
 
 namespace pipescout::security {
 namespace {
@@ -28,15 +28,9 @@ using command_line::CommandError;
 class CompositionRun {
  public:
   explicit CompositionRun(const std::vector<std::string>& words) {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "pipescout_policy_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::system_error(errno, std::generic_category(), name);
-    }
-    folder_ = name;
     std::vector<std::string> all{"pipescout", "run"};
     all.insert(all.end(), words.begin(), words.end());
-    all.insert(all.end(), {"--out", (folder_ / "mission").string()});
+    all.insert(all.end(), {"--out", (folder_.path() / "mission").string()});
     std::vector<char*> argv;
     for (auto& word : all) {
       argv.push_back(word.data());
@@ -48,7 +42,6 @@ class CompositionRun {
     const int failure = posix_spawnp(&pid_, "pipescout", &files, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&files);
     if (failure != 0) {
-      remove_folder();
       throw CommandError("cannot run 'pipescout': " + std::generic_category().message(failure));
     }
   }
@@ -59,7 +52,6 @@ class CompositionRun {
       kill(pid_, SIGTERM);  // it ends within two seconds
       waitpid(pid_, nullptr, 0);
     }
-    remove_folder();
   }
 
   void check() {
@@ -73,12 +65,7 @@ class CompositionRun {
   }
 
  private:
-  void remove_folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   pid_t pid_ = -1;
   bool ended_ = false;
 };

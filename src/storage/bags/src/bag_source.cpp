@@ -2,9 +2,7 @@
 #include "bag_source.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstdlib>
 #include <limits>
 #include <system_error>
 #include <tuple>
@@ -122,30 +120,17 @@ OpenedFile::OpenedFile(const fs::path& path) {
     reader_ = open_file(path);
     return;
   }
-  std::string name = (fs::temp_directory_path() / "pipescout_bag_XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    throw_system_error(errno, name, "cannot be made");
-  }
-  unpacked_folder_ = name;
   try {
-    const fs::path unpacked = unpacked_folder_ / path.stem();
-    if (!unpack_file(path, unpacked)) {
-      fault_ = BagError(BagFault::kIncomplete, path, "the compressed file is cut");
-    }
-    reader_ = open_file(unpacked);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(unpacked_folder_, ignored);
-    throw;
+    unpacked_folder_.emplace();
+  } catch (const std::system_error& error) {
+    throw_system_error(error.code().value(), fs::temp_directory_path(),
+                       "no folder can be made in it");
   }
-}
-
-OpenedFile::~OpenedFile() {
-  reader_.reset();
-  if (!unpacked_folder_.empty()) {
-    std::error_code ignored;
-    fs::remove_all(unpacked_folder_, ignored);
+  const fs::path unpacked = unpacked_folder_->path() / path.stem();
+  if (!unpack_file(path, unpacked)) {
+    fault_ = BagError(BagFault::kIncomplete, path, "the compressed file is cut");
   }
+  reader_ = open_file(unpacked);
 }
 
 std::vector<BagError> OpenedFile::faults() const {

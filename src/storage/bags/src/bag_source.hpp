@@ -15,6 +15,7 @@
 #include "bytes.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_types.hpp"
+#include "pipescout/files/temporary_folder.hpp"
 #include "storage_file.hpp"
 
 namespace pipescout::bags {
@@ -26,7 +27,6 @@ namespace pipescout::bags {
 class OpenedFile {
  public:
   explicit OpenedFile(const std::filesystem::path& path);
-  ~OpenedFile();
   OpenedFile(const OpenedFile&) = delete;
   OpenedFile& operator=(const OpenedFile&) = delete;
 
@@ -35,7 +35,7 @@ class OpenedFile {
   [[nodiscard]] std::vector<BagError> faults() const;
 
  private:
-  std::filesystem::path unpacked_folder_;  ///< empty: not compressed
+  std::optional<TemporaryFolder> unpacked_folder_;  ///< none: not compressed
   std::optional<BagError> fault_;
   std::unique_ptr<FileReader> reader_;
 };
