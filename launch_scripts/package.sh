@@ -94,11 +94,11 @@ depends_of() {
     pipescout-dev)
       depends+=", pipescout-runtime (= $version), pipescout-components (= $version), pipescout-tools (= $version)"
       # What the headers and CMake packages of the others name.
-      depends+=", cmake, g++, libclass-loader-dev, libcli11-dev, libeigen3-dev, libfastcdr-dev, libyaml-cpp-dev"
+      depends+=", cmake, make, g++, libclass-loader-dev, libcli11-dev, libeigen3-dev, libfastcdr-dev, libyaml-cpp-dev"
       depends+=", nlohmann-json3-dev"
       ;;
   esac
-  if grep -rqs '^#!.*python3' "$stage/$1/usr/bin"; then depends+=", python3"; fi
+  if find "$stage/$1/usr" -name '*.py' | grep -q .; then depends+=", python3"; fi
   sed 's/^, //' <<<"$depends"
 }
 
