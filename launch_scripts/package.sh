@@ -93,10 +93,12 @@ depends_of() {
     pipescout-tools) depends+=", pipescout-runtime (= $version), pipescout-components (= $version)" ;;
     pipescout-dev)
       depends+=", pipescout-runtime (= $version), pipescout-components (= $version), pipescout-tools (= $version)"
-      depends+=", cmake, g++, libeigen3-dev"
+      # What the headers and CMake packages of the others name.
+      depends+=", cmake, make, g++, libclass-loader-dev, libcli11-dev, libeigen3-dev, libfastcdr-dev, libyaml-cpp-dev"
+      depends+=", nlohmann-json3-dev"
       ;;
   esac
-  if grep -rqs '^#!.*python3' "$stage/$1/usr/bin"; then depends+=", python3"; fi
+  if find "$stage/$1/usr" -name '*.py' | grep -q .; then depends+=", python3"; fi
   sed 's/^, //' <<<"$depends"
 }
 

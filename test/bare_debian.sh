@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages in a bare Debian 12 (debootstrap), runs a composition there as its service does,
-# upgrades, removes and purges them:
+# builds a component of another project with pipescout-dev, upgrades, removes and purges them:
 #
 #   test/bare_debian.sh DEBS [--base DIR] [--composition NAME]
 #
@@ -15,6 +15,7 @@ usage() { sed -n '3,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 [ "$1" != -h ] && [ "$1" != --help ] || { usage; exit 0; }
 debs=$(realpath -- "$1")
 shift
+first_component=$(realpath -- "$(dirname "${BASH_SOURCE[0]}")/../docs/first_component")
 base=
 composition=crawler
 while [ $# -gt 0 ]; do
@@ -52,6 +53,8 @@ for mount in proc sys dev dev/shm; do mkdir -p "$system/$mount"; mount --bind "/
 cp /etc/resolv.conf "$system/etc/" 2>/dev/null || true
 mkdir "$system/debs"
 cp "$debs"/pipescout-{runtime,components,tools}_*.deb "$system/debs/"
+mkdir "$system/development"
+cp "$debs"/pipescout-dev_*.deb "$system/development/"
 
 inside() {
   chroot "$system" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"
@@ -88,9 +91,28 @@ expect "the service's command runs to its end as the service's user" \
   env -i PATH=/usr/bin:/bin ROS_LOCALHOST_ONLY=1 ROS_DOMAIN_ID=77 bash -c "cd /var/lib/pipescout/$composition && $command_line"
 expect "its mission has a summary" inside bash -c "ls /var/lib/pipescout/$composition/missions/*/summary.json"
 
+expect "apt installs the development package" inside bash -c \
+  'apt-get install -qq -y --no-install-recommends /development/pipescout-dev_*.deb'
+cp -r "$first_component" "$system/outside"
+expect "all CMake packages are found, with what they need" inside bash -c '
+  mkdir /all && cd /all && {
+    echo "cmake_minimum_required(VERSION 3.22)"
+    echo "project(all LANGUAGES CXX)"
+    for folder in /usr/lib/cmake/pipescout_*; do echo "find_package($(basename "$folder") REQUIRED)"; done
+  } >CMakeLists.txt && cmake -S . -B build'
+expect "a project outside builds a component" inside bash -c '
+  cmake -S /outside -B /outside/build -DBUILD_TESTING=OFF -DCMAKE_INSTALL_PREFIX=/opt/outside &&
+  cmake --build /outside/build && cmake --install /outside/build'
+expect "pipescout finds that component" inside bash -c \
+  'AMENT_PREFIX_PATH=/opt/outside pipescout component types | grep tutorial::SlipAlarm'
+
+expect "systemd finds no fault with the units" inside bash -c '
+  apt-get install -qq -y --no-install-recommends systemd >/dev/null &&
+  ! systemd-analyze verify --man=no "pipescout@$1.service" pipescout-discovery.service 2>&1 | grep .' _ "$composition"
+
 echo "# the operator's" >>"$system/etc/pipescout/environment"
 mkdir "$work/new"
-for deb in "$system"/debs/*.deb; do
+for deb in "$system"/debs/*.deb "$system"/development/*.deb; do
   rm -rf "$work/unpacked"
   dpkg-deb --raw-extract "$deb" "$work/unpacked"
   version=$(sed -n 's/^Version: //p' "$work/unpacked/DEBIAN/control")
@@ -98,7 +120,7 @@ for deb in "$system"/debs/*.deb; do
   [ ! -f "$work/unpacked/etc/pipescout/environment" ] || echo "# the next version's" >>"$work/unpacked/etc/pipescout/environment"
   dpkg-deb --build -Znone "$work/unpacked" "$work/new/" >/dev/null
 done
-rm "$system"/debs/*.deb
+rm "$system"/debs/*.deb "$system"/development/*.deb
 cp "$work"/new/*.deb "$system/debs/"
 expect "apt upgrades them" inside bash -c \
   'apt-get install -qq -y --no-install-recommends -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold /debs/pipescout-*.deb'

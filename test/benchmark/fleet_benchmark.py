@@ -177,6 +177,7 @@ def measure_restarts(options):
 
 
 def measure_lossy(options):
+    recording = options.traffic and fleet.start_recording(options.traffic)
     server = start_server()
     await_robots(options.robots)
     for robot in range(1, WITH_IMAGES + 1):
@@ -187,9 +188,13 @@ def measure_lossy(options):
     time.sleep(10.0)  # No event: discovery has ended.
     with station.lock:
         station.numbered.clear()
-    sent = fleet.bytes_on_all_links()
+    given, taken = fleet.channel_bytes(options.robots)
     time.sleep(options.sample)  # No event: a sample of so long.
-    sent = fleet.bytes_on_all_links() - sent
+    now_given, now_taken = fleet.channel_bytes(options.robots)
+    given, taken = now_given - given, now_taken - taken
+    if recording:
+        recording.terminate()
+        recording.wait()
     with station.lock:
         numbered = {robot: dict(ages) for robot, ages in station.numbered.items()}
         images = sum(topic == "image" for _, topic in station.last)
@@ -212,7 +217,8 @@ def measure_lossy(options):
             "state_p95_ms": round(1e3 * statistics.quantiles(ages, n=20)[18], 1),
             "state_median_ms": round(1e3 * statistics.median(ages), 1), "states": len(ages),
             "lost_states": lost, "lost_findings": lost_findings, "robots_with_images": images,
-            "megabit_per_s": round(8e-6 * sent / options.sample, 2)}
+            "offered_megabit_per_s": round(8e-6 * given / options.sample, 2),
+            "delivered_megabit_per_s": round(8e-6 * taken / options.sample, 2)}
 
 
 def measure_away(options):
@@ -286,6 +292,7 @@ def in_fleet(options, measurement, robots, env, server=False, composition=COMPOS
                    "--kills", options.kills, "--restarts", options.restarts, "--away",
                    options.away, "--sample", options.sample, "--turns", options.turns]
         station += ["--server"] if server else []
+        station += ["--traffic", options.traffic.resolve()] if options.traffic else []
         code = fleet.run(robots, composition, station, pathlib.Path(scratch) / "fleet", env,
                          timeout=3600, links=links)
         if code != 0:
@@ -310,6 +317,8 @@ def main():
     parser.add_argument("--turns", type=int, default=3,
                         help="with and without a slow reader (default: 3)")
     parts = ("discovery", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
+    parser.add_argument("--traffic", metavar="FILE", type=pathlib.Path,
+                        help="records the lossy channel there, for test/fleet/traffic.py")
     parser.add_argument("--only", nargs="+", choices=parts, default=parts, help="only these")
     parser.add_argument("--prefix", type=pathlib.Path,
                         help="run what is built there, in the present environment")

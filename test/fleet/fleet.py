@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 import time
 
@@ -78,6 +79,25 @@ def bytes_on_all_links():
     links = json.loads(in_fleet("ip", "-s", "-j", "link", stdout=subprocess.PIPE).stdout)
     return sum(link["stats64"][way]["bytes"] for link in links
                if link["ifname"].startswith("to_") for way in ("rx", "tx"))
+
+
+def channel_bytes(robots):
+    """(bytes that the hosts gave to the emulated links of robots, bytes that came out of them)"""
+    given = taken = 0
+    for robot in range(1, robots + 1):
+        for command, sent, received in ((["ip", "-n", f"robot_{robot}"], "eth0", "eth0"),
+                                        (["ip"], f"to_robot_{robot}", f"to_robot_{robot}")):
+            said = in_fleet(*command, "-s", "-j", "link", "show", sent, stdout=subprocess.PIPE).stdout
+            statistics = json.loads(said)[0]["stats64"]
+            given += statistics["tx"]["bytes"]
+            taken += statistics["rx"]["bytes"]
+    return given, taken
+
+
+def start_recording(path):
+    """Of all frames on the links of robots, for traffic.py, until it is terminated."""
+    return subprocess.Popen(["nsenter", "-t", "1", "-n", "-m", sys.executable, "-B",
+                             str(HERE / "traffic.py"), "record", str(path)])
 
 
 def start_on_host(host, *command, log=None):

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contain.hpp"
+#include "network_profile.hpp"
 #include "rtps_conversions.hpp"
 #include "wire_type.hpp"
 
@@ -26,8 +27,10 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
       listener_(listener),
       has_lease_(qos.liveliness_lease.has_value()) {
   participant_->events().admit(this);
+  fastdds::DataReaderQos dds_qos = reader_qos(qos, participant_->reader_profile(topic.name));
+  apply(participant_->network(), dds_qos);
   reader_ = participant_->subscriber().create_datareader(
-      topic_.get(), reader_qos(qos, participant_->reader_profile(topic.name)), this,
+      topic_.get(), dds_qos, this,
       fastdds::StatusMask::data_available()
           << fastdds::StatusMask::subscription_matched()
           << fastdds::StatusMask::liveliness_changed() << fastdds::StatusMask::sample_lost());

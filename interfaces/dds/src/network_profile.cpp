@@ -43,6 +43,14 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
 
 // How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
 const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
+// How often a reader asks a writer that it has heard nothing of, which with a discovery server may
+// not know the reader for some seconds. 70 ms by default, for each pair of reader and writer.
+const eprosima::fastrtps::Duration_t kWifiFirstRequest{1, 0};
+// Of each participant for all others. A heartbeat with each message, which all have to answer,
+// costs as much as the message; here nobody waits for what was lost. Nor is it sent again upon a
+// request that may be older than the last answer.
+constexpr std::string_view kGraphType = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+const eprosima::fastrtps::Duration_t kGraphNackSuppression{0, 200'000'000};
 
 /// What may be sent within a period.
 struct Budget {
@@ -101,6 +109,16 @@ void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWr
     }
   } else {
     qos.reliable_writer_qos().times.heartbeatPeriod = kWifiHeartbeat;
+    if (type == kGraphType) {
+      qos.reliable_writer_qos().times.nackSupressionDuration = kGraphNackSuppression;
+      qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
+    }
+  }
+}
+
+void apply(const NetworkProfile& profile, fastdds::DataReaderQos& qos) {
+  if (profile.kind == NetworkProfile::Kind::kWifi) {
+    qos.reliable_reader_qos().times.initialAcknackDelay = kWifiFirstRequest;
   }
 }
 

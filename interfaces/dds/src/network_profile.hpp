@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <string_view>
 
 #include "pipescout/dds/network_options.hpp"
@@ -19,9 +20,10 @@ void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
 void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            fastdds::DomainParticipantQos& qos);
 /// A discovery server tells each robot of all others: at once that is more than a radio channel
-/// carries, and what is lost is told again. All that it sends has the rate of the profile.
+/// carries, and what is lost is told again. All that it sends has the rate of `profile`.
 void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos);
 /// `type` is the DDS name, `qos` has its reliability already.
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos);
+void apply(const NetworkProfile& profile, fastdds::DataReaderQos& qos);
 
 }  // namespace pipescout::dds

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "cli/session.hpp"
@@ -22,6 +23,7 @@ struct ServerStartOptions {
   int id = 0;
   std::string address = "0.0.0.0";
   int port = DiscoveryServerAddress::kDefaultPort;
+  std::optional<double> rate;  // Mbit/s
 };
 
 struct ServerListOptions {
@@ -63,6 +65,11 @@ int start_server(const ServerStartOptions& options) {
   const auto environment = DdsOptions::from_environment();
   server.domain_id = environment.domain_id;
   server.network = environment.network;
+  // The rate there is that of topics, of which a server has none.
+  server.network.rate = options.rate.value_or(NetworkProfile::kDefaultRate);
+  if (options.rate && server.network.kind != NetworkProfile::Kind::kWifi) {
+    throw CommandError("--rate limits what is sent over Wi-Fi: set PIPESCOUT_NETWORK=wifi");
+  }
   server.id = static_cast<std::uint8_t>(options.id);
   server.address = options.address;
   server.port = static_cast<std::uint16_t>(options.port);
@@ -134,6 +141,10 @@ void add_discovery_commands(CLI::App& app, Action& action) {
   start->add_option("-p,--port", options->port, "UDP port")
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
+  start
+      ->add_option("--rate", options->rate,
+                   "Mbit/s for all that it sends, with PIPESCOUT_NETWORK=wifi (default: 8)")
+      ->check(CLI::Range(NetworkProfile::kLowestRate, NetworkProfile::kHighestRate));
   start->callback([options, &action] { action = [options] { return start_server(*options); }; });
 
   add_session_command<ServerListOptions>(
