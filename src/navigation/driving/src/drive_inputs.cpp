@@ -9,6 +9,9 @@ namespace {
 
 /// m, [0, inf): a localisation that jumps farther has lost the map that was drawn by it.
 constexpr double kJump = 1;
+constexpr double kDriftTime = 2;      ///< s, over which the drift is filtered
+constexpr double kDriftSpeed = 0.1;   ///< m/s, below which it does not show
+constexpr double kLongestStep = 0.3;  ///< s, between two localisations that show it
 
 /// FNV-1a over the bits.
 std::uint64_t hash(std::span<const float> ranges) {
@@ -64,9 +67,35 @@ DriveInput DriveInputs::add(const Localisation& localisation) {
   if (localisation_ && distance(pose_at(l.time), l.pose) > kJump) {
     costmap_.clear();
     obstacles_.clear();
+  } else if (localisation_) {
+    observe_drift(l);
   }
   localisation_ = l;
   return DriveInput::kTaken;
+}
+
+/// A first-order filter of the sideways velocity, and of its square about the filtered value.
+void DriveInputs::observe_drift(const Localisation& next) {
+  const Localisation& last = *localisation_;
+  const double dt = next.time - last.time;
+  if (dt > kLongestStep || std::min(std::abs(last.speed), std::abs(next.speed)) < kDriftSpeed) {
+    return;
+  }
+  const double turn = wrap_angle(next.pose.heading - last.pose.heading);
+  const double middle = last.pose.heading + 0.5 * turn;
+  const double sideways = (-std::sin(middle) * (next.pose.x - last.pose.x) +
+                           std::cos(middle) * (next.pose.y - last.pose.y)) /
+                          dt;
+  const double gain = dt / (kDriftTime + dt);
+  const double innovation = sideways - drift_;
+  drift_ += gain * innovation;
+  // The filtered value of white noise has gain / (2 - gain) of its variance.
+  drift_variance_ += gain * (gain / (2 - gain) * innovation * innovation - drift_variance_);
+}
+
+double DriveInputs::drift() const {
+  const double square = drift_ * drift_;
+  return square > 0 ? drift_ * square / (square + drift_variance_) : 0;
 }
 
 DriveInput DriveInputs::add(const ScanView& scan, const Pose2d& T_robot_lidar) {

@@ -30,12 +30,19 @@ class DriveInputs {
   /// The last one with its pose at a time; nothing before the first.
   [[nodiscard]] std::optional<Localisation> localisation(double time) const;
   [[nodiscard]] double speed() const { return localisation_ ? localisation_->speed : 0; }
+  /// m/s to the left: how fast it slips sideways while it drives, downhill for example; as far as
+  /// that is sure.
+  [[nodiscard]] double drift() const;
   [[nodiscard]] const LocalCostmap& costmap() const { return costmap_; }
   [[nodiscard]] const MovingObstacles& obstacles() const { return obstacles_; }
 
  private:
+  void observe_drift(const Localisation& next);
+
   DrivingParameters parameters_;
   std::optional<Localisation> localisation_;
+  double drift_ = 0;           ///< m/s, filtered
+  double drift_variance_ = 0;  ///< m^2/s^2, of the filtered value
   std::optional<double> scan_time_;
   std::uint64_t last_scan_ = 0;  ///< hash of its ranges
   int equal_scans_ = 0;

@@ -22,6 +22,7 @@ void DrivingParameters::validate() const {
   check_above("lateral_acceleration", lateral_acceleration, 0, 10);
   check_above("creep_speed", creep_speed, 0, 1);
   check_above("convergence_length", convergence_length, 0, 20);
+  check_within("convergence_time", convergence_time, 0, 10);
   check_within("damping", damping, 0.3, 3);
   check_above("largest_error", largest_error, 0, 10);
   check_within("margin", margin, 0, 2);
@@ -32,6 +33,9 @@ void DrivingParameters::validate() const {
   check_within("horizon", horizon, 2, 30);
   check_within("largest_offset", largest_offset, 0, 10);
   check_within("growth", growth, 0, 2);
+  check_within("foresight", foresight, 3, 60);
+  check_within("tight_margin", tight_margin, 0, 2);
+  check_above("tight_speed", tight_speed, 0, 10);
   check_within("wait_time", wait_time, 0, 600);
   check_within("back_up_length", back_up_length, 0, 10);
   check_above("localisation_stale_after", localisation_stale_after, 0, 10);

@@ -21,9 +21,13 @@ constexpr double kReserve = 0.7;         ///< of the braking that is planned wit
 constexpr double kLeastSpeed = 0.1;      ///< m/s, below which it waits before an obstacle
 constexpr double kPredictedSpeed = 0.3;  ///< m/s, least one of predictions
 constexpr double kOffsetStep = 0.3;      ///< m
+constexpr double kOffsetHeld = 2;        ///< s, that it keeps to a side before it returns
+constexpr double kReturn = 0.3;          ///< m per m, in which it may come back to the path
 constexpr double kSlowLength = 2.5;      ///< m, of the slow zone
 constexpr double kBackStuck = 2;         ///< s, before backing up is given up
 constexpr double kForgetBacking = 3;     ///< m of progress after which it may back up again
+constexpr double kTightWay = 3;          ///< m that it drives with the tight margin
+constexpr double kTightFree = 1.5;       ///< m that this must free to be worth it
 constexpr double kGoalRun = 4;           ///< m, of another approach to the goal
 constexpr double kSearch = 1.5;          ///< m of arc length
 constexpr double kTangential = 1;        ///< m before the end, where its tangent counts
@@ -92,7 +96,8 @@ class LocalPlanner::Implementation {
     here_ = {.index = segment().first, .arc = track_.begin(segment())};
   }
   [[nodiscard]] Stretch stretch(double offset) const {
-    return {segment(), backing_, backing_ ? back_arc_ : track_.end(segment()), offset};
+    return {segment(), backing_, backing_ ? back_arc_ : track_.end(segment()), offset,
+            inputs_.drift()};
   }
 
   /// By `braking` m/s^2.
@@ -108,7 +113,12 @@ class LocalPlanner::Implementation {
   MotionPrediction::Outcome choose_offset(const TrackPoint& start, const VehicleState& vehicle,
                                           double speed);
   DriveCommand blocked(DriveCommand command, const MotionPrediction::Outcome& outcome,
-                       double braking);
+                       const TrackPoint& start, const VehicleState& vehicle, double braking);
+  void set_tight(double way) {
+    tight_way_ = way;
+    prediction_.set_margin(way > 0 ? std::min(parameters_.tight_margin, parameters_.margin)
+                                   : parameters_.margin);
+  }
   void start_backing(double length) {
     backing_ = true;
     back_arc_ = std::max(track_.begin(segment()), here_.arc - length);
@@ -127,8 +137,11 @@ class LocalPlanner::Implementation {
   double back_arc_ = 0;
   int backs_ = 0;
   double backed_at_ = 0;  ///< m, arc length where it last backed up
+  double tight_way_ = 0;  ///< m that it still drives with the tight margin
   double blocked_ = 0;    ///< s, how long it has been standing before something
   double offset_ = 0;
+  double side_ = 0;         ///< of the preferred offset on which it passes: -1 right, 1 left
+  double side_age_ = 0;     ///< s, since then
   double strayed_ = 0;      ///< m, how far from the path an offset has led it
   std::vector<Sent> sent_;  ///< commands that do not act yet, a ring, and the next place in it
   std::size_t next_ = 0;
@@ -236,6 +249,7 @@ MotionPrediction::Outcome LocalPlanner::Implementation::choose_offset(const Trac
   const auto drive = [&](double offset, double extra) {
     return prediction_.drive(track_, stretch(offset), start, vehicle, speed, extra, p.horizon);
   };
+  side_age_ += p.period;
   if (backing_) {
     return drive(offset_, 0);
   }
@@ -258,16 +272,23 @@ MotionPrediction::Outcome LocalPlanner::Implementation::choose_offset(const Trac
   };
   std::sort(offsets.begin(), offsets.begin() + static_cast<std::ptrdiff_t>(count),
             [&](double a, double b) { return cost(a) != cost(b) ? cost(a) < cost(b) : a < b; });
+  const auto gives_way = [&](double offset) {
+    return (offset - preferred_) * side_ < (offset_ - preferred_) * side_;
+  };
   for (std::size_t i = 0; i < count; ++i) {
     if (!current.hit && cost(offsets[i]) >= cost(offset_)) {
       break;
     }
-    if (offsets[i] == offset_) {
+    if (offsets[i] == offset_ || (side_age_ < kOffsetHeld && gives_way(offsets[i]))) {
       continue;
     }
     const MotionPrediction::Outcome outcome = drive(offsets[i], p.hysteresis);
     if (!outcome.hit) {
       offset_ = offsets[i];
+      if (offset_ != preferred_) {
+        side_ = offset_ < preferred_ ? -1 : 1;
+        side_age_ = 0;
+      }
       return outcome;
     }
   }
@@ -276,13 +297,24 @@ MotionPrediction::Outcome LocalPlanner::Implementation::choose_offset(const Trac
 
 DriveCommand LocalPlanner::Implementation::blocked(DriveCommand command,
                                                    const MotionPrediction::Outcome& outcome,
-                                                   double braking) {
+                                                   const TrackPoint& start,
+                                                   const VehicleState& vehicle, double braking) {
   const auto& p = parameters_;
   command.reason = outcome.moving ? DriveReason::kMovingObstacle : DriveReason::kPathBlocked;
   blocked_ += p.period;
   if (backing_ && blocked_ > kBackStuck) {
     backing_ = false;
     blocked_ = p.wait_time;
+  }
+  if (!backing_ && blocked_ > p.wait_time && !outcome.moving && tight_way_ <= 0) {
+    set_tight(kTightWay);
+    const MotionPrediction::Outcome tight =
+        prediction_.drive(track_, stretch(offset_), start, vehicle, kPredictedSpeed, 0, p.horizon);
+    if (!tight.hit || tight.free > outcome.free + kTightFree) {
+      blocked_ = 0;
+      return halt(command, DriveState::kWaiting, command.reason, braking);
+    }
+    set_tight(0);
   }
   if (!backing_ && blocked_ > p.wait_time) {
     const bool room = here_.arc - track_.begin(segment()) > kAtEnd && p.back_up_length > 0;
@@ -322,9 +354,8 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
     return halt(command, DriveState::kWaiting, DriveReason::kPaused);
   }
   // What it left the path for may be gone sooner than it is back.
-  const double apart = distance(here_.pose, pose);
-  strayed_ = std::max(std::abs(offset_), std::min(strayed_, apart));
-  if (apart > p.largest_error + strayed_) {
+  strayed_ = std::max(std::abs(offset_), strayed_ - kReturn * std::abs(inputs_.speed()) * p.period);
+  if (distance(here_.pose, pose) > p.largest_error + strayed_) {
     command.replan = true;
     return halt(command, DriveState::kWaiting, DriveReason::kOffPath);
   }
@@ -356,6 +387,11 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
                        : std::max(p.creep_speed, std::min(track_.allowed_speed(start),
                                                           std::sqrt(2 * p.gentle_braking * left)));
   allowed = std::max(allowed, p.creep_speed);
+  if (tight_way_ > 0) {
+    allowed = std::min(allowed, p.tight_speed);
+    command.reason = DriveReason::kObstacleNear;
+    set_tight(tight_way_ - std::abs(inputs_.speed()) * p.period);
+  }
   double braking = p.braking;
   if (const double limit = paused_ ? 0 : limit_; limit < allowed) {
     // Nobody is in a hurry, unless the path or an obstacle asks for less too.
@@ -379,7 +415,7 @@ DriveCommand LocalPlanner::Implementation::cycle(double now) {
       braking = braking_before(outcome.free);
     }
     if (safe < kLeastSpeed) {
-      return blocked(command, outcome, braking);
+      return blocked(command, outcome, start, vehicle, braking);
     }
     if (safe < allowed) {
       allowed = safe;

@@ -14,6 +14,7 @@ constexpr double kLargestApproach = 0.5;  ///< sine of the heading in which it r
 constexpr double kTaperEnd = 0.7;         ///< m before the end of a segment an offset is gone,
 constexpr double kTaper = 3;              ///< m, and over which it goes
 constexpr double kNothingLeft = 0.005;    ///< m
+constexpr double kDriftAhead = 3;         ///< s before the end, from when on the drift is led
 
 }  // namespace
 
@@ -27,7 +28,7 @@ BodyBox::BodyBox(const Footprint& footprint) {
 }
 
 MotionPrediction::MotionPrediction(const DrivingParameters& parameters, const Footprint& footprint)
-    : parameters_(parameters), body_(footprint) {
+    : parameters_(parameters), margin_(parameters.margin), body_(footprint) {
   cells_.reserve(parameters.most_obstacle_cells);
   obstacles_.reserve(2 * parameters.most_obstacle_cells);
 }
@@ -40,15 +41,20 @@ double MotionPrediction::curvature(const PathTrack& track, const Stretch& stretc
   const double along = track.at(stretch.segment, point, point.arc + ahead).curvature;
   const double offset =
       stretch.offset *
-      std::clamp((track.end(stretch.segment) - point.arc - kTaperEnd) / kTaper, 0.0, 1.0);
+          std::clamp((track.end(stretch.segment) - point.arc - kTaperEnd) / kTaper, 0.0, 1.0) -
+      // Braked gently to a stop, it takes so long to the end, and drifts onto it meanwhile.
+      stretch.drift *
+          std::min(kDriftAhead,
+                   std::sqrt(2 * std::max(0.0, stretch.remaining(point.arc)) / p.gentle_braking));
   const double dx = pose.x - point.pose.x;
   const double dy = pose.y - point.pose.y;
-  const double reach = 2 * p.damping * kLargestApproach * p.convergence_length;
+  const double convergence = std::max(p.convergence_length, p.convergence_time * std::abs(speed));
+  const double reach = 2 * p.damping * kLargestApproach * convergence;
   const double lateral =
       std::clamp(-std::sin(point.pose.heading) * dx + std::cos(point.pose.heading) * dy - offset,
                  -reach, reach);
   const double heading = wrap_angle(pose.heading - point.pose.heading);
-  const double rate = 1 / p.convergence_length;
+  const double rate = 1 / convergence;
   const double parallel = along / std::max(0.2, 1 - along * offset);
   const double wanted =
       parallel - rate * rate * lateral - 2 * p.damping * rate * stretch.sign() * std::sin(heading);
@@ -104,13 +110,17 @@ const ObstaclePoint* MotionPrediction::contact(const Pose2d& pose, double time,
   const double cosine = std::cos(pose.heading);
   const double sine = std::sin(pose.heading);
   for (const ObstaclePoint& point : obstacles_) {
+    const bool moves = point.growth > 0;
+    if (moves && time > parameters_.foresight) {
+      continue;
+    }
     const double dx = point.x + point.vx * time - pose.x;
     const double dy = point.y + point.vy * time - pose.y;
     const double x = cosine * dx + sine * dy;
     const double y = -sine * dx + cosine * dy;
-    const double margin =
-        std::max(0.0, std::min(point.radius + point.growth * time + parameters_.margin + extra,
-                               point.clearance - kMovesNoCloser));
+    const double margin = std::max(0.0, std::min(point.radius + point.growth * time +
+                                                     (moves ? parameters_.margin : margin_) + extra,
+                                                 point.clearance - kMovesNoCloser));
     if (x < body_.front + margin && x > -body_.rear - margin && y < body_.left + margin &&
         y > -body_.right - margin) {
       return &point;

@@ -47,6 +47,7 @@ struct Stretch {
   bool back = false;
   double end = 0;     ///< m of arc length, where it stops
   double offset = 0;  ///< m, to the left
+  double drift = 0;   ///< m/s, sideways to the left of the robot
 
   /// Of the motion: +1 forwards.
   [[nodiscard]] double sign() const { return back ? -segment.sign : segment.sign; }
@@ -68,6 +69,9 @@ class MotionPrediction {
                                    std::span<const MovingObstacle> moving, const Pose2d& pose,
                                    double now);
 
+  /// m, from now on, around what does not move.
+  void set_margin(double margin) { margin_ = margin; }
+
   struct Outcome {
     double free = 0;      ///< m, without contact
     bool hit = false;     ///< before the end of the stretch or the horizon
@@ -82,6 +86,7 @@ class MotionPrediction {
   [[nodiscard]] const ObstaclePoint* contact(const Pose2d& pose, double time, double extra) const;
 
   DrivingParameters parameters_;
+  double margin_;
   BodyBox body_;
   std::vector<Point2d> cells_;
   std::vector<ObstaclePoint> obstacles_;

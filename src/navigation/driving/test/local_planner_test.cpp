@@ -67,7 +67,19 @@ class LocalPlannerTest : public ::testing::Test {
     }
     pose_ =
         drive_arc(pose_, std::tan(steering_) / parameters_.wheel_base, speed_ * parameters_.period);
+    if (speed_ != 0) {
+      pose_ = compose(pose_, {0, drift_ * parameters_.period, 0});
+    }
     return command;
+  }
+
+  /// What a lidar sees of a wall from one point to another.
+  void add_wall(const Point2d& from, const Point2d& to) {
+    const double length = distance(from, to);
+    for (double at = 0; at <= length; at += 0.05) {
+      points_.push_back(
+          {from.x + (to.x - from.x) * at / length, from.y + (to.y - from.y) * at / length});
+    }
   }
 
   void scan() {
@@ -110,6 +122,7 @@ class LocalPlannerTest : public ::testing::Test {
   Pose2d pose_;
   double speed_ = 0;
   double steering_ = 0;
+  double drift_ = 0;  ///< m/s, to the left, while it drives
   double time_ = 100;
   double fastest_ = 0;
 };
@@ -129,6 +142,64 @@ TEST_F(LocalPlannerTest, CurvesAndACuspToGoalAndHeading) {
   const Pose2d error = relative(path.poses().back().pose, pose_);
   EXPECT_LT(std::hypot(error.x, error.y), 0.1);
   EXPECT_LT(std::abs(error.heading), 3 * std::numbers::pi / 180);
+}
+
+/// Down a slope, for example: 2.5 cm a second are as much as the last metre takes it aside.
+TEST_F(LocalPlannerTest, SlippingSidewaysItStillComesToTheGoalAtOnce) {
+  for (const double length : {15.0, -15.0}) {
+    for (const double drift : {-0.025, 0.025}) {
+      pose_ = {};
+      drift_ = drift;
+      planner_.set_path(path_of({}, {{0, length}}));
+      DriveCommand command;
+      for (int i = 0; i < 1200 && command.state != DriveState::kReached; ++i) {
+        command = step();
+        ASSERT_NE(command.state, DriveState::kBackingUp) << length << ", " << drift;
+      }
+      EXPECT_EQ(command.state, DriveState::kReached);
+      EXPECT_NEAR(pose_.y, 0, 0.025) << length << ", " << drift;
+      EXPECT_NEAR(pose_.heading, 0, 0.03) << length << ", " << drift;
+    }
+  }
+}
+
+TEST_F(LocalPlannerTest, PassesANarrowPlaceSlowlyWithLessOfAMargin) {
+  // A gate with 0.17 m on both sides: less than the usual margin and half a cell.
+  add_wall({9, 0.67}, {9, 6});
+  add_wall({9, -0.67}, {9, -6});
+  planner_.set_path(path_of({}, {{0, 20}}));
+  bool waited = false;
+  DriveCommand command;
+  for (int i = 0; i < 2400 && command.state != DriveState::kReached; ++i) {
+    command = step();
+    waited |= command.state == DriveState::kWaiting;
+    if (pose_.x > 7.5 && pose_.x < 9.5) {
+      ASSERT_TRUE(waited);
+      ASSERT_LE(std::abs(command.speed), parameters_.tight_speed);
+      ASSERT_LT(std::abs(pose_.y), 0.15);
+    }
+  }
+  EXPECT_EQ(command.state, DriveState::kReached);
+}
+
+/// Somebody walks to and fro in the same aisle, and leaves room to pass.
+TEST_F(LocalPlannerTest, WhereSomebodyWillBeInHalfAMinuteDoesNotBlockIt) {
+  add_wall({-2, -1.3}, {16, -1.3});
+  planner_.set_path(path_of({}, {{0, 12}}));
+  const std::vector<Point2d> wall = points_;
+  DriveCommand command;
+  for (int i = 0; i < 1200 && command.state != DriveState::kReached; ++i) {
+    const double phase = std::fmod(0.5 * (time_ - 100), 8);
+    const double x = 5 + (phase < 4 ? phase : 8 - phase);
+    points_ = wall;
+    for (double s = -0.2; s <= 0.2; s += 0.05) {
+      points_.push_back({x - 0.2, 1.6 + s});
+      points_.push_back({x + s, 1.4});
+    }
+    command = step();
+    EXPECT_FALSE(command.replan) << time_;
+  }
+  EXPECT_EQ(command.state, DriveState::kReached);
 }
 
 TEST_F(LocalPlannerTest, StopsBeforeAWallAndAsksForAnotherPath) {
@@ -191,6 +262,69 @@ TEST_F(LocalPlannerTest, PassesABoxBesideThePath) {
   planner_.set_path(path_of({}, {{0, 30}}));
   EXPECT_EQ(run(60).state, DriveState::kReached);
   EXPECT_NEAR(pose_.y, 0, 0.1);
+}
+
+/// The offset never jumps from side to side, and no metre is driven twice.
+TEST_F(LocalPlannerTest, NeitherOscillatesNorLoopsNeedlessly) {
+  enum class Scene { kFree, kBoxOnThePath, kBoxesOnBothSides, kSomebodyCrosses };
+  for (const Scene scene :
+       {Scene::kFree, Scene::kBoxOnThePath, Scene::kBoxesOnBothSides, Scene::kSomebodyCrosses}) {
+    SCOPED_TRACE(static_cast<int>(scene));
+    const double begin = time_;
+    pose_ = {};
+    points_.clear();
+    planner_ = LocalPlanner(parameters_, {}, Footprint::rectangle(1.55, 0.35, 1.0));
+    planner_.set_path(path_of({}, {{0, 10}, {0.2, 5}, {0, 12}}));
+    if (scene == Scene::kBoxOnThePath || scene == Scene::kBoxesOnBothSides) {
+      add_wall({8, -0.1}, {8, 0.3});
+      add_wall({8, 0.3}, {8.4, 0.3});
+    }
+    if (scene == Scene::kBoxesOnBothSides) {
+      add_wall({5, -1.2}, {5, -0.9});
+      add_wall({11, 1.6}, {11, 2});
+    }
+    const std::vector<Point2d> standing = points_;
+    int changes = 0;
+    double side = 0;
+    double driven = 0;
+    DriveCommand command;
+    while (command.state != DriveState::kReached && time_ < begin + 90) {
+      if (scene == Scene::kSomebodyCrosses) {
+        points_ = standing;
+        const double y = -8 + 1.2 * (time_ - begin);
+        add_wall({9, y - 0.3}, {9, y + 0.3});
+      }
+      command = step();
+      ASSERT_NE(command.state, DriveState::kBackingUp);
+      driven += std::abs(speed_) * parameters_.period;
+      if (command.travelled > 19) {
+        EXPECT_NEAR(command.lateral_error, 0, 0.3) << "it weaves at " << command.travelled;
+      }
+      if (command.offset != 0) {
+        changes += command.offset * side < 0 ? 1 : 0;
+        side = command.offset;
+      }
+    }
+    EXPECT_EQ(command.state, DriveState::kReached);
+    EXPECT_LE(changes, 1);
+    EXPECT_LT(driven, 27 * 1.06);
+  }
+}
+
+TEST_F(LocalPlannerTest, NoCuspIsOvershot) {
+  for (const double sign : {1.0, -1.0}) {
+    pose_ = {};
+    const Path path = path_of({}, {{0, 4 * sign}, {0.4, -3 * sign}, {0, 4 * sign}});
+    planner_.set_path(path);
+    double farthest = 0;
+    DriveCommand command;
+    for (int i = 0; i < 2000 && command.state != DriveState::kReached; ++i) {
+      command = step();
+      farthest = std::max(farthest, sign * pose_.x);
+    }
+    EXPECT_EQ(command.state, DriveState::kReached);
+    EXPECT_NEAR(farthest, 4, 0.05) << "or beyond the last pose: " << path.poses().back().pose.x;
+  }
 }
 
 TEST_F(LocalPlannerTest, WaitsForWhatCrosses) {

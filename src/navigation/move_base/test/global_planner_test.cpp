@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "pipescout/driving/driving_parameters.hpp"
+
 namespace pipescout::navigation {
 namespace {
 
@@ -122,6 +124,25 @@ TEST_F(GlobalPlannerTest, EachFailureHasItsReason) {
   EXPECT_EQ(plan(goal, {}, {-30, 15, 0}).failure, NavigationFailure::kStartOutside);
   EXPECT_EQ(plan(goal, {}, {nan, 15, 0}).failure, NavigationFailure::kStartOutside);
   EXPECT_THROW(GlobalPlanner(yard(), footprint_, {.spacing = 2}), std::invalid_argument);
+}
+
+TEST_F(GlobalPlannerTest, WithoutAGraphThereArePosesOnly) {
+  planner_ = GlobalPlanner({RouteGraph(), yard().grid}, footprint_, {});
+  EXPECT_EQ(plan(PoseGoal{{40, 5, 0}}).failure, NavigationFailure::kNone);
+  EXPECT_EQ(plan(PoseGoal{{30, 15, 0}}).failure, NavigationFailure::kGoalInCollision);
+  EXPECT_EQ(plan(RouteGoal{{10}}).failure, NavigationFailure::kUnknownNode);
+  EXPECT_EQ(plan(TourGoal{{0}}).failure, NavigationFailure::kUnknownEdge);
+}
+
+/// What the local planner keeps free around itself, and what it strays by, fit beside the path.
+TEST_F(GlobalPlannerTest, KeepsMoreFreeThanTheLocalPlannerAsksFor) {
+  EXPECT_GT(GlobalPlannerParameters{}.margin, DrivingParameters{}.margin + 0.1);
+  const auto found = plan(PoseGoal{{52, 12, 1.57}});
+  ASSERT_EQ(found.failure, NavigationFailure::kNone) << found.text;
+  const Footprint wide = footprint_.inflated(DrivingParameters{}.margin + 0.1);
+  for (const PathPose& pose : found.path.poses()) {
+    EXPECT_FALSE(collides(wide, yard().grid, pose.pose, UnknownCells::kBlocked));
+  }
 }
 
 TEST_F(GlobalPlannerTest, PosesNearAWallAreReachedWithoutTheMargin) {

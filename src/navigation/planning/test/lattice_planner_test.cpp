@@ -112,6 +112,46 @@ TEST(LatticePlanner, ParksInANarrowPlace) {
   expect_found(grid, {9, 6, pi / 2}, {3, 3.8, pi});
 }
 
+/// A way is dug through solid ground by driving it, forwards, in reverse and with cusps: its end is
+/// reachable, and must be found.
+TEST(LatticePlanner, AGoalThatIsReachableIsFound) {
+  // kRobot's and 0.2 m around it.
+  constexpr double kFront = 1.2;
+  constexpr double kRear = 0.6;
+  constexpr double kHalfWidth = 0.6;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    std::mt19937_64 engine(seed);
+    OccupancyGrid grid = room(40, 40);
+    fill(grid, 0, 0, 40, 40);
+    const auto dig = [&](const Pose2d& pose) {
+      const Cell middle = grid.cell_at(pose.position()).value();
+      for (int row = middle.row - 20; row < middle.row + 20; ++row) {
+        for (int column = middle.column - 20; column < middle.column + 20; ++column) {
+          const Point2d centre = grid.centre({column, row});
+          const Point2d seen = relative(pose, {centre.x, centre.y, 0}).position();
+          if (seen.x > -kRear && seen.x < kFront && std::abs(seen.y) < kHalfWidth) {
+            grid.set({column, row}, CellState::kFree);
+          }
+        }
+      }
+    };
+    const Pose2d start{20, 20, static_cast<double>(seed)};
+    Pose2d goal = start;
+    double sign = 1;
+    for (int arc = 0; arc < 5; ++arc) {
+      const double share = static_cast<double>(engine() % 9) / 4 - 1;  // of the largest curvature
+      sign = engine() % 3 == 0 ? -sign : sign;
+      for (int i = 0; i < 30; ++i) {
+        dig(goal);
+        goal = drive_arc(goal, 0.8 * share / kRadius, sign * 0.1);
+      }
+    }
+    dig(goal);
+    SCOPED_TRACE(seed);
+    expect_found(grid, start, goal);
+  }
+}
+
 TEST(LatticePlanner, MeetsEveryFinalHeading) {
   OccupancyGrid grid = room(15, 12);
   fill(grid, 6, 4, 8, 8);

@@ -25,8 +25,10 @@ struct DrivingParameters {
 
   // Path following.
   double convergence_length = 1.0;  ///< m, (0, 20]: lateral errors decay over it
-  double damping = 1.0;             ///< [0.3, 3]
-  double largest_error = 1.0;       ///< m, (0, 10]: farther off the path it stops
+  /// s, [0, 10]: or over so long a time, if that is more: faster than the wheels turn it weaves.
+  double convergence_time = 1.0;
+  double damping = 1.0;        ///< [0.3, 3]
+  double largest_error = 1.0;  ///< m, (0, 10]: farther off the path it stops
 
   // Obstacles.
   double margin = 0.2;          ///< m, [0, 2]: around the footprint
@@ -37,6 +39,13 @@ struct DrivingParameters {
   double horizon = 8;           ///< m, [2, 30]: how far ahead the motion is predicted
   double largest_offset = 1.8;  ///< m, [0, 10]: how far it leaves the path for an obstacle
   double growth = 0.2;          ///< m/s, [0, 2]: of the margin of what moves, per time predicted
+  /// s, [3, 60]: farther ahead nobody knows where something that moves will be, and it counts no
+  /// more. Far longer than it takes to stop.
+  double foresight = 5;
+  /// m, [0, 2]: instead of a larger margin, where it stood before something for wait_time that does
+  /// not move and could be passed so; it is then passed at tight_speed.
+  double tight_margin = 0.08;
+  double tight_speed = 0.3;     ///< m/s, (0, 10]
   double wait_time = 4;         ///< s, [0, 600]: before what blocks the path, before it backs up
   double back_up_length = 1.5;  ///< m, [0, 10]
 

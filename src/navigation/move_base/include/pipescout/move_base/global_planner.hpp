@@ -18,7 +18,8 @@ struct GlobalPlannerParameters {
   double turning_radius = 2.6;
   double spacing = 0.3;  ///< m, (0, turning_radius / 2]: of the lattice
   /// m, [0, 2]: around the footprint; where there is no path with it, another is planned without.
-  double margin = 0.2;
+  /// Larger than the local planner's, by what the robot strays from its path.
+  double margin = 0.35;
   double direct_distance = 50;  ///< m, [0, 1e4]: nearer poses are planned for without the graph
   double first_time = 2;  ///< s, (0, 60]: after which planning to a target without a path ends
   double improving_time = 0.1;  ///< s, [0, 60]: for which a first path is improved
