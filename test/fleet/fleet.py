@@ -104,8 +104,9 @@ def start_on_host(host, *command, log=None):
     """Starts a command as one of fleet.sh's own."""
     inside = 'mount -t tmpfs -o size=256m tmpfs /dev/shm; exec "$@"'
     output = open(log, "ab") if log else None
-    return subprocess.Popen(["nsenter", "-t", "1", "-n", "-m", "ip", "netns", "exec", host, "bash",
-                             "-c", inside, "_", *map(str, command)],
+    # Its missions are written where those of the others are, which the namespace of mounts forgets.
+    return subprocess.Popen(["nsenter", "-t", "1", "-n", "-m", f"--wdns={pathlib.Path.cwd()}", "ip",
+                             "netns", "exec", host, "bash", "-c", inside, "_", *map(str, command)],
                             stdout=output, stderr=output)
 
 
