@@ -3,9 +3,10 @@
 """Divides an install tree among the Debian packages: split_packages.py TREE BUILD STAGE [PACKAGE...]
 
 TREE is an install folder of colcon, BUILD the folder with its install manifests, one per package of the
-workspace; with PACKAGE... only these and what they need. Each file goes to STAGE/PACKAGE/usr/...: of a workspace package that `pipescout` itself needs to
-pipescout-runtime, of components and what they need to pipescout-components, of subcommands and what
-they need to pipescout-tools; headers and what CMake needs of all of them to pipescout-dev.
+workspace; with PACKAGE... only these and what they need, also to be built. Each file goes to
+STAGE/PACKAGE/usr/...: of a workspace package that `pipescout` itself needs to pipescout-runtime, of
+components and what they need to pipescout-components, of subcommands and what they need to
+pipescout-tools; headers and what CMake needs of all of them to pipescout-dev.
 """
 import pathlib
 import shutil
@@ -26,7 +27,8 @@ def workspace():
             if any(part in ("test", "build", "install") for part in file.relative_to(ROOT).parts):
                 continue
             tree = xml.etree.ElementTree.parse(file).getroot()
-            needs = {element.text for element in tree if element.tag in ("depend", "exec_depend")}
+            needs = {element.text for element in tree
+                     if element.tag in ("buildtool_depend", "depend", "exec_depend")}
             found[tree.findtext("name")] = (str(file.parent.relative_to(ROOT)), needs)
     return found
 

@@ -198,4 +198,5 @@ class Station:
 
     def stop(self):
         self.process.terminate()
-        assert self.process.wait(10) == 0, "fleet_station failed"
+        code = self.process.wait(10)
+        assert code == 0, f"fleet_station: {code}"

@@ -45,9 +45,14 @@ constexpr auto kTimeBetweenLooks = std::chrono::seconds(2);
 constexpr std::size_t kHandshakeBesidesFiles = 4096;
 constexpr std::size_t kMostHandshakeBytes = 65'000;  // of a datagram
 
+/// Empty when it cannot be read.
 std::string read(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  try {
+    return {std::istreambuf_iterator<char>(stream), {}};
+  } catch (const std::ios_base::failure&) {  // such as a folder
+    return {};
+  }
 }
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {

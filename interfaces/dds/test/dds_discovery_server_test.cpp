@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <std_msgs/msg/string.hpp>
 #include <string>
+#include <vector>
 
 #include "dds_profile.hpp"
 #include "dds_test_support.hpp"
 #include "pipescout/dds/discovery_server.hpp"
+#include "pipescout/runtime/executor.hpp"
+#include "pipescout/runtime/node.hpp"
 
 namespace pipescout::dds_test {
 namespace {
@@ -89,6 +93,20 @@ TEST(DdsDiscoveryServer, OneThatIsNotThereIsNamedUntilItComes) {
               HasSubstr("127.0.0.1:" + std::to_string(server_port(0)) + " (id 0) does not answer"));
   const auto server = start(0);
   EXPECT_TRUE(await_warnings(*transport, false)) << transport->warnings().front();
+}
+
+TEST(DdsDiscoveryServer, TopicsOfAProcessDoNotNeedIt) {
+  const auto context = Context::create(create_dds_transport(client_options(1)));
+  Executor executor;
+  Node node({.context = context, .executor = &executor, .name = {"/", "alone"}});
+  std::vector<std::string> heard;
+  const auto subscription = node.create_subscription<std_msgs::msg::String>(
+      "local", QoS::reliable(1),
+      [&](const std_msgs::msg::String& message) { heard.push_back(message.data); });
+  auto publisher = node.create_publisher<std_msgs::msg::String>("local", QoS::reliable(1));
+  publisher.publish(make_text("hello"));
+  EXPECT_TRUE(executor.spin_until([&] { return !heard.empty(); }, kGenerous));
+  EXPECT_TRUE(await_warnings(*context->transport(), true)) << "the server was there";
 }
 
 TEST(DdsDiscoveryServer, OneThatComesBackServesItsOldClients) {

@@ -19,6 +19,7 @@ namespace pipescout::security {
 namespace {
 
 using ::pipescout::testing::content;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -236,6 +237,20 @@ TEST_F(SecurityFiles, UnusableOnesAreNamed) {
   EXPECT_THAT(spoilt("governance.p7s", ""), HasSubstr("governance.p7s: is empty"));
   EXPECT_THAT(spoilt("permissions.p7s", "x"), HasSubstr("permissions.p7s: not signed"));
   EXPECT_THAT(spoilt("crl.pem", "x"), HasSubstr("crl.pem: is no certificate revocation list"));
+}
+
+/// Who runs the tests may be root, for whom permissions hide nothing; a folder cannot be read
+/// either.
+TEST_F(SecurityFiles, UnreadableOnesAreNamed) {
+  for (const char* const file : {"cert.pem", "key.pem", "permissions.p7s", "governance.p7s",
+                                 "identity_ca.cert.pem", "permissions_ca.cert.pem"}) {
+    const fs::path unreadable = stolen("robot_1") / file;
+    fs::remove(unreadable);
+    fs::create_directory(unreadable);
+    fs::permissions(unreadable, fs::perms::owner_all);
+    EXPECT_THAT(error_of(stranger()), AllOf(HasSubstr(std::string("/x/") + file),
+                                            HasSubstr("cannot be read: Is a directory")));
+  }
 }
 
 TEST_F(SecurityFiles, RevokedRobotDoesNotStart) {

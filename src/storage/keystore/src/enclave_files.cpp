@@ -17,7 +17,13 @@ std::string content_of(const fs::path& file) {
   if (!stream) {
     throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
   }
-  std::string content(std::istreambuf_iterator<char>(stream), {});
+  std::string content;
+  try {
+    content.assign(std::istreambuf_iterator<char>(stream), {});
+  } catch (const std::ios_base::failure&) {  // such as a folder
+    throw KeystoreError(file.string() +
+                        ": cannot be read: " + std::generic_category().message(errno));
+  }
   if (content.empty()) {
     throw KeystoreError(file.string() + ": is empty");
   }
