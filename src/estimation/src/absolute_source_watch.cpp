@@ -235,6 +235,14 @@ double AbsoluteSourceWatch::correlation_time() const noexcept {
   return correlation_.time(parameters_.shortest_correlation_time, parameters_.correlation_time);
 }
 
+CorrelationFinding AbsoluteSourceWatch::correlation() const noexcept {
+  return {.shortest = parameters_.shortest_correlation_time,
+          .longest = parameters_.correlation_time,
+          .used = correlation_time(),
+          .most = correlation_.time(0, parameters_.correlation_time),
+          .seen = correlation_.seen()};
+}
+
 double AbsoluteSourceWatch::deviation_factor() const noexcept {
   return std::exp(0.5 * log_scale_);
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
+#include <sstream>
 
 #include "pipescout/estimation/absolute_source_watch.hpp"
 
@@ -104,6 +106,77 @@ std::optional<double> ErrorCorrelation::possible_factor(double correlation_time)
     return std::nullopt;
   }
   return 1 + most * (covariance_factor(correlation_time, spacing_) - 1);
+}
+
+double ErrorCorrelation::shortest_time(double sigmas) const noexcept {
+  constexpr double kLongest = 1000;  // s, as SourceWatchParameters have it
+  constexpr double kFiner = 1.2;
+  constexpr double kFewestMeans = 16;
+  const double one = std::max(levels_[0].square, 1.0);
+  double shortest = kLongest;
+  for (double candidate = 0.25 * spacing_; candidate < kLongest; candidate *= kFiner) {
+    const double kept = std::exp(-spacing_ / candidate);
+    double share = 0;  // of the errors that is correlated for so long
+    double size = 1;
+    for (std::size_t i = 1; i < kLevels && levels_[i].count >= kFewestMeans; ++i) {
+      size *= 2;
+      const double grown = size * levels_[i].square / one;
+      const double certain = grown * (1 - sigmas / std::sqrt(levels_[i].count));
+      share = std::max(share, (certain - 1) / (growth(kept, size) - 1));
+    }
+    if (share == 0) {
+      return 0;
+    }
+    if (share <= 1) {
+      const double factor = 1 + share * (covariance_factor(candidate, spacing_) - 1);
+      shortest = std::min(shortest, 0.5 * spacing_ / std::atanh(1 / factor));
+    }
+  }
+  return shortest;
+}
+
+std::optional<SeenCorrelation> ErrorCorrelation::seen() const noexcept {
+  constexpr double kSigmas = 2;
+  constexpr double kNone = 0.5;  // spacings: errors that are alike for less are as good as white
+  if (!(levels_[0].count >= kFewestSeen) || !(spacing_ > 0)) {
+    return std::nullopt;
+  }
+  const double least = shortest_time(kSigmas);
+  return SeenCorrelation{.about = shortest_time(0), .least = least > kNone * spacing_ ? least : 0};
+}
+
+bool CorrelationFinding::is_beyond_stated() const noexcept {
+  constexpr double kClearly = 1.5;  // within it both count for the same, as far as it can be known
+  return seen && seen->least > longest && seen->about > kClearly * longest;
+}
+
+std::string correlation_text(std::string_view source, const CorrelationFinding& finding) {
+  constexpr double kMuchShorter = 0.5;
+  const auto two_digits = [](double value) {
+    const double unit = std::pow(10.0, std::floor(std::log10(std::max(value, 0.1))) - 1);
+    return std::round(value / unit) * unit;
+  };
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  const bool on_line = finding.shortest < finding.longest;
+  if (!finding.seen) {
+    return {};
+  }
+  if (finding.is_beyond_stated()) {
+    text << "errors of " << source << " seem correlated over " << two_digits(finding.seen->about)
+         << " s or more, told " << (on_line ? "at most " : "") << finding.longest << " s; set "
+         << source << ".correlation_time";
+  } else if (on_line) {
+    text << "errors of " << source << " are taken as correlated over " << two_digits(finding.used)
+         << " s, found on line between " << finding.shortest << " and " << finding.longest << " s";
+  } else if (finding.most < kMuchShorter * finding.longest) {
+    text << "errors of " << source << " seem correlated over " << two_digits(finding.most)
+         << " s at most, told " << finding.longest << " s, which is on the safe side";
+  } else {
+    text << "errors of " << source << " show no longer correlation than told, " << finding.longest
+         << " s; what lasts for longer than the state takes to follow does not show";
+  }
+  return text.str();
 }
 
 }  // namespace pipescout::estimation

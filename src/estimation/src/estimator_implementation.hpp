@@ -71,6 +71,10 @@ class StateEstimator::Implementation {
   [[nodiscard]] std::optional<Estimate> estimate() const noexcept;
   [[nodiscard]] StateMatrix covariance() const noexcept;
   [[nodiscard]] EstimatorStatus status() const;
+  [[nodiscard]] CorrelationFinding correlation_of(Source source) const noexcept {
+    const bool is_watched = source == Source::kGps || source == Source::kVisualPose;
+    return is_watched ? watch_of(source).correlation() : CorrelationFinding{};
+  }
   [[nodiscard]] std::uint64_t updates() const noexcept { return updates_; }
   [[nodiscard]] const UpdateReport& last_update() const noexcept { return *report_; }
   [[nodiscard]] const FixedLagSmoother& smoother() const noexcept { return smoother_; }

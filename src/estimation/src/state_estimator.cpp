@@ -67,5 +67,8 @@ const FixedLagSmoother& StateEstimator::smoother() const noexcept {
 EstimatorStatus StateEstimator::status() const {
   return implementation_->status();
 }
+CorrelationFinding StateEstimator::correlation_of(Source source) const noexcept {
+  return implementation_->correlation_of(source);
+}
 
 }  // namespace pipescout::estimation

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <string>
 
 namespace pipescout::estimation {
 namespace {
@@ -67,6 +68,61 @@ TEST(ErrorCorrelationTest, FindsTheTimeWithinTheBounds) {
       EXPECT_GE(correlation.time(0.9 * one.longest, one.longest), 0.9 * one.longest);
     }
   }
+}
+
+/// What a source that is stated to be correlated over `told` shows after ten minutes.
+CorrelationFinding finding(const Case& one, double size, double told, std::uint64_t seed) {
+  Errors errors(seed, one.share, one.correlation_time);
+  ErrorCorrelation correlation;
+  for (double time = 0; time < 600; time += one.period) {
+    correlation.add(time, size * errors.next(one.period));
+  }
+  return {.shortest = told,
+          .longest = told,
+          .used = told,
+          .most = correlation.time(0, told),
+          .seen = correlation.seen()};
+}
+
+TEST(ErrorCorrelationTest, ErrorsThatStayAlikeForLongerThanToldAreNamed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const CorrelationFinding lasting = finding({1, 14, 1}, 1, 3, seed);
+    ASSERT_TRUE(lasting.seen);
+    EXPECT_TRUE(lasting.is_beyond_stated());
+    EXPECT_GT(lasting.seen->about, 4);
+    EXPECT_LT(lasting.seen->about, 35);
+    const std::string text = correlation_text("gps", lasting);
+    EXPECT_EQ(text.find("errors of gps seem correlated over "), 0U) << text;
+    EXPECT_NE(text.find(" s or more, told 3 s; set gps.correlation_time"), std::string::npos)
+        << text;
+    // Of the stated time, white, or too small to matter: nothing is to be changed.
+    EXPECT_FALSE(finding({1, 3, 0.2}, 1, 3, seed).is_beyond_stated());
+    EXPECT_FALSE(finding({0, 0, 0.2}, 1, 0, seed).is_beyond_stated());
+    EXPECT_FALSE(finding({0, 0, 1}, 1, 0, seed).is_beyond_stated());
+    EXPECT_FALSE(finding({1, 14, 1}, 0.1, 0, seed).is_beyond_stated());
+    // Deviations that are stated too small are no correlation.
+    EXPECT_FALSE(finding({0, 0, 0.2}, 4, 0.5, seed).is_beyond_stated());
+  }
+}
+
+TEST(ErrorCorrelationTest, SaysWhatIsKnown) {
+  EXPECT_EQ(correlation_text("gps", {}), "");
+  EXPECT_EQ(correlation_text("gps", {.longest = 20, .used = 20, .most = 20}), "");
+  EXPECT_EQ(correlation_text("gps", {.longest = 20, .used = 1.25, .most = 1.2, .seen = {{1, 0.5}}}),
+            "errors of gps are taken as correlated over 1.3 s, found on line between 0 and 20 s");
+  EXPECT_EQ(correlation_text("gps", {.longest = 20, .used = 20, .most = 20, .seen = {{40, 25}}}),
+            "errors of gps seem correlated over 40 s or more, told at most 20 s; set "
+            "gps.correlation_time");
+  EXPECT_EQ(
+      correlation_text("gps",
+                       {.shortest = 5, .longest = 5, .used = 5, .most = 0.3, .seen = {{0, 0}}}),
+      "errors of gps seem correlated over 0.3 s at most, told 5 s, which is on the safe side");
+  EXPECT_EQ(
+      correlation_text("gps",
+                       {.shortest = 5, .longest = 5, .used = 5, .most = 4, .seen = {{3, 1}}}),
+      "errors of gps show no longer correlation than told, 5 s; what lasts for longer than the "
+      "state takes to follow does not show");
 }
 
 TEST(ErrorCorrelationTest, TakesTheLongestUntilItKnowsBetter) {

@@ -30,17 +30,26 @@ estimation::VisualPoseMeasurement SensorMounting::visual_pose(double time, const
   return result;
 }
 
-SensorMounting::CameraPose SensorMounting::camera_pose(const NavState& state,
+SensorMounting::CameraPose SensorMounting::camera_pose(const estimation::Estimate& estimate,
                                                        const Matrix6d& covariance,
                                                        const GlobalStates& globals,
-                                                       const Matrix6d& rack_covariance) const {
+                                                       const GlobalMatrix& of_globals,
+                                                       int mounting) const {
+  const NavState& state = estimate.state;
   const SE3 T_map_rack(globals.R_map_rack, globals.rack_position);
-  const SE3 T_map_camera = state.T_map_body() * T_body_base() * T_base_camera;
+  const double late = globals.visual_pose_time_offset;
+  const SE3 T_map_seen(state.R_map_body * SO3::exp(late * estimate.angular_rate),
+                       state.position + late * state.velocity);
+  const SE3 T_body_told = T_body_base() * T_base_camera;
+  const SE3 error =
+      mounting_error({.camera = T_body_told.translation(), .mounting = mounting}, globals);
+  const SE3 T_map_camera = T_map_seen * error * T_body_told;
   CameraPose result;
   result.T_rack_camera = T_map_rack.inverse() * T_map_camera;
   const Eigen::Matrix3d R_rack_map = globals.R_map_rack.matrix().transpose();
   const Eigen::Matrix3d R_rack_body = R_rack_map * state.R_map_body.matrix();
-  const Eigen::Vector3d arm = R_rack_map * (T_map_camera.translation() - state.position);
+  const Eigen::Matrix3d R_rack_seen = R_rack_map * T_map_seen.rotation().matrix();
+  const Eigen::Vector3d arm = R_rack_map * (T_map_camera.translation() - T_map_seen.translation());
   // p_camera = R_r^T (p + R l - p_r), rotations to the right of R and R_r.
   Matrix6d by_body = Matrix6d::Zero();
   by_body.topLeftCorner<3, 3>() = R_rack_map;
@@ -50,8 +59,28 @@ SensorMounting::CameraPose SensorMounting::camera_pose(const NavState& state,
   by_rack.topLeftCorner<3, 3>() = -R_rack_map;
   by_rack.topRightCorner<3, 3>() = geometry::skew(result.T_rack_camera.translation());
   by_rack.bottomRightCorner<3, 3>() = -Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d turning = R_rack_seen * estimate.angular_rate;
+  geometry::Vector6d by_delay;
+  by_delay << R_rack_map * state.velocity + turning.cross(arm), turning;
   result.covariance =
-      by_body * covariance * by_body.transpose() + by_rack * rack_covariance * by_rack.transpose();
+      by_body * covariance * by_body.transpose() +
+      by_rack * of_globals.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition) *
+          by_rack.transpose() +
+      of_globals(estimation::kVisualPoseTimeOffset, estimation::kVisualPoseTimeOffset) * by_delay *
+          by_delay.transpose();
+  if (mounting >= 0) {
+    const Eigen::Vector3d turn = globals.own.segment<3>(mounting + 3);
+    const int place = estimation::kOwnStates + mounting;
+    Matrix6d by_mounting = Matrix6d::Zero();
+    by_mounting.topLeftCorner<3, 3>() = R_rack_seen;
+    by_mounting.bottomRightCorner<3, 3>() =
+        R_rack_seen * error.rotation().matrix() * SO3::right_jacobian(turn);
+    result.covariance +=
+        by_mounting *
+        of_globals.block<estimation::kMountingSize, estimation::kMountingSize>(place, place) *
+        by_mounting.transpose();
+  }
+  result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   return result;
 }
 

@@ -24,17 +24,20 @@ struct SensorMounting {
   [[nodiscard]] estimation::VisualPoseMeasurement visual_pose(
       double time, const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance) const;
 
-  /// The inverse: the pose of the camera in the rack frame and its covariance, in the same form, by
-  /// an estimate. `with_rack`: covariance of [position; rotation] of the body and of the rack as
-  /// NavState and GlobalStates have them, taken to be independent.
+  /// The inverse: the pose that an image of the time of the estimate shows, that of the camera in
+  /// the rack frame, and its covariance, in the same form. `covariance` is that of [position;
+  /// rotation] of the body as NavState has them, `of_globals` that of GlobalStates, which hold the
+  /// rack, the delay of images and, by `mounting` as VisualPoseMeasurement has it, where the camera
+  /// is instead of at `T_base_camera`. Body, rack, delay and mounting are taken to be independent.
   struct CameraPose {
     geometry::SE3 T_rack_camera{};
     geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
   };
-  [[nodiscard]] CameraPose camera_pose(const estimation::NavState& state,
+  using GlobalMatrix = Eigen::Matrix<double, estimation::kGlobalSize, estimation::kGlobalSize>;
+  [[nodiscard]] CameraPose camera_pose(const estimation::Estimate& estimate,
                                        const geometry::Matrix6d& covariance,
                                        const estimation::GlobalStates& globals,
-                                       const geometry::Matrix6d& rack_covariance) const;
+                                       const GlobalMatrix& of_globals, int mounting = -1) const;
 
   /// An estimate as nav_msgs/Odometry has it: pose of the base in the map with rotations about the
   /// map's axes, velocities in the base frame, [linear; angular].

@@ -100,6 +100,7 @@ CallbackReturn StateEstimator::on_configure() {
   start_is_given_ = false;
   status_ = {};
   told_ = {};
+  correlation_is_told_ = {};
 
   odometry_publisher_ =
       create_publisher(topics::kOdometryFiltered, {.events = {.matched = awaited_.on_matched()}});
@@ -127,6 +128,7 @@ CallbackReturn StateEstimator::on_configure() {
     }
     status_ = estimator_->status();
     tell_status();
+    tell_correlations();
   });
   return CallbackReturn::kSuccess;
 }
@@ -550,12 +552,11 @@ void StateEstimator::publish_pose_hint() {
   if (!T_base_camera) {
     return;
   }
-  const auto rack = estimator_->smoother().global_covariance();
   SensorMounting::CameraPose pose =
       mounting(settings_, *T_base_camera)
-          .camera_pose(estimate->state, pose_covariance(estimator_->covariance()),
-                       estimator_->smoother().globals(),
-                       rack.block<6, 6>(estimation::kRackPosition, estimation::kRackPosition));
+          .camera_pose(*estimate, pose_covariance(estimator_->covariance()),
+                       estimator_->smoother().globals(), estimator_->smoother().global_covariance(),
+                       settings_.camera_mounting);
   if (!estimate->in_map) {
     forget_all_but_tilt(pose.covariance);
   }
@@ -641,6 +642,23 @@ void StateEstimator::tell_status() {
   }
   tell_sources();
   told_ = status_;
+}
+
+void StateEstimator::tell_correlations() {
+  for (const Source source : {Source::kGps, Source::kVisualPose}) {
+    const std::string name(to_string(source));
+    const estimation::CorrelationFinding finding = estimator_->correlation_of(source);
+    const std::string text = estimation::correlation_text(name, finding);
+    if (text.empty()) {
+      continue;
+    }
+    diagnostics().set_value(name + ".correlation", text);
+    bool& is_told = correlation_is_told_[static_cast<std::size_t>(source)];
+    if (finding.is_beyond_stated() && !is_told) {
+      report_fault(name + ".correlation_time", text);
+    }
+    is_told = finding.is_beyond_stated();
+  }
 }
 
 }  // namespace pipescout

@@ -5,6 +5,9 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <vector>
+
+#include "pipescout/estimation/visual_pose_factor.hpp"
 
 namespace pipescout {
 namespace {
@@ -17,6 +20,7 @@ using geometry::Matrix6d;
 using geometry::SE3;
 using geometry::SO3;
 using geometry::Vector6d;
+using GlobalMatrix = SensorMounting::GlobalMatrix;
 
 constexpr double kStep = 1e-6;
 
@@ -89,7 +93,8 @@ TEST(SensorMounting, VisualPoseCarriesItsCovariance) {
 TEST(SensorMounting, CameraPoseUndoesTheVisualPose) {
   const NavState state = some_state();
   const GlobalStates globals = some_globals();
-  const auto camera = kMounting.camera_pose(state, some_covariance(), globals, Matrix6d::Zero());
+  const auto camera =
+      kMounting.camera_pose({.state = state}, some_covariance(), globals, GlobalMatrix::Zero());
   const auto measured = kMounting.visual_pose(0, camera.T_rack_camera, camera.covariance);
   const SE3 T_rack_body =
       SE3(globals.R_map_rack, globals.rack_position).inverse() * state.T_map_body();
@@ -101,20 +106,57 @@ TEST(SensorMounting, CameraPoseUndoesTheVisualPose) {
   EXPECT_LT((measured.covariance - expected).norm(), 1e-9 * expected.norm());
 }
 
-TEST(SensorMounting, CameraPoseIsAsUncertainAsTheRack) {
-  const NavState state = some_state();
-  const GlobalStates globals = some_globals();
-  const auto camera = kMounting.camera_pose(state, Matrix6d::Zero(), globals, some_covariance());
-  Matrix6d numeric;
-  for (int i = 0; i < 6; ++i) {
-    estimation::GlobalVector d = estimation::GlobalVector::Zero();
-    d(estimation::kRackPosition + i) = kStep;
-    const auto other =
-        kMounting.camera_pose(state, Matrix6d::Zero(), globals.retract(d), some_covariance());
-    numeric.col(i) = difference(camera.T_rack_camera, other.T_rack_camera) / kStep;
-  }
-  const Matrix6d expected = numeric * some_covariance() * numeric.transpose();
-  EXPECT_LT((camera.covariance - expected).norm(), 1e-5 * expected.norm());
+/// With a camera that is not where it is said to be, and images that are late.
+constexpr int kCalibrated = 2;
+GlobalStates calibrated_globals() {
+  GlobalStates globals = some_globals();
+  globals.visual_pose_time_offset = -0.04;
+  globals.own.segment<6>(kCalibrated) << 0.02, -0.01, 0.03, 0.05, -0.02, 0.04;
+  return globals;
+}
+
+estimation::Estimate moving_estimate() {
+  return {.state = some_state(), .angular_rate = {0.1, -0.2, 0.5}};
+}
+
+TEST(SensorMounting, CameraPoseIsWhatThePoseOfTheLocalizerWillBe) {
+  const estimation::Estimate estimate = moving_estimate();
+  const GlobalStates globals = calibrated_globals();
+  const auto camera = kMounting.camera_pose(estimate, some_covariance(), globals,
+                                            GlobalMatrix::Zero(), kCalibrated);
+  auto measured = kMounting.visual_pose(0, camera.T_rack_camera, some_covariance());
+  measured.angular_rate = estimate.angular_rate;
+  measured.mounting = kCalibrated;
+  const estimation::VisualPoseFactor factor(measured);
+  EXPECT_LT(factor.evaluate(estimate.state, globals, nullptr).norm(), 1e-6);
+}
+
+TEST(SensorMounting, CameraPoseIsAsUncertainAsRackDelayAndMounting) {
+  const estimation::Estimate estimate = moving_estimate();
+  const GlobalStates globals = calibrated_globals();
+  const auto pose_by = [&](const GlobalStates& by, const GlobalMatrix& covariance) {
+    return kMounting.camera_pose(estimate, Matrix6d::Zero(), by, covariance, kCalibrated);
+  };
+  const auto expect = [&](const std::vector<int>& places, const auto& covariance) {
+    GlobalMatrix of_globals = GlobalMatrix::Zero();
+    Eigen::MatrixXd numeric(6, static_cast<Eigen::Index>(places.size()));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      estimation::GlobalVector d = estimation::GlobalVector::Zero();
+      d(places[i]) = kStep;
+      numeric.col(static_cast<Eigen::Index>(i)) =
+          difference(pose_by(globals, of_globals).T_rack_camera,
+                     pose_by(globals.retract(d), of_globals).T_rack_camera) /
+          kStep;
+    }
+    of_globals.block(places.front(), places.front(), covariance.rows(), covariance.cols()) =
+        covariance;
+    const Matrix6d expected = numeric * covariance * numeric.transpose();
+    EXPECT_LT((pose_by(globals, of_globals).covariance - expected).norm(), 1e-5 * expected.norm());
+  };
+  expect({3, 4, 5, 6, 7, 8}, some_covariance());
+  expect({estimation::kVisualPoseTimeOffset}, Eigen::MatrixXd::Constant(1, 1, 1e-4));
+  constexpr int kPlace = estimation::kOwnStates + kCalibrated;
+  expect({kPlace, kPlace + 1, kPlace + 2, kPlace + 3, kPlace + 4, kPlace + 5}, some_covariance());
 }
 
 TEST(SensorMounting, BaseMotionIsThatOfARigidBody) {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,10 @@ using geometry::SE3;
 using geometry::SO3;
 using sensor_msgs::msg::Imu;
 using sensor_msgs::msg::NavSatFix;
+using ::testing::AllOf;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kStart{std::chrono::seconds(1000)};
@@ -342,6 +345,59 @@ TEST_F(StateEstimatorTest, SaysWhatIsKnownOfTheCameraThatItCalibrates) {
   EXPECT_EQ(states_.back().phase, "running");
   EXPECT_THAT(estimator.diagnostics().take().values.at("visual_pose.camera"),
               HasSubstr("the motion so far does not determine: x (+-"));
+}
+
+TEST_F(StateEstimatorTest, HintsOfThePoseAreOfTheCameraWhereItWasFoundToBe) {
+  start({{"preset", "uav"}, {"camera.rotation_deviation", 0.02}});
+  const auto hints = harness_.collect(topics::kRackPoseHint);
+  // Against gravity the camera hangs askew by one standard deviation.
+  const SE3 T_map_camera(SO3::from_roll_pitch_yaw({M_PI + 0.02, 0, -M_PI_2}), {1, 2, 3});
+  stand(0, 800, T_map_camera);
+  pipescout_msgs::msg::RackState lost;
+  lost.status = pipescout_msgs::msg::RackState::STATUS_LOST;
+  send(topics::kRackState, lost);
+  stand(800, 820);
+  ASSERT_FALSE(hints.messages().empty());
+  EXPECT_LT((T_map_camera.inverse() * from_message(hints.back().pose.pose)).log().norm(), 5e-3);
+}
+
+TEST_F(StateEstimatorTest, NamesErrorsOfGpsThatStayAlikeForLongerThanTold) {
+  auto& estimator = start(with(known_start(), {{"gps.correlation_time", 0.2}}));
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  constexpr double kDeviation = 20;  // m, as the fixes state: slow to follow
+  const double kept = std::exp(-0.2 / 3.0);
+  Eigen::Vector2d error(normal(engine), normal(engine));
+  for (int i = 0; i < 12'000; ++i) {
+    const double time = 0.02 * i;
+    harness_.set_time(kStart + from_seconds(time));
+    send(topics::kImu, Drive::imu(time));
+    send(topics::kOdometerFused, Drive::odometer(time));
+    if (i % 10 == 0) {
+      const Eigen::Vector2d drawn(normal(engine), normal(engine));
+      error = kept * error + std::sqrt(1 - kept * kept) * drawn;
+      const Eigen::Vector2d off = kDeviation * error;
+      const auto place =
+          kMap.geodetic(Drive::pose(time).translation() + Eigen::Vector3d(off.x(), off.y(), 0));
+      NavSatFix fix = Drive::fix(time);
+      fix.latitude = place.latitude;
+      fix.longitude = place.longitude;
+      fix.position_covariance = {400, 0, 0, 0, 400, 0, 0, 0, 1600};
+      send(topics::kGpsFix, fix);
+    }
+  }
+  EXPECT_EQ(estimator.diagnostics().counter("gps.correlation_time"), 1U);
+  EXPECT_THAT(estimator.diagnostics().take().values.at("gps.correlation"),
+              AllOf(HasSubstr("errors of gps seem correlated over "),
+                    HasSubstr(" s or more, told 0.2 s; set gps.correlation_time")));
+}
+
+TEST_F(StateEstimatorTest, SaysThatErrorsOfGpsAreCorrelatedForNoLongerThanTold) {
+  auto& estimator = start(known_start());
+  drive(0, 60);
+  EXPECT_EQ(estimator.diagnostics().counter("gps.correlation_time"), 0U);
+  EXPECT_THAT(estimator.diagnostics().take().values.at("gps.correlation"),
+              Not(HasSubstr("set gps.correlation_time")));
 }
 
 TEST_F(StateEstimatorTest, TakesTheCameraFromTheTransforms) {

@@ -40,6 +40,10 @@ constexpr double kOtherClock = 2;  // s
 constexpr double kMoves = 1e-3;
 constexpr double kLeastWay = 1;  // m, of poses that move
 
+/// A recorder that is late writes what waits in its queue faster than it was measured; no queue
+/// holds as much, and none turns messages round.
+constexpr double kLongestQueue = 60;  // s
+
 double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) * 1e-9;
 }
@@ -51,6 +55,12 @@ std::string without_slash(const std::string& frame) {
 /// Times of the messages of one topic that have been read so far.
 struct Clock {
   std::vector<double> delays;  // s, recording minus stamp
+  // Where the stamps jump, they go on as the times of recording do.
+  double moved = 0;  // s, added to the stamps
+  double stamp = 0;  // s, of the newest message, as it is; 0: none
+  double recorded = 0;
+  std::size_t jumps = 0;
+  double first_jump = 0;  // s
 };
 
 /// A pose of nav_msgs/Odometry, in the plane.
@@ -116,8 +126,19 @@ double time_of(Topic& topic, const std_msgs::msg::Header& header, std::int64_t l
     ++topic.stream.faults["header.stamp is zero; the time of recording is used"];
     return seconds(log_time);
   }
-  topic.clock.delays.push_back(seconds(log_time - stamp));
-  return seconds(stamp);
+  Clock& clock = topic.clock;
+  if (clock.stamp > 0) {
+    const double step = seconds(stamp) - clock.stamp;
+    const double jump = step - (seconds(log_time) - clock.recorded);
+    if ((step < 0 && jump < -kOtherClock) || jump > kLongestQueue) {
+      clock.moved -= jump;
+      clock.first_jump = clock.jumps++ == 0 ? jump : clock.first_jump;
+    }
+  }
+  clock.stamp = seconds(stamp);
+  clock.recorded = seconds(log_time);
+  clock.delays.push_back(seconds(log_time - stamp) - clock.moved);
+  return seconds(stamp) + clock.moved;
 }
 
 void take_imu(Topic& topic, std::int64_t log_time) {
@@ -226,7 +247,8 @@ void keep(Topic& topic, std::int64_t log_time) {
   const auto& m = as<Message>(topic);
   const std::int64_t stamp = stamp_of(m.header);
   const double time = topic.kind == Kind::kFurther ? time_of(topic, m.header, log_time)
-                                                   : seconds(stamp == 0 ? log_time : stamp);
+                      : stamp == 0                 ? seconds(log_time)
+                                                   : seconds(stamp) + topic.clock.moved;
   add_further(topic.stream, time, m);
 }
 
@@ -436,6 +458,16 @@ Recording read_bag(const std::filesystem::path& bag,
   }
   reconcile_clocks(topics, recording.remarks);
   for (Topic& topic : topics) {
+    if (topic.clock.jumps > 0) {
+      recording.remarks.push_back(
+          topic.of.name +
+          formatted(": header.stamp jumps %s%.1f s, as of a clock that was set; from there on the "
+                    "stamps go on as the times of recording do.",
+                    topic.clock.jumps == 1
+                        ? "by "
+                        : formatted("%zu times, first by ", topic.clock.jumps).c_str(),
+                    topic.clock.first_jump));
+    }
     if (topic.undecoded > 0) {
       recording.remarks.push_back(topic.of.name + ": " + std::to_string(topic.undecoded) +
                                   " messages are no " + topic.of.type + "; not used.");

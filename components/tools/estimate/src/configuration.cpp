@@ -78,7 +78,11 @@ const Stream* best(const Recording& recording, Kind kind, const std::vector<Name
     if (chosen != nullptr && s.kind == kind && &s != chosen && s.rows() > 0 && !is_further(s) &&
         (kind != Kind::kOdometer || why_no_odometer(s).empty())) {
       said.push_back(s.name + " (" + s.type + "): not used, because " + chosen->name +
-                     " is taken for the same. Name it in the configuration to use it instead.");
+                     " is taken for the same. Name it in the configuration to use it instead" +
+                     (kind == Kind::kGps ? ", or as another antenna: 'further_sources: {a_name: "
+                                           "{kind: gps_fix, topic: " +
+                                               s.name + "}}'."
+                                         : "."));
     }
   }
   return chosen;
@@ -344,20 +348,26 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     s.read("accelerometer_noise", c.accelerometer_noise, 1e-6, 10);
   }
   if (const YAML::Node node = top.at("odometer"); node.IsDefined()) {
-    const Section s(node, path, "'odometer'", {"source", "scale", "wheels"});
+    const Section s(node, path, "'odometer'", {"source", "scale", "delay", "wheels"});
     s.read("source", c.odometer);
     if (const YAML::Node wheels = s.at("wheels"); wheels.IsDefined()) {
       c.wheels = read_wheels(wheels, path);
     }
     s.read("scale", c.odometer_scale, -1000, 1000);
+    s.read("delay", c.odometer_delay, -10, 10);
   }
   if (const YAML::Node node = top.at("gps"); node.IsDefined()) {
     const Section s(node, path, "'gps'",
-                    {"source", "deviation", "deviation_factor", "correlation_time", "antenna"});
+                    {"source", "deviation", "deviation_factor", "correlation_time",
+                     "shortest_correlation_time", "time_offset_deviation", "antenna"});
     s.read("source", c.gps);
     s.read("deviation", c.gps_deviation, 1e-3, 1e4);
     s.read("deviation_factor", c.gps_factor, 1e-3, 1e3);
     s.read("correlation_time", c.gps_correlation, 0, 1000);
+    if (s.at("shortest_correlation_time").IsDefined()) {
+      s.read("shortest_correlation_time", c.gps_shortest_correlation.emplace(), 0, 1000);
+    }
+    s.read("time_offset_deviation", c.gps_time_offset_deviation, 0, 10);
     s.read("antenna", c.antenna);
   }
   if (const YAML::Node node = top.at("start"); node.IsDefined()) {
@@ -396,14 +406,22 @@ std::string to_yaml(const Configuration& c) {
          "  # m/s^2/sqrt(Hz)\n"
          "odometer:\n" +
          source(c.odometer) + "  scale: " + format_csv_number(c.odometer_scale) +
-         "  # -1 turns its direction round\n" + (c.wheels ? to_yaml(*c.wheels) : "") + "gps:\n" +
-         source(c.gps) + "  deviation: " + format_csv_number(c.gps_deviation) +
+         "  # -1 turns its direction round\n  delay: " + format_csv_number(c.odometer_delay) +
+         "  # s, of its stamps behind what was measured\n" + (c.wheels ? to_yaml(*c.wheels) : "") +
+         "gps:\n" + source(c.gps) + "  deviation: " + format_csv_number(c.gps_deviation) +
          "  # m, where a fix states no usable covariance\n"
          "  deviation_factor: " +
          format_csv_number(c.gps_factor) +
          "  # on the deviations that fixes state\n"
          "  correlation_time: " +
          format_csv_number(c.gps_correlation) + "  # s, of the errors of GPS\n";
+  out += c.gps_shortest_correlation
+             ? "  shortest_correlation_time: " + format_csv_number(*c.gps_shortest_correlation) +
+                   "  # s; found on line between both\n"
+             : "  # shortest_correlation_time: 0  # s; below correlation_time: found on line "
+               "between both\n";
+  out += "  time_offset_deviation: " + format_csv_number(c.gps_time_offset_deviation) +
+         "  # s, of the delay of fixes, which is estimated; 0: none\n";
   out += c.antenna ? "  antenna: " + list(*c.antenna) + "  # m, in the body\n"
                    : "  # antenna: [0, 0, 0]  # m, in the body; from /tf_static if absent\n";
   if (c.start) {

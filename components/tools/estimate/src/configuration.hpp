@@ -32,11 +32,17 @@ struct Configuration {
   double gyro_noise = 0.01;
   double accelerometer_noise = 5e-2;
   double odometer_scale = 1;  ///< factor on the speed; -1 turns it round
+  double odometer_delay = 0;  ///< s, of its stamps behind what they are of
   /// Joints of sensor_msgs/JointState that are wheels.
   std::optional<estimation::WheelDriveParameters> wheels{};
   double gps_deviation = 3;    ///< m, per axis, where a fix states no usable covariance
   double gps_factor = 1;       ///< on stated standard deviations
   double gps_correlation = 1;  ///< s, correlation time of the errors of GPS
+  /// s; below `gps_correlation` it is found on line between both. Nothing: as stated with an
+  /// odometer, from 0 on without one.
+  std::optional<double> gps_shortest_correlation{};
+  /// s, standard deviation of the delay of fixes against their stamps, which is estimated; 0: none
+  double gps_time_offset_deviation = 0.1;
   /// m, of the antenna in the body; nothing: from /tf_static, else 0.
   std::optional<Eigen::Vector3d> antenna{};
   /// Without one and without GPS the map is where and how the vehicle starts.

@@ -203,6 +203,12 @@ geometry::SO3 along_axes(const geometry::SO3& rotation) {
   return best;
 }
 
+/// Turned about the vertical by half a turn: an odometer that counts backwards looks the same.
+bool is_reversed(const geometry::SO3& found, const geometry::SO3& assumed) {
+  const geometry::SO3 half_turn = geometry::SO3::about_z(std::numbers::pi);
+  return (half_turn * assumed * found.inverse()).log().norm() < kLargestSpread;
+}
+
 void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& up,
                     const geometry::SO3& assumed, MountingEvidence& result) {
   const Means means(imu.imu);
@@ -242,6 +248,7 @@ void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& u
       !agrees_with_turns) {
     return;
   }
+  result.acceleration_is_clear = true;
   const geometry::SO3 found = along_axes(geometry::SO3::about_z(whole.yaw) * R_level_imu);
   if ((found.inverse() * assumed).log().norm() < kOtherMounting) {
     return;
@@ -252,9 +259,12 @@ void examine_motion(const Stream& imu, const Stream& odometer, const Vector3d& u
       "%s: the IMU seems to be mounted with roll %.0f, pitch %.0f, yaw %.0f degrees, which is "
       "not what was assumed. Evidence: accelerations of the odometer and the IMU in %zu "
       "intervals correlate by %.2f with it, and both halves of the recording agree within "
-      "%.0f degrees. Set imu.rotation to these angles, or run with --apply-mounting.",
+      "%.0f degrees. Set imu.rotation to these angles, or run with --apply-mounting%s.",
       imu.name.c_str(), angles.x(), angles.y(), angles.z(), result.intervals, whole.correlation,
-      result.yaw_spread / kDegree));
+      result.yaw_spread / kDegree,
+      is_reversed(found, assumed)
+          ? "; or, if the mounting is right, the odometer counts backwards: odometer.scale: -1"
+          : ""));
 }
 
 void judge_rates(const Stream& imu, const Stream& odometer, MountingEvidence& result) {
@@ -263,10 +273,11 @@ void judge_rates(const Stream& imu, const Stream& odometer, MountingEvidence& re
   }
   const double factor = result.rate_factor;
   if (factor < 0) {
-    result.findings.push_back(formatted(
+    result.opposite_rates = formatted(
         "%s and %s turn in opposite directions (correlation %.2f): one of them has the wrong "
-        "sign of its yaw rate. Positive is to the left (REP 103); gravity cannot tell which.",
-        imu.name.c_str(), odometer.name.c_str(), *result.rate_correlation));
+        "sign of its yaw rate, and nothing here tells which. Positive is to the left (REP 103). If "
+        "it is that of %s, the trajectory is wrong.",
+        imu.name.c_str(), odometer.name.c_str(), *result.rate_correlation, imu.name.c_str());
   } else if (factor > 30) {
     result.findings.push_back(formatted(
         "%s: angular_velocity is %.0f times that of %s: it seems to be in degrees per second "

@@ -30,6 +30,8 @@ struct MountingEvidence {
   /// turned too little.
   std::optional<double> rate_correlation{};
   double rate_factor = 0;
+  /// A sentence, if they turn in opposite directions. GPS may tell which of them is wrong.
+  std::string opposite_rates{};
   /// s by which the odometer's yaw rate is behind the gyro's; with a strong correlation only.
   std::optional<double> odometer_delay{};
   /// Correlation of accelerations of odometer and IMU in the plane, at the best yaw, and the number
@@ -37,6 +39,7 @@ struct MountingEvidence {
   double acceleration_correlation = 0;
   std::size_t intervals = 0;
   double yaw_spread = 0;
+  bool acceleration_is_clear = false;  ///< both suffice to judge the yaw of the mounting
   /// The mounting that explains both, when the evidence is strong.
   std::optional<geometry::SO3> R_body_imu{};
 

@@ -101,6 +101,12 @@ geometry::SO3 imu_mounting(const Recording& recording, const Configuration& c, c
   return {};
 }
 
+/// With stamps that were late moved to when it was measured.
+Stream in_time(Stream odometer, double delay) {
+  odometer.shift(-delay);
+  return odometer;
+}
+
 void add_odometer_events(const Stream& odometer, double scale, std::vector<Event>& events) {
   double distance = 0;
   double way = 0;
@@ -182,6 +188,9 @@ estimation::StateEstimatorParameters parameters_for(const Configuration& c, bool
   p.odometer.largest_speed = std::clamp(3 * fastest, 30.0, 1000.0);
   p.odometer.largest_gap = kLongestOdometerGap;
   p.gps.correlation_time = c.gps_correlation;
+  p.gps.shortest_correlation_time =
+      c.gps_shortest_correlation.value_or(p.gps.shortest_correlation_time);
+  p.smoother.global_deviations.gps_time_offset = c.gps_time_offset_deviation;
   p.gps.confirmed_takeover = p.gps.takeover;
   // Slow IMUs: a gap is several of their own steps.
   p.largest_imu_gap = std::clamp(4 * imu_step, p.largest_imu_gap, 1.0);
@@ -349,7 +358,8 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
       continue;
     }
     if (!estimate->in_map) {
-      if (result.points.empty()) {
+      // Without an odometer the way before the start is that of the accelerometer: unknown.
+      if (result.points.empty() && estimator.status().of(Source::kOdometer).accepted > 0) {
         early.push_back({estimate->time, estimate->T_odom_body, estimate->state.velocity});
       }
       continue;
@@ -358,6 +368,7 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
     const Vector3d deviation =
         covariance.diagonal().segment<3>(estimation::kPosition).cwiseMax(0).cwiseSqrt();
     if (result.points.empty()) {
+      result.started = estimate->time;
       prepend(early, *estimate, deviation, result);
     }
     result.points.push_back({.time = estimate->time,
@@ -366,10 +377,16 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
                              .velocity = estimate->state.velocity,
                              .position_deviation = deviation});
     result.odometer_scale = estimator.smoother().globals().odometer_scale;
+    result.gps_delay = estimator.smoother().globals().gps_time_offset;
+    result.gps_delay_deviation =
+        std::sqrt(std::max(0.0, estimator.smoother().global_covariance()(
+                                    estimation::kGpsTimeOffset, estimation::kGpsTimeOffset)));
     result.gyro_bias = estimate->state.gyro_bias;
     result.accelerometer_bias = estimate->state.accelerometer_bias;
   }
+  result.recorded_until = events.empty() ? 0 : events.back().time;
   result.status = estimator.status();
+  result.gps_correlation = estimator.correlation_of(Source::kGps);
   result.further = further.outcomes(estimator, parameters);
 }
 
@@ -381,7 +398,14 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
   const Stream* imu = chosen(recording, c.imu, Kind::kImu);
   const Stream* odometer = chosen(recording, c.odometer, Kind::kOdometer);
   const Stream* gps = chosen(recording, c.gps, Kind::kGps);
+  std::optional<Stream> moved;
+  if (odometer != nullptr && c.odometer_delay != 0) {
+    odometer = &moved.emplace(in_time(*odometer, c.odometer_delay));
+  }
   Trajectory result;
+  std::vector<Event> events;
+  std::optional<geometry::LocalFrame> map;
+  double gravity = 9.81;
   geometry::SO3 R_body_imu;
   if (imu != nullptr) {
     R_body_imu = imu_mounting(recording, c, *imu, result.said);
@@ -404,28 +428,41 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
       imu = nullptr;
     }
   }
+  if (gps != nullptr) {
+    result.datum = gps->gps.front().place;
+    map.emplace(*result.datum);
+    gravity = normal_gravity(*result.datum);
+    add_gps_events(*gps, c, *map, result, events);
+    result.track = examine_gps(*gps, result.fixes, odometer, c.odometer_scale, imu,
+                               R_body_imu.inverse() * Vector3d::UnitZ());
+    if (result.track.gyro_is_opposite) {
+      result.said.push_back(imu->name +
+                            ": not used, because it turns against the course of GPS; see the "
+                            "findings.");
+      imu = nullptr;
+    }
+  }
+  if (!result.track.gyro_is_opposite && !result.track.odometer_is_opposite &&
+      !result.mounting.opposite_rates.empty()) {
+    result.mounting.findings.push_back(result.mounting.opposite_rates);
+  }
   const bool turns =
-      odometer != nullptr &&
+      odometer != nullptr && !result.track.odometer_is_opposite &&
       std::ranges::any_of(odometer->odometer, [](const auto& r) { return r.yaw_rate.has_value(); });
   if (imu == nullptr && !turns) {
-    std::string what = "no trajectory: there is no usable IMU, and no odometer with a yaw rate.";
-    for (const std::string& finding : result.mounting.findings) {
-      what += " " + finding;
+    std::string what =
+        "no trajectory: there is no usable IMU, and no odometer with a usable yaw rate.";
+    for (const auto& findings : {result.mounting.findings, result.track.findings}) {
+      for (const std::string& finding : findings) {
+        what += " " + finding;
+      }
     }
     throw std::invalid_argument(what);
   }
   result.with_imu = imu != nullptr;
 
   double fastest = 0;
-  std::vector<Event> events;
-  std::optional<geometry::LocalFrame> map;
-  double gravity = 9.81;
   if (gps != nullptr) {
-    geometry::GeodeticPosition datum = gps->gps.front().place;
-    map.emplace(datum);
-    gravity = normal_gravity(datum);
-    result.datum = datum;
-    add_gps_events(*gps, c, *map, result, events);
     for (std::size_t i = 0, k = 0; i < result.fixes.size(); ++i) {
       const double step = result.fixes[i].time - result.fixes[k].time;
       if (step >= 2) {  // shorter differences are those of the noise
@@ -489,6 +526,20 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
   std::optional<estimation::GivenPose> start;
   if (c.start || gps == nullptr) {
     start = given(c.start.value_or(Start{}), events.front().time);
+  }
+  if (c.start && gps != nullptr) {
+    constexpr double kCovers = 3;  // standard deviations
+    const ComparedFix& first = result.fixes.front();
+    start->time = first.time;
+    start->position = first.position;
+    start->position_deviation = std::clamp(kCovers * first.deviation, 1e-3, 1e4);
+    result.said.emplace_back(
+        "The heading of start is used; the position is that of the first fix.");
+  }
+  if (gps == nullptr && odometer == nullptr && further.size() == 0) {
+    result.said.emplace_back(
+        "There is neither GPS nor an odometer: the position of an IMU alone is off by metres after "
+        "seconds, and by kilometres after minutes. Only the attitude is of use.");
   }
   if (gps == nullptr) {
     const auto seen = c.start ? std::nullopt : further.first_pose();

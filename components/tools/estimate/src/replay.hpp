@@ -8,6 +8,7 @@
 
 #include "configuration.hpp"
 #include "further_inputs.hpp"
+#include "gps_evidence.hpp"
 #include "mounting_evidence.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
 #include "recording.hpp"
@@ -20,13 +21,6 @@ struct TrajectoryPoint {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();            ///< m/s, in the map
   Eigen::Vector3d position_deviation = Eigen::Vector3d::Zero();  ///< m
-};
-
-/// A usable fix in the map, for comparison.
-struct ComparedFix {
-  double time = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  double deviation = 0;  ///< m, as used, horizontal
 };
 
 /// A time in which GPS was there and not used.
@@ -51,10 +45,16 @@ struct Trajectory {
   std::vector<HeldOut> held;
   std::vector<Change> changes;
   estimation::EstimatorStatus status{};
+  estimation::CorrelationFinding gps_correlation{};
   std::optional<geometry::GeodeticPosition> datum{};  ///< of the map; nothing without GPS
   std::vector<FurtherOutcome> further;
   MountingEvidence mounting{};
-  double odometer_scale = 1;                                     ///< as estimated
+  GpsEvidence track{};
+  double recorded_until = 0;       ///< s, of the newest measurement
+  double started = 0;              ///< s, of the first pose in the map; before it: dead reckoning
+  double odometer_scale = 1;       ///< as estimated
+  double gps_delay = 0;            ///< s, by how much later than its stamp a fix was measured
+  double gps_delay_deviation = 0;  ///< s
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();           ///< rad/s, at the end
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< m/s^2, at the end
 };

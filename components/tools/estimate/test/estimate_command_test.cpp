@@ -49,8 +49,11 @@ struct Motion {
 class EstimateOfABag : public ::testing::Test {
  protected:
   template <class T>
-  void write(const std::string& topic, const T& message, double time) {
+  void write(const std::string& topic, T message, double time) {
     const MessageType& type = message_type<T>();
+    if constexpr (requires { message.header.stamp; }) {
+      message.header.stamp.sec += time >= kJump ? jump_ : 0;
+    }
     std::vector<std::byte> data(type.serialized_size(&message));
     ASSERT_EQ(type.serialize(&message, data), data.size());
     const auto stamp = static_cast<std::int64_t>((kBegin + time) * 1e9);
@@ -72,6 +75,7 @@ class EstimateOfABag : public ::testing::Test {
     auto m = stamped<sensor_msgs::msg::Imu>(t, "imu_link");
     m.linear_acceleration = like.linear_acceleration;
     m.angular_velocity = like.angular_velocity;
+    m.angular_velocity.z *= gyro_sign_;
     write("/imu/data", m, t);
   }
   /// The IMU is turned by 90 degrees to the left: its x axis points along the body's y axis.
@@ -90,7 +94,7 @@ class EstimateOfABag : public ::testing::Test {
     auto m = stamped<nav_msgs::msg::Odometry>(t, "odom");
     m.child_frame_id = "base_link";
     if (twist_) {
-      m.twist.twist.linear.x = motion_.speed(t);
+      m.twist.twist.linear.x = odometer_factor_ * motion_.speed(t);
       m.twist.twist.angular.z = motion_.rate(t);
     }
     // In a frame of its own, turned from the map.
@@ -108,15 +112,15 @@ class EstimateOfABag : public ::testing::Test {
     m.position = {(way_ - 0.3 * heading_) / 0.2, 0.7, (way_ + 0.3 * heading_) / 0.2};
     write("/joint_states", m, t);
   }
-  void write_fix(double t, const Eigen::Vector3d& position) {
+  void write_fix(double t, const Eigen::Vector3d& position, const std::string& topic = "/fix") {
     auto m = stamped<sensor_msgs::msg::NavSatFix>(t + fix_clock_, "gps");
-    const auto place = map_.geodetic(position);
+    const auto place = map_.geodetic(fixes_are_frozen_ ? Eigen::Vector3d::Zero() : position);
     m.latitude = place.latitude;
     m.longitude = place.longitude;
     m.altitude = place.altitude;
     m.position_covariance_type = 2;
     m.position_covariance = {1, 0, 0, 0, 1, 0, 0, 0, 4};
-    write("/fix", m, t);
+    write(topic, m, t);
   }
   void write_mounting() {
     tf2_msgs::msg::TFMessage m;
@@ -178,6 +182,11 @@ class EstimateOfABag : public ::testing::Test {
   bool fixes_ = true;
   std::function<void(double)> also_;  // writes more, ten times a second
   double fix_clock_ = 0;              // s, added to the stamps of fixes
+  bool fixes_are_frozen_ = false;
+  double gyro_sign_ = 1;
+  double odometer_factor_ = 1;
+  static constexpr double kJump = 45;  // s, when all clocks are set
+  std::int32_t jump_ = 0;              // s
   Motion motion_;
   const geometry::LocalFrame map_{{47.0, 8.0, 400.0}};
   testing::TemporaryFolder folder_;
@@ -236,6 +245,125 @@ TEST_F(EstimateOfABag, StampsOfAnotherClockAreNamedWithTheirOffsetAndUsed) {
   ASSERT_EQ(result.code(), 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("/fix: header.stamp is of another clock, 3600.000 s behind"));
   EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, StampsThatJumpGoOnAsTheRecordingDoes) {
+  write_mounting();
+  jump_ = -30;
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("/imu/data: header.stamp jumps by -30.0 s"),
+                                HasSubstr("/odom: header.stamp jumps by -30.0 s"),
+                                HasSubstr("/fix: header.stamp jumps by -30.0 s"),
+                                Not(HasSubstr("repeats that of another message"))));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, AGyroThatTurnsAgainstGpsIsNotUsed) {
+  write_mounting();
+  gyro_sign_ = -1;
+  const Eigen::Vector3d end = drive(true);
+  const auto result = run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("/imu/data turns against the course of /fix"),
+                                HasSubstr("No IMU is used"), Not(HasSubstr("tells which"))));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, WithoutGpsNobodyTellsWhichOfGyroAndOdometerIsWrong) {
+  write_mounting();
+  gyro_sign_ = -1;
+  fixes_ = false;
+  drive(true);
+  const auto result = run();
+  EXPECT_THAT(result.out, AllOf(HasSubstr("turn in opposite directions"),
+                                HasSubstr("the trajectory is wrong")));
+}
+
+TEST_F(EstimateOfABag, AnOdometerInKilometresPerHourIsNamedWithItsScale) {
+  write_mounting();
+  odometer_factor_ = 3.6;
+  const Eigen::Vector3d end = drive(true);
+  EXPECT_THAT(run().out, HasSubstr("as if its speed were in km/h instead of m/s. Set "
+                                   "odometer.scale: 0.2"));
+  std::ofstream(folder_.path() / "scaled.yaml") << "odometer: {scale: 0.2778}";
+  const auto scaled = run({"--config", "scaled.yaml"});
+  ASSERT_EQ(scaled.code(), 0) << scaled.err;
+  EXPECT_THAT(scaled.out, HasSubstr("Nothing needs to be changed"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 1.0);
+}
+
+TEST_F(EstimateOfABag, AFrozenReceiverIsNamed) {
+  write_mounting();
+  fixes_are_frozen_ = true;
+  drive(true);
+  const auto result = run();
+  EXPECT_THAT(result.out, HasSubstr("/fix: the position is frozen at one value from 0.0 to"));
+}
+
+TEST_F(EstimateOfABag, ADelayOfGpsIsFoundAndTakenIntoAccount) {
+  write_mounting();
+  fix_clock_ = 0.3;
+  const Eigen::Vector3d end = drive(true);
+  std::ofstream(folder_.path() / "late.yaml") << "gps: {time_offset_deviation: 1}";
+  const auto result = run({"--config", "late.yaml"});
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, ContainsRegex("its fixes are of 0\\.[23][0-9] .* s before their stamps"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 0.5);
+}
+
+TEST_F(EstimateOfABag, WhatIsMissingForAStartIsNamed) {
+  write_mounting();
+  heading_ = 0;
+  twist_ = false;
+  // An IMU and GPS of a robot that drives too little to tell its heading.
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 0.01 * i;
+    write_imu(t, turned_imu(0));
+    if (i % 50 == 0) {
+      write_fix(t, Eigen::Vector3d::Zero());
+    }
+  }
+  const auto unknown = run();
+  EXPECT_EQ(unknown.code(), 1);
+  EXPECT_THAT(unknown.out, AllOf(HasSubstr("The heading was never known. Give 'start: {heading:"),
+                                 Not(HasSubstr("Nothing needs to be changed"))));
+  std::ofstream(folder_.path() / "start.yaml") << "start: {heading: 40, heading_deviation: 5}";
+  const auto known = run({"--config", "start.yaml"});
+  ASSERT_EQ(known.code(), 0) << known.err;
+  EXPECT_THAT(known.out,
+              HasSubstr("The heading of start is used; the position is that of the first fix."));
+}
+
+TEST_F(EstimateOfABag, ASecondAntennaIsNamedAndUsedOnceTheConfigurationNamesIt) {
+  write_mounting();
+  also_ = [&](double t) {
+    const Eigen::Vector3d rear(-0.8 * std::cos(heading_), -0.8 * std::sin(heading_), 0);
+    write_fix(t + 0.05, pose_ + rear, "/gps_rear/fix");
+  };
+  const Eigen::Vector3d end = drive(true);
+  std::ofstream(folder_.path() / "front.yaml") << "gps: {source: /fix}";
+  const auto one = run({"--config", "front.yaml"});
+  EXPECT_THAT(one.out, HasSubstr("{kind: gps_fix, topic: "));
+  std::ofstream(folder_.path() / "both.yaml")
+      << "further_sources: {rear: {kind: gps_fix, topic: /gps_rear/fix, position: [-0.8, 0, 0]}}";
+  const auto both = run({"--config", "both.yaml"});
+  ASSERT_EQ(both.code(), 0) << both.err;
+  EXPECT_THAT(both.out, ContainsRegex("- rear: [1-9][0-9]+ measurements accepted, 0 rejected"));
+  EXPECT_LT((last_position() - end).head<2>().norm(), 0.5);
+}
+
+TEST_F(EstimateOfABag, TheReportSaysForHowLongErrorsOfGpsStayAlike) {
+  write_mounting();
+  drive(true);
+  EXPECT_THAT(run().out, HasSubstr("- GPS: errors of gps "));
+  std::ofstream(folder_.path() / "found.yaml")
+      << "gps: {correlation_time: 5, shortest_correlation_time: 0}";
+  const auto found = run({"--config", "found.yaml"});
+  EXPECT_THAT(found.out, HasSubstr("found on line between 0 and 5 s"));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "configuration.yaml"),
+              HasSubstr("  shortest_correlation_time: 0  #"));
 }
 
 TEST_F(EstimateOfABag, WithoutImuIsFromWheelsAndGps) {

@@ -138,6 +138,8 @@ class AbsoluteSourceWatch {
   [[nodiscard]] double covariance_scale(double spacing) const noexcept;
   /// s, of the errors, as it is used: stated, or found on line.
   [[nodiscard]] double correlation_time() const noexcept;
+  /// The same next to what the innovations show. Costs some tens of microseconds.
+  [[nodiscard]] CorrelationFinding correlation() const noexcept;
   /// Factor on the standard deviations: what the misfits showed so far.
   [[nodiscard]] double deviation_factor() const noexcept;
   /// The state was initialised from this source.

@@ -6,8 +6,37 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <string>
+#include <string_view>
 
 namespace pipescout::estimation {
+
+/// What innovations say of the correlation time of a source's errors, whatever was stated.
+struct SeenCorrelation {
+  double about = 0;  ///< s, of errors that are as correlated as those seen; 0: none was seen
+  /// s, of errors that are as little correlated as what was seen allows (two standard deviations);
+  /// 0: they may be white.
+  double least = 0;
+};
+
+/// The correlation time of a source's errors as it is stated, as it is used, and as it seems to be.
+struct CorrelationFinding {
+  double shortest = 0;  ///< s, stated: below `longest` it is found on line between both
+  double longest = 0;   ///< s, stated
+  double used = 0;      ///< s
+  double most = 0;      ///< s: it seems to be no longer; in [0, longest]
+  std::optional<SeenCorrelation> seen{};  ///< nothing: too few innovations
+
+  /// Whether errors stay alike for clearly longer than stated: the state is surer than it should be
+  /// until the stated time is longer.
+  [[nodiscard]] bool is_beyond_stated() const noexcept;
+};
+
+/// In words, with what to set, as "errors of gps seem correlated over 14 s or more, told 5
+/// s; set gps.correlation_time"; empty while nothing is known. `source`: the prefix of its
+/// parameters.
+[[nodiscard]] std::string correlation_text(std::string_view source,
+                                           const CorrelationFinding& finding);
 
 /// For how long the errors of a source stay alike, learnt from its innovations.
 ///
@@ -31,6 +60,10 @@ class ErrorCorrelation {
   /// s, correlation time of errors that are no less correlated than those seen so far, in
   /// [shortest, longest]; `longest` before any. `shortest` not above `longest`; not checked.
   [[nodiscard]] double time(double shortest, double longest) const noexcept;
+  /// Of errors that are at least as large as stated: smaller ones leave no state overconfident,
+  /// however long they stay alike. Nothing before kFewestSeen innovations.
+  [[nodiscard]] std::optional<SeenCorrelation> seen() const noexcept;
+  static constexpr double kFewestSeen = 100;
 
  private:
   static constexpr std::size_t kLevels = 12;
@@ -46,6 +79,9 @@ class ErrorCorrelation {
   /// Largest factor on covariances by a share of the errors that stays alike for that time (s), as
   /// far as it agrees with what was seen; nothing if none does.
   [[nodiscard]] std::optional<double> possible_factor(double correlation_time) const noexcept;
+  /// Shortest time (s) that explains how much the variances of means grow, less so many standard
+  /// deviations of each.
+  [[nodiscard]] double shortest_time(double sigmas) const noexcept;
 
   std::array<Level, kLevels> levels_{};
   double newest_ = -std::numeric_limits<double>::infinity();  // s

@@ -104,6 +104,7 @@ class StateEstimator final : public Component {
   [[nodiscard]] bool may_hint_place(Time stamp) const;
   void publish_pose_hint();
   void tell_status();
+  void tell_correlations();
 
   /// What was heard of a named source.
   struct NamedInput {
@@ -134,6 +135,7 @@ class StateEstimator final : public Component {
   bool start_is_given_ = false;
   estimation::EstimatorStatus status_;  // at the newest keyframe; not computed for each reading
   estimation::EstimatorStatus told_;
+  std::array<bool, estimation::kSources> correlation_is_told_{};  // that is beyond the stated time
 
   Publisher<Odometry> odometry_publisher_;
   Publisher<State> state_publisher_;
