@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "banded_information.hpp"
+#include "pipescout/statistics/quantile.hpp"
 
 namespace pipescout::odometry {
 namespace {
@@ -118,9 +119,8 @@ std::vector<double> disagreements(const std::vector<Distance>& distances,
   for (std::size_t k = 0; k < welds; ++k) {
     std::vector<double>& values = over_joint[k];
     if (values.size() >= 2) {
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      of_joint[k] = *middle > kDisagreement ? *middle : 1.0;
+      const double middle = statistics::quantile_in_place(values, 0.5);
+      of_joint[k] = middle > kDisagreement ? middle : 1.0;
     }
   }
   std::vector<double> result;

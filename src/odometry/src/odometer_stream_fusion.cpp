@@ -206,9 +206,9 @@ void OdometerStream::Implementation::judge_bends(double begin) {
     apply(judgement);
   }
   for (const FoundBend& found : std::span(judged.found).first(judged.bends)) {
-    ++state_.bends;
-    state_.bend = found;
-    state_.bend.direction = std::remainder(found.direction + roll_, 2.0 * std::numbers::pi);
+    FoundBend& bend = state_.recent_bends[state_.bends++ % kRecentBends];
+    bend = found;
+    bend.direction = std::remainder(found.direction + roll_, 2.0 * std::numbers::pi);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipescout/statistics/median.hpp"
+
 namespace pipescout::odometry::alignment {
 namespace {
 
@@ -18,9 +20,7 @@ double median_joint(const WeldSequence& sequence) {
   for (std::size_t k = 0; k < joints.size(); ++k) {
     joints[k] = sequence.joint(k);
   }
-  const auto middle = joints.begin() + static_cast<std::ptrdiff_t>(joints.size() / 2);
-  std::nth_element(joints.begin(), middle, joints.end());
-  return *middle;
+  return statistics::median_in_place(joints);
 }
 
 double mean_joint_of(const WeldSequence& sequence) {

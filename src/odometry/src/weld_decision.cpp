@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipescout/statistics/median.hpp"
 #include "weld_detector_state.hpp"
 
 namespace pipescout::odometry {
@@ -53,10 +54,7 @@ void WeldDetector::State::learn() {
     for (std::int64_t centre = responded_.low; centre <= responded_.high; ++centre) {
       warm_up_energies_.push_back(value_at(centre));
     }
-    const auto middle =
-        warm_up_energies_.begin() + static_cast<std::ptrdiff_t>(warm_up_energies_.size() / 2);
-    std::nth_element(warm_up_energies_.begin(), middle, warm_up_energies_.end());
-    return *middle;
+    return statistics::median_in_place(warm_up_energies_);
   };
   const auto place = WeldBackground::place(
       median([&](std::int64_t centre) { return log_samples_around(centre); }));

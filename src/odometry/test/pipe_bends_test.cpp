@@ -95,11 +95,11 @@ TEST(PipeBends, WheelsAroundTheCircumferenceAreExactInABend) {
                                {.radius = radius, .direction = direction});
       EXPECT_NEAR(state.distance, kEnd, 0.005) << radius << ' ' << direction;
       ASSERT_EQ(state.bends, 1U) << radius << ' ' << direction;
-      EXPECT_NEAR(state.bend.angle, pi / 2, 0.03);
-      EXPECT_NEAR(std::remainder(state.bend.direction - direction, 2.0 * pi), 0.0, 0.03);
-      EXPECT_NEAR(state.bend.middle, kBegin + 0.5 * radius * pi / 2, 0.25);
-      EXPECT_NEAR(state.bend.length, radius * pi / 2, 0.5);
-      EXPECT_GT(state.bend.probability, 0.99);
+      EXPECT_NEAR(state.recent_bends[0].angle, pi / 2, 0.03);
+      EXPECT_NEAR(std::remainder(state.recent_bends[0].direction - direction, 2.0 * pi), 0.0, 0.03);
+      EXPECT_NEAR(state.recent_bends[0].middle, kBegin + 0.5 * radius * pi / 2, 0.25);
+      EXPECT_NEAR(state.recent_bends[0].length, radius * pi / 2, 0.5);
+      EXPECT_GT(state.recent_bends[0].probability, 0.99);
       EXPECT_LT(std::sqrt(state.variance), 0.03);
     }
   }
@@ -150,7 +150,7 @@ TEST(PipeBends, ThreeWheelsTellASlipInABendThatTheyKnow) {
                            {{.wheel = 1, .begin = 11.6, .length = 1.5, .ratio = 0.2}});
   EXPECT_NEAR(state.distance, kEnd, 0.03);
   EXPECT_EQ(state.bends, 1U);
-  EXPECT_NEAR(state.bend.angle, pi / 2, 0.06);
+  EXPECT_NEAR(state.recent_bends[0].angle, pi / 2, 0.06);
 }
 
 /// Of a wheel on the outer side: the curvature changes, and no direction.

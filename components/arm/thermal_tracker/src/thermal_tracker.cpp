@@ -6,8 +6,11 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
+#include "body_tracker.hpp"
 #include "expected_section.hpp"
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/camera.hpp"
@@ -33,6 +36,25 @@ constexpr double kOdometryReach = 0.2;
 /// s between two pictures: over longer times the mean velocity of the camera says little.
 constexpr double kLongestInterval = 0.5;
 
+/// degC of each pixel, row by row. `celsius`: of each value; of temperatures it is not used.
+void take_degrees(const ThermalImageReader::View& picture, std::span<const float> celsius,
+                  std::vector<float>& degrees) {
+  degrees.clear();
+  std::visit(
+      [&](const auto& image) {
+        for (int y = 0; y < image.height; ++y) {
+          for (int x = 0; x < image.width; ++x) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(image)>, thermal::TemperatureView>) {
+              degrees.push_back(image(x, y));
+            } else {
+              degrees.push_back(celsius[image(x, y)]);
+            }
+          }
+        }
+      },
+      picture);
+}
+
 }  // namespace
 
 ThermalTracker::ThermalTracker(ComponentOptions options)
@@ -44,6 +66,7 @@ CallbackReturn ThermalTracker::on_configure() {
   settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
   tracker_.emplace(settings_->shape, settings_->tracker, settings_->seed);
+  body_ = make_body_tracker(*settings_);
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   camera_.reset();
   calibration_.reset();
@@ -86,6 +109,7 @@ CallbackReturn ThermalTracker::on_cleanup() {
   odometry_subscription_ = {};
   track_publisher_ = {};
   particles_publisher_ = {};
+  body_.reset();
   tracker_.reset();
   detector_.reset();
   odometry_.reset();
@@ -151,14 +175,21 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
   }
   const double since = last ? to_seconds(stamp - last->time) : 0.0;
   if (since > 0 && since <= kLongestInterval) {
-    const tracking::PipeTrack& track = tracker_->track();
-    const Eigen::Vector2d at = track.number > 0 ? Eigen::Vector2d(track.estimate.head<2>())
-                                                : Eigen::Vector2d(camera.centre_u, camera.centre_v);
     known.motion =
-        tracking::image_motion(*camera_, at, depth(known),
+        tracking::image_motion(*camera_, followed_place(), depth(known),
                                (last->T_map_camera.inverse() * *known.T_map_camera).log() / since);
   }
   return known;
+}
+
+Eigen::Vector2d ThermalTracker::followed_place() const {
+  const geometry::CameraParameters& camera = camera_->parameters();
+  const Eigen::Vector2d centre(camera.centre_u, camera.centre_v);
+  if (body_) {
+    return body_->middle().value_or(centre);
+  }
+  const tracking::PipeTrack& track = tracker_->track();
+  return track.number > 0 ? Eigen::Vector2d(track.estimate.head<2>()) : centre;
 }
 
 double ThermalTracker::depth(const Circumstances& known) const {
@@ -202,6 +233,10 @@ void ThermalTracker::on_image(const Image& message) {
     return;
   }
   ++pictures_;
+  if (body_) {
+    track_body(message, stamp, picture, celsius);
+    return;
+  }
   const Detections& detections = detect(*detector_, picture, celsius);
   if (detections.fault != FrameFault::kNone) {
     report_fault("image." + std::string(to_string(detections.fault)),
@@ -237,6 +272,50 @@ void ThermalTracker::on_image(const Image& message) {
   publish(message, track, detections, known);
 }
 
+void ThermalTracker::track_body(const Image& message, Time stamp,
+                                const ThermalImageReader::View& picture,
+                                std::span<const float> celsius) {
+  if (settings_->detection.levels && std::holds_alternative<thermal::GreyView>(picture)) {
+    report_fault("image.grey_without_range",
+                 "images of grey levels without degrees, and parameter 'shape' needs degrees");
+    return;
+  }
+  take_degrees(picture, celsius, degrees_);
+  const Circumstances known = circumstances(stamp, message);
+  body_->update({.time = to_seconds(stamp.time_since_epoch()),
+                 .image = {static_cast<int>(message.width), static_cast<int>(message.height)},
+                 .celsius = degrees_,
+                 .motion = known.motion});
+  if (body_->fault() != TrackFault::kNone) {
+    report_fault("track." + std::string(to_string(body_->fault())),
+                 "the track cannot use all of an image: " + std::string(to_string(body_->fault())));
+  }
+  locked_ += body_->state() == TrackState::kLocked ? 1 : 0;
+  publish_body(message, known);
+}
+
+void ThermalTracker::publish_body(const Image& picture, const Circumstances& known) {
+  auto told = std::make_unique<PipeTrack>(body_->message());
+  told->header = picture.header;
+  told->width = picture.width;
+  told->height = picture.height;
+  if (body_->fault() == TrackFault::kBadImageSize || body_->fault() == TrackFault::kTimeWentBack) {
+    told->fault = std::string(to_string(body_->fault()));
+  }
+  told->range = std::numeric_limits<double>::quiet_NaN();
+  if (const auto middle = body_->middle(); middle && camera_) {
+    if (const auto ray = camera_->ray(*middle)) {
+      told->range = depth(known) * ray->norm();
+    }
+  }
+  track_publisher_.publish(std::move(told));
+  if (particles_publisher_.subscription_count() > 0) {
+    auto particles = std::make_unique<Particles>(body_->particles(settings_->published_particles));
+    particles->header = picture.header;
+    particles_publisher_.publish(std::move(particles));
+  }
+}
+
 void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& track,
                              const Detections& detections, const Circumstances& known) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -263,19 +342,22 @@ void ThermalTracker::publish(const Image& picture, const tracking::PipeTrack& tr
 
   if (particles_publisher_.subscription_count() > 0) {
     auto particles = std::make_unique<Particles>(
-        particles_message(tracker_->filter(), regions_, settings_->published_particles));
+        particles_message<PipeShape>(tracker_->filter(), regions_, settings_->published_particles));
     particles->header = picture.header;
     particles_publisher_.publish(std::move(particles));
   }
 }
 
 void ThermalTracker::tell_counts() {
-  const tracking::PipeTrack& track = tracker_->track();
   diagnostics().set_value("pictures", std::to_string(pictures_));
   diagnostics().set_value("pictures.locked", std::to_string(locked_));
-  diagnostics().set_value("track", std::to_string(track.number));
-  diagnostics().set_value("track.state", std::string(to_string(track.state)));
-  diagnostics().set_value("track.confidence", std::to_string(track.confidence));
+  const tracking::PipeTrack& pipe = tracker_->track();
+  const std::uint64_t number = body_ ? body_->message().track : pipe.number;
+  const double confidence = body_ ? body_->message().confidence : pipe.confidence;
+  diagnostics().set_value("track", std::to_string(number));
+  diagnostics().set_value("track.state",
+                          std::string(to_string(body_ ? body_->state() : pipe.state)));
+  diagnostics().set_value("track.confidence", std::to_string(confidence));
 }
 
 }  // namespace pipescout

@@ -11,12 +11,19 @@
 /// From tracks to messages. All functions are pure.
 namespace pipescout {
 
-/// All but header, fault, width of the pipe, range.
-[[nodiscard]] pipescout_msgs::msg::PipeTrack track_message(const tracking::PipeTrack& track);
+/// All but header, fault, width of the pipe, range. A valve is a section as long as its diameter,
+/// of no direction, a vessel one along its axis. For pipes, valves and vessels.
+template <tracking::TrackableShape Model>
+[[nodiscard]] pipescout_msgs::msg::PipeTrack track_message(const tracking::Track<Model>& track);
 
-/// All but the header. At most `most` particles, evenly chosen.
+/// All but the header. At most `most` particles, evenly chosen. For the same shapes.
+template <tracking::TrackableShape Model>
 [[nodiscard]] pipescout_msgs::msg::PipeTrackParticles particles_message(
-    const tracking::ParticleFilter<tracking::PipeShape>& filter,
-    std::span<const tracking::PipeRegion> regions, std::size_t most);
+    const tracking::ParticleFilter<Model>& filter, std::span<const typename Model::Region> regions,
+    std::size_t most);
+
+/// px, from the middle to the edge across the section.
+[[nodiscard]] double half_width_of(const tracking::ValveShape::State& valve);
+[[nodiscard]] double half_width_of(const tracking::VesselShape::State& vessel);
 
 }  // namespace pipescout

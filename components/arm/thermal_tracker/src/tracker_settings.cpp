@@ -22,6 +22,9 @@ constexpr FloatingPointRange kPositive{1e-9, 1e6};
 constexpr FloatingPointRange kSeconds{0.0, 1000.0};
 constexpr FloatingPointRange kProbability{1e-6, 0.999999};
 
+constexpr std::array kFollowedShapes{std::pair{FollowedShape::kPipe, "pipe"},
+                                     std::pair{FollowedShape::kValve, "valve"},
+                                     std::pair{FollowedShape::kVessel, "vessel"}};
 constexpr std::array kResamplings{std::pair{Resampling::kSystematic, "systematic"},
                                   std::pair{Resampling::kMultinomial, "multinomial"}};
 
@@ -44,13 +47,33 @@ State as_state(const Parameter<std::vector<double>>& parameter) {
 TrackerParameters::TrackerParameters(Parameters& parameters)
     : detection_(parameters),
       mount_(parameters),
+      regions_(parameters, tracking::HotRegionParameters{}),
       shape_(parameters, PipeShape{}),
       tracker_(parameters, PipeTrackerParameters{}) {
+  declare_followed(parameters);
   declare_shape();
   declare_filter(parameters);
   declare_life();
   declare_range(parameters);
   declare_messages(parameters);
+}
+
+void TrackerParameters::declare_followed(Parameters& parameters) {
+  followed_ = parameters.declare<std::string>(
+      "shape", name_of(kFollowedShapes, FollowedShape::kPipe),
+      {.description =
+           "what is tracked: 'pipe', 'valve' (seen as a circle) or 'vessel' (seen as a "
+           "rectangle); of valves and vessels the parameters of the pipe's detector, its "
+           "weights and deviations are not used"});
+  regions_.real(
+      "region.threshold", [](auto& p) -> double& { return p.threshold; }, {-273, 2000},
+      "degrees Celsius, of valves and vessels: pixels above are of them");
+  regions_.count(
+      "region.least_pixels", [](auto& p) -> std::size_t& { return p.least_pixels; }, {5, 1000000},
+      "of valves and vessels: smaller regions are ignored");
+  regions_.real(
+      "region.least_fill", [](auto& p) -> double& { return p.least_fill; }, {0, 1},
+      "of valves and vessels: pixels of a region over those of the fitted shape");
 }
 
 void TrackerParameters::declare_shape() {
@@ -203,6 +226,9 @@ TrackerSettings TrackerParameters::read(Node& node) const {
   result.silent_after = silent_after_.get();
   result.detection = detection_.read();
   result.mount = mount_.read(node);
+  result.followed = value_of(kFollowedShapes, followed_);
+  result.regions = regions_.read();
+  result.regions.validate();
   result.shape = shape_.read();
   result.shape.validate();
   result.tracker = tracker();

@@ -199,6 +199,89 @@ TEST_F(ThermalTrackerTest, FollowsItWithoutOdometryToo) {
   EXPECT_NE(counted(tracker, "odometry.missing"), "none");
 }
 
+/// Behind a row that is cooler, an upright cylinder of 1.2 x 1.5 m.
+class BodyTrackerTest : public ThermalTrackerTest {
+ protected:
+  BodyTrackerTest() {
+    simulation::ThermalSceneParameters scene = row();
+    scene.tube_temperature = 60;
+    scene.support_width = 0;
+    scene.decoys = {{.kind = simulation::ThermalDecoyKind::kHotBody,
+                     .place = 40,
+                     .size = 1.2,
+                     .rise = 100,
+                     .behind = 4,
+                     .height = 1.5,
+                     .foot = 1.5}};
+    renderer_ = simulation::ThermalRenderer(simulation::ThermalScene(scene), camera_);
+  }
+
+  ThermalTracker& start_of(const std::string& shape, double least_fill) {
+    return start({{"shape", shape},
+                  {"region.threshold", 110.0},
+                  {"region.least_fill", least_fill},
+                  {"range.lines", std::vector<double>{}},
+                  {"range.distance", 14.6}});
+  }
+  /// px per metre at the body's axis.
+  [[nodiscard]] double scale() const { return camera_.camera.focal_length / 14.6; }
+};
+
+TEST_F(BodyTrackerTest, FollowsAVessel) {
+  start_of("vessel", 0.75);
+  send_calibration();
+  const auto particles = harness_.collect(topics::kPipeTrackParticles);
+  drive(38, 41.5);
+  const PipeTrack& track = tracks_.back();
+  EXPECT_EQ(track.state, PipeTrack::STATE_LOCKED);
+  EXPECT_EQ(track.track, 1U);
+  EXPECT_NEAR(track.estimate.length, 1.5 * scale(), 0.1 * scale());
+  EXPECT_NEAR(2 * track.half_width, 1.2 * scale(), 0.1 * scale());
+  EXPECT_NEAR(std::cos(track.estimate.angle), 0, 0.15) << "upright";
+  EXPECT_TRUE(track.whole_width);
+  EXPECT_NEAR(track.range, 14.6, 0.5);
+  // Right in the picture is forward.
+  const double camera_place = last_place_ + kMounting.translation().x();
+  EXPECT_NEAR(track.estimate.u, 160 + (40 - camera_place) * scale(), 0.1 * scale());
+  EXPECT_GT(track.covariance[0], 0);
+  EXPECT_EQ(particles.back().u.size(), 200U);
+  EXPECT_GE(particles.back().regions.size(), 1U);
+  drive(48, 50);
+  EXPECT_NE(tracks_.back().state, PipeTrack::STATE_LOCKED);
+}
+
+TEST_F(BodyTrackerTest, FollowsAValve) {
+  start_of("valve", 0.5);
+  send_calibration();
+  drive(38, 41.5);
+  const PipeTrack& track = tracks_.back();
+  EXPECT_EQ(track.state, PipeTrack::STATE_LOCKED);
+  EXPECT_NEAR(track.half_width, std::sqrt(1.2 * 1.5 / 3.1416) * scale(), 0.1 * scale());
+  EXPECT_NEAR(track.estimate.length, 2 * track.half_width, 1e-6);
+  EXPECT_EQ(track.estimate.angle, 0);
+}
+
+TEST_F(BodyTrackerTest, LevelsOfAutomaticGainAreNotUsed) {
+  auto& tracker = start({{"shape", "vessel"}, {"preset", "contrast"}});
+  send_calibration();
+  step();
+  Image grey = picture(40);
+  grey.encoding = "mono8";
+  grey.step = grey.width;
+  send(topics::kThermalImage, grey);
+  EXPECT_TRUE(tracks_.empty());
+  EXPECT_EQ(counted(tracker, "image.grey_without_range"), "1");
+}
+
+TEST_F(BodyTrackerTest, APictureOfTheSameTimeIsNotUsed) {
+  auto& tracker = start_of("vessel", 0.75);
+  send_calibration();
+  drive(39, 40);
+  send(topics::kThermalImage, picture(40));
+  EXPECT_EQ(tracks_.back().fault, "time_went_back");
+  EXPECT_EQ(counted(tracker, "track.time_went_back"), "1");
+}
+
 TEST_F(ThermalTrackerTest, CoastsIsLostAndTakesItUpAgain) {
   auto& tracker = start({{"max_coast", 0.5}});
   send_calibration();
@@ -298,6 +381,7 @@ TEST_F(ThermalTrackerTest, ParametersOutOfRangeAreNamed) {
     return result.message;
   };
   EXPECT_THAT(message({"resampling", "roulette"}), HasSubstr("'roulette' is not one of"));
+  EXPECT_THAT(message({"shape", "sphere"}), HasSubstr("'sphere' is not one of 'pipe', 'valve'"));
   EXPECT_THAT(message({"start_deviation", std::vector<double>{1, 2}}),
               HasSubstr("start_deviation"));
   EXPECT_THAT(message({"rate_walk", std::vector<double>{1, 1, 1, -1}}), HasSubstr("rate_walk"));

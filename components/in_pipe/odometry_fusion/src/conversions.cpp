@@ -130,4 +130,16 @@ pipescout_msgs::msg::FusedOdometer to_message(const odometry::FusedStream& state
   return message;
 }
 
+pipescout_msgs::msg::BendDetection to_message(const odometry::FoundBend& bend) {
+  pipescout_msgs::msg::BendDetection message;
+  message.distance = bend.middle;
+  message.standard_deviation = bend.middle_standard_deviation;
+  message.length = bend.length;
+  message.angle = bend.angle;
+  message.angle_standard_deviation = bend.angle_standard_deviation;
+  message.direction = bend.direction;
+  message.probability = bend.probability;
+  return message;
+}
+
 }  // namespace pipescout

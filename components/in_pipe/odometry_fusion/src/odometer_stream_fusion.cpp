@@ -308,6 +308,9 @@ CallbackReturn OdometerStreamFusion::on_configure() {
 
   publisher_ =
       create_publisher(topics::kOdometerFused, {.events = {.matched = awaited_.on_matched()}});
+  if (stream_->parameters().rule == odometry::FusionRule::kCircumference) {
+    bend_publisher_ = create_publisher(topics::kBend);
+  }
   if (settings_.calibrate) {
     weld_subscription_ =
         create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });
@@ -333,6 +336,7 @@ CallbackReturn OdometerStreamFusion::on_cleanup() {
   weld_subscription_ = {};
   imu_subscription_ = {};
   publisher_ = {};
+  bend_publisher_ = {};
   calibration_.reset();
   stream_.reset();
   return CallbackReturn::kSuccess;
@@ -451,13 +455,22 @@ void OdometerStreamFusion::publish_state() {
   } else if (state.status == odometry::StreamStatus::kNoData) {
     report_fault("no_data", "no odometer has a value; the last speed is extrapolated");
   }
-  if (state.bends != bends_) {
-    bends_ = state.bends;
-    logger().info("a bend of " + text_of(state.bend));
-    diagnostics().set_value("bends", std::to_string(state.bends));
-  }
   report_health();
+  const std_msgs::msg::Header header = message->header;
   publisher_.publish(std::move(message));
+  for (; bends_ != state.bends; ++bends_) {
+    publish_bend(state.recent_bends[bends_ % odometry::kRecentBends], header);
+  }
+}
+
+/// After the fused distance of the same time, to which it refers.
+void OdometerStreamFusion::publish_bend(const odometry::FoundBend& bend,
+                                        const std_msgs::msg::Header& header) {
+  logger().info("a bend of " + text_of(bend));
+  diagnostics().set_value("bends", std::to_string(stream_->state().bends));
+  auto message = std::make_unique<Bend>(to_message(bend));
+  message->header = header;
+  bend_publisher_.publish(std::move(message));
 }
 
 void OdometerStreamFusion::report_health() {

@@ -18,6 +18,7 @@
 namespace pipescout {
 namespace {
 
+using pipescout_msgs::msg::BendDetection;
 using pipescout_msgs::msg::FusedOdometer;
 using pipescout_msgs::msg::OdometerReadings;
 using pipescout_msgs::msg::WeldDetection;
@@ -135,6 +136,7 @@ TEST_F(OdometerStreamFusionTest, AYawRateThatIsNoNumberIsCounted) {
 
 TEST_F(OdometerStreamFusionTest, WheelsAroundTheCircumferenceTellABend) {
   const std::vector<double> clocks{0.0, 2.0944, 4.1888};
+  const testing::Collector<BendDetection> bends = harness_.collect(topics::kBend);
   auto& fusion = start({{"rule", std::string("circumference")},
                         {"clocks", clocks},
                         {"pipe_radius", 0.5},
@@ -151,6 +153,17 @@ TEST_F(OdometerStreamFusionTest, WheelsAroundTheCircumferenceTellABend) {
   EXPECT_NEAR(fused_.back().distance, kSpeed * time, 0.02);
   EXPECT_THAT(fused_.back().health, Each(FusedOdometer::HEALTH_OK));
   EXPECT_EQ(fusion.diagnostics().take().values.at("bends"), "1");
+  ASSERT_EQ(bends.size(), 1U);
+  const BendDetection& bend = bends.back();
+  EXPECT_NEAR(bend.distance, 5.0 + 4.712 / 2, 0.3);
+  EXPECT_GT(bend.standard_deviation, 0.0);
+  EXPECT_NEAR(bend.length, 4.712, 0.6);
+  EXPECT_NEAR(bend.angle, 1.5708, 4.0 * bend.angle_standard_deviation);
+  EXPECT_NEAR(bend.direction, 0.785, 0.05);
+  EXPECT_GT(bend.probability, 0.5);
+  EXPECT_EQ(bend.header.frame_id, "base_link");
+  const double found = to_seconds(from_message(bend.header.stamp) - kStart);
+  EXPECT_GT(kSpeed * found, 5.0 + 4.712);
 }
 
 TEST_F(OdometerStreamFusionTest, ClocksAreNeededAroundTheCircumference) {

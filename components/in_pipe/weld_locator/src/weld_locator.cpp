@@ -234,13 +234,16 @@ CallbackReturn WeldLocator::on_configure() {
   if (const std::string file = tally_file_.get(); !file.empty()) {
     tally_ = read_tally(file);
     first_chainage_ = tally_->chainages.front();
-    logger().info(std::to_string(tally_->joints.size()) + " joints in " + file);
+    logger().info(std::to_string(tally_->joints.size()) + " joints and " +
+                  std::to_string(tally_->bends.size()) + " bends in " + file);
   }
   detector_.emplace(detector_parameters());
   positioning_.emplace(positioning_parameters(),
                        tally_ ? std::span<const odometry::TallyJoint>(tally_->joints)
                               : std::span<const odometry::TallyJoint>(),
-                       start());
+                       start(),
+                       tally_ ? std::span<const odometry::TallyBend>(tally_->bends)
+                              : std::span<const odometry::TallyBend>());
   history_.emplace(kHistory);
   waiting_.clear();
   samples_until_.reset();
@@ -277,6 +280,7 @@ CallbackReturn WeldLocator::on_cleanup() {
   awaited_.stop();
   silence_timer_.reset();
   counts_timer_.reset();
+  bend_subscription_ = {};
   fused_subscription_ = {};
   samples_subscription_ = {};
   weld_publisher_ = {};
@@ -288,7 +292,10 @@ CallbackReturn WeldLocator::on_cleanup() {
   return CallbackReturn::kSuccess;
 }
 
+/// To bends first: who awaits this node's subscription to the fused distance publishes them too.
 void WeldLocator::subscribe() {
+  bend_subscription_ =
+      create_subscription(topics::kBend, [this](const Bend& message) { on_bend(message); });
   fused_subscription_ = create_subscription(topics::kOdometerFused,
                                             [this](const Fused& message) { on_fused(message); });
   samples_subscription_ = create_subscription(
@@ -335,6 +342,30 @@ void WeldLocator::on_fused(const Fused& message) {
   }
   process_waiting();
   publish_position(stamp);
+}
+
+/// A bend is told after the fused distance at which it was found, and lies before it.
+void WeldLocator::on_bend(const Bend& message) {
+  if (!tally_ || tally_->bends.empty()) {
+    return;
+  }
+  const auto passage =
+      std::isfinite(message.distance) ? history_->at_distance(message.distance) : std::nullopt;
+  if (!passage) {
+    report_fault("bend.unknown_place", "a bend at " + std::to_string(message.distance) +
+                                           " m of the fused odometer, which is not in the history");
+    return;
+  }
+  const WeldPositionEstimate& estimate =
+      positioning_->add_bend({.odometer_distance = passage->uncalibrated,
+                              .standard_deviation = message.standard_deviation,
+                              .angle = message.angle,
+                              .angle_standard_deviation = message.angle_standard_deviation});
+  if (estimate.status != odometry::PositioningStatus::kAccepted) {
+    report_fault("bend.not_positioned", std::string("a bend is not used for the position: ") +
+                                            odometry::to_string(estimate.status));
+  }
+  report_spacing_faults(estimate, "a bend");
 }
 
 bool WeldLocator::is_acceptable(const Fused& message) {
@@ -484,15 +515,19 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
   } else {
     identify(event, *passage, *message);
   }
+  report_spacing_faults(estimate, "weld spacing");
+  weld_publisher_.publish(std::move(message));
+}
+
+void WeldLocator::report_spacing_faults(const WeldPositionEstimate& estimate, const char* by) {
+  const std::string error = std::to_string(estimate.spacing_error) + " m";
   if (estimate.double_slip_detected) {
-    report_fault("double_slip", "weld spacing shows that the fused odometer was wrong by " +
-                                    std::to_string(estimate.spacing_error) + " m");
+    report_fault("double_slip",
+                 std::string(by) + " shows that the fused odometer was wrong by " + error);
   }
   if (estimate.tally_error_detected) {
-    report_fault("tally_error", "weld spacing differs from the tally by " +
-                                    std::to_string(estimate.spacing_error) + " m");
+    report_fault("tally_error", std::string(by) + " differs from the tally by " + error);
   }
-  weld_publisher_.publish(std::move(message));
 }
 
 /// Which weld of the tally it is, when the crawler knows where it is.
@@ -584,6 +619,10 @@ void WeldLocator::tell_counts() {
                        counts.crowded + counts.incomplete);
   diagnostics().set_value("positioning.hypotheses",
                           std::to_string(positioning_->estimate().hypotheses));
+  const odometry::WeldPositioningCounts& positioned = positioning_->counts();
+  diagnostics().set_value("positioning.bends", std::to_string(positioned.bends));
+  diagnostics().set_value("positioning.unexplained_bends",
+                          std::to_string(positioned.unexplained_bends));
 }
 
 void WeldLocator::write_learnt_tally() {

@@ -20,6 +20,7 @@
 namespace pipescout {
 namespace {
 
+using pipescout_msgs::msg::BendDetection;
 using pipescout_msgs::msg::EddyCurrentSamples;
 using pipescout_msgs::msg::FusedOdometer;
 using pipescout_msgs::msg::PipePosition;
@@ -92,6 +93,31 @@ class WeldLocatorTest : public ::testing::Test {
       message.x.push_back(value + noise_(engine_));
       message.y.push_back(noise_(engine_));
     }
+    return message;
+  }
+
+  /// The pipe has joints of one length, and bends by which the tally tells where it is.
+  void lay_equal_joints(const std::vector<double>& bends) {
+    std::string text = "id,kind,angle_deg,chainage_m\n";
+    for (std::size_t i = 0; i < welds_.size(); ++i) {
+      welds_[i] = 12.0 * static_cast<double>(i);
+      text += "W" + std::to_string(i) + ",weld,," + std::to_string(welds_[i]) + "\n";
+    }
+    for (const double bend : bends) {
+      text += "B" + std::to_string(bend) + ",bend,45," + std::to_string(bend) + "\n";
+    }
+    std::ofstream(tally_) << text;
+  }
+  /// With its middle at a chainage.
+  [[nodiscard]] BendDetection bend(double chainage) const {
+    BendDetection message;
+    message.header.stamp = to_message(kStart + from_seconds(time_));
+    message.distance = chainage - start_;
+    message.standard_deviation = 0.15;
+    message.length = 3.0;
+    message.angle = 0.8;
+    message.angle_standard_deviation = 0.03;
+    message.probability = 1.0;
     return message;
   }
 
@@ -183,6 +209,43 @@ TEST_F(WeldLocatorTest, LearnsATallyWithoutOne) {
     });
     EXPECT_NEAR(*nearest, chainage, 0.1);
   }
+}
+
+TEST_F(WeldLocatorTest, BendsTellEqualJointsApart) {
+  lay_equal_joints({130.0, 180.0, 400.0});
+  auto& locator = start();
+  drive(80.0);
+  EXPECT_FALSE(positions_.back().locked);
+  send(topics::kBend, bend(130.0));
+  drive(100.0);
+  send(topics::kBend, bend(180.0));
+  drive(60.0);
+  EXPECT_TRUE(positions_.back().locked);
+  const double time = to_seconds(from_message(positions_.back().header.stamp) - kStart);
+  EXPECT_NEAR(positions_.back().chainage, chainage(time), 0.1);
+  EXPECT_EQ(locator.diagnostics().take().values.at("positioning.unexplained_bends"), "0");
+}
+
+TEST_F(WeldLocatorTest, CountsBendsThatItCannotUseAndGoesOn) {
+  lay_equal_joints({130.0, 180.0});
+  auto& locator = start();
+  send(topics::kBend, bend(130.0));
+  EXPECT_EQ(locator.diagnostics().counter("bend.unknown_place"), 1U);  // nothing is measured yet
+  drive(70.0);
+  BendDetection message = bend(130.0);
+  message.distance = kNan;
+  send(topics::kBend, message);
+  EXPECT_EQ(locator.diagnostics().counter("bend.unknown_place"), 2U);
+  for (const double angle : {kNan, -0.5, 4.0}) {
+    message = bend(130.0);
+    message.angle = angle;
+    send(topics::kBend, message);
+  }
+  message = bend(130.0);
+  message.standard_deviation = 0.0;
+  send(topics::kBend, message);
+  EXPECT_EQ(locator.diagnostics().counter("bend.not_positioned"), 4U);
+  EXPECT_EQ(locator.state(), LifecycleState::kActive);
 }
 
 /// A spoilt message and the counter that must say so.

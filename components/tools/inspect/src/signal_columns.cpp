@@ -3,9 +3,8 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <optional>
-
 #include "pipescout/command_line/known_keys.hpp"
+#include "pipescout/command_line/map_texts.hpp"
 #include "pipescout/csv/list_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/odometry/weld_detector.hpp"
@@ -22,22 +21,22 @@ class SignalColumnsReader {
                                      {"delimiter", "distance", "unit", "x", "y"});
     SignalColumns columns;
     columns.path = path_;
-    if (const auto word = text("delimiter")) {
+    if (const auto word = command_line::map_text(root_, "delimiter", path_)) {
       const auto delimiter = list_delimiter(*word);
       if (!delimiter) {
         fail(root_["delimiter"], "delimiter must be ',', ';', '|' or tab, not '" + *word + "'");
       }
       columns.delimiter = *delimiter;
     }
-    columns.distance = required_text("distance");
-    const std::string unit = required_text("unit");
+    columns.distance = command_line::required_map_text(root_, "distance", path_);
+    const std::string unit = command_line::required_map_text(root_, "unit", path_);
     const auto metres = metres_per_list_unit(unit);
     if (!metres) {
       fail(root_["unit"], "unit must be one of " + list_unit_names() + ", not '" + unit + "'");
     }
     columns.metres_per_unit = *metres;
-    columns.x = texts("x");
-    columns.y = texts("y");
+    columns.x = command_line::map_texts(root_, "x", path_);
+    columns.y = command_line::map_texts(root_, "y", path_);
     if (columns.x.size() != columns.y.size()) {
       fail(root_["y"], std::to_string(columns.y.size()) + " columns of y for " +
                            std::to_string(columns.x.size()) + " of x");
@@ -52,44 +51,6 @@ class SignalColumnsReader {
  private:
   [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
     throw YamlError(path_, node.Mark(), message);
-  }
-
-  [[nodiscard]] std::optional<std::string> text(const std::string& key) const {
-    const auto node = root_[key];
-    if (!node) {
-      return std::nullopt;
-    }
-    if (!node.IsScalar() || node.Scalar().empty()) {
-      fail(node, key + " must be a text");
-    }
-    return node.Scalar();
-  }
-
-  [[nodiscard]] std::string required_text(const std::string& key) const {
-    const auto value = text(key);
-    if (!value) {
-      fail(root_, "key '" + key + "' is missing");
-    }
-    return *value;
-  }
-
-  /// One text, or a list of texts.
-  [[nodiscard]] std::vector<std::string> texts(const std::string& key) const {
-    const auto node = root_[key];
-    if (!node || !node.IsSequence()) {
-      return {required_text(key)};
-    }
-    std::vector<std::string> names;
-    for (const auto& entry : node) {
-      if (!entry.IsScalar() || entry.Scalar().empty()) {
-        fail(entry, key + " must be a text or a list of texts");
-      }
-      names.push_back(entry.Scalar());
-    }
-    if (names.empty()) {
-      fail(node, key + " must be a text or a list of texts");
-    }
-    return names;
   }
 
   const YAML::Node root_;

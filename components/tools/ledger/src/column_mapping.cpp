@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "pipescout/command_line/known_keys.hpp"
+#include "pipescout/command_line/map_texts.hpp"
 #include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/csv/list_table.hpp"
@@ -44,6 +45,15 @@ constexpr std::array<std::pair<const char*, LandmarkKind>, 4> kLandmarkKeys{
      {"tees", LandmarkKind::kTee},
      {"bends", LandmarkKind::kBend}}};
 
+/// "m" of "Log distance [m]" or "Log distance (m)"; empty without.
+std::string bracketed(const std::string& name) {
+  const auto open = name.find_last_of("[(");
+  const auto close = name.find_last_of("])");
+  return open == std::string::npos || close == std::string::npos || close < open
+             ? std::string()
+             : name.substr(open + 1, close - open - 1);
+}
+
 class Reader {
  public:
   Reader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
@@ -56,11 +66,17 @@ class Reader {
     mapping.delimiter = delimiter();
     mapping.distance = *column("distance", true);
     mapping.metres_per_unit = metres_per("unit", true);
+    const std::string said = bracketed(mapping.distance.name);
+    const auto metres = metres_per_list_unit(said);
+    if (metres && *metres != mapping.metres_per_unit) {
+      fail(root_["unit"], "unit is '" + root_["unit"].Scalar() + "', and the column '" +
+                              mapping.distance.name + "' says " + said);
+    }
     mapping.kind = *column("kind", true);
-    mapping.girth_welds = names_of("girth_weld");
+    mapping.girth_welds = command_line::map_texts(root_, "girth_weld", path_);
     for (const auto& [key, kind] : kLandmarkKeys) {
       if (root_[key]) {
-        mapping.landmarks.push_back({kind, names_of(key)});
+        mapping.landmarks.push_back({kind, command_line::map_texts(root_, key, path_)});
       }
     }
     mapping.clock = column("clock", false);
@@ -95,23 +111,13 @@ class Reader {
     throw YamlError(path_, node.Mark(), message);
   }
 
-  /// The text of a key; nothing when the key is missing and may be.
-  std::optional<std::string> text(const std::string& key, bool required) const {
-    const auto node = root_[key];
-    if (!node) {
-      if (required) {
-        fail(root_, "key '" + key + "' is missing");
-      }
-      return std::nullopt;
-    }
-    if (!node.IsScalar() || node.Scalar().empty()) {
-      fail(node, key + " must be a text");
-    }
-    return node.Scalar();
+  std::optional<std::string> text_of(const std::string& key, bool required) const {
+    return required ? command_line::required_map_text(root_, key, path_)
+                    : command_line::map_text(root_, key, path_);
   }
 
   std::optional<MappedColumn> column(const std::string& key, bool required) const {
-    const auto name = text(key, required);
+    const auto name = text_of(key, required);
     if (!name) {
       return std::nullopt;
     }
@@ -119,7 +125,7 @@ class Reader {
   }
 
   double metres_per(const std::string& key, bool required) const {
-    const auto name = text(key, required);
+    const auto name = text_of(key, required);
     if (!name) {
       return 1.0;
     }
@@ -131,7 +137,7 @@ class Reader {
   }
 
   char delimiter() const {
-    const auto word = text("delimiter", false);
+    const auto word = text_of("delimiter", false);
     if (!word) {
       return ',';
     }
@@ -141,27 +147,8 @@ class Reader {
     fail(root_["delimiter"], "delimiter must be ',', ';', '|' or tab, not '" + *word + "'");
   }
 
-  /// A text or a list of texts.
-  std::vector<std::string> names_of(const std::string& key) const {
-    const auto node = root_[key];
-    if (!node || node.IsScalar()) {
-      return {*text(key, true)};
-    }
-    std::vector<std::string> names;
-    for (const auto& entry : node) {
-      if (!node.IsSequence() || !entry.IsScalar() || entry.Scalar().empty()) {
-        fail(node, key + " must be a text or a list of texts");
-      }
-      names.push_back(entry.Scalar());
-    }
-    if (names.empty()) {
-      fail(node, key + " must be a text or a list of texts");
-    }
-    return names;
-  }
-
   double number(const std::string& key, double fallback, double largest) const {
-    const auto word = text(key, false);
+    const auto word = text_of(key, false);
     if (!word) {
       return fallback;
     }
@@ -182,15 +169,6 @@ std::string lower_case(std::string text) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return text;
-}
-
-/// "m" of "Log distance [m]" or "Log distance (m)"; empty without.
-std::string bracketed(const std::string& name) {
-  const auto open = name.find_last_of("[(");
-  const auto close = name.find_last_of("])");
-  return open == std::string::npos || close == std::string::npos || close < open
-             ? std::string()
-             : name.substr(open + 1, close - open - 1);
 }
 
 /// The one column whose name begins with one of these, in small letters; nothing when there are

@@ -13,6 +13,7 @@
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/csv/utf8.hpp"
 #include "pipescout/files/whole_file.hpp"
+#include "pipescout/statistics/median.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 #include "run_file.hpp"
 
@@ -187,9 +188,7 @@ std::string middle_joint(const std::vector<odometry::WeldPosition>& welds) {
   if (joints.empty()) {
     return "no joints";
   }
-  const auto middle = joints.begin() + static_cast<std::ptrdiff_t>(joints.size() / 2);
-  std::nth_element(joints.begin(), middle, joints.end());
-  std::string length = std::to_string(*middle);
+  std::string length = std::to_string(statistics::median_in_place(joints));
   return std::to_string(joints.size()) + " joints, the middle one of " +
          length.substr(0, length.find('.') + 3) + " m";
 }

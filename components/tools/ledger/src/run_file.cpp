@@ -12,6 +12,7 @@
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/csv/list_table.hpp"
+#include "pipescout/statistics/median.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout::ledger {
@@ -28,6 +29,9 @@ constexpr double kSurveySigma = 1.0;  // m, of points that do not say
 constexpr std::size_t kKindsShown = 30;
 // m: the longest pipelines of the world are below 9000 km, in sections of some 100 km for a run.
 constexpr double kLongestRun = 5e6;
+// m: joints are 10 to 25 m long; with nine of ten welds missing no list can be aligned.
+constexpr double kLongestJoint = 200.0;
+constexpr std::size_t kEnoughJoints = 10;
 
 /// The kinds of a list, the most frequent first: "'metal loss' (1625), 'GirthWeld' (1607)".
 std::string kinds_of(const std::map<std::string, std::size_t>& counts) {
@@ -114,6 +118,22 @@ class ListReader {
                          ", and no run is longer than " + km(kLongestRun) +
                          ": is the unit of column '" + mapping_.distance.name + "' right, which " +
                          mapping_.path + " has?");
+    }
+    std::vector<double> joints;
+    for (std::size_t k = 1; k < run_.welds.size(); ++k) {
+      joints.push_back(run_.welds[k].chainage - run_.welds[k - 1].chainage);
+    }
+    if (joints.size() < kEnoughJoints) {
+      return;
+    }
+    const double joint = statistics::median_in_place(joints);
+    if (joint > kLongestJoint) {
+      throw CsvError(table_.path(), 0,
+                     "from one girth weld to the next are " + std::to_string(std::lround(joint)) +
+                         " m (the middle one of " + std::to_string(joints.size()) +
+                         "), and no joint is longer than " + format_csv_number(kLongestJoint) +
+                         " m: is the unit of column '" + mapping_.distance.name +
+                         "' right, which " + mapping_.path + " has?");
     }
   }
 

@@ -85,6 +85,8 @@ TEST(ColumnMapping, ErrorsNameFileLineAndKey) {
               "m.yaml:2:7: unit must be one of metres (m), millimetres (mm), centimetres (cm), "
               "kilometres (km), feet (ft), not 'yards'");
   EXPECT_THAT(error_of("distance: d\nunit: feet\nkind: k\n"), HasSubstr("'girth_weld' is missing"));
+  EXPECT_THAT(error_of("distance: log [mm]\nunit: metres\nkind: k\ngirth_weld: w\n"),
+              "m.yaml:2:7: unit is 'metres', and the column 'log [mm]' says mm");
   EXPECT_THAT(error_of("distance: [a, b]\n"), "m.yaml:1:11: distance must be a text");
   EXPECT_THAT(error_of("distance: d\nunit: feet\nkind: k\ngirth_weld: []\n"),
               "m.yaml:4:13: girth_weld must be a text or a list of texts");

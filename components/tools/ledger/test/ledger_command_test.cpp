@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <string_view>
 
 #include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
@@ -250,6 +251,12 @@ TEST_F(LedgerCommand, PositionsInTheListBecomeTheMap) {
 TEST_F(LedgerCommand, SaysWhyItCannotAlign) {
   build_first();
   write("metres.yaml", "distance: log [ft]\nunit: metres\nkind: event\ngirth_weld: Girth Weld\n");
+  EXPECT_THAT(error({"align", "second.csv", "ledger.csv", "--columns", "metres.yaml"}),
+              HasSubstr("unit is 'metres', and the column 'log [ft]' says ft"));
+  write("metres.yaml", "distance: log\nunit: metres\nkind: event\ngirth_weld: Girth Weld\n");
+  std::string unnamed = content(path("second.csv"));
+  unnamed.erase(unnamed.find(" [ft]"), std::string_view(" [ft]").size());
+  write("second.csv", unnamed);
   EXPECT_THAT(error({"align", "second.csv", "ledger.csv", "--columns", "metres.yaml", "--out",
                      "new.csv", "--json", "f.json"}),
               AllOf(StartsWith("second.csv cannot be aligned to ledger.csv: "),

@@ -155,6 +155,18 @@ TEST_F(RunFiles, ARunThatNoPipeHasIsAskedAbout) {
   EXPECT_DOUBLE_EQ(read("d,k\n4000,w\n4040,w\n", mapping + "ft").welds[0].chainage, 4000 * 0.3048);
 }
 
+TEST_F(RunFiles, JointsThatNoPipeHasAreAskedAbout) {
+  std::string text = "d,k\n";
+  for (int k = 0; k <= 12; ++k) {
+    text += std::to_string(11720 * k) + ",w\n";
+  }
+  const std::string mapping = "distance: d\nkind: k\ngirth_weld: w\nunit: ";
+  EXPECT_EQ(error(text, mapping + "metres"),
+            "run.csv: from one girth weld to the next are 11720 m (the middle one of 12), and no "
+            "joint is longer than 200 m: is the unit of column 'd' right, which m.yaml has?");
+  EXPECT_DOUBLE_EQ(read(text, mapping + "mm").welds[1].chainage, 11.72);
+}
+
 TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
   EXPECT_EQ(error("event,Log [ft],o'clock,to weld\nGWD,1,,\n"),
             "run.csv:1: no column 'log [ft]', which m.yaml:1:11 wants as the distance; did you "

@@ -10,6 +10,7 @@
 namespace pipescout::summary {
 namespace {
 
+using pipescout_msgs::msg::BendDetection;
 using pipescout_msgs::msg::EddyCurrentSamples;
 using pipescout_msgs::msg::FusedOdometer;
 using pipescout_msgs::msg::PipePosition;
@@ -55,6 +56,17 @@ TEST(CsvLines, Weld) {
   EXPECT_EQ(weld_csv_line(message), "0.000000000,girth weld,1.5,0,0,0,0,7,W7,1,84,0.5");
   message.weld_id = "a,\"b\"";
   EXPECT_NE(weld_csv_line(message).find("\"a,\"\"b\"\"\""), std::string::npos);
+}
+
+TEST(CsvLines, Bend) {
+  BendDetection message;
+  message.distance = 25.5;
+  message.length = 3.0;
+  message.angle = 0.75;
+  message.direction = -1.5;
+  message.probability = 1.0;
+  EXPECT_EQ(columns(bend_csv_line(message)), columns(bend_csv_header()));
+  EXPECT_EQ(bend_csv_line(message), "0.000000000,25.5,0,3,0.75,0,-1.5,1");
 }
 
 TEST(CsvLines, Position) {

@@ -3,12 +3,43 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 namespace pipescout {
+
+namespace {
+
+/// The bends among the landmarks, each from the weld before it; in front of the first, from that.
+std::vector<odometry::TallyBend> bends_of(const odometry::WeldLedger& ledger) {
+  constexpr double kAnyAngle = 0.5 * std::numbers::pi;  // and as much to either side
+  std::vector<odometry::TallyBend> bends;
+  const auto& welds = ledger.welds;
+  for (const odometry::LedgerLandmark& landmark : ledger.landmarks) {
+    if (landmark.kind != odometry::LandmarkKind::kBend) {
+      continue;
+    }
+    const auto behind =
+        std::ranges::upper_bound(welds, landmark.chainage, {}, &odometry::LedgerWeld::chainage);
+    // The last weld has no joint behind it.
+    const std::size_t joint = std::min<std::size_t>(
+        behind == welds.begin() ? 0 : behind - welds.begin() - 1, welds.size() - 2);
+    odometry::TallyBend bend{.joint = joint,
+                             .distance = landmark.chainage - welds[joint].chainage,
+                             .standard_deviation = landmark.standard_deviation,
+                             .angle = landmark.angle};
+    if (std::isnan(bend.angle)) {
+      bend.angle = bend.angle_standard_deviation = kAnyAngle;
+    }
+    bends.push_back(bend);
+  }
+  return bends;
+}
+
+}  // namespace
 
 Tally read_tally(const std::string& path) {
   odometry::WeldLedger ledger;
@@ -38,6 +69,7 @@ Tally read_tally(const std::string& path) {
     tally.variances.push_back(tally.variances.back() +
                               joint.standard_deviation * joint.standard_deviation);
   }
+  tally.bends = bends_of(ledger);
   return tally;
 }
 

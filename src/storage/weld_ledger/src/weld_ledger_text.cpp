@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -27,6 +28,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAgreement = 0.02;
 
 constexpr std::string_view kWeld = "weld";  // as a kind
+constexpr const char* kAngle = "angle_deg";
+constexpr double kHalfTurn = 180.0;  // degrees
+constexpr double kAngleDigits =
+    1e9;  // per degree: what is lost between degrees and rad is not written
 constexpr std::string_view kRun = "run ";
 constexpr std::string_view kRunChainage = " chainage_m";
 constexpr std::string_view kRunSigma = " sd_m";
@@ -129,10 +134,22 @@ class Table {
 
 /// The runs that the header names; throws for columns that mean nothing.
 std::vector<LedgerRun> read_header(const Table& table) {
-  static const std::set<std::string, std::less<>> known = {
-      "id",   "kind",   "chainage_m",   "chainage_sd_m", "joint_length_m", "joint_length_sd_m",
-      "seen", "passed", "latitude_deg", "longitude_deg", "height_m",       "position_sd_m",
-      "x_m",  "y_m",    "z_m"};
+  static const std::set<std::string, std::less<>> known = {"id",
+                                                           "kind",
+                                                           "angle_deg",
+                                                           "chainage_m",
+                                                           "chainage_sd_m",
+                                                           "joint_length_m",
+                                                           "joint_length_sd_m",
+                                                           "seen",
+                                                           "passed",
+                                                           "latitude_deg",
+                                                           "longitude_deg",
+                                                           "height_m",
+                                                           "position_sd_m",
+                                                           "x_m",
+                                                           "y_m",
+                                                           "z_m"};
   const auto fail = [](const std::string& column, const std::string& what) {
     throw LedgerTextError(1, column, what);
   };
@@ -329,6 +346,21 @@ odometry::LandmarkKind landmark_kind(const Table& table, std::size_t row) {
   table.fail(row, "kind", "'" + table.cell(row, "kind") + "' is none of " + kinds);
 }
 
+/// Of bends only; NaN where the ledger does not say it.
+double read_angle(const Table& table, std::size_t row, odometry::LandmarkKind kind) {
+  if (!table.has(kAngle) || table.cell(row, kAngle).empty()) {
+    return kNaN;
+  }
+  if (kind != odometry::LandmarkKind::kBend) {
+    table.fail(row, kAngle, std::string("a ") + to_string(kind) + " has no angle");
+  }
+  const double degrees = table.required(row, kAngle, true);
+  if (degrees > kHalfTurn) {
+    table.fail(row, kAngle, table.cell(row, kAngle) + " is above 180");
+  }
+  return degrees / kHalfTurn * std::numbers::pi;
+}
+
 void read_landmarks(const Table& table, WeldLedger& ledger, double fallback) {
   if (table.size() > 0 && !table.has("chainage_m")) {
     throw LedgerTextError(1, "chainage_m", "the column is missing, and landmarks need it");
@@ -338,6 +370,7 @@ void read_landmarks(const Table& table, WeldLedger& ledger, double fallback) {
     LedgerLandmark& landmark = ledger.landmarks[k];
     landmark.kind = landmark_kind(table, k);
     landmark.id = table.cell(k, "id");
+    landmark.angle = read_angle(table, k, landmark.kind);
     landmark.chainage = table.required(k, "chainage_m", false);
     landmark.standard_deviation =
         table.has("chainage_sd_m") ? table.required(k, "chainage_sd_m", true) : fallback;
@@ -377,8 +410,14 @@ std::string rest_of_row(const WeldLedger& ledger, const Place& place) {
   return text + '\n';
 }
 
-std::string landmark_row(const WeldLedger& ledger, const LedgerLandmark& landmark) {
-  return csv_cell(landmark.id) + ',' + to_string(landmark.kind) + ',' +
+std::string landmark_row(const WeldLedger& ledger, const LedgerLandmark& landmark,
+                         bool has_angles) {
+  const double degrees = landmark.angle / std::numbers::pi * kHalfTurn;
+  const std::string angle =
+      has_angles
+          ? ',' + format_optional_csv_number(std::round(degrees * kAngleDigits) / kAngleDigits)
+          : "";
+  return csv_cell(landmark.id) + ',' + to_string(landmark.kind) + angle + ',' +
          format_optional_csv_number(landmark.chainage) + ',' +
          format_optional_csv_number(landmark.standard_deviation) + ",,," +
          std::to_string(landmark.sightings.size()) + ',' + rest_of_row(ledger, landmark);
@@ -396,7 +435,10 @@ LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std:
 std::string to_csv(const WeldLedger& ledger) {
   // Programs that know no landmarks read the ledgers that have none.
   const bool has_landmarks = !ledger.landmarks.empty();
+  const bool has_angles = std::ranges::any_of(
+      ledger.landmarks, [](const LedgerLandmark& bend) { return !std::isnan(bend.angle); });
   std::string text = std::string("id,") + (has_landmarks ? "kind," : "") +
+                     (has_angles ? std::string(kAngle) + ',' : "") +
                      "chainage_m,chainage_sd_m,joint_length_m,joint_length_sd_m,seen,passed";
   if (ledger.frame != MapFrame::kNone) {
     for (const char* column : map_columns(ledger.frame)) {
@@ -414,11 +456,11 @@ std::string to_csv(const WeldLedger& ledger) {
   for (std::size_t k = 0; k < ledger.welds.size(); ++k) {
     const LedgerWeld& weld = ledger.welds[k];
     for (; landmark != ledger.landmarks.end() && landmark->chainage < weld.chainage; ++landmark) {
-      text += landmark_row(ledger, *landmark);
+      text += landmark_row(ledger, *landmark, has_angles);
     }
     text += csv_cell(weld.id);
     if (has_landmarks) {
-      text += ',' + std::string(kWeld);
+      text += ',' + std::string(kWeld) + (has_angles ? "," : "");
     }
     for (const double value : {weld.chainage, weld.standard_deviation, weld.joint_length,
                                weld.joint_standard_deviation}) {
@@ -428,7 +470,7 @@ std::string to_csv(const WeldLedger& ledger) {
     text += rest_of_row(ledger, weld);
   }
   for (; landmark != ledger.landmarks.end(); ++landmark) {
-    text += landmark_row(ledger, *landmark);
+    text += landmark_row(ledger, *landmark, has_angles);
   }
   return text;
 }

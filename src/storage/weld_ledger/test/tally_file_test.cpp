@@ -49,6 +49,24 @@ TEST_F(TallyFileTest, GivesJointsAndWhereTheyBegin) {
   EXPECT_NEAR(tally.variances[2], 1e-4 + 4e-4, 1e-12);
 }
 
+TEST_F(TallyFileTest, GivesBendsByTheWeldBeforeThem) {
+  const Tally tally = read_tally(
+      write("id,kind,angle_deg,chainage_m,chainage_sd_m\nB1,bend,30,-2,0.2\nA,weld,,0,0.01\n"
+            "V,valve,,3,0.3\nB,weld,,12,0.01\nB2,bend,,15.5,0.3\nC,weld,,24,0.01\n"
+            "B3,bend,90,25,0.1\n"));
+  ASSERT_EQ(tally.bends.size(), 3U);
+  EXPECT_EQ(tally.bends[0].joint, 0U);
+  EXPECT_EQ(tally.bends[0].distance, -2.0);
+  EXPECT_NEAR(tally.bends[0].angle, 0.5236, 1e-4);
+  EXPECT_EQ(tally.bends[0].standard_deviation, 0.2);
+  EXPECT_EQ(tally.bends[1].joint, 1U);
+  EXPECT_EQ(tally.bends[1].distance, 3.5);
+  EXPECT_GT(tally.bends[1].angle_standard_deviation, 1.5);
+  EXPECT_EQ(tally.bends[2].joint, 1U);
+  EXPECT_EQ(tally.bends[2].distance, 13.0);
+  EXPECT_LT(tally.bends[2].angle_standard_deviation, 0.1);
+}
+
 TEST_F(TallyFileTest, NamesFileLineAndColumn) {
   EXPECT_THAT(refusal("id,joint_length_m\nA,12\nB,-3\nC,\n"),
               AllOf(HasSubstr("tally.csv"), HasSubstr("line 3"), HasSubstr("joint_length_m")));

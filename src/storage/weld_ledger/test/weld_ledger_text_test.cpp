@@ -251,5 +251,30 @@ TEST(WeldLedgerText, LandmarksKeepTheirKindAndSightings) {
             "line 1, chainage_m: the column is missing, and landmarks need it");
 }
 
+TEST(WeldLedgerText, BendsKeepTheirAngle) {
+  const std::string rows =
+      "id,kind,angle_deg,chainage_m\nA,weld,,0\nB1,bend,12,3.5\nB2,bend,,5\nB,weld,,12\nC,,,24\n";
+  const WeldLedger tally = ledger_from_csv(rows);
+  ASSERT_EQ(tally.landmarks.size(), 2U);
+  EXPECT_NEAR(tally.landmarks[0].angle, 0.2094395, 1e-7);
+  EXPECT_TRUE(std::isnan(tally.landmarks[1].angle));
+  const std::string text = to_csv(tally);
+  EXPECT_THAT(text, testing::HasSubstr("\nB1,bend,12,3.5,"));
+  EXPECT_EQ(to_csv(ledger_from_csv(text)), text);
+  const auto error = [](const char* row) -> std::string {
+    try {
+      (void)ledger_from_csv("id,kind,angle_deg,chainage_m\nA,weld,,0\n" + std::string(row) +
+                            "\nB,weld,,12\n");
+    } catch (const LedgerTextError& refused) {
+      return refused.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(error("V,valve,90,3"), "line 3, angle_deg: a valve has no angle");
+  EXPECT_EQ(error("B1,bend,190,3"), "line 3, angle_deg: 190 is above 180");
+  EXPECT_EQ(error("B1,bend,0,3"), "line 3, angle_deg: 0 is not above 0");
+  EXPECT_EQ(error("B1,bend,steep,3"), "line 3, angle_deg: 'steep' is not a finite number");
+}
+
 }  // namespace
 }  // namespace pipescout::odometry

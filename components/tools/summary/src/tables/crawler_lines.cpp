@@ -120,6 +120,18 @@ std::string weld_csv_line(const pipescout_msgs::msg::WeldDetection& message) {
   return line;
 }
 
+std::string bend_csv_header() {
+  return "stamp,distance,standard_deviation,length,angle,angle_standard_deviation,direction,"
+         "probability";
+}
+
+std::string bend_csv_line(const pipescout_msgs::msg::BendDetection& message) {
+  std::string line = stamp_text(message.header.stamp);
+  append(line, message.distance, message.standard_deviation, message.length, message.angle,
+         message.angle_standard_deviation, message.direction, message.probability);
+  return line;
+}
+
 std::string position_csv_header() {
   return "stamp,odometer_distance,known,locked,joint,joint_probability,orientation,"
          "distance_into_joint,chainage,standard_deviation,scale,scale_standard_deviation,"

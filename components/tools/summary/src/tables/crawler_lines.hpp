@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <pipescout_msgs/msg/bend_detection.hpp>
 #include <pipescout_msgs/msg/eddy_current_samples.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/pipe_position.hpp>
@@ -17,6 +18,9 @@ namespace pipescout::summary {
 
 [[nodiscard]] std::string weld_csv_header();
 [[nodiscard]] std::string weld_csv_line(const pipescout_msgs::msg::WeldDetection& message);
+
+[[nodiscard]] std::string bend_csv_header();
+[[nodiscard]] std::string bend_csv_line(const pipescout_msgs::msg::BendDetection& message);
 
 [[nodiscard]] std::string position_csv_header();
 [[nodiscard]] std::string position_csv_line(const pipescout_msgs::msg::PipePosition& message);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <pipescout_msgs/msg/bend_detection.hpp>
 #include <pipescout_msgs/msg/eddy_current_samples.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/pipe_position.hpp>
@@ -50,10 +51,11 @@ class CrawlerTables final : public TableMaker {
   bool has_data() const override { return report_.positions() > 0; }
   bool has_section() const override { return report_.positions() > 0 || report_.welds() > 0; }
   std::string file_names() const override {
-    return "fused.csv, welds.csv, positions.csv, truth.csv, eddy_current.csv";
+    return "fused.csv, welds.csv, bends.csv, positions.csv, truth.csv, eddy_current.csv";
   }
 
  private:
+  using Bend = pipescout_msgs::msg::BendDetection;
   using Fused = pipescout_msgs::msg::FusedOdometer;
   using Samples = pipescout_msgs::msg::EddyCurrentSamples;
   using Weld = pipescout_msgs::msg::WeldDetection;
@@ -76,6 +78,8 @@ CrawlerTables::CrawlerTables(const Robot& robot, const TableOptions::Crawler& op
   record(topics::kOdometerFused, "fused distances", [this](const Fused& m) { on_fused(m); });
   record(topics::kEddyCurrent, "eddy currents", [this](const Samples& m) { on_samples(m); });
   record(topics::kWeld, "welds", [this](const Weld& m) { on_weld(m); });
+  record(topics::kBend, "bends",
+         [this](const Bend& m) { file("bends.csv", bend_csv_header).write(bend_csv_line(m)); });
   record(topics::kPipePosition, "positions", [this](const Position& m) { on_position(m); });
   record(topics::kTruePipePosition, "truth", [this](const Position& m) { on_truth(m); });
 }

@@ -10,18 +10,13 @@
 #include <variant>
 #include <vector>
 
+#include "pipescout/statistics/quantile.hpp"
+
 namespace pipescout::summary {
 namespace {
 
 constexpr double kBlackShare = 0.01;
 constexpr double kWhiteShare = 0.999;
-
-double quantile(std::vector<double>& values, double share) {
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, place);
-  return *place;
-}
 
 }  // namespace
 
@@ -42,8 +37,9 @@ std::string picture_file(const ThermalImageReader::View& picture) {
         if (values.empty()) {
           return;
         }
-        const double black = quantile(values, kBlackShare);
-        const double span = std::max(quantile(values, kWhiteShare) - black, 1e-9);
+        const double black = statistics::quantile_in_place(values, kBlackShare);
+        const double span =
+            std::max(statistics::quantile_in_place(values, kWhiteShare) - black, 1e-9);
         for (int y = 0; y < image.height; ++y) {
           for (int x = 0; x < image.width; ++x) {
             const double level = (static_cast<double>(image(x, y)) - black) / span;

@@ -227,6 +227,9 @@ struct FoundBend {
   double probability = 0.0;  ///< that it is none of a slip; above 0.5
 };
 
+/// Bends that one sample can end, at most.
+inline constexpr std::size_t kRecentBends = 8;
+
 struct FusedStream {
   StreamStatus status = StreamStatus::kWaiting;
   std::uint64_t tick = 0;                                  ///< ticks fused so far
@@ -244,7 +247,8 @@ struct FusedStream {
   std::uint64_t windows_no_consensus = 0;  ///< of these
   std::uint64_t windows_no_data = 0;       ///< of these
   std::uint64_t bends = 0;                 ///< found so far, see `kCircumference`
-  FoundBend bend{};                        ///< the last of them
+  /// The last of them: bend k, counted from 0, is at k % kRecentBends.
+  std::array<FoundBend, kRecentBends> recent_bends{};
   /// Probability that the pipe is bent where the crawler is; 0 with other rules.
   double in_bend = 0.0;
   /// windows in which a bend or a fault explained the increments; 0 with other rules

@@ -72,7 +72,8 @@ struct LedgerLandmark {
   std::string id;  ///< unique and permanent
   LandmarkKind kind = LandmarkKind::kMarker;
   double chainage = 0.0;
-  double standard_deviation = 0.0;  ///< m, from the welds around it
+  double standard_deviation = 0.0;                          ///< m, from the welds around it
+  double angle = std::numeric_limits<double>::quiet_NaN();  ///< rad, (0, pi], of a bend; or NaN
   std::optional<MapPosition> position;
   std::vector<LedgerSighting> sightings;  ///< at most one per run, by run
 };

@@ -9,6 +9,7 @@
 #include <pipescout_msgs/msg/pipe_track_particles.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
+#include <span>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -22,8 +23,11 @@
 
 namespace pipescout {
 
-/// Tracks a pipe in thermal images: `thermal/image_raw`, `thermal/camera_info`, and optionally
-/// `odometry/filtered` and `/tf` in, `track/pipe` for each image and `track/particles` out.
+class BodyTracker;
+
+/// Tracks a pipe, a valve or a vessel in thermal images: `thermal/image_raw`,
+/// `thermal/camera_info`, and optionally `odometry/filtered` and `/tf` in, `track/pipe` for each
+/// image and `track/particles` out.
 ///
 /// Parameters and faults: docs/components/thermal_tracker.md. Parameters take effect when it is
 /// configured.
@@ -56,6 +60,11 @@ class ThermalTracker final : public Component {
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
 
+  /// Of a valve or a vessel.
+  void track_body(const Image& message, Time stamp, const ThermalImageReader::View& picture,
+                  std::span<const float> celsius);
+  /// px; the middle of the image without a track.
+  [[nodiscard]] Eigen::Vector2d followed_place() const;
   [[nodiscard]] Circumstances circumstances(Time stamp, const Image& message);
   /// Fills `regions_`.
   void take_regions(const thermal::Detections& detections);
@@ -63,6 +72,7 @@ class ThermalTracker final : public Component {
   [[nodiscard]] double depth(const Circumstances& known) const;
   void publish(const Image& picture, const tracking::PipeTrack& track,
                const thermal::Detections& detections, const Circumstances& known);
+  void publish_body(const Image& picture, const Circumstances& known);
   void tell_counts();
 
   TrackerParameters declared_;
@@ -73,11 +83,13 @@ class ThermalTracker final : public Component {
 
   std::optional<thermal::LeakDetector> detector_;
   std::optional<tracking::PipeTracker> tracker_;
+  std::unique_ptr<BodyTracker> body_;  // in place of both: a valve or a vessel is tracked
   std::optional<geometry::Camera> camera_;
   std::optional<CameraInfo> calibration_;
   std::optional<OdometryHistory> odometry_;
   ThermalImageReader reader_;
   std::vector<tracking::PipeRegion> regions_;
+  std::vector<float> degrees_;  // degC, of the pixels, for a valve or a vessel
   struct CameraPose {
     Time time{};
     geometry::SE3 T_map_camera;

@@ -14,10 +14,14 @@
 #include "pipescout/runtime/parameters.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
+#include "pipescout/tracking/hot_regions.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
 #include "pipescout/tracking/shapes.hpp"
 
 namespace pipescout {
+
+/// What is tracked.
+enum class FollowedShape : std::uint8_t { kPipe, kValve, kVessel };
 
 /// Configuration of the component.
 struct TrackerSettings {
@@ -26,6 +30,8 @@ struct TrackerSettings {
   double silent_after = 0;  ///< s
   DetectionSettings detection;
   CameraMount mount{geometry::SE3()};
+  FollowedShape followed = FollowedShape::kPipe;
+  tracking::HotRegionParameters regions;       ///< valid; of valves and vessels
   tracking::PipeShape shape;                   ///< valid
   tracking::PipeTrackerParameters tracker;     ///< valid
   std::uint64_t seed = 0;                      ///< of the particles
@@ -45,6 +51,7 @@ class TrackerParameters {
   [[nodiscard]] TrackerSettings read(Node& node) const;
 
  private:
+  void declare_followed(Parameters& parameters);
   void declare_shape();
   void declare_filter(Parameters& parameters);
   void declare_life();
@@ -54,6 +61,8 @@ class TrackerParameters {
 
   DetectionParameters detection_;
   CameraMountParameters mount_;
+  Parameter<std::string> followed_;
+  BoundParameters<tracking::HotRegionParameters> regions_;
   BoundParameters<tracking::PipeShape> shape_;
   BoundParameters<tracking::PipeTrackerParameters> tracker_;
   Parameter<std::string> resampling_;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <pipescout/odometry/consensus_fusion.hpp>
 #include <pipescout/odometry/odometer_stream.hpp>
+#include <pipescout_msgs/msg/bend_detection.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <span>
@@ -38,5 +39,8 @@ class ReadingsBuffer {
 /// The message that says how a stream of these odometers stands; the header is left empty.
 [[nodiscard]] pipescout_msgs::msg::FusedOdometer to_message(const odometry::FusedStream& state,
                                                             const std::vector<std::string>& names);
+
+/// The header is left empty.
+[[nodiscard]] pipescout_msgs::msg::BendDetection to_message(const odometry::FoundBend& bend);
 
 }  // namespace pipescout

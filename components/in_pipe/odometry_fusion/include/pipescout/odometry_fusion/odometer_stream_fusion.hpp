@@ -8,6 +8,7 @@
 #include <optional>
 #include <pipescout/odometry/odometer_stream.hpp>
 #include <pipescout/odometry/weld_calibration.hpp>
+#include <pipescout_msgs/msg/bend_detection.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <pipescout_msgs/msg/weld_detection.hpp>
@@ -24,7 +25,8 @@ namespace pipescout {
 /// Streaming fusion of redundant odometers: `odometer/readings` in, of all odometers at once or of
 /// some, at any rates; `odometer/fused` out, one for each tick of `odometry::OdometerStream`.
 /// With the yaw rates of `imu/data`, turns are taken out of wheels beside each other. Calibrates
-/// the scales of the odometers with the welds on `weld` whose distance is known.
+/// the scales of the odometers with the welds on `weld` whose distance is known. Bends that wheels
+/// around the circumference find are published on `bend`.
 ///
 /// Parameters: docs/components/odometry_fusion.md. They take effect when it is configured.
 class OdometerStreamFusion final : public Component {
@@ -37,6 +39,7 @@ class OdometerStreamFusion final : public Component {
   CallbackReturn on_cleanup() override;
 
  private:
+  using Bend = pipescout_msgs::msg::BendDetection;
   using Readings = pipescout_msgs::msg::OdometerReadings;
   using Fused = pipescout_msgs::msg::FusedOdometer;
   using Imu = sensor_msgs::msg::Imu;
@@ -62,6 +65,7 @@ class OdometerStreamFusion final : public Component {
   [[nodiscard]] bool follows(Time stamp);
   void report_outcome(odometry::SampleOutcome outcome, const std::string& odometer);
   void publish_state();
+  void publish_bend(const odometry::FoundBend& bend, const std_msgs::msg::Header& header);
   void report_health();
   void on_weld(const Weld& message);
   void on_imu(const Imu& message);
@@ -113,6 +117,7 @@ class OdometerStreamFusion final : public Component {
   std::array<odometry::OdometerHealth, odometry::kMaxOdometers> health_{};
 
   Publisher<Fused> publisher_;
+  Publisher<Bend> bend_publisher_;  // with the rule that finds bends
   Subscription<Readings> readings_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Imu> imu_subscription_;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <pipescout/odometry/weld_detector.hpp>
 #include <pipescout/odometry/weld_positioning.hpp>
+#include <pipescout_msgs/msg/bend_detection.hpp>
 #include <pipescout_msgs/msg/eddy_current_samples.hpp>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/pipe_position.hpp>
@@ -25,7 +26,8 @@ namespace pipescout {
 
 /// Detects girth welds in `eddy_current` along the distance of `odometer/fused`, publishes them on
 /// `weld`, and publishes the joint of the pipe and the distance into it on `pipe/position`, by the
-/// sequence of joint lengths in a tally. All positions are those of the probe.
+/// sequence of joint lengths in a tally, and by its bends where the wheels find them (`bend`). All
+/// positions are those of the probe.
 ///
 /// Parameters: docs/components/weld_locator.md. They take effect when it is configured.
 class WeldLocator final : public Component {
@@ -39,6 +41,7 @@ class WeldLocator final : public Component {
   CallbackReturn on_cleanup() override;
 
  private:
+  using Bend = pipescout_msgs::msg::BendDetection;
   using Fused = pipescout_msgs::msg::FusedOdometer;
   using Samples = pipescout_msgs::msg::EddyCurrentSamples;
   using Weld = pipescout_msgs::msg::WeldDetection;
@@ -61,12 +64,14 @@ class WeldLocator final : public Component {
 
   void on_fused(const Fused& message);
   [[nodiscard]] bool is_acceptable(const Fused& message);
+  void on_bend(const Bend& message);
   void on_samples(const std::shared_ptr<const Samples>& message);
   [[nodiscard]] bool is_acceptable(const Samples& message);
   void check_stamp(const char* input, Time stamp);
   void process_waiting();
   void process(const Samples& message);
   void on_weld(const odometry::WeldEvent& event);
+  void report_spacing_faults(const odometry::WeldPositionEstimate& estimate, const char* by);
   void identify(const odometry::WeldEvent& event, const DistanceHistory::Point& passage,
                 Weld& message);
   void publish_position(Time stamp);
@@ -121,6 +126,7 @@ class WeldLocator final : public Component {
 
   Publisher<Weld> weld_publisher_;
   Publisher<Position> position_publisher_;
+  Subscription<Bend> bend_subscription_;
   Subscription<Fused> fused_subscription_;
   Subscription<Samples> samples_subscription_;
   std::shared_ptr<Timer> silence_timer_;

@@ -17,6 +17,7 @@ struct Path;
 }  // namespace nav_msgs::msg
 namespace pipescout_msgs::msg {
 struct ArmState;
+struct BendDetection;
 struct EddyCurrentSamples;
 struct EstimatorState;
 struct FusedOdometer;
@@ -62,6 +63,8 @@ inline constexpr Topic<pipescout_msgs::msg::EddyCurrentSamples> kEddyCurrent{"ed
                                                                              QoS::reliable(100)};
 /// Girth welds that the probe has passed.
 inline constexpr Topic<pipescout_msgs::msg::WeldDetection> kWeld{"weld", QoS::reliable(100)};
+/// Bends of the pipe that the wheels have passed, from the fusion of odometers.
+inline constexpr Topic<pipescout_msgs::msg::BendDetection> kBend{"bend", QoS::reliable(100)};
 /// Position of the crawler in the pipe: joint and distance into it.
 inline constexpr Topic<pipescout_msgs::msg::PipePosition> kPipePosition{"pipe/position",
                                                                         QoS::reliable(100)};

@@ -12,12 +12,13 @@ namespace pipescout {
 struct Tally {
   std::vector<std::string> ids;  ///< of the welds; one more than joints
   std::vector<odometry::TallyJoint> joints;
-  std::vector<double> chainages;  ///< m, of the welds, by the sum of the joints
-  std::vector<double> variances;  ///< m^2, of `chainages`, the first weld exact
+  std::vector<double> chainages;           ///< m, of the welds, by the sum of the joints
+  std::vector<double> variances;           ///< m^2, of `chainages`, the first weld exact
+  std::vector<odometry::TallyBend> bends;  ///< those of the landmarks, by chainage
 };
 
 /// Reads a weld ledger or a tally (docs/weld_ledger.md). A joint without a standard deviation gets
-/// that of `odometry::TallyJoint`.
+/// that of `odometry::TallyJoint`; a bend of unknown angle may have any up to a half turn.
 /// Throws std::runtime_error naming the file, and the line and column where there is one.
 [[nodiscard]] Tally read_tally(const std::string& path);
 

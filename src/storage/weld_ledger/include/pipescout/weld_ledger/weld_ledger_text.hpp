@@ -29,8 +29,9 @@ class LedgerTextError : public std::invalid_argument {
 ///   id, chainage_m, chainage_sd_m, joint_length_m, joint_length_sd_m, seen, passed
 ///   latitude_deg, longitude_deg, height_m, position_sd_m, or x_m, y_m, z_m, position_sd_m
 ///   run NAME|DATE chainage_m, run NAME|DATE sd_m, for each run
-/// and behind the id, when there are landmarks, kind: weld, marker, valve, tee or bend.
-/// Empty: not available. `seen` and `passed` are informative.
+/// and behind the id, when there are landmarks, kind: weld, marker, valve, tee or bend, and when
+/// the angles of bends are known, angle_deg, to a billionth. Empty: not available. `seen` and
+/// `passed` are informative.
 [[nodiscard]] std::string to_csv(const odometry::WeldLedger& ledger);
 
 /// The exact inverse of `to_csv`. A tally may have fewer columns: `id` and one of `chainage_m` and
