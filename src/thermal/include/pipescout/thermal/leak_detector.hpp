@@ -156,6 +156,9 @@ struct LeakDetection {
   double delta_deviation = std::numeric_limits<double>::quiet_NaN();
   double peak_delta_deviation = std::numeric_limits<double>::quiet_NaN();
   double length = 0;  ///< m; NaN: scale unknown
+  /// Pixels, from the axis to the middle of the warmth across the pipe: positive to the right of
+  /// the direction from `start` to `end`, as seen in the image.
+  double across = 0;
   Severity severity = Severity::kMinor;
 
   [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (start + end); }
