@@ -15,6 +15,8 @@ constexpr double kFirstStep = 0.1;
 constexpr double kMostPersistence = 3.25;
 /// Evidence of a frame below which something is no longer where it was.
 constexpr double kJump = -3.0;
+/// Cosine of the angle in the image between a pipe and a section of it, at least.
+constexpr double kSamePipe = 0.9;
 /// Nothing is looked for at a larger angle from where it is expected: the cosine.
 constexpr double kLeastCosine = 0.9;
 
@@ -228,6 +230,7 @@ bool LeakFindings::Implementation::seen_sound(const Follow& follow, const Frame&
                                               const thermal::Detections& d) const {
   const bool in_pass = follow.in_pass(frame.time, p);
   Eigen::Vector2d pixel = follow.pixel_at(frame.time);
+  std::optional<Eigen::Vector2d> along_pipe;  // unit, in the image
   double slack = 2;
   if (eye && ((in_pass && !follow.place().empty()) || follow.finding.position)) {
     const bool placed = in_pass && !follow.place().empty();
@@ -238,6 +241,14 @@ bool LeakFindings::Implementation::seen_sound(const Follow& follow, const Frame&
       return false;
     }
     pixel = *projected;
+    if (follow.finding.position) {
+      constexpr double kAhead = 0.1;  // m
+      const auto ahead = camera.project(eye->T_map_camera.inverse() *
+                                        (point + kAhead * follow.finding.position->direction));
+      if (ahead && *ahead != pixel) {
+        along_pipe = (*ahead - pixel).normalized();
+      }
+    }
     const Eigen::Matrix3d covariance =
         placed ? follow.place().relative_covariance()
                : Eigen::Matrix3d(follow.finding.position->covariance +
@@ -252,6 +263,9 @@ bool LeakFindings::Implementation::seen_sound(const Follow& follow, const Frame&
   }
   for (const thermal::PipeSection& pipe : d.pipes) {
     const Eigen::Vector2d direction = (pipe.end - pipe.start).normalized();
+    if (along_pipe && std::abs(direction.dot(*along_pipe)) < kSamePipe) {
+      continue;  // another one that crosses it, and may hide it
+    }
     const Eigen::Vector2d from_start = pixel - pipe.start;
     const double across = std::abs(direction.x() * from_start.y() - direction.y() * from_start.x());
     const double along = direction.dot(from_start);

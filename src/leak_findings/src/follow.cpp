@@ -217,11 +217,18 @@ void Follow::place_finding(PassSummary& pass, const LeakFindingsParameters& p) {
     // The line is known in the map, whatever the pose.
     const PipeLine& line = p.lines[static_cast<std::size_t>(pass_.line)];
     const Eigen::Vector3d u = (line.to - line.from).normalized();
-    const Eigen::Matrix3d across =
-        (Eigen::Matrix3d::Identity() - u * u.transpose()) / (p.line_deviation * p.line_deviation);
+    Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - u * u.transpose();
+    Eigen::Vector3d on_line = line.from;
+    if (line.radius > 0) {
+      // Of its surface it is known how far from the axis, and not where around it.
+      const Eigen::Vector3d outwards = (across * (here.point - line.from)).normalized();
+      across = outwards * outwards.transpose();
+      on_line += line.radius * outwards;
+    }
+    across /= p.line_deviation * p.line_deviation;
     const Eigen::Matrix3d information = here.covariance.ldlt().solve(Eigen::Matrix3d::Identity());
     const auto both = Eigen::Matrix3d(information + across).ldlt();
-    here.point = both.solve(information * here.point + across * line.from);
+    here.point = both.solve(information * here.point + across * on_line);
     here.covariance = both.solve(Eigen::Matrix3d::Identity());
   }
   pass.position = here;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "leak_findings_implementation.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::leak_findings {
 namespace {
@@ -267,7 +268,9 @@ void LeakFindings::Implementation::learn_sound_pipe(double time,
 
 thermal::FrameConditions LeakFindings::Implementation::conditions(const Frame& frame) const {
   thermal::FrameConditions told;
-  if (std::abs(frame.time - sound_time) <= p.pass_gap) {
+  const bool in_rack = std::any_of(p.lines.begin(), p.lines.end(),
+                                   [](const PipeLine& line) { return line.radius > 0; });
+  if (!in_rack && std::abs(frame.time - sound_time) <= p.pass_gap) {
     told.sound = sound;
   }
   const double focal = camera.parameters().focal_length;
@@ -318,6 +321,17 @@ std::size_t LeakFindings::restore(std::span<const Finding> stored) {
     i.findings.push_back(follow.finding);
   }
   return taken;
+}
+
+void LeakFindings::set_lines(std::span<const PipeLine> lines) {
+  LeakFindingsParameters& p = implementation_->p;
+  if (lines.size() != p.lines.size()) {
+    validation::refuse("lines: ", lines.size(), " pipes: must be ", p.lines.size(), " as before");
+  }
+  LeakFindingsParameters changed = p;
+  changed.lines.assign(lines.begin(), lines.end());
+  changed.validate();
+  p.lines.assign(lines.begin(), lines.end());
 }
 
 const FrameResult& LeakFindings::update(const Frame& frame, const thermal::Detections& detections) {

@@ -31,6 +31,7 @@ void LeakFindingsParameters::validate() const {
   for (const PipeLine& line : lines) {
     const double length = (line.to - line.from).norm();
     require("lines, length", length, length > 1e-3, "(0.001, inf) m");
+    require_not_negative("lines, radius", line.radius, "[0, inf) m");
   }
   require_positive("line_deviation", line_deviation, "(0, inf) m");
   require_positive("max_range_deviation", max_range_deviation, "(0, inf) m");

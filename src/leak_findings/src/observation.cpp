@@ -85,6 +85,7 @@ void Observer::collect(const thermal::Detections& detections,
       if ((leak.start - before.end).norm() <= slack) {
         const double a = before.pixels();
         const double b = (leak.end - leak.start).norm();
+        before.across = (a * before.across + b * leak.across) / (a + b);
         before.delta = (a * before.delta + b * leak.delta) / (a + b);
         before.delta_deviation =
             (a * before.delta_deviation + b * or_else(leak.delta_deviation)) / (a + b);
@@ -112,6 +113,7 @@ void Observer::collect(const thermal::Detections& detections,
     o.seen = {!leak.stretch.open_at_start, !leak.stretch.open_at_end};
     // Sample i reaches from half a pixel before its middle to half a pixel behind it.
     o.onset = {pipe.at(leak.stretch.onset_from - 0.5), pipe.at(leak.stretch.onset_to - 0.5)};
+    o.across = leak.across;
     o.half_width = pipe.half_width;
     o.width = pipe.best_width();
     o.width_deviation = pipe.width > 0 ? 0 : kThresholdWidth;
@@ -132,8 +134,11 @@ std::size_t Observer::observe(double time, const std::optional<Eye>& eye,
     return 0;
   }
   for (Observation& o : observations) {
-    if (add_bearings(time, *eye, o)) {
+    if (add_bearings(time, *eye, 0, o)) {
       add_range(*eye, o);
+      if (o.line >= 0 && parameters_.lines[static_cast<std::size_t>(o.line)].radius > 0) {
+        put_on_surface(time, *eye, o);
+      }
     }
   }
   return parameters_.range_source != RangeSource::kLine
@@ -141,15 +146,17 @@ std::size_t Observer::observe(double time, const std::optional<Eye>& eye,
              : std::erase_if(observations, [](const Observation& o) { return o.line < 0; });
 }
 
-bool Observer::add_bearings(double time, const Eye& eye, Observation& o) const {
+bool Observer::add_bearings(double time, const Eye& eye, double across, Observation& o) const {
   const geometry::SO3& to_map = eye.T_map_camera.rotation();
   const double focal = camera_.parameters().focal_length;
   const Eigen::Vector3d along = at_unit_depth(camera_, o.end) - at_unit_depth(camera_, o.start);
+  const Eigen::Vector2d in_image = (o.end - o.start).normalized();
+  const Eigen::Vector2d beside = across * Eigen::Vector2d(-in_image.y(), in_image.x());
   const auto bearing = [&](const Eigen::Vector2d& pixel, double partial) -> std::optional<Bearing> {
     Bearing b;
     b.time = time;
     b.eye = eye.T_map_camera.translation();
-    b.ray = to_map * at_unit_depth(camera_, pixel).normalized();
+    b.ray = to_map * at_unit_depth(camera_, pixel + beside).normalized();
     b.along = to_map * along;
     b.along -= b.ray * b.ray.dot(b.along);
     b.along.normalize();
@@ -236,6 +243,28 @@ void Observer::add_range_of_line(Observation& o) const {
       o.range = along_ray(b, range, deviation / sine);
     }
   }
+}
+
+void Observer::put_on_surface(double time, const Eye& eye, Observation& o) const {
+  const PipeLine& line = parameters_.lines[static_cast<std::size_t>(o.line)];
+  const Eigen::Vector3d direction = o.direction;
+  const double deviation = 1 / std::sqrt(o.bearing->ray.dot(o.range->information * o.bearing->ray));
+  if (!add_bearings(time, eye, o.across, o)) {
+    return;
+  }
+  o.direction = direction;
+  const Bearing& b = *o.bearing;
+  const Eigen::Vector3d u = (line.to - line.from).normalized();
+  const Eigen::Vector3d across_ray = b.ray - u * u.dot(b.ray);
+  Eigen::Vector3d across_eye = b.eye - line.from;
+  across_eye -= u * u.dot(across_eye);
+  // A ray that just misses the pipe meets it where it comes nearest.
+  const double squared = across_ray.squaredNorm();
+  const double half = across_eye.dot(across_ray);
+  const double discriminant =
+      half * half - squared * (across_eye.squaredNorm() - line.radius * line.radius);
+  const double range = (-half - std::sqrt(std::max(0.0, discriminant))) / squared;
+  o.range = along_ray(b, range, deviation);
 }
 
 }  // namespace pipescout::leak_findings

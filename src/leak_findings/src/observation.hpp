@@ -28,6 +28,7 @@ struct Observation {
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   /// Of start and end: whether it is seen, neither hidden nor beyond the border.
   std::array<bool, 2> seen{};
+  double across = 0;  ///< pixels, as `thermal::LeakDetection::across`
   double half_width = 0;
   double width = 0;            ///< pixels, `PipeSection::best_width`
   double width_deviation = 0;  ///< pixels, standard, as far as the picture tells
@@ -67,10 +68,12 @@ class Observer {
  private:
   [[nodiscard]] double metres_per_pixel(const thermal::PipeSection& pipe) const;
   void collect(const thermal::Detections& detections, std::vector<Observation>& observations) const;
-  /// False where the camera cannot tell.
-  bool add_bearings(double time, const Eye& eye, Observation& observation) const;
+  /// Of what is `across` pixels beside the axis. False where the camera cannot tell.
+  bool add_bearings(double time, const Eye& eye, double across, Observation& observation) const;
   void add_range(const Eye& eye, Observation& observation) const;
   void add_range_of_line(Observation& observation) const;
+  /// Where it is on a line with a radius: the bearings and the range become those of the warmth.
+  void put_on_surface(double time, const Eye& eye, Observation& observation) const;
 
   const LeakFindingsParameters& parameters_;
   const geometry::Camera& camera_;

@@ -91,6 +91,32 @@ TEST(LeakFindings, TellsTheDetectorTheScaleAndHowWarmSoundPipesAre) {
       findings.conditions({.time = 10.1}).sound.value_or(thermal::SoundPipe{}).temperature, 150);
   // Of another drive nothing is known.
   EXPECT_FALSE(findings.conditions({.time = 11 + p.pass_gap}).sound.has_value());
+  // Nor, in a rack, of another pipe.
+  for (PipeLine& line : p.lines) {
+    line.radius = 0.06;
+  }
+  findings.set_lines(p.lines);
+  EXPECT_FALSE(findings.conditions({.time = 10.1}).sound.has_value());
+}
+
+TEST(LeakFindings, ALeakOfAPipeWithARadiusIsOnItsSurface) {
+  Drive world;
+  world.spots = {{.place = 10}};
+  LeakFindingsParameters p = Drive::parameters();
+  p.range_source = RangeSource::kLine;
+  p.lines = {{Drive::on_pipe(-100), Drive::on_pipe(100), 0.4}};
+  LeakFindings findings(p, Drive::camera());
+  // Where it lies is told later.
+  const Eigen::Vector3d away(0, 0.1, 0);
+  findings.set_lines(
+      std::vector<PipeLine>{{Drive::on_pipe(-100) + away, Drive::on_pipe(100) + away, 0.4}});
+  drive(findings, world, 4, 16, 0);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  const Eigen::Vector3d point = findings.findings()[0].position.value().point;
+  EXPECT_NEAR(point.x(), 10, 0.1);
+  EXPECT_NEAR((point - Drive::on_pipe(10) - away).tail<2>().norm(), 0.4, 0.05);
+  EXPECT_LT(point.y(), Drive::kRange) << "on the side of the robot";
+  EXPECT_THROW(findings.set_lines({}), std::invalid_argument);
 }
 
 TEST(RangeSource, IsKnownByItsName) {

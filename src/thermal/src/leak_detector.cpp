@@ -30,6 +30,23 @@ bool set_at(const BitMask& mask, const Eigen::Vector2d& point) {
   return mask.contains(x, y) && mask.get(x, y);
 }
 
+/// Whether all is set from the edge of a pipe, `half_width` from its axis, to a point beside it. A
+/// pipe that runs next to it is set too, but not what is between them.
+bool connected(const BitMask& mask, const Eigen::Vector2d& axis, const Eigen::Vector2d& beside,
+               double half_width) {
+  const double distance = (beside - axis).norm();
+  const Eigen::Vector2d outwards = (beside - axis) / distance;
+  if (!set_at(mask, beside)) {
+    return false;
+  }
+  for (double from_axis = half_width + 1; from_axis < distance; ++from_axis) {
+    if (!set_at(mask, axis + from_axis * outwards)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// Bilinear; NaN outside, and where one of the four is.
 template <class Pixel>
 float temperature_at(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
@@ -136,6 +153,9 @@ struct LeakDetector::Implementation {
                            const FrameConditions& conditions);
   template <class Pixel>
   void sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale, const PipeSection& pipe);
+  template <class Pixel>
+  [[nodiscard]] double across(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                              const PipeSection& pipe, const LeakDetection& leak) const;
   void extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction, double half_width) const;
   [[nodiscard]] double visible_share(const PipeSection& pipe) const;
   void analyse(PipeSection& pipe, const FrameConditions& conditions);
@@ -192,7 +212,11 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
     if (parameters.pipe_diameter > 0) {
       pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
     }
+    const std::size_t first_leak = d.leaks.size();
     analyse(pipe, conditions);
+    for (std::size_t i = first_leak; i < d.leaks.size(); ++i) {
+      d.leaks[i].across = across(image, scale, pipe, d.leaks[i]);
+    }
     d.pipes.push_back(pipe);
   }
   return d;
@@ -264,8 +288,8 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
       const Eigen::Vector2d beyond = middle + (side == 0 ? -1.0 : 1.0) * outside;
       const double there = temperature_at(image, scale, beyond);
       sides[side].add(sign * (here - there));
-      flanked |=
-          set_at(mask, beyond) && !(sign * (there - threshold.threshold()) < kSameBody * own);
+      flanked |= connected(mask, middle, beyond, pipe.half_width) &&
+                 !(sign * (there - threshold.threshold()) < kSameBody * own);
     }
     const bool shaped =
         !flanked && (set_at(mask, middle + inside) || set_at(mask, middle - inside));
@@ -276,6 +300,32 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
   contrast = std::fmin(one, other);
   // NaN, of a side that the border hides, is no evidence.
   differs_from_both = one > 0 && one >= kWeakerSide * other && other >= kWeakerSide * one;
+}
+
+/// The centroid of what is warmer than half of the mean rise. All count alike: a dead pixel is one
+/// of many.
+template <class Pixel>
+double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
+                                            const Scale<Pixel>& scale, const PipeSection& pipe,
+                                            const LeakDetection& leak) const {
+  const Eigen::Vector2d direction = (pipe.end - pipe.start).normalized();
+  const Eigen::Vector2d normal(-direction.y(), direction.x());
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
+  const int reach = static_cast<int>(pipe.half_width);
+  const int samples = static_cast<int>((leak.end - leak.start).norm()) + 1;
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < samples; ++i) {
+    for (int k = -reach; k <= reach; ++k) {
+      const double there =
+          temperature_at(image, scale, leak.start + (i + 0.5) * direction + k * normal);
+      if (sign * (there - pipe.reference_temperature) > 0.5 * leak.delta) {
+        sum += k;
+        ++count;
+      }
+    }
+  }
+  return count == 0 ? 0 : sum / count;
 }
 
 double LeakDetector::Implementation::visible_share(const PipeSection& pipe) const {

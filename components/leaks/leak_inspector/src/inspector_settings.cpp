@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/leak_inspector/rack_lines.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
+#include "pipescout/rack_file/rack_file.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
 #include "pipescout/thermal_parameters/named_values.hpp"
 #include "pipescout/thermal_parameters/survey_parameters.hpp"
@@ -81,6 +83,10 @@ thermal::PipeTemperatureRange InspectorParameters::pipe_temperature() const {
 }
 
 void InspectorParameters::declare_archive(Parameters& parameters) {
+  rack_ = parameters.declare<std::string>(
+      "rack", "",
+      {.description = "rack file whose pipes are lines of range.source 'lines', with the offsets "
+                      "that rack/state tells; the map is the rack frame. Empty: none"});
   store_ = parameters.declare<std::string>(
       "store", "",
       {.description = "SQLite file with the findings of all days; empty: they are not stored"});
@@ -192,12 +198,25 @@ InspectorSettings InspectorParameters::read(Node& node) const {
       result.errors.emplace(thermal::Radiometry(*camera, detection_.object()), deviations_.read());
     }
   }
-  result.findings = findings_.read(result.detection.detector);
+  std::vector<leak_findings::PipeLine> lines;
+  if (!rack_.get().empty()) {
+    result.rack = read_rack(rack_.get());
+    lines = rack_lines(*result.rack, {});
+  }
+  result.findings = findings_.read(result.detection.detector, std::move(lines));
+  if (result.rack && result.findings.range_source != leak_findings::RangeSource::kLine) {
+    throw std::invalid_argument("parameter 'rack' is given, but 'range.source' is not 'lines'");
+  }
   result.findings.T_base_camera = mount_.T_base_camera();
   result.mount = mount_.read(node);
   result.store = store_.get();
   result.report_folder = report_folder_.get();
   result.pictures_folder = pictures_folder_.get();
+  if (result.rack && !result.pictures_folder.empty()) {
+    throw std::invalid_argument(
+        "parameter 'pictures_folder' is given, and 'rack' too: images over a rack are not "
+        "recorded");
+  }
   result.datum = datum();
   result.thermal_settings = thermal_settings();
   result.survey_settings = survey_settings(result);

@@ -14,6 +14,7 @@
 
 #include "leak_messages.hpp"
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/leak_inspector/rack_lines.hpp"
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
@@ -99,6 +100,10 @@ CallbackReturn LeakInspector::on_configure() {
       create_publisher(topics::kLeakEvents, {.events = {.matched = awaited_.on_matched()}});
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
+  if (settings_->rack) {
+    rack_subscription_ = create_subscription(
+        topics::kRackState, [this](const RackState& message) { on_rack_state(message); });
+  }
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
@@ -147,6 +152,7 @@ CallbackReturn LeakInspector::on_cleanup() {
   image_subscription_ = {};
   camera_info_subscription_ = {};
   odometry_subscription_ = {};
+  rack_subscription_ = {};
   detections_publisher_ = {};
   event_publisher_ = {};
   findings_.reset();
@@ -198,6 +204,18 @@ void LeakInspector::on_odometry(const Odometry& message) {
   const Eigen::Vector2d place = entry->T_odom_base.translation().head<2>();
   if (track_.empty() || (place - track_.back()).norm() >= kTrackStep) {
     track_.push_back(place);
+  }
+}
+
+void LeakInspector::on_rack_state(const RackState& message) {
+  if (message.status != RackState::STATUS_TRACKING) {
+    return;
+  }
+  const std::vector<leak_findings::PipeLine> moved =
+      rack_lines(*settings_->rack, rack_offsets(*settings_->rack, message));
+  std::ranges::copy(moved, settings_->findings.lines.begin());
+  if (findings_) {
+    findings_->set_lines(settings_->findings.lines);
   }
 }
 

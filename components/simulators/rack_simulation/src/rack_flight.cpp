@@ -40,6 +40,17 @@ RackFlight::RackFlight(const RackFlightParameters& parameters)
            parameters.seed),
       light_(parameters.light, parameters.seed),
       renderer_(seeded_scene(parameters), geometry::Camera(parameters.camera), parameters.sensor) {
+  if (parameters.thermal) {
+    const RackThermalParameters& thermal = *parameters.thermal;
+    simulation::RackThermalScene scene;
+    scene.model = parameters.scene.model;
+    scene.ground_height = parameters.scene.ground_height;
+    scene.hot_spots = thermal.hot_spots;
+    scene.warm_ground = thermal.warm_ground;
+    scene.seed = parameters.seed;
+    T_base_thermal_ = thermal.T_base_camera;
+    thermal_.emplace(scene, geometry::Camera(thermal.camera), thermal.sensor);
+  }
   if (parameters.imu) {
     steps_per_sample_ = static_cast<std::uint64_t>(
         std::max(1LL, std::llround(parameters.imu->period / Uav::kStep)));
@@ -76,6 +87,10 @@ void RackFlight::render(std::uint64_t frame, std::span<std::uint8_t> grey) {
                     .light = light_.at(uav_.state().time),
                     .frame = frame},
                    grey);
+}
+
+void RackFlight::render_thermal(std::uint64_t frame, std::span<std::uint16_t> counts) {
+  thermal_.value().render(uav_.state().T_rack_body * T_base_thermal_, frame, counts);
 }
 
 geometry::SE3 RackFlight::T_rack_camera() const {

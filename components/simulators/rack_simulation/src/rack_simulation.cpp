@@ -53,6 +53,7 @@ RackSimulation::RackSimulation(ComponentOptions options) : Component(std::move(o
   declare_flight_parameters();
   declare_imu_parameters();
   declare_camera_parameters();
+  declare_thermal_parameters();
 }
 
 RackSimulation::~RackSimulation() = default;
@@ -228,6 +229,7 @@ RackFlightParameters RackSimulation::flight_parameters() const {
                           position);
   result.sensor.exposure = exposure_.get();
   result.sensor.read_noise = read_noise_.get();
+  result.thermal = thermal_parameters();
   return result;
 }
 
@@ -241,6 +243,8 @@ CallbackReturn RackSimulation::on_configure() {
   total_images_ = static_cast<std::uint64_t>(std::ceil(duration_.get() / image_period_));
   images_ = 0;
   answer_.reset();
+  thermal_ = flight.thermal;
+  hot_places_.clear();
   const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
   truth_publisher_ = create_publisher(topics::kTrueRackPose, {.events = {.matched = matched}});
@@ -249,12 +253,26 @@ CallbackReturn RackSimulation::on_configure() {
   imu_publisher_ = create_publisher(topics::kImu, {.events = {.matched = matched}});
   camera_info_publisher_ = create_publisher(topics::kCameraInfo, {.events = {.matched = matched}});
   image_publisher_ = create_publisher(topics::kCameraImage, {.events = {.matched = matched}});
+  if (thermal_) {
+    images_per_thermal_image_ = static_cast<std::uint64_t>(
+        std::max(1LL, std::llround(1.0 / (thermal_image_rate_.get() * image_period_))));
+    for (const simulation::HotSpot& spot : thermal_->hot_spots) {
+      hot_places_.push_back(place_of(spot, flight.scene.model));
+    }
+    thermal_image_publisher_ =
+        create_publisher(topics::kThermalImage, {.events = {.matched = matched}});
+    thermal_camera_info_publisher_ =
+        create_publisher(topics::kThermalCameraInfo, {.events = {.matched = matched}});
+    true_leaks_publisher_ = create_publisher(topics::kTrueLeaks, {.events = {.matched = matched}});
+  }
   command_subscription_ = create_subscription(
       topics::kVelocityCommand, [this](const Twist& message) { on_command(message); });
   run_steps_.configure(
       *clock_publisher_.untyped(),
       {image_publisher_.untyped(), camera_info_publisher_.untyped(), imu_publisher_.untyped(),
-       truth_publisher_.untyped(), true_odometry_publisher_.untyped()},
+       truth_publisher_.untyped(), true_odometry_publisher_.untyped(),
+       thermal_image_publisher_.untyped(), thermal_camera_info_publisher_.untyped(),
+       true_leaks_publisher_.untyped()},
       from_seconds(image_period_), [this] { return next_image(); },
       [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   return CallbackReturn::kSuccess;
@@ -282,6 +300,9 @@ CallbackReturn RackSimulation::on_cleanup() {
   imu_publisher_ = {};
   camera_info_publisher_ = {};
   image_publisher_ = {};
+  thermal_image_publisher_ = {};
+  thermal_camera_info_publisher_ = {};
+  true_leaks_publisher_ = {};
   flight_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -316,6 +337,12 @@ void RackSimulation::publish_image(Time stamp) {
   clock_publisher_.publish(std::move(clock));
   publish_imu();
   publish_true_odometry(stamp);
+  if (thermal_ && images_ == 0) {
+    publish_true_leaks(stamp);
+  }
+  if (thermal_ && images_ % images_per_thermal_image_ == 0) {
+    publish_thermal_image(stamp);
+  }
 
   auto truth = std::make_unique<Pose>();
   truth->header.stamp = to_message(stamp);

@@ -161,6 +161,35 @@ TEST(RackSimulation, WaitsForThoseWhoLookAndPausesWhenDeactivated) {
             std::chrono::milliseconds(40));
 }
 
+TEST(RackSimulation, ThermalCameraLooksAtEveryFifthImageAndTheTruthIsToldOnce) {
+  ComponentHarness harness;
+  auto& simulation = harness.make<RackSimulation>(
+      {.parameters = short_flight({{"thermal.image_rate", 5.0},
+                                   {"thermal.width", std::int64_t{32}},
+                                   {"thermal.height", std::int64_t{24}},
+                                   {"hot_spots", std::vector<double>{1, 4, 0, 0.3, 0.8, 25}},
+                                   {"wait_for_subscribers.thermal_image", kPeer}})});
+  const auto progress = harness.collect(topics::kMissionStatus);
+  const auto images = harness.collect(topics::kCameraImage);
+  const auto thermal = harness.collect(topics::kThermalImage);
+  const auto info = harness.collect(topics::kThermalCameraInfo);
+  const auto leaks = harness.collect(topics::kTrueLeaks);
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until(
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
+  EXPECT_EQ(images.size(), 25U);
+  ASSERT_EQ(thermal.size(), 5U);
+  EXPECT_EQ(thermal.at(1).header.stamp, images.at(5).header.stamp);
+  EXPECT_EQ(thermal.back().encoding, "mono16");
+  EXPECT_EQ(thermal.back().data.size(), 2U * 32U * 24U);
+  ASSERT_EQ(info.size(), 5U);
+  EXPECT_EQ(from_message(info.back()).width, 32);
+  ASSERT_EQ(leaks.size(), 1U);
+  EXPECT_EQ(leaks.back().header.frame_id, "rack");
+  EXPECT_NEAR(leaks.back().finding.position.y, 4, 1e-9);
+  EXPECT_NEAR(leaks.back().finding.position.z, 0.3, 1e-9) << "on top of a pipe of 15 cm radius";
+}
+
 std::string refusal(std::vector<NamedParameter> parameters) {
   ComponentHarness harness;
   auto& simulation = harness.make<RackSimulation>({.parameters = std::move(parameters)});
@@ -180,6 +209,12 @@ TEST(RackSimulation, NamesWhatIsWrong) {
               HasSubstr("'camera.distortion' has 1 values: must be 5"));
   EXPECT_THAT(refusal(short_flight({{"start.position", std::vector<double>{1, 2}}})),
               HasSubstr("'start.position' has 2 values"));
+  EXPECT_THAT(refusal(short_flight({{"thermal.image_rate", 5.0},
+                                    {"hot_spots", std::vector<double>{1, 4, 0, 0.3, 0.8}}})),
+              HasSubstr("'hot_spots' has 5 values: must be a multiple of 6"));
+  EXPECT_THAT(refusal(short_flight({{"thermal.image_rate", 5.0},
+                                    {"hot_spots", std::vector<double>{9, 4, 0, 0.3, 0.8, 25}}})),
+              HasSubstr("hot_spots[0].pipe: 9"));
   EXPECT_THAT(refusal(short_flight({{"wind.speed", 40.0}})), HasSubstr("cannot hover"));
   EXPECT_THAT(refusal(short_flight({{"offsets", std::vector<double>{0, -0.3, 0, 0, 0}}})),
               HasSubstr("'P2': intersects"));

@@ -2,6 +2,7 @@
 #include "pipescout/thermal_parameters/findings_parameters.hpp"
 
 #include <stdexcept>
+#include <utility>
 
 #include "pipescout/thermal_parameters/pipe_lines.hpp"
 
@@ -91,11 +92,14 @@ FindingsParameters::FindingsParameters(Parameters& parameters)
       "s between two updates of one finding on leak/events");
 }
 
-LeakFindingsParameters FindingsParameters::read(
-    const thermal::LeakDetectorParameters& detector) const {
+LeakFindingsParameters FindingsParameters::read(const thermal::LeakDetectorParameters& detector,
+                                                std::vector<leak_findings::PipeLine> lines) const {
   LeakFindingsParameters result = fields_.read();
   result.range_source = range_source(range_source_);
-  result.lines = pipe_lines(lines_);
+  result.lines = std::move(lines);
+  for (const leak_findings::PipeLine& line : pipe_lines(lines_)) {
+    result.lines.push_back(line);
+  }
   result.severity = detector.severity;
   if (detector.pipe_diameter > 0) {
     result.pipe_diameter = detector.pipe_diameter;

@@ -42,6 +42,10 @@ inline constexpr std::array kRangeSources{RangeSource::kNone, RangeSource::kDist
 struct PipeLine {
   Eigen::Vector3d from = Eigen::Vector3d::Zero();
   Eigen::Vector3d to = Eigen::Vector3d::UnitX();
+  /// m, >= 0. Above 0, the pipe is one of a rack: a leak is where the ray meets its surface, and
+  /// else on its axis; and how warm a sound pipe is in other images, it says of no other pipe, so
+  /// that a pipe that leaks over its whole visible length is not detected.
+  double radius = 0;
 };
 
 struct LeakFindingsParameters {
@@ -156,6 +160,10 @@ class LeakFindings {
   /// Loads findings of other days, except candidates. Returns the number of loaded findings: those
   /// with a known id, id 0, or values that are not finite are refused.
   std::size_t restore(std::span<const Finding> findings);
+
+  /// The pipes of `kLine` from now on, in the same order. Throws std::invalid_argument when they
+  /// are not as many as before, and as LeakFindingsParameters::validate.
+  void set_lines(std::span<const PipeLine> lines);
 
   /// The result stays valid until the next call.
   const FrameResult& update(const Frame& frame, const thermal::Detections& detections);

@@ -175,6 +175,9 @@ struct LeakDetection {
   double peak_delta_low = std::numeric_limits<double>::quiet_NaN();
   double peak_delta_high = std::numeric_limits<double>::quiet_NaN();
   double length = 0;  ///< m; NaN: scale unknown
+  /// Pixels, from the axis to the middle of the warmth across the pipe: positive to the right of
+  /// the direction from `start` to `end`, as seen in the image.
+  double across = 0;
   Severity severity = Severity::kMinor;
 
   [[nodiscard]] Eigen::Vector2d centre() const { return 0.5 * (start + end); }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <pipescout/rack_vision/rack_model.hpp>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,11 @@ struct InspectorSettings {
   std::optional<thermal::RadiometryPosterior> posterior;
   CameraMount mount{geometry::SE3()};
   leak_findings::LeakFindingsParameters findings;  ///< valid
-  std::string store;                               ///< file; empty: none
-  std::string report_folder;                       ///< empty: none
-  std::string pictures_folder;                     ///< empty: none
+  /// Its pipes are the first lines of `findings`.
+  std::optional<rack_vision::RackModel> rack;
+  std::string store;            ///< file; empty: none
+  std::string report_folder;    ///< empty: none
+  std::string pictures_folder;  ///< empty: none
   ConditionRecord conditions;
   std::optional<geometry::GeodeticPosition> datum;
   // The same, as pictures that are kept tell it:
@@ -51,6 +54,7 @@ class InspectorParameters {
   explicit InspectorParameters(Parameters& parameters);
 
   /// Throws std::invalid_argument naming the parameter.
+  /// YamlError for the rack file.
   [[nodiscard]] InspectorSettings read(Node& node) const;
 
  private:
@@ -69,6 +73,7 @@ class InspectorParameters {
   Parameter<std::vector<double>> pipe_temperature_;
   CameraMountParameters mount_;
   FindingsParameters findings_;
+  Parameter<std::string> rack_;
   Parameter<std::string> store_;
   Parameter<std::string> report_folder_;
   Parameter<std::string> pictures_folder_;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <pipescout_msgs/msg/leak_detections.hpp>
 #include <pipescout_msgs/msg/leak_event.hpp>
+#include <pipescout_msgs/msg/rack_state.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
 #include <span>
@@ -27,9 +28,10 @@ namespace pipescout {
 class FindingsArchive;
 class PictureRecording;
 
-/// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in,
-/// `leak/detections` for each image and `leak/events` out. Findings are stored in a file over days,
-/// a report is written at the end, and images are recorded if requested.
+/// Leaks of pipes: `thermal/image_raw`, `thermal/camera_info` and `odometry/filtered` in, with a
+/// rack file `rack/state` too; `leak/detections` for each image and `leak/events` out. Findings are
+/// stored in a file over days, a report is written at the end, and images are recorded if
+/// requested.
 ///
 /// Parameters and faults: docs/components/leak_inspector.md. Parameters take effect when it is
 /// configured.
@@ -47,12 +49,14 @@ class LeakInspector final : public Component {
   using Image = sensor_msgs::msg::Image;
   using CameraInfo = sensor_msgs::msg::CameraInfo;
   using Odometry = nav_msgs::msg::Odometry;
+  using RackState = pipescout_msgs::msg::RackState;
 
   /// Images are subscribed to when enough subscriptions of what is found are matched.
   void subscribe();
   void on_image(const Image& message);
   void on_camera_info(const CameraInfo& message);
   void on_odometry(const Odometry& message);
+  void on_rack_state(const RackState& message);
 
   [[nodiscard]] std::optional<leak_findings::FramePose> pose_at(Time stamp) const;
   /// Records images; failures are counted, and the inspection continues.
@@ -95,6 +99,7 @@ class LeakInspector final : public Component {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
+  Subscription<RackState> rack_subscription_;
   std::shared_ptr<Timer> silence_timer_;
   std::shared_ptr<Timer> counts_timer_;
 };

@@ -9,11 +9,21 @@
 #include <pipescout/simulation/imu_sensor.hpp>
 #include <pipescout/simulation/rack_image.hpp>
 #include <pipescout/simulation/rack_image_light.hpp>
+#include <pipescout/simulation/rack_thermal.hpp>
 #include <pipescout/simulation/uav.hpp>
 #include <span>
 #include <vector>
 
 namespace pipescout {
+
+/// A thermal camera beside the other one, and what it has to see.
+struct RackThermalParameters {
+  geometry::CameraParameters camera{};
+  simulation::RackThermalSensor sensor{};
+  geometry::SE3 T_base_camera{};
+  std::vector<simulation::HotSpot> hot_spots{};
+  std::vector<simulation::WarmGround> warm_ground{};
+};
 
 struct RackFlightParameters {
   simulation::RackScene scene{};  ///< its seed is `seed`
@@ -26,6 +36,7 @@ struct RackFlightParameters {
   /// there is none.
   std::optional<simulation::ImuParameters> imu{};
   geometry::SE3 T_base_camera{};
+  std::optional<RackThermalParameters> thermal{};  ///< over the model of `scene`; nothing: none
   Eigen::Vector3d start_position = Eigen::Vector3d::Zero();  ///< m, of the UAV in the rack frame
   double start_yaw = 0.0;                                    ///< rad
   std::uint64_t seed = 1;
@@ -52,6 +63,8 @@ class RackFlight {
   /// The image that is exposed about now, number `frame`: width * height bytes, by rows. Throws
   /// std::invalid_argument when `grey` has another size.
   void render(std::uint64_t frame, std::span<std::uint8_t> grey);
+  /// The same of the thermal camera, counts as in rack_thermal.hpp. It must be there.
+  void render_thermal(std::uint64_t frame, std::span<std::uint16_t> counts);
 
   [[nodiscard]] geometry::SE3 T_rack_camera() const;
   /// Of the camera against the rack, in its own frame: [linear m/s; angular rad/s].
@@ -65,6 +78,8 @@ class RackFlight {
   simulation::Uav uav_;
   simulation::ChangingRackLight light_;
   simulation::RackImageRenderer renderer_;
+  geometry::SE3 T_base_thermal_;
+  std::optional<simulation::RackThermalRenderer> thermal_;
   simulation::WindSample gust_;
   std::optional<simulation::ImuSensor> imu_;
   std::uint64_t steps_per_sample_ = 1;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
+#include <pipescout_msgs/msg/leak_event.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
@@ -24,7 +25,8 @@ namespace pipescout {
 /// Simulates a UAV over a rack of pipes and replaces its drivers: subscribes to `cmd_vel_stamped`,
 /// publishes `camera/image_raw`, `camera/camera_info`, `imu/data`, the truth of the camera on
 /// `ground_truth/rack_pose` and of the UAV on `ground_truth/odometry`, and the time of all that on
-/// `/clock`, for nodes with `use_sim_time`.
+/// `/clock`, for nodes with `use_sim_time`. With a thermal camera also `thermal/image_raw`,
+/// `thermal/camera_info`, and the true hot spots on `ground_truth/leaks`.
 ///
 /// Parameters: docs/components/rack_simulation.md. They take effect when it is configured.
 class RackSimulation final : public Component {
@@ -46,19 +48,25 @@ class RackSimulation final : public Component {
   using Pose = geometry_msgs::msg::PoseStamped;
   using Twist = geometry_msgs::msg::TwistStamped;
   using Clock = rosgraph_msgs::msg::Clock;
+  using LeakEvent = pipescout_msgs::msg::LeakEvent;
 
   void declare_run_parameters();
   void declare_flight_parameters();
   void declare_imu_parameters();
   void declare_camera_parameters();
+  void declare_thermal_parameters();
   /// Throws std::invalid_argument naming the parameter, YamlError for the rack file.
   [[nodiscard]] RackFlightParameters flight_parameters() const;
+  /// Nothing without a thermal camera. Throws std::invalid_argument naming the parameter.
+  [[nodiscard]] std::optional<RackThermalParameters> thermal_parameters() const;
 
   /// Flies on to the next image and publishes it. False: it was the last.
   bool next_image();
   void publish_image(Time stamp);
   void publish_imu();
   void publish_true_odometry(Time stamp);
+  void publish_thermal_image(Time stamp);
+  void publish_true_leaks(Time stamp);
   void on_command(const Twist& message);
 
   Parameter<std::string> rack_file_;
@@ -87,6 +95,15 @@ class RackSimulation final : public Component {
   Parameter<std::vector<double>> camera_roll_pitch_yaw_;
   Parameter<double> exposure_;
   Parameter<double> read_noise_;
+  Parameter<double> thermal_image_rate_;
+  Parameter<int> thermal_width_;
+  Parameter<int> thermal_height_;
+  Parameter<double> thermal_focal_length_;
+  Parameter<double> thermal_netd_;
+  Parameter<std::vector<double>> thermal_position_;
+  Parameter<std::vector<double>> thermal_roll_pitch_yaw_;
+  Parameter<std::vector<double>> hot_spots_;
+  Parameter<std::vector<double>> warm_ground_;
 
   // As configured.
   std::string frame_;
@@ -94,6 +111,9 @@ class RackSimulation final : public Component {
   double image_period_ = 0.0;         // s, simulated
   std::uint64_t total_images_ = 0;
   geometry::CameraParameters camera_;
+  std::optional<RackThermalParameters> thermal_;
+  std::uint64_t images_per_thermal_image_ = 1;
+  std::vector<Eigen::Vector3d> hot_places_;  // m, rack frame, of the hot spots
 
   std::optional<RackFlight> flight_;
   std::uint64_t images_ = 0;
@@ -106,10 +126,15 @@ class RackSimulation final : public Component {
   Publisher<Pose> truth_publisher_;
   Publisher<Odometry> true_odometry_publisher_;
   Publisher<Imu> imu_publisher_;
+  Publisher<Image> thermal_image_publisher_;
+  Publisher<CameraInfo> thermal_camera_info_publisher_;
+  Publisher<LeakEvent> true_leaks_publisher_;
   Publisher<Clock> clock_publisher_;
   Subscription<Twist> command_subscription_;
   // Last: its steps end before their publishers.
-  SimulationRun run_steps_{*this, {"image", "camera_info", "imu", "true_pose", "true_odometry"}};
+  SimulationRun run_steps_{*this,
+                           {"image", "camera_info", "imu", "true_pose", "true_odometry",
+                            "thermal_image", "thermal_camera_info", "true_leaks"}};
 };
 
 }  // namespace pipescout

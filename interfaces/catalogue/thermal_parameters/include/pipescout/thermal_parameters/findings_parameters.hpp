@@ -18,9 +18,11 @@ class FindingsParameters {
   explicit FindingsParameters(Parameters& parameters);
 
   /// Valid, without the pose of the camera. Severities and the pipe diameter are those of the
-  /// detector. Throws std::invalid_argument naming the parameter.
+  /// detector; `lines` come before those of the parameters. Throws std::invalid_argument naming the
+  /// parameter.
   [[nodiscard]] leak_findings::LeakFindingsParameters read(
-      const thermal::LeakDetectorParameters& detector) const;
+      const thermal::LeakDetectorParameters& detector,
+      std::vector<leak_findings::PipeLine> lines = {}) const;
 
  private:
   BoundParameters<leak_findings::LeakFindingsParameters> fields_;
