@@ -30,10 +30,11 @@ int main() {
     }
   }
   const FusedStream& state = stream.state();
-  const double hours = std::fmod(state.bend.direction * 6.0 / kPi + 12.0, 12.0);
+  const auto& bend = state.recent_bends[0];
+  const double hours = std::fmod(bend.direction * 6.0 / kPi + 12.0, 12.0);
   std::printf(
       "20.000 m driven: %.3f +- %.3f m; a bend of %.0f degrees towards %.0f:%02.0f at %.1f m\n",
-      state.distance, std::sqrt(state.variance), state.bend.angle * 180.0 / kPi, std::floor(hours),
-      60.0 * (hours - std::floor(hours)), state.bend.middle);
+      state.distance, std::sqrt(state.variance), bend.angle * 180.0 / kPi, std::floor(hours),
+      60.0 * (hours - std::floor(hours)), bend.middle);
   return state.bends == 1 && std::abs(state.distance - 20.0) < 0.05 ? 0 : 1;
 }

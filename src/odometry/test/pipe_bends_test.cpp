@@ -186,7 +186,7 @@ TEST(PipeBends, TheRollOfTheCrawlerIsAddedToTheDirection) {
   }
   OdometerBench bench(stream, wheels, [](double time) { return kSpeed * time; });
   bench.run_until(kEnd / kSpeed);
-  EXPECT_NEAR(stream.state().bend.direction, 1.5, 0.03);
+  EXPECT_NEAR(stream.state().recent_bends[0].direction, 1.5, 0.03);
 }
 
 TEST(PipeBends, WheelsThatCannotTellABendAreRefused) {

@@ -361,11 +361,11 @@ CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_
     if (pushed.ticks > 0) {
       const auto& fused = stream.state();
       recorder.tick(fused, motion.distance(fused.time), motion.path(fused.time));
-      if (fused.bends > bends) {
-        bends = fused.bends;
-        const double behind = fused.distance - fused.bend.middle;
-        note_bend(motion.distance(fused.time) - behind, fused.bend.angle, settings, run);
-        recorder.tell_bend(fused.bend);
+      for (; bends < fused.bends; ++bends) {
+        const odometry::FoundBend& bend = fused.recent_bends[bends % odometry::kRecentBends];
+        const double behind = fused.distance - bend.middle;
+        note_bend(motion.distance(fused.time) - behind, bend.angle, settings, run);
+        recorder.tell_bend(bend);
       }
     }
   }

@@ -170,9 +170,8 @@ ElbowScore run_elbow(const ElbowSettings& settings, std::uint64_t seed) {
     if (now.truth >= to && !last) {
       last = now;
     }
-    if (state.bends > bends) {
-      bends = state.bends;
-      judge(state.bend, bend, window, score);
+    for (; bends < state.bends; ++bends) {
+      judge(state.recent_bends[bends % odometry::kRecentBends], bend, window, score);
     }
     score.driven = now.truth;
   }
