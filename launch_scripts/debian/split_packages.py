@@ -94,8 +94,10 @@ def main():
             if path.parts[0] == name:  # a prefix for each package
                 path = path.relative_to(name)
             if path.parts[:2] == ("share", name) and len(path.parts) > 2 and \
-                    path.parts[2] in ("environment", "hook"):
-                continue  # for a workspace; what stands in /usr is found without
+                    path.parts[2] in ("environment", "hook") and name not in BUILD_ONLY:
+                # For a workspace; what stands in /usr is found without. Those of pipescout_cmake are
+                # copied into the workspaces of others.
+                continue
             owner = "pipescout-dev" if is_for_developers(path) else debian
             if taken.setdefault(path, owner) != owner:
                 sys.exit(f"error: {path}: of {taken[path]} and of {owner}")
