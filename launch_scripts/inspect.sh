@@ -9,8 +9,9 @@
 #                                               with the pipe's ledger
 #                                            3. a simulated UAV over a rack of pipes: images -> pose and
 #                                               offsets of the pipes -> servo loop along way-points
-#                                            4. a simulated ground robot on patrol along collectors:
-#                                               thermal pictures -> leaks, their places, a report
+#                                            4. a simulated ground robot on patrol that drives itself
+#                                               through a plant of collectors: thermal pictures ->
+#                                               leaks, their places, a report
 #   inspect.sh READINGS.csv [OPTION...]      your own readings: docs/components/odometer_replay.md
 #
 # Options, of the readings:
@@ -35,7 +36,7 @@ set -euo pipefail
 unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '3,33s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '3,34s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 wrong() {
   echo "inspect.sh: $1" >&2
   echo "inspect.sh --help tells the options." >&2
@@ -156,7 +157,7 @@ else
       pipescout_odometry_fusion pipescout_weld_locator pipescout_crawler_simulation \
       pipescout_rack_localizer pipescout_visual_servo pipescout_rack_simulation \
       pipescout_state_estimator pipescout_patrol_simulation pipescout_leak_inspector \
-      pipescout_thermal_tracker pipescout_camera_arm \
+      pipescout_thermal_tracker pipescout_camera_arm pipescout_navigator \
       --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
       ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
     mv "$stamp.new" "$stamp"
@@ -204,7 +205,7 @@ if $with_simulations; then
   step "Mission: a UAV over a rack of pipes"
   pipescout run "$root/launch_scripts/rack.yaml" --out "$rack_out"
 
-  step "Mission: a patrol along collectors"
+  step "Mission: a patrol through a plant of collectors"
   pipescout run "$root/launch_scripts/patrol.yaml" --out "$patrol_out"
 fi
 
@@ -218,5 +219,6 @@ if $with_simulations; then
   pipescout plot estimator "$rack_out"
   pipescout plot estimator "$patrol_out"
   pipescout plot tracking "$patrol_out"
+  pipescout plot navigation "$patrol_out"
   echo "Leaks, to look at and to hand on: $patrol_out/report/report.html"
 fi

@@ -19,10 +19,10 @@ recovery_server_p100_s   the longest silence of any robot while the discovery se
                          started again
 wifi_state_p99_ms        age of the states of four robots that send an image every 2 s, each over
                          a link of 5 Mbit/s, with PIPESCOUT_NETWORK=wifi:2
-state_p99_ms             age of the states of twenty robots, four of which send images, over one radio
-                         channel of 20 Mbit/s that loses 5 % and delays by 20 ms, with
-                         PIPESCOUT_NETWORK=wifi:1; a lost state counts with the age that it has when
-                         the next one comes
+state_p99_ms             age of the states of twenty robots, four of which send two images of 160x128
+                         a second, over one radio channel of 20 Mbit/s that loses 5 % and delays by
+                         20 ms, with PIPESCOUT_NETWORK=wifi:1 and a discovery server; a lost state
+                         counts with the age that it has when the next one comes
 lost_findings            numbered findings of these robots that never came
 away_megabytes           growth of the memory of a robot that nobody can reach: by default for 60 s
                          with ten times as many messages as usual, as many as in ten minutes
@@ -58,7 +58,6 @@ LOSSY = ("--loss", "5", "--delay", "20", "--rate", "20", "--shared")
 WITH_IMAGES = 4  # robots of the lossy channel
 SLOW = ("--rate", "1")
 STATE_PERIOD = 0.1  # s
-
 
 
 def build():
@@ -178,10 +177,11 @@ def measure_restarts(options):
 
 
 def measure_lossy(options):
+    server = start_server()
     await_robots(options.robots)
     for robot in range(1, WITH_IMAGES + 1):
         fleet.kill_robot(robot)
-        start_robot(robot, fleet.HERE / "robot_with_images.yaml")
+        start_robot(robot, fleet.HERE / "robot_with_previews.yaml")
     station = fleet.Station(options.robots)
     station.await_all(LONG)
     time.sleep(10.0)  # No event: discovery has ended.
@@ -198,6 +198,7 @@ def measure_lossy(options):
                      "findings stop")
     lost_findings = sum(len(station.lost_findings(robot)) for robot in station.robots)
     station.stop()
+    server.terminate()
     ages = []
     lost = 0
     for of_robot in numbered.values():
@@ -239,8 +240,11 @@ def measure_away(options):
 
 
 def measure_slow_reader(options):
-    """Images of robot_2 on the station's host, with a reader there; in turns with one on robot_1's."""
-    robot = start_robot(2, fleet.HERE / "robot_ten_times.yaml", host="station")
+    """Images of robot_2 on the station's host, with a reader there; in turns with one on robot_1's.
+
+    The two on the station's host share memory, as on a robot: the images do not wait for the rate."""
+    robot = subprocess.Popen(["pipescout", "run", fleet.HERE / "robot_ten_times.yaml",
+                              "--namespace", "robot_2"])
     station = fleet.Station(2)
     fleet.wait_until(lambda: station.heard_since(0.0, ["robot_2"], "image"), LONG, "no images come")
     times = {False: [], True: []}
@@ -258,7 +262,9 @@ def measure_slow_reader(options):
             reader.wait()
     station.stop()
     robot.terminate()
-    result = {}
+    # Of the slow reader: else nothing was measured.
+    result = {"heard": pathlib.Path("reader.log").read_text().count(" robot_2 ")}
+    assert result["heard"] > 0, "the slow reader hears nothing"
     for slow, name in ((False, "without"), (True, "with")):
         result[f"{name}_p99_us"] = round(1e6 * statistics.quantiles(times[slow], n=100)[98], 1)
         result[f"{name}_median_us"] = round(1e6 * statistics.median(times[slow]), 1)
@@ -266,7 +272,7 @@ def measure_slow_reader(options):
     return result
 
 
-MEASUREMENTS = {each.__name__: each for each in 
+MEASUREMENTS = {each.__name__: each for each in
                 (measure_discovery, measure_recovery, measure_restarts, measure_wifi, measure_lossy,
                  measure_away, measure_slow_reader)}
 
@@ -278,7 +284,8 @@ def in_fleet(options, measurement, robots, env, server=False, composition=COMPOS
         station = [sys.executable, "-B", __file__, "--inside", measurement, "--result", result,
                    "--robots", robots, "--outages", options.outages, "--outage", options.outage,
                    "--kills", options.kills, "--restarts", options.restarts, "--away",
-                   options.away, "--sample", options.sample, "--turns", options.turns] + (["--server"] if server else [])
+                   options.away, "--sample", options.sample, "--turns", options.turns]
+        station += ["--server"] if server else []
         code = fleet.run(robots, composition, station, pathlib.Path(scratch) / "fleet", env,
                          timeout=3600, links=links)
         if code != 0:
@@ -316,7 +323,7 @@ def main():
     if reason := fleet.why_not():
         sys.exit(f"cannot run: {reason}")
     if options.prefix:
-        env = fleet.environment(options.prefix)
+        env = fleet.environment(options.prefix.resolve())
     else:
         built = build()
         env = fleet.environment(ROOT / "build" / "pipescout_fleet" / "prefix") | {
@@ -357,7 +364,8 @@ def main():
         figures["recovery_server_p100_s"] = max(found["silences_s"])
     if "lossy" in options.only:
         found = in_fleet(options, "measure_lossy", options.robots,
-                         env | {"PIPESCOUT_NETWORK": "wifi:1"}, links=LOSSY)
+                         env | {"PIPESCOUT_NETWORK": "wifi:1",
+                                "ROS_DISCOVERY_SERVER": fleet.SERVER}, links=LOSSY)
         rows.append({"case": f"one lossy channel ({' '.join(LOSSY)})", "robots": options.robots} |
                     found)
         print(rows[-1], flush=True)

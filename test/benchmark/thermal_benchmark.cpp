@@ -30,6 +30,7 @@ constexpr const char* kLarge = "640x512, counts to findings";
 constexpr const char* kSmall = "320x240, counts to findings";
 constexpr const char* kDetection = "640x512, counts to detections";
 constexpr const char* kAdaptive = "640x512, counts to detections, adaptive threshold";
+constexpr const char* kContrast = "640x512, counts to detections, by contrast";
 constexpr const char* kThinning = "640x512, counts to detections, cv::ximgproc::thinning";
 
 /// What is found beside times.
@@ -137,6 +138,7 @@ Figures evaluate() {
   figures.add("frame_320_median_ms", median_ms(kSmall), Bound::kAtMost, 0.4);
   figures.add("frame_640_p99_ms", all_samples()[kLarge].quantile(0.99) / 1e3);
   figures.add("adaptive_640_median_ms", median_ms(kAdaptive));
+  figures.add("contrast_640_median_ms", median_ms(kContrast), Bound::kAtMost, 1.5);
   figures.add("thinning_median_ms", median_ms(kThinning));
   figures.add("speedup_vs_thinning", median_ms(kThinning) / median_ms(kDetection), Bound::kAtLeast,
               30.0);
@@ -163,6 +165,8 @@ int main(int argc, char** argv) {
         auto adaptive = pb::thermal_detector_parameters();
         adaptive.threshold_rule = pipescout::thermal::ThresholdRule::kLocal;
         pb::add_detection(pb::kAdaptive, large, adaptive);
+        pb::add_detection(pb::kContrast, large,
+                          pipescout::thermal::LeakDetectorParameters::by_contrast());
         pb::add_peer(large);
       },
       pb::evaluate);

@@ -39,7 +39,8 @@ ThermalRecording thermal_recording(bool large, std::uint64_t seed) {
   simulation::ThermalPatrol patrol(p);
   ThermalRecording recording;
   recording.camera = patrol.renderer().camera();
-  recording.table = thermal::TemperatureTable(patrol.renderer().radiometry());
+  recording.table =
+      thermal::TemperatureTable(thermal::Radiometry(p.camera.constants, p.scene.object));
   double time = 0;
   while (patrol.place() < kLeakPlace - 4) {
     time += kFramePeriod;

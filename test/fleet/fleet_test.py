@@ -11,6 +11,8 @@ import contextlib
 import json
 import os
 import pathlib
+import shutil
+import socket
 import statistics
 import subprocess
 import sys
@@ -24,6 +26,7 @@ SKIPPED = 77
 LONG = 60.0  # s, for what takes a second or a few on an idle machine
 DELAY = 0.02  # s, of the lossy links
 LEASE = 20.0  # s, after which participants forget one that is silent
+PATH_MTU = 1280  # bytes, of the paths whose ends claim 1500
 
 
 def pipescout(*arguments, check=True):
@@ -40,15 +43,22 @@ def status():
     return {robot["name"]: robot for robot in document["robots"]}
 
 
-def start_robot(robot, *more, host=None):
-    return fleet.start_on_host(host or f"robot_{robot}", "pipescout", "run", *more,
-                               fleet.HERE / "robot.yaml", "--namespace", f"robot_{robot}",
+def start_robot(robot, host=None, composition="robot.yaml"):
+    return fleet.start_on_host(host or f"robot_{robot}", "pipescout", "run",
+                               fleet.HERE / composition, "--namespace", f"robot_{robot}",
                                log=f"again_{robot}.log")
 
 
 def discovery(station):
     station.await_all()
-    robots = status()
+    robots = {}
+
+    def all_batteries():
+        robots.update(status())
+        return all(robots.get(name, {}).get("battery_percent") for name in NAMES)
+
+    # One look lasts 2.5 s, in which a busy machine need not hear of all batteries.
+    fleet.wait_until(all_batteries, LONG, "not all batteries are heard of")
     assert sorted(name for name in robots if name != "/") == NAMES, robots
     for name in NAMES:
         robot = robots[name]
@@ -137,6 +147,62 @@ def server(station):
     assert running.wait(LONG) == 0
 
 
+def moved(station):
+    """A server that is known by two places, of which the first one is given up."""
+    first = start_server()
+    station.await_all()
+    first.terminate()
+    assert first.wait(LONG) == 0
+    second = fleet.start_on_host("robot_2", "pipescout", "discovery", "start", "--server-id", "1",
+                                 log="second_server.log")
+    assert fleet.kill_robot(4) == 1
+    killed_at = time.monotonic()
+    robot = start_robot(4)
+    try:
+        fleet.wait_until(lambda: station.heard_since(killed_at + 1.0, ["robot_4"]), LONG,
+                         "the new robot is not found")
+        station.await_all()
+    finally:
+        robot.terminate()
+        robot.wait(LONG)
+        second.terminate()
+        second.wait(LONG)
+
+
+def mtu(station):
+    """Paths swallow what their ends believe to fit; a robot that comes then is found and heard."""
+    for host in (*NAMES, "station"):
+        fleet.in_fleet("ip", "link", "set", f"to_{host}", "mtu", PATH_MTU)
+    assert sizes_that_arrive((PATH_MTU - 100, PATH_MTU + 100, 100)) == [PATH_MTU - 100, 100]
+    assert fleet.kill_robot(3) == 1
+    robot = start_robot(3, composition="robot_with_images.yaml")
+    try:
+        for topic in ("state", "finding", "image"):
+            begin = time.monotonic()
+            fleet.wait_until(lambda: station.heard_since(begin + 1.0, topic=topic), LONG,
+                             f"a topic is silent: {topic}")
+        assert set(NAMES) <= set(status())
+    finally:
+        robot.terminate()
+    assert robot.wait(LONG) == 0
+
+
+def sizes_that_arrive(sizes):
+    """Of datagrams from robot_1, until the last one."""
+    port = 9999
+    send = ("import socket, sys; s = socket.socket(type=socket.SOCK_DGRAM); "
+            f"[s.sendto(bytes(int(n)), ('{fleet.STATION_ADDRESS}', {port})) for n in sys.argv[1:]]")
+    arrived = []
+    with socket.socket(type=socket.SOCK_DGRAM) as listener:
+        listener.bind((fleet.STATION_ADDRESS, port))
+        listener.settimeout(LONG)
+        sender = fleet.start_on_host("robot_1", sys.executable, "-c", send, *sizes)
+        while not arrived or arrived[-1] != sizes[-1]:
+            arrived.append(len(listener.recv(65536)))
+        assert sender.wait(LONG) == 0
+    return arrived
+
+
 def names(station):
     """A robot of a name that is taken is refused; two that meet later are named on /diagnostics."""
     station.await_all()
@@ -221,10 +287,34 @@ def twice(scratch):
                            for follower in (1, 2, 3, 4)}, together[2]
 
 
-CASES = {case.__name__: case for case in (discovery, link, lossy, killed, server, names, export)}
+def secured(station):
+    """Export and the profile for Wi-Fi with security: as without, and a stranger hears nothing."""
+    export(station)
+    stranger = subprocess.run(["pipescout", "topic", "list"], stdout=subprocess.PIPE, text=True,
+                              timeout=LONG, env=os.environ | {"ROS_SECURITY_ENABLE": "false"})
+    assert "robot_" not in stranger.stdout, stranger.stdout
+
+
+def make_keystore(keystore, env):
+    """One enclave for all. What its processes need in the environment."""
+    shutil.rmtree(keystore, ignore_errors=True)
+    keystore.parent.mkdir(parents=True, exist_ok=True)
+    for arguments in (("create-keystore", keystore), ("create-enclave", keystore, "/")):
+        subprocess.run(["pipescout", "security", *map(str, arguments)], check=True, timeout=LONG,
+                       env=env)
+    return {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce",
+            "ROS_SECURITY_KEYSTORE": str(keystore)}
+
+
+CASES = {case.__name__: case for case in
+         (discovery, link, lossy, mtu, killed, server, moved, names, export, secured)}
 LINKS = {"lossy": ("--loss", "5", "--delay", f"{1e3 * DELAY:g}", "--rate", "20", "--shared")}
-MORE = {"server": {"ROS_DISCOVERY_SERVER": fleet.SERVER}, "lossy": {"PIPESCOUT_NETWORK": "wifi"}}
-COMPOSITIONS = {"export": "exporting_robot.yaml"}
+WIFI = {"PIPESCOUT_NETWORK": "wifi"}
+MORE = {"server": {"ROS_DISCOVERY_SERVER": fleet.SERVER},
+        "moved": {"ROS_DISCOVERY_SERVER": f"{fleet.STATION_ADDRESS};10.77.0.2"},
+        "lossy": WIFI, "mtu": WIFI, "secured": WIFI}
+COMPOSITIONS = {"export": "exporting_robot.yaml", "secured": "exporting_robot.yaml",
+                "mtu": "robot_with_images.yaml"}
 
 
 def inside(case):
@@ -248,6 +338,8 @@ def main():
         print(f"SKIPPED: {reason}")
         return SKIPPED
     env = fleet.environment(prefix, PYTHONDONTWRITEBYTECODE="1", **MORE.get(case, {}))
+    if case == "secured":
+        env |= make_keystore(scratch.parent / "keystore", env)
     return fleet.run(ROBOTS, fleet.HERE / COMPOSITIONS.get(case, "robot.yaml"),
                      [sys.executable, pathlib.Path(__file__).resolve(), "--inside", case], scratch,
                      env, timeout=280, links=LINKS.get(case, ()))

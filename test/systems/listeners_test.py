@@ -23,8 +23,12 @@ ARGUMENTS = {
     "crawler": ["--param", "crawler_simulation.length:=150.0", "rate:=1000.0"],
     "rack": ["--param", "visual_servo.way_points:=[0.9, 4.0, 2.6, 1.5707963]", "duration:=40.0",
              "rate:=1000.0"],
-    "patrol": ["--param", "patrol_simulation.row.length:=6.0",
-               "--param", "patrol_simulation.leaks:=[3.0, 0.3, 80.0]", "rate:=1000.0"],
+    "patrol": ["--param", "patrol_simulation.row.length:=10.0",
+               "--param", "patrol_simulation.leaks:=[4.0, 0.3, 80.0]",
+               "--param", "patrol_simulation.plant.leak_rows:=[1]",
+               "--param", "patrol_simulation.plant.tour:=[0]",
+               "--param", "patrol_simulation.plant.start:=[-4.0, 6.75, 0.0]",
+               "--param", "patrol_simulation.plant.obstacles:=[]", "rate:=1000.0"],
 }
 BUSY_LOOPS = 4
 # Of the wall clock, or of the run's place.

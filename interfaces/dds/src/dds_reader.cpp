@@ -103,9 +103,9 @@ void DdsReader::take_all(fastdds::DataReader& reader) {
         sample.read(sample.unread);
       }
       if (sample.lost) {
-        listener_.on_samples_lost(1);
+        listener_.on_overwritten_sample(message_info.identity);
       } else if (sample.malformed) {
-        listener_.on_malformed_sample();
+        listener_.on_malformed_sample(message_info.identity);
       } else {
         listener_.on_remote_message(std::move(sample.message), message_info);
       }

@@ -153,7 +153,7 @@ void DdsWriter::on_publication_matched(fastdds::DataWriter*,
                                                          : readers_.erase(reader) > 0;
     if (changed) {
       participant_->events().post(this, [this, count = static_cast<int>(readers_.size())] {
-        listener_.on_remote_readers_changed(count);
+        listener_.on_remote_readers_changed(count, matched_participants());
       });
     }
   });

@@ -31,7 +31,8 @@ std::optional<std::string> ipv4_address(const std::string& host) {
   return ipv4.empty() ? std::nullopt : std::optional(*ipv4.begin());
 }
 
-/// Port 0: Fast DDS fills in those that the standard gives to the domain.
+/// Port 0: Fast DDS takes those that the standard gives to the first participants of the domain on
+/// a host, also where the address is that of a group: one datagram more for each of them.
 rtps::Locator_t udp_locator(const std::string& address, std::uint32_t port) {
   rtps::Locator_t locator;
   IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
@@ -59,10 +60,10 @@ void ask_servers(const DdsOptions& options, Warnings& warnings, rtps::DiscoveryS
 /// no multicast, and a participant of another vendor that is not spoken to tells of itself only
 /// every 8 s or so) and to the peers.
 void seek(const DdsOptions& options, Warnings& warnings, rtps::BuiltinAttributes& builtin) {
-  for (const char* const address : {kDiscoveryGroup, "127.0.0.1"}) {
-    builtin.initialPeersList.push_back(udp_locator(address, 0));
-  }
   const rtps::PortParameters ports;
+  builtin.initialPeersList.push_back(
+      udp_locator(kDiscoveryGroup, ports.getMulticastPort(options.domain_id)));
+  builtin.initialPeersList.push_back(udp_locator("127.0.0.1", 0));
   for (const std::string& host : options.static_peers) {
     const auto address = ipv4_address(host);
     if (!address) {

@@ -16,6 +16,7 @@
 
 #include "discovery.hpp"
 #include "event_thread.hpp"
+#include "network_profile.hpp"
 #include "rtps_conversions.hpp"
 
 namespace pipescout {
@@ -63,8 +64,10 @@ class FastDdsServer final : public DiscoveryServer {
     qos.name("pipescout discovery server " + std::to_string(options.id));
     qos.wire_protocol().prefix = prefix_of_server(options.id);
     qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports.push_back(
-        std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    apply(options.network, 0, *udp);
+    apply_to_server(options.network, qos);
+    qos.transport().user_transports.push_back(udp);
     auto& builtin = qos.wire_protocol().builtin;
     builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;

@@ -20,14 +20,18 @@ using eprosima::fastdds::rtps::FlowControllerSchedulerPolicy;
 // through tunnels, and where an interface claims a larger MTU than the path has. An image that
 // loses one fragment is lost, but no router splits, and no kernel reassembles, what is sent.
 constexpr std::uint32_t kWifiDatagramBytes = 1200;
+// With security the limit has to let the handshake pass, of which Fast DDS makes no fragments.
+std::uint32_t datagram_bytes(std::uint32_t handshake_bytes) {
+  return std::max(kWifiDatagramBytes, handshake_bytes);
+}
 
 // Best effort topics wait here for their turn, reliable ones do not.
 constexpr const char* kBulkFlow = "pipescout bulk";
-constexpr std::uint64_t kPeriodMilliseconds = 20;
+constexpr std::uint32_t kPeriodMilliseconds = 20;
 constexpr double kMillisecondsPerSecond = 1000.0;
 constexpr double kBytesPerMegabit = 1e6 / 8.0;
 // A datagram that is larger than what may be sent in a period is never sent.
-constexpr double kLeastBytesPerPeriod = 2.0 * kWifiDatagramBytes;
+constexpr double kLeastDatagramsPerPeriod = 2.0;
 
 // Of Fast DDS's scheduler, between -10 (first) and 10 (last): between two periods the small
 // messages overtake the rest of a large one.
@@ -40,29 +44,49 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
 // How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
 const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
 
+/// What may be sent within a period.
+struct Budget {
+  std::uint32_t bytes = 0;
+  std::uint32_t milliseconds = 0;
+};
+
+Budget budget_of(const NetworkProfile& profile, std::uint32_t handshake_bytes) {
+  const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
+  const double least_bytes_per_period = kLeastDatagramsPerPeriod * datagram_bytes(handshake_bytes);
+  const auto milliseconds = std::max(
+      kPeriodMilliseconds,
+      static_cast<std::uint32_t>(std::ceil(least_bytes_per_period / bytes_per_millisecond)));
+  return {static_cast<std::uint32_t>(bytes_per_millisecond * milliseconds), milliseconds};
+}
+
 }  // namespace
 
-void apply(const NetworkProfile& profile,
+void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport) {
   if (profile.kind == NetworkProfile::Kind::kWifi) {
-    transport.maxMessageSize = kWifiDatagramBytes;
+    transport.maxMessageSize = datagram_bytes(handshake_bytes);
   }
 }
 
-void apply(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
+void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
+           fastdds::DomainParticipantQos& qos) {
   if (profile.kind != NetworkProfile::Kind::kWifi) {
     return;
   }
   auto bulk = std::make_shared<FlowControllerDescriptor>();
   bulk->name = kBulkFlow;
   bulk->scheduler = FlowControllerSchedulerPolicy::HIGH_PRIORITY;
-  const double bytes_per_millisecond = profile.rate * kBytesPerMegabit / kMillisecondsPerSecond;
-  bulk->period_ms =
-      std::max(kPeriodMilliseconds,
-               static_cast<std::uint64_t>(std::ceil(kLeastBytesPerPeriod / bytes_per_millisecond)));
-  bulk->max_bytes_per_period =
-      static_cast<std::int32_t>(bytes_per_millisecond * static_cast<double>(bulk->period_ms));
+  const Budget budget = budget_of(profile, handshake_bytes);
+  bulk->period_ms = budget.milliseconds;
+  bulk->max_bytes_per_period = static_cast<std::int32_t>(budget.bytes);
   qos.flow_controllers().push_back(std::move(bulk));
+}
+
+void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos) {
+  if (profile.kind == NetworkProfile::Kind::kWifi) {
+    const Budget budget = budget_of(profile, 0);
+    qos.wire_protocol().throughput_controller = {budget.bytes, budget.milliseconds};
+  }
 }
 
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos) {

@@ -39,7 +39,7 @@ std::string in_megabytes(std::uintmax_t bytes) {
 constexpr const char* kMakeRoom = "; make it larger (docker run --shm-size=...)";
 
 void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings>& warnings,
-                       fastdds::DomainParticipantQos& qos) {
+                       std::uint32_t handshake_bytes, fastdds::DomainParticipantQos& qos) {
   auto& transport = qos.transport();
   transport.use_builtin_transports = false;
   auto udp = std::make_shared<ShortcutTransportDescriptor>();
@@ -47,7 +47,7 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   udp->sendBufferSize = transport.send_socket_buffer_size;
   udp->receiveBufferSize = transport.listen_socket_buffer_size;
   udp->warnings = warnings;
-  apply(options.network, *udp);
+  apply(options.network, handshake_bytes, *udp);
   if (options.localhost_only) {
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
   }
@@ -68,28 +68,27 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   udp->shared_memory.segment_size(*segment);
 }
 
-/// `announced_scope` gets the payload scope, if large messages may go through shared memory, and
-/// `revocations` the revocation list that the participant keeps to.
+/// `announced_scope` gets the payload scope, if large messages may go through shared memory.
 fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
                                               const std::shared_ptr<Warnings>& warnings,
                                               std::string& announced_scope,
-                                              std::filesystem::path& revocations) {
+                                              AppliedSecurity& security) {
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   factory->load_profiles();
   fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
   qos.name(options.name);
   const std::string user_data = "enclave=" + effective_enclave(options) + ";";
   qos.user_data().setValue({user_data.begin(), user_data.end()});
-  revocations = apply_security(options, *warnings, qos);
+  security = apply_security(options, *warnings, qos);
   // Discovery messages with long names outgrow the default of 5000 bytes.
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  apply(options.network, qos);
+  apply(options.network, security.handshake_bytes, qos);
   if (!qos.transport().use_builtin_transports || !qos.transport().user_transports.empty()) {
     return qos;  // the user's profile has chosen
   }
-  choose_transports(options, warnings, qos);
+  choose_transports(options, warnings, security.handshake_bytes, qos);
   choose_discovery(options, *warnings, qos);
   // The blocks are readable by their user alone, who could read the private key as well.
   if (const auto scope = payload_scope()) {
@@ -127,18 +126,12 @@ void load_profiles(const std::string& wire_name, const char* of_request, const c
 Participant::Participant(const DdsOptions& options)
     : network_(options.network), exported_topics_(options.exported_topics) {
   const std::string domain = "DDS domain " + std::to_string(options.domain_id);
-  if (options.exported_topics && options.security.enabled) {
-    throw TransportError(
-        "topics that do not leave the machine are kept apart by partitions, which the permissions "
-        "of "
-        "DDS Security do not know: leave out 'export', or ROS_SECURITY_ENABLE");
-  }
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
   }
   std::string scope;
-  std::filesystem::path revocations;
-  const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope, revocations);
+  AppliedSecurity security;
+  const fastdds::DomainParticipantQos qos = participant_qos(options, warnings_, scope, security);
   discovery_.share_payloads(scope);
   auto* factory = fastdds::DomainParticipantFactory::get_instance();
   participant_ =
@@ -153,7 +146,7 @@ Participant::Participant(const DdsOptions& options)
   publisher_ = participant_->create_publisher(participant_->get_default_publisher_qos());
   fastdds::PublisherQos machine_qos = participant_->get_default_publisher_qos();
   fastdds::SubscriberQos subscriber_qos = participant_->get_default_subscriber_qos();
-  if (options.exported_topics || (options.hears_unexported && !options.security.enabled)) {
+  if (options.exported_topics || (options.hears_unexported && security.may_use_any_partition)) {
     const std::string partition = machine_partition();
     machine_qos.partition().push_back(partition.c_str());
     subscriber_qos.partition().push_back("");
@@ -168,17 +161,17 @@ Participant::Participant(const DdsOptions& options)
   if (!options.discovery_servers.empty()) {
     server_watch_.emplace(events_, discovery_, options.discovery_servers);
   }
-  revocation_watch_.emplace(
-      events_, revocations,
-      [warnings = warnings_, revocations, changed = options.security.on_revocations_changed] {
-        warnings->add("DDS Security: " + revocations.string() +
-                      " has changed; only a new start obeys it");
-        if (changed) {
-          changed();
-        } else {
-          kill(getpid(), SIGTERM);
-        }
-      });
+  revocation_watch_.emplace(events_, security.revocations,
+                            [warnings = warnings_, revocations = security.revocations,
+                             changed = options.security.on_revocations_changed] {
+                              warnings->add("DDS Security: " + revocations.string() +
+                                            " has changed; only a new start obeys it");
+                              if (changed) {
+                                changed();
+                              } else {
+                                kill(getpid(), SIGTERM);
+                              }
+                            });
 }
 
 Participant::~Participant() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "security.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <ctime>
@@ -38,6 +39,11 @@ constexpr std::array kRequired{kIdentityCa,    kCertificate, kPrivateKey,
 constexpr std::time_t kWarningSeconds = std::time_t{30} * 24 * 3600;
 
 constexpr auto kTimeBetweenLooks = std::chrono::seconds(2);
+
+// What a message of the handshake (DDS Security 1.1, 9.3.2.5) holds besides certificate and
+// permissions: the participant's discovery data, keys, hashes, a signature. Less than half of this.
+constexpr std::size_t kHandshakeBesidesFiles = 4096;
+constexpr std::size_t kMostHandshakeBytes = 65'000;  // of a datagram
 
 std::string read(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -91,8 +97,10 @@ T load(const fs::path& file) {
   }
 }
 
-void check_documents(const fs::path& folder, const Certificate& permissions_ca, std::time_t now,
+/// Whether the permissions grant every partition.
+bool check_documents(const fs::path& folder, const Certificate& permissions_ca, std::time_t now,
                      Warnings& warnings) {
+  bool any_partition = false;
   for (const char* const name : {kGovernance, kPermissions}) {
     const auto document = permissions_ca.verified(content_of(folder / name));
     if (!document) {
@@ -106,7 +114,9 @@ void check_documents(const fs::path& folder, const Certificate& permissions_ca, 
     } catch (const KeystoreError& error) {
       refuse(folder / name, error.what());
     }
+    any_partition |= keystore::grants_any_partition(*document);  // a governance has none
   }
+  return any_partition;
 }
 
 void check_revocations(const fs::path& folder, const Certificate& identity_ca,
@@ -127,8 +137,9 @@ void check_revocations(const fs::path& folder, const Certificate& identity_ca,
   }
 }
 
-/// Fast DDS says of most of this only that the participant could not be created.
-void check_files(const fs::path& folder, Warnings& warnings) {
+/// Fast DDS says of most of this only that the participant could not be created. Whether the
+/// permissions grant every partition.
+bool check_files(const fs::path& folder, Warnings& warnings) {
   const std::time_t now = std::time(nullptr);
   keystore::check_secret(folder / kPrivateKey);
   const auto identity_ca = load<Certificate>(folder / kIdentityCa);
@@ -143,8 +154,8 @@ void check_files(const fs::path& folder, Warnings& warnings) {
   if (!own.fits_key(content_of(folder / kPrivateKey))) {
     refuse(folder / kPrivateKey, std::string("is no private key of ") + kCertificate);
   }
-  check_documents(folder, permissions_ca, now, warnings);
   check_revocations(folder, identity_ca, own, now, warnings);
+  return check_documents(folder, permissions_ca, now, warnings);
 }
 
 }  // namespace
@@ -154,8 +165,8 @@ const std::string& effective_enclave(const DdsOptions& options) {
                                                    : options.security.enclave_override;
 }
 
-std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnings,
-                                     eprosima::fastdds::dds::DomainParticipantQos& qos) {
+AppliedSecurity apply_security(const DdsOptions& options, Warnings& warnings,
+                               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   const SecurityOptions& security = options.security;
   if (!security.enabled) {
     return {};
@@ -174,10 +185,25 @@ std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnin
                  "'Enforce')");
     return {};
   }
+  AppliedSecurity applied;
   try {
-    check_files(folder, warnings);
+    applied.may_use_any_partition = check_files(folder, warnings);
+    applied.handshake_bytes = static_cast<std::uint32_t>(std::min(
+        kMostHandshakeBytes, kHandshakeBesidesFiles + content_of(folder / kCertificate).size() +
+                                 content_of(folder / kPermissions).size()));
   } catch (const KeystoreError& error) {
     throw TransportError(std::string("DDS Security: ") + error.what());
+  }
+  if (options.exported_topics && !applied.may_use_any_partition) {
+    refuse(folder / kPermissions,
+           "grants the default partition alone, and topics that are not exported need another one: "
+           "'pipescout security create-enclave --renew' grants all, or leave out 'export'");
+  }
+  if (!options.discovery_servers.empty()) {
+    throw TransportError(
+        "DDS Security: participants of Fast DDS " + fast_dds_version() +
+        " do not find each other through a discovery server when they are secured: unset "
+        "ROS_DISCOVERY_SERVER; without multicast name peers in ROS_STATIC_PEERS");
   }
   auto& properties = qos.properties().properties();
   const auto set = [&](const std::string& name, const std::string& value) {
@@ -196,11 +222,11 @@ std::filesystem::path apply_security(const DdsOptions& options, Warnings& warnin
   set_file("access.builtin.Access-Permissions.governance", kGovernance);
   set_file("access.builtin.Access-Permissions.permissions", kPermissions);
   std::error_code ignored;
-  if (!fs::exists(folder / kEnclaveRevocations, ignored)) {
-    return {};
+  if (fs::exists(folder / kEnclaveRevocations, ignored)) {
+    set_file("auth.builtin.PKI-DH.identity_crl", kEnclaveRevocations);
+    applied.revocations = folder / kEnclaveRevocations;
   }
-  set_file("auth.builtin.PKI-DH.identity_crl", kEnclaveRevocations);
-  return folder / kEnclaveRevocations;
+  return applied;
 }
 
 RevocationWatch::RevocationWatch(EventThread& events, std::filesystem::path file,

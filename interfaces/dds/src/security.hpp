@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <filesystem>
 #include <functional>
@@ -17,15 +18,23 @@ namespace pipescout::dds {
 /// The enclave that counts: that of `ROS_SECURITY_ENCLAVE_OVERRIDE` before that of the options.
 [[nodiscard]] const std::string& effective_enclave(const DdsOptions& options);
 
+struct AppliedSecurity {
+  std::filesystem::path revocations;  ///< the list that counts; empty: there is none
+  bool may_use_any_partition = true;  ///< else the default one alone
+  /// Of the largest message by which participants authenticate each other, which Fast DDS sends in
+  /// one datagram or not at all; 0 without security.
+  std::uint32_t handshake_bytes = 0;
+};
+
 /// Gives the participant authentication, access control and encryption, when the options ask for
-/// it. Returns the revocation list, empty without one. With the strategy "permissive" an enclave
-/// that lacks files is a warning and no security; a file that is there and cannot be used (not
-/// readable, a private key that others can read, not valid at this time, revoked, signed by another
-/// authority) is an error with every strategy. Throws TransportError naming the file, and the date
-/// where time is the matter.
-[[nodiscard]] std::filesystem::path apply_security(
-    const DdsOptions& options, Warnings& warnings,
-    eprosima::fastdds::dds::DomainParticipantQos& qos);
+/// it. With the strategy "permissive" an enclave that lacks files is a warning and no security; a
+/// file that is there and cannot be used (not readable, a private key that others can read, not
+/// valid at this time, revoked, signed by another authority, without the partitions that exported
+/// topics need) is an error with every strategy, and so is a discovery server, over which secured
+/// participants of this Fast DDS do not find each other. Throws TransportError naming the file, and
+/// the date where time is the matter.
+[[nodiscard]] AppliedSecurity apply_security(const DdsOptions& options, Warnings& warnings,
+                                             eprosima::fastdds::dds::DomainParticipantQos& qos);
 
 /// Looks at a revocation list every few seconds. Fast DDS reads it once, when a participant is
 /// created, so that only another participant obeys one that has changed.

@@ -63,6 +63,18 @@ TEST(DdsDiscoveryServer, ItsClientsFindEachOther) {
   expect_to_talk(*one, *other, "by_server");
 }
 
+TEST(DdsDiscoveryServer, ItsClientsFindEachOtherAtALimitedRate) {
+  DiscoveryServerOptions options{.domain_id = local_options().domain_id,
+                                 .id = 0,
+                                 .address = "127.0.0.1",
+                                 .port = server_port(0)};
+  options.network = {.kind = NetworkProfile::Kind::kWifi, .rate = 0.5};
+  const auto server = start_discovery_server(options);
+  const auto one = create_dds_transport(client_options(1));
+  const auto other = create_dds_transport(client_options(1));
+  expect_to_talk(*one, *other, "by_slow_server");
+}
+
 TEST(DdsDiscoveryServer, OneOfTwoIsEnough) {
   const auto server = start(1);
   const auto one = create_dds_transport(client_options(2));

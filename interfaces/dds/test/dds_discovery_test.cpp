@@ -4,42 +4,89 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <string_view>
+#include <string>
 
 #include "dds_test_support.hpp"
 
 namespace pipescout::dds_test {
 namespace {
 
-/// Where the participant of that number on this machine hears of others by unicast
-/// (RTPS 2.2, 9.6.1.1).
-std::uint16_t discovery_port(std::uint32_t domain, std::uint32_t participant) {
+// RTPS 2.2, 9.6.1.1: where all participants hear of others by multicast, and where the participant
+// of that number on this machine does by unicast.
+constexpr const char* kDiscoveryGroup = "239.255.0.1";
+std::uint16_t multicast_port(std::uint32_t domain) {
+  return static_cast<std::uint16_t>(7400 + 250 * domain);
+}
+std::uint16_t unicast_port(std::uint32_t domain, std::uint32_t participant) {
   return static_cast<std::uint16_t>(7400 + 250 * domain + 10 + 2 * participant);
 }
+
+constexpr int kGenerousMilliseconds = 30'000;
+
+/// What comes to one address and port of the loopback interface.
+class Listener {
+ public:
+  Listener(const char* address, std::uint16_t port)
+      : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_port = htons(port);
+    EXPECT_EQ(inet_pton(AF_INET, address, &place.sin_addr), 1);
+    const int on = 1;
+    EXPECT_EQ(setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on), 0);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&place), sizeof place), 0);
+    if (IN_MULTICAST(ntohl(place.sin_addr.s_addr))) {
+      ip_mreq group{.imr_multiaddr = place.sin_addr, .imr_interface = {htonl(INADDR_LOOPBACK)}};
+      EXPECT_EQ(setsockopt(socket_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group), 0);
+    }
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  ~Listener() { close(socket_); }
+
+  [[nodiscard]] bool hears_within(int milliseconds) const {
+    pollfd ready{socket_, POLLIN, 0};
+    return poll(&ready, 1, milliseconds) == 1;
+  }
+  /// The first bytes of a datagram.
+  [[nodiscard]] std::string take() const {
+    std::array<char, 4> magic{};
+    const ssize_t size = recv(socket_, magic.data(), magic.size(), 0);
+    return {magic.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
+  }
+
+ private:
+  int socket_;
+};
 
 // A participant of another vendor on a loopback interface without multicast is found soon only if
 // it is spoken to: otherwise it tells of itself every 8 s or so.
 TEST(DdsDiscovery, AnnouncesByUnicastToTheParticipantsOfThisMachine) {
   const auto options = local_options();
-  const int other = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  ASSERT_GE(other, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(discovery_port(options.domain_id, 25));
-  ASSERT_EQ(bind(other, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-
+  const Listener other("127.0.0.1", unicast_port(options.domain_id, 25));
   const auto transport = create_dds_transport(options);
-  pollfd ready{other, POLLIN, 0};
-  constexpr int kGenerousMilliseconds = 30'000;
-  ASSERT_EQ(poll(&ready, 1, kGenerousMilliseconds), 1) << "nothing came";
-  std::array<char, 4> magic{};
-  EXPECT_EQ(recv(other, magic.data(), magic.size(), 0), 4);
-  EXPECT_EQ(std::string_view(magic.data(), magic.size()), "RTPS");
-  close(other);
+  ASSERT_TRUE(other.hears_within(kGenerousMilliseconds)) << "nothing came";
+  EXPECT_EQ(other.take(), "RTPS");
+}
+
+// Where every vendor's participants listen, and with one datagram: each costs every host of the
+// network a packet.
+TEST(DdsDiscovery, AnnouncesByMulticastToTheStandardPortAlone) {
+  const auto options = local_options();
+  const Listener standard(kDiscoveryGroup, multicast_port(options.domain_id));
+  const Listener another(kDiscoveryGroup, unicast_port(options.domain_id, 25));
+  const auto transport = create_dds_transport(options);
+  // Once the second announcement is there, all of the first has been sent.
+  for (int announcement = 0; announcement < 2; ++announcement) {
+    ASSERT_TRUE(standard.hears_within(kGenerousMilliseconds)) << "nothing came";
+    EXPECT_EQ(standard.take(), "RTPS");
+  }
+  EXPECT_FALSE(another.hears_within(0));
 }
 
 }  // namespace

@@ -321,7 +321,7 @@ class ForeignReader : private fastdds::DataReaderListener {
     while (reader->take_next_sample(&sample, &info) ==
            eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
       if (sample.lost || sample.malformed) {
-        heard.on_malformed_sample();
+        heard.on_malformed_sample({});
       } else if (info.valid_data) {
         heard.on_remote_message(sample.message, {});
       }

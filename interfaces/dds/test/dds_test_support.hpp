@@ -56,9 +56,10 @@ struct ReaderRecord : TransportReaderListener {
   void on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) override {
     monitor.change([&] { messages.push_back({std::move(message), info}); });
   }
-  void on_malformed_sample() override {
+  void on_malformed_sample(const SampleIdentity&) override {
     monitor.change([&] { ++malformed; });
   }
+  void on_overwritten_sample(const SampleIdentity&) override { on_samples_lost(1); }
   void on_samples_lost(int count) override {
     monitor.change([&] { lost += count; });
   }
@@ -101,7 +102,7 @@ struct ReaderRecord : TransportReaderListener {
 };
 
 struct WriterRecord : TransportWriterListener {
-  void on_remote_readers_changed(int matched) override {
+  void on_remote_readers_changed(int matched, const std::vector<Gid>&) override {
     monitor.change([&] { matches.push_back(matched); });
   }
   void on_incompatible_remote_reader(QosPolicy policy) override {

@@ -228,6 +228,7 @@ LocalPublisher::~LocalPublisher() {
     return;  // start() failed
   }
   writer_.reset();
+  broker_->step_traffic()->readers_changed(gid_, {});
   if (deadline_) {
     deadline_->stop();
   }
@@ -330,7 +331,7 @@ void LocalPublisher::deliver(SubscriptionQueue& queue, MessageForms& forms, cons
   if (auto message = forms.as(*queue.options().topic.type)) {
     queue.receive(std::move(message), info, expiry);
   } else {
-    queue.on_malformed_sample();
+    queue.on_malformed_sample(info.identity);
   }
 }
 
@@ -366,6 +367,9 @@ std::int64_t LocalPublisher::send(Outgoing own, std::unique_lock<std::mutex>& lo
     }
     if (identity.sequence_number != 0 && !receivers.empty()) {
       traffic.sent(gid_, receivers, identity.sequence_number);
+      if (auto now = writer_->matched_participants(); now != receivers) {
+        traffic.readers_changed(gid_, now);
+      }
     }
     next = {};  // what may be destroyed with it is destroyed without the lock
     lock.lock();
@@ -495,8 +499,11 @@ void LocalPublisher::incompatible(QosPolicy policy) {
   incompatible_qos_->add(policy);
 }
 
-void LocalPublisher::on_remote_readers_changed(int matched) {
+void LocalPublisher::on_remote_readers_changed(int matched, const std::vector<Gid>& participants) {
   remote_readers_ = matched;
+  if (StepTraffic& traffic = *broker_->step_traffic(); is_step_traffic_ && traffic.is_enabled()) {
+    traffic.readers_changed(gid_, participants);
+  }
   if (!options_.group) {
     return;
   }

@@ -127,7 +127,7 @@ class LocalPublisher final : public UntypedPublisher,
   void unmatch_all();
   void incompatible(QosPolicy policy);
 
-  void on_remote_readers_changed(int matched) override;
+  void on_remote_readers_changed(int matched, const std::vector<Gid>& participants) override;
   void on_incompatible_remote_reader(QosPolicy policy) override;
 
  private:

@@ -236,6 +236,42 @@ class LockStep::Impl : public std::enable_shared_from_this<LockStep::Impl> {
     });
   }
 
+  /// Of a late process, for people.
+  [[nodiscard]] std::string what_is_missing(const Gid& receiver) const {
+    if (!participants_.at(receiver).has_reported) {
+      return "it has not reported";
+    }
+    const StepTraffic::Counts& counts = participants_.at(receiver).counts;
+    const auto first_in = [&](const StepTraffic::Counts& sender) -> std::string {
+      for (const auto& [ends, last] : sender.sent) {
+        if (ends.second == receiver && !has_received(counts, ends.first, last)) {
+          const auto found = counts.received.find(ends.first);
+          return "it has not reported the end of message " + std::to_string(last) + " of " +
+                 topic_of(ends.first) + ", but of message " +
+                 std::to_string(found != counts.received.end() ? found->second : 0);
+        }
+      }
+      return {};
+    };
+    std::string missing = first_in(*own_counts_);
+    for (const auto& [gid, sender] : participants_) {
+      if (missing.empty() && !sender.is_left_out) {
+        missing = first_in(sender.counts);
+      }
+    }
+    return missing;
+  }
+
+  [[nodiscard]] std::string topic_of(const Gid& writer) const {
+    for (const GraphEndpoint& endpoint : context_->graph().endpoints()) {
+      if (endpoint.gid == writer) {
+        return "'" + endpoint.wire_topic + "'" +
+               (endpoint.node ? " of node '" + endpoint.node->fully_qualified() + "'" : "");
+      }
+    }
+    return "writer " + to_string(writer);
+  }
+
   [[nodiscard]] std::vector<Gid> late_participants() const {
     std::vector<Gid> late;
     for (const auto& [gid, participant] : participants_) {
@@ -255,7 +291,7 @@ class LockStep::Impl : public std::enable_shared_from_this<LockStep::Impl> {
       for (const std::string& node : context_->activity()->busy_nodes()) {
         if (node != own_name_) {  // this very callback
           context_->activity()->leave_out(node);
-          left_out_("node '" + node + "'");
+          left_out_("node '" + node + "'", "a callback of it does not return");
         }
       }
     } else {
@@ -269,9 +305,11 @@ class LockStep::Impl : public std::enable_shared_from_this<LockStep::Impl> {
     const auto late = late_participants();
     for (const Gid& gid : late) {
       Participant& participant = participants_.at(gid);
+      const std::string why = what_is_missing(gid);
       participant.is_left_out = true;
       left_out_("the process of " + (participant.nodes.empty() ? "participant " + to_string(gid)
-                                                               : quoted(participant.nodes)));
+                                                               : quoted(participant.nodes)),
+                why);
     }
     if (late.empty()) {
       // What was sent to this process has not come: the sender counts for nothing any more.

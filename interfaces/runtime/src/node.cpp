@@ -159,11 +159,13 @@ void Node::Impl::use_simulated_time(bool simulated) {
   if (simulated) {
     Context& context = *options.context;
     const std::string topic = resolve_topic_name(topics::kClock.name, name, options.remap_rules);
+    const std::string wire_topic = mangle_topic_name(topic, DdsTopicKind::kTopic);
     clock = context.simulated_clock(topic);
+    // First: from the first message of the clock on none may be lost.
+    participation = context.take_part_in_steps(wire_topic, name.fully_qualified());
     // Without a group: the time must not wait for callbacks, which may ask for it.
     subscription = context.create_subscription(
-        {.topic = {mangle_topic_name(topic, DdsTopicKind::kTopic),
-                   &message_type<rosgraph_msgs::msg::Clock>()},
+        {.topic = {wire_topic, &message_type<rosgraph_msgs::msg::Clock>()},
          .qos = topics::kClock.requested,
          .callback = [clock, source = std::make_shared<const char>()](
                          const std::shared_ptr<const void>& message, const MessageInfo&) {
@@ -171,7 +173,6 @@ void Node::Impl::use_simulated_time(bool simulated) {
            clock->set_from(source, from_message(stamp));
          }});
     context.graph().add_endpoint(name, subscription);
-    participation = context.take_part_in_steps(subscription->topic().name, name.fully_qualified());
   }
   std::vector<std::shared_ptr<Timer>> switched;
   {

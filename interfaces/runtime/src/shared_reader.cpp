@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "lossless_reader.hpp"
 #include "pipescout/runtime/serialized_message.hpp"
 
 namespace pipescout {
@@ -16,7 +17,13 @@ SharedReader::SharedReader(Transport& transport, const WireTopic& topic, const Q
       qos_(qos),
       traffic_(std::move(traffic)),
       subscriptions_{std::move(first)} {
-  reader_ = transport.create_reader(topic, qos, *this);
+  if (qos.reliability == Reliability::kBestEffort && qos.durability == Durability::kVolatile &&
+      traffic_->is_enabled()) {
+    TransportReaderListener& self = *this;
+    reader_ = std::make_unique<LosslessReader>(transport, topic, qos, self);
+  } else {
+    reader_ = transport.create_reader(topic, qos, *this);
+  }
   gid_ = reader_->gid();
 }
 
@@ -73,14 +80,29 @@ void SharedReader::on_remote_message(std::shared_ptr<const void> message, const 
     has_received_ = true;
     tell_all([&](TransportReaderListener& told) { told.on_remote_message(message, info); });
   }
+  count(info.identity);
+}
+
+void SharedReader::count(const SampleIdentity& sample) {
   if (traffic_->is_enabled()) {
-    traffic_->received(info.identity);
+    traffic_->received(sample);
   }
 }
 
-void SharedReader::on_malformed_sample() {
-  const std::lock_guard lock(mutex_);
-  tell_all([](TransportReaderListener& told) { told.on_malformed_sample(); });
+void SharedReader::on_malformed_sample(const SampleIdentity& sample) {
+  {
+    const std::lock_guard lock(mutex_);
+    tell_all([&](TransportReaderListener& told) { told.on_malformed_sample(sample); });
+  }
+  count(sample);
+}
+
+void SharedReader::on_overwritten_sample(const SampleIdentity& sample) {
+  {
+    const std::lock_guard lock(mutex_);
+    tell_all([&](TransportReaderListener& told) { told.on_overwritten_sample(sample); });
+  }
+  count(sample);
 }
 
 void SharedReader::on_samples_lost(int count) {

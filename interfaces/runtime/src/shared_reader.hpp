@@ -40,12 +40,15 @@ class SharedReader final : private TransportReaderListener {
 
  private:
   void on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) override;
-  void on_malformed_sample() override;
+  void on_malformed_sample(const SampleIdentity& sample) override;
+  void on_overwritten_sample(const SampleIdentity& sample) override;
   void on_samples_lost(int count) override;
   void on_remote_writers_changed(int matched) override;
   void on_incompatible_remote_writer(QosPolicy policy) override;
   void on_remote_liveliness_changed(LivelinessChange now) override;
 
+  /// For a simulation in lock step: the sample is not under way any more.
+  void count(const SampleIdentity& sample);
   /// Calls for each subscription; the first exception comes out once all were called.
   template <class Call>
   void tell_all(Call call);  // under mutex_

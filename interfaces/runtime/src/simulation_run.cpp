@@ -32,9 +32,11 @@ void SimulationRun::configure(const UntypedPublisher& clock,
         has_ended_ = !step();
         return !has_ended_;
       },
-      [report_fault = std::move(report_fault)](const std::string& who) {
-        report_fault("step.left_out",
-                     who + " does not get through with a step: it is not waited for any more");
+      [report_fault = std::move(report_fault)](const std::string& who, const std::string& why) {
+        report_fault("step.left_out", who +
+                                          " does not get through with a step: it is not waited for "
+                                          "any more (" +
+                                          why + ")");
       });
   awaited_.watch(publishers, [this] { resume(); });
 }

@@ -20,13 +20,13 @@ std::shared_ptr<QuiescenceWatch> QuiescenceWatch::create(std::shared_ptr<Activit
                                                          Quiescent quiescent) {
   std::shared_ptr<QuiescenceWatch> watch(new QuiescenceWatch(
       std::move(activity), std::move(traffic), std::move(group), std::move(quiescent)));
-  watch->on_received_ =
+  watch->on_change_ =
       std::make_shared<const std::function<void()>>([weak = watch->weak_from_this()] {
         if (const auto self = weak.lock()) {
           self->post_request();
         }
       });
-  watch->traffic_->on_received(watch->on_received_);
+  watch->traffic_->on_change(watch->on_change_);
   return watch;
 }
 
@@ -60,6 +60,9 @@ void QuiescenceWatch::request() {
 }
 
 void QuiescenceWatch::tell(Activity::Moment moment) {
+  // Executor threads and the watch thread may come here at once: what was counted earlier must not
+  // be told later.
+  const std::lock_guard lock(mutex_);
   // A step that begins from here on makes this moment one before it.
   const std::uint64_t steps = steps_.load();
   const StepTraffic::Counts counts = traffic_->counts();

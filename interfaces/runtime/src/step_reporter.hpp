@@ -21,8 +21,9 @@ class Broker;
 /// has received and sent by then. Thread-safe.
 class QuiescenceWatch : public std::enable_shared_from_this<QuiescenceWatch> {
  public:
-  /// Called on the thread that ran the last callback, or on one of the process's own; must neither
-  /// block nor throw. `steps`: that had begun before the process was seen to be quiescent.
+  /// Called on the thread that ran the last callback, or on one of the process's own, one call
+  /// after the other with counts that never go back; must neither block nor throw. `steps`: that
+  /// had begun before the process was seen to be quiescent.
   using Quiescent = std::function<void(const StepTraffic::Counts&, std::uint64_t steps)>;
 
   static std::shared_ptr<QuiescenceWatch> create(std::shared_ptr<Activity> activity,
@@ -49,9 +50,10 @@ class QuiescenceWatch : public std::enable_shared_from_this<QuiescenceWatch> {
   const std::shared_ptr<StepTraffic> traffic_;
   const std::shared_ptr<CallbackGroup> group_;  // on a thread that no component can hold up
   const Quiescent quiescent_;
+  std::mutex mutex_;  // held while `quiescent_` is called
   std::atomic<bool> requested_{false};
   std::atomic<std::uint64_t> steps_{0};
-  std::shared_ptr<const std::function<void()>> on_received_;
+  std::shared_ptr<const std::function<void()>> on_change_;
 };
 
 /// Tells the simulation that drives a clock each time when this process, whose nodes follow it, has

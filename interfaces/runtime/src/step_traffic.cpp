@@ -23,21 +23,48 @@ void StepTraffic::sent(const Gid& writer, const std::vector<Gid>& participants,
   }
 }
 
+void StepTraffic::readers_changed(const Gid& writer, const std::vector<Gid>& participants) {
+  Listeners told;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto gone = std::erase_if(counts_.sent, [&](const auto& sent) {
+      const auto& [from, to] = sent.first;
+      return from == writer &&
+             std::find(participants.begin(), participants.end(), to) == participants.end();
+    });
+    if (gone == 0) {
+      return;
+    }
+    told = listeners();
+  }
+  tell(told);
+}
+
 void StepTraffic::received(const SampleIdentity& sample) {
-  std::vector<std::shared_ptr<const std::function<void()>>> told;
+  Listeners told;
   {
     const std::lock_guard lock(mutex_);
     std::int64_t& last = counts_.received[sample.writer];
     last = std::max(last, sample.sequence_number);
-    std::erase_if(listeners_, [](const auto& weak) { return weak.expired(); });
-    for (const auto& weak : listeners_) {
-      if (auto listener = weak.lock()) {
-        told.push_back(std::move(listener));
-      }
+    told = listeners();
+  }
+  tell(told);
+}
+
+StepTraffic::Listeners StepTraffic::listeners() {
+  Listeners alive;
+  std::erase_if(listeners_, [](const auto& weak) { return weak.expired(); });
+  for (const auto& weak : listeners_) {
+    if (auto listener = weak.lock()) {
+      alive.push_back(std::move(listener));
     }
   }
-  for (const auto& tell : told) {
-    (*tell)();
+  return alive;
+}
+
+void StepTraffic::tell(const Listeners& listeners) {
+  for (const auto& listener : listeners) {
+    (*listener)();
   }
 }
 
@@ -46,7 +73,7 @@ StepTraffic::Counts StepTraffic::counts() const {
   return counts_;
 }
 
-void StepTraffic::on_received(const std::shared_ptr<const std::function<void()>>& call) {
+void StepTraffic::on_change(const std::shared_ptr<const std::function<void()>>& call) {
   const std::lock_guard lock(mutex_);
   listeners_.push_back(call);
 }

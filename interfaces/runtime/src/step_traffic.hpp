@@ -36,15 +36,23 @@ class StepTraffic {
   [[nodiscard]] bool is_enabled() const noexcept { return enabled_.load(); }
 
   void sent(const Gid& writer, const std::vector<Gid>& participants, std::int64_t sequence_number);
+  /// The readers of a writer are in these participants now: what was sent to others is not under
+  /// way any more.
+  void readers_changed(const Gid& writer, const std::vector<Gid>& participants);
   /// To be called when the sample waits in the queues of its subscriptions.
   void received(const SampleIdentity& sample);
   [[nodiscard]] Counts counts() const;
 
-  /// `call` is called after each `received`, on its thread, while it exists. It must return
-  /// soon and must not publish.
-  void on_received(const std::shared_ptr<const std::function<void()>>& call);
+  /// `call` is called after each change of what is under way to or from this process that is not
+  /// made by this process's own callbacks, on the thread that makes it, while `call` exists. It
+  /// must return soon and must not publish.
+  void on_change(const std::shared_ptr<const std::function<void()>>& call);
 
  private:
+  using Listeners = std::vector<std::shared_ptr<const std::function<void()>>>;
+  [[nodiscard]] Listeners listeners();  // under mutex_
+  static void tell(const Listeners& listeners);
+
   std::atomic<bool> enabled_{false};
   mutable std::mutex mutex_;
   Counts counts_;

@@ -267,12 +267,16 @@ void SubscriptionQueue::on_remote_message(std::shared_ptr<const void> message,
   receive(std::move(message), info, std::nullopt);
 }
 
-void SubscriptionQueue::on_malformed_sample() {
+void SubscriptionQueue::on_malformed_sample(const SampleIdentity&) {
   {
     const std::lock_guard lock(mutex_);
     ++statistics_.malformed;
   }
   malformed_->add();
+}
+
+void SubscriptionQueue::on_overwritten_sample(const SampleIdentity&) {
+  on_samples_lost(1);
 }
 
 void SubscriptionQueue::on_samples_lost(int count) {

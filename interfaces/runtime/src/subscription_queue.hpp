@@ -47,7 +47,8 @@ class SubscriptionQueue final : public Waitable,
   void execute() override;
 
   void on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) override;
-  void on_malformed_sample() override;
+  void on_malformed_sample(const SampleIdentity& sample) override;
+  void on_overwritten_sample(const SampleIdentity& sample) override;
   void on_samples_lost(int count) override;
   void on_remote_writers_changed(int matched) override;
   void on_incompatible_remote_writer(QosPolicy policy) override;

@@ -237,7 +237,7 @@ TEST_F(AcrossProcesses, MalformedAndLostSamplesAreCounted) {
   std::uint64_t lost = 0;
   const auto publisher = here_.publisher(QoS::reliable());
   const auto subscription = there_.subscription(
-      QoS::reliable(), {.message_lost = [&](EventCount count) { lost = count.total; }});
+      QoS::sensor_data(10), {.message_lost = [&](EventCount count) { lost = count.total; }});
   settle();
   int samples = 0;
   network_.set_tamper([&](const std::string& topic, std::vector<std::byte>& bytes) {

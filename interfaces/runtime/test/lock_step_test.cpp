@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <future>
 #include <memory>
+#include <optional>
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <string>
@@ -52,7 +53,10 @@ class Simulation {
         numbers_(node.create_publisher<Message>("numbers", QoS::reliable(1))),
         lock_step(
             node, *clock_.untyped(), options, [this] { return step(); },
-            [this](const std::string& who) { left_out.push_back(who); }) {}
+            [this](const std::string& who, const std::string& why) {
+              left_out.push_back(who);
+              reasons.push_back(why);
+            }) {}
 
   bool step() {
     if (on_step) {
@@ -73,6 +77,7 @@ class Simulation {
   Node node;
   std::uint64_t done = 0;
   std::vector<std::string> left_out;
+  std::vector<std::string> reasons;
   std::function<void()> on_step;
 
  private:
@@ -88,17 +93,18 @@ class Simulation {
 class Relay {
  public:
   Relay(const std::shared_ptr<Context>& context, Executor& executor, const std::string& name,
-        const std::string& from, const std::string& to, bool use_sim_time = true)
+        const std::string& from, const std::string& to, bool use_sim_time = true,
+        const QoS& requested = QoS::reliable(1))
       : node(node_options(context, executor, name, use_sim_time)),
         publisher_(node.create_publisher<Message>(to, QoS::reliable(1))),
-        subscription(node.create_subscription<Message>(from, QoS::reliable(1),
-                                                       [this](const Message& message) {
-                                                         if (on_message) {
-                                                           on_message();
-                                                         }
-                                                         received.push_back(message.distance);
-                                                         publisher_.publish(Message(message));
-                                                       })) {}
+        subscription(
+            node.create_subscription<Message>(from, requested, [this](const Message& message) {
+              if (on_message) {
+                on_message();
+              }
+              received.push_back(message.distance);
+              publisher_.publish(Message(message));
+            })) {}
 
   Node node;
   std::vector<double> received;
@@ -282,6 +288,10 @@ TEST_F(LockStepAcrossProcesses, AProcessThatDoesNotAnswerIsNamedLeftOutAndWaited
   there_runs_ = false;
   ASSERT_TRUE(run_until([&] { return !simulation.left_out.empty(); }));
   EXPECT_THAT(simulation.left_out, ElementsAre("the process of node '/relay'"));
+  EXPECT_THAT(simulation.reasons,
+              ElementsAre(::testing::ContainsRegex(
+                  "it has not reported the end of message [0-9]+ of 'rt/[a-z]+' "
+                  "of node '/simulation', but of message [0-9]+")));
   const std::uint64_t then = simulation.done;
   ASSERT_TRUE(run_until([&] { return simulation.done > then + 10; }));
   there_runs_ = true;
@@ -290,6 +300,73 @@ TEST_F(LockStepAcrossProcesses, AProcessThatDoesNotAnswerIsNamedLeftOutAndWaited
     const auto& received = relay.received;
     return received.size() > 100 && received.back() == received[received.size() - 50] + 49;
   }));
+}
+
+// A simulation waits for each message, also for a subscription that would do without some.
+TEST_F(LockStepAcrossProcesses, NoMessageIsLostWhereASubscriptionAsksForBestEffort) {
+  Simulation simulation(here_, here_executor_, 200);
+  Relay relay(there_, there_executor_, "relay", "numbers", "a", true, QoS::sensor_data(1));
+  ASSERT_TRUE(run_until([&] { return simulation.listeners() == 2; }));
+  std::uint64_t samples = 0;
+  network_.set_tamper([&](const std::string& topic, std::vector<std::byte>&) {
+    return topic == "rt/clock/_steps" || ++samples % 7 != 0;
+  });
+  simulation.lock_step.resume();
+  ASSERT_TRUE(run_until([&] { return simulation.done == 200 || !simulation.left_out.empty(); }));
+  ASSERT_TRUE(run_until([&] { return relay.received.size() == 200; }));
+  EXPECT_THAT(simulation.left_out, IsEmpty());
+  EXPECT_EQ(relay.received, numbers_to(200));
+  EXPECT_EQ(relay.subscription.publisher_count(), 1U);
+}
+
+TEST_F(LockStepAcrossProcesses, AWriterThatOffersBestEffortOnlyIsHeardToo) {
+  Node camera(node_options(here_, here_executor_, "camera", false));
+  auto publisher = camera.create_publisher<Message>("images", QoS::sensor_data(5));
+  Relay relay(there_, there_executor_, "relay", "images", "a", true, QoS::sensor_data(5));
+  ASSERT_TRUE(run_until([&] { return relay.subscription.publisher_count() == 1; }));
+  for (int i = 1; i <= 3; ++i) {
+    Message message;
+    message.distance = i;
+    publisher.publish(std::move(message));
+  }
+  ASSERT_TRUE(run_until([&] { return relay.received.size() == 3; }));
+  EXPECT_EQ(relay.received, numbers_to(3));
+  EXPECT_EQ(publisher.untyped()->statistics().incompatible_qos, 0U);
+}
+
+TEST_F(LockStepAcrossProcesses, AMalformedMessageIsNotWaitedFor) {
+  Simulation simulation(here_, here_executor_, 20);
+  Relay relay(there_, there_executor_, "relay", "numbers", "a");
+  ASSERT_TRUE(run_until([&] { return simulation.listeners() == 1; }));
+  network_.set_tamper([&](const std::string& topic, std::vector<std::byte>& bytes) {
+    if (topic == "rt/numbers" && simulation.done == 5) {
+      bytes.resize(bytes.size() / 2);
+    }
+    return true;
+  });
+  simulation.lock_step.resume();
+  ASSERT_TRUE(run_until([&] { return simulation.done == 20 || !simulation.left_out.empty(); }));
+  EXPECT_THAT(simulation.left_out, IsEmpty());
+  EXPECT_EQ(relay.subscription.statistics().malformed, 1U);
+}
+
+TEST_F(LockStepAcrossProcesses, AMessageToASubscriptionThatGoesIsNotWaitedFor) {
+  Simulation simulation(here_, here_executor_, 20);
+  std::optional<Relay> relay;
+  relay.emplace(there_, there_executor_, "relay", "numbers", "a");
+  const Node stays(node_options(there_, there_executor_, "stays", true));
+  ASSERT_TRUE(run_until([&] { return simulation.listeners() == 1; }));
+  simulation.lock_step.resume();
+  while (simulation.done < 6) {
+    here_executor_.spin_ready();
+    if (simulation.done < 6) {
+      network_.deliver();
+      there_executor_.spin_ready();
+    }
+  }
+  relay.reset();  // the message of the last step is on its way
+  ASSERT_TRUE(run_until([&] { return simulation.done == 20 || !simulation.left_out.empty(); }));
+  EXPECT_THAT(simulation.left_out, IsEmpty());
 }
 
 TEST_F(LockStepAcrossProcesses, AProcessThatDiesIsNotWaitedFor) {

@@ -244,6 +244,7 @@ void FakeNetwork::State::send(const Gid& reader, const Sample& sample) {
 void FakeNetwork::State::receive(const Gid& reader_gid, Sample sample) {
   WireTopic topic;
   std::shared_ptr<Guarded<TransportReaderListener>> listener;
+  Reliability reliability = Reliability::kReliable;
   Tamper tamper;
   {
     const std::lock_guard lock(mutex_);
@@ -254,16 +255,24 @@ void FakeNetwork::State::receive(const Gid& reader_gid, Sample sample) {
     }
     topic = reader->second.topic;
     listener = reader->second.reader_listener;
+    reliability = reader->second.qos.reliability;
     tamper = tamper_;
   }
+  const Sample sent = sample;
   if (tamper && !tamper(topic.name, sample.bytes)) {
-    listener->tell([](TransportReaderListener& told) { told.on_samples_lost(1); });
+    if (reliability == Reliability::kReliable) {
+      const std::lock_guard lock(mutex_);
+      wire_.push_front([this, reader_gid, sent] { receive(reader_gid, sent); });
+    } else {
+      listener->tell([](TransportReaderListener& told) { told.on_samples_lost(1); });
+    }
     return;
   }
   sample.info.reception_time = now();
   std::shared_ptr<void> message = topic.type->create();
   if (!topic.type->deserialize(sample.bytes, message.get())) {
-    listener->tell([](TransportReaderListener& told) { told.on_malformed_sample(); });
+    listener->tell(
+        [&](TransportReaderListener& told) { told.on_malformed_sample(sample.info.identity); });
     return;
   }
   listener->tell([&](TransportReaderListener& told) {
@@ -353,8 +362,10 @@ void FakeNetwork::State::tell_matches(const Gid& gid) {
     reader_listener = found->second.reader_listener;
   }
   if (writer_listener) {
-    writer_listener->tell(
-        [&](TransportWriterListener& told) { told.on_remote_readers_changed(matched); });
+    const std::vector<Gid> participants = matched_participants(gid);
+    writer_listener->tell([&](TransportWriterListener& told) {
+      told.on_remote_readers_changed(matched, participants);
+    });
   } else {
     reader_listener->tell([&](TransportReaderListener& told) {
       told.on_remote_writers_changed(matched);

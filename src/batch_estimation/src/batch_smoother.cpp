@@ -133,6 +133,7 @@ BatchSmoother::Implementation::Implementation(const BatchSmootherParameters& par
   imu_scaled_ = std::ranges::any_of(estimated_, [](int place) { return place >= kImuScale; }) ||
                 ImuScale{}.local(globals_.imu_scale).any();
   how_.coasting.gyro = parameters.coasting_angular_rate;
+  how_.coasting_turn = parameters.coasting_turn;
   how_.coasting.accelerometer = parameters.coasting_acceleration;
   static_cast<void>(PriorFactor(recording_.first, recording_.first_covariance));
   for (const AnyFactor& factor : recording_.measurements) {

@@ -13,6 +13,7 @@ BatchSmootherParameters BatchSmootherParameters::like(const FixedLagSmootherPara
           .imu_noise = online.imu_noise,
           .coasting_acceleration = online.coasting_acceleration,
           .coasting_angular_rate = online.coasting_angular_rate,
+          .coasting_turn = online.coasting_turn,
           .globals = online.globals,
           .global_deviations = online.global_deviations,
           .robustness = online.robustness};
@@ -25,6 +26,7 @@ void BatchSmootherParameters::validate() const {
   imu_noise.validate();
   check_within("coasting_acceleration", coasting_acceleration, 1e-6, 1000);
   check_within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000);
+  check_within("coasting_turn", coasting_turn, 0, 1000);
   if (!globals.is_finite()) {
     validation::refuse("globals: one is not finite");
   }

@@ -44,6 +44,7 @@ void SourceWatchParameters::validate() const {
     require(field, value, value >= low && value <= high, range);
   };
   within("correlation_time", correlation_time, 0, 1000, "[0, 1000]");
+  within("shortest_correlation_time", shortest_correlation_time, 0, 1000, "[0, 1000]");
   within("largest_deviation_factor", largest_deviation_factor, 1, 100, "[1, 100]");
   within("outage", outage, 0.1, 1000, "[0.1, 1000]");
   within("doubt_after", static_cast<double>(doubt_after), 1, 1e4, "[1, 10000]");
@@ -182,8 +183,9 @@ Verdict AbsoluteSourceWatch::judge(const WatchedFix& fix) noexcept {
   return bears_state_out(fix) ? Verdict::kUse : Verdict::kHold;
 }
 
-void AbsoluteSourceWatch::offer(const TrackPair& pair, double yaw) noexcept {
-  offered_[next_offered_] = {pair, yaw};
+void AbsoluteSourceWatch::offer(const TrackPair& pair, double yaw,
+                                const Eigen::Vector2d& innovation) noexcept {
+  offered_[next_offered_] = {pair, yaw, innovation};
   next_offered_ = (next_offered_ + 1) % offered_.size();
 }
 
@@ -192,6 +194,7 @@ void AbsoluteSourceWatch::note_accepted(double time, double way) noexcept {
   for (Offered& offered : offered_) {
     if (offered.pair.time == time) {
       witness_.learn(offered.pair, offered.yaw);
+      correlation_.add(time, offered.innovation / offered.pair.deviation);
     }
   }
   last_accepted_ = std::isfinite(last_accepted_) ? std::max(last_accepted_, time) : time;
@@ -225,7 +228,15 @@ void AbsoluteSourceWatch::note_misfit(double time, double chi_square_per_degree)
 }
 
 double AbsoluteSourceWatch::covariance_scale(double spacing) const noexcept {
-  return covariance_factor(parameters_.correlation_time, spacing) * std::exp(log_scale_);
+  return covariance_factor(correlation_time(), spacing) * std::exp(log_scale_);
+}
+
+double AbsoluteSourceWatch::correlation_time() const noexcept {
+  return correlation_.time(parameters_.shortest_correlation_time, parameters_.correlation_time);
+}
+
+double AbsoluteSourceWatch::deviation_factor() const noexcept {
+  return std::exp(0.5 * log_scale_);
 }
 
 void AbsoluteSourceWatch::trust(double time, double way) noexcept {

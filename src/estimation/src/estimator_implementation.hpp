@@ -15,6 +15,7 @@
 #include "odometer_intake.hpp"
 #include "pipescout/estimation/in_motion_alignment.hpp"
 #include "pipescout/estimation/state_estimator.hpp"
+#include "start_trail.hpp"
 #include "turn_window.hpp"
 
 namespace pipescout::estimation {
@@ -101,6 +102,12 @@ class StateEstimator::Implementation {
     bool has_height = true;
   };
 
+  struct Given {
+    GivenPose pose{};
+    /// Where the body was at its time; its deviations are part of those of the pose.
+    std::optional<geometry::SE3> T_odom_body{};
+  };
+
   /// Whether the odometer tells how the body moves.
   [[nodiscard]] bool has_odometer(double time) const noexcept {
     constexpr double kWitnessAge = 1;  // s, of the newest reading
@@ -171,6 +178,14 @@ class StateEstimator::Implementation {
   /// more: then the axes become those in which the body is where it is and heads where it heads.
   void forget_heading();
   void level_again() noexcept;
+  /// Puts the trail of the levelling where odom ended before. Where odom goes on after it.
+  [[nodiscard]] geometry::SE3 continue_odom();
+  /// Looks where in odom the body was at the time of the given pose, unless that is known, or that
+  /// time is still to come.
+  void place_given();
+  /// By standard deviations, m and rad.
+  void widen_given(double position, double heading);
+  void give_up_given(const char* why) noexcept;
   [[nodiscard]] std::optional<Angle> start_yaw() const;
   [[nodiscard]] std::optional<Placement> start_place(const Angle& yaw) const;
 
@@ -201,6 +216,11 @@ class StateEstimator::Implementation {
   void use(Measurement m) noexcept;
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
+  /// The same of a fix. However alike the errors of fixes are, one alone tells the place as well as
+  /// it states: of a state that is less sure (variance P, the fix's R) what is beyond R is
+  /// independent of the errors of earlier fixes, and the factor P / (P - R) makes it as sure as the
+  /// fix. Not of those that come together: each would be used so.
+  [[nodiscard]] double covariance_factor_of(const GpsMeasurement& m);
   [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
   [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,
@@ -250,6 +270,7 @@ class StateEstimator::Implementation {
   double imu_lag_ = 0;          // s, behind the others: largest lately
   double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
+  std::uint64_t gps_used_at_ = 0;             // number of the update that the newest fix goes into
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   std::array<double, kOwnFactorKinds> own_last_used_{};
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();
@@ -267,7 +288,11 @@ class StateEstimator::Implementation {
   bool told_in_motion_ = false;
   bool contradicted_in_motion_ = false;
   double heading_deviation_ = std::numeric_limits<double>::quiet_NaN();
-  std::optional<GivenPose> given_{};
+  std::optional<Given> given_{};
+  const char* given_fault_ = nullptr;  // why a given pose is not used
+  StartTrail trail_{};
+  // s, where odom ended when a restart was asked for; NaN: it did not, or is of another time.
+  double odom_ended_ = std::numeric_limits<double>::quiet_NaN();
   bool height_is_known_ = false;  // that of the map: some position had one
   // While aligning: by the newest visual pose, and by the newest weld.
   std::optional<Point> seen_place_{};

@@ -243,10 +243,24 @@ Outcome StateEstimator::Implementation::add(const GivenPose& pose) noexcept {
       (pose.heading && !within(pose.heading_deviation, 1e-4, 1))) {
     return Outcome::kBadCovariance;
   }
-  if (!in_map()) {
-    given_ = pose;
+  if (in_map()) {
+    return Outcome::kWaiting;
   }
-  return Outcome::kWaiting;
+  try {
+    given_ = Given{.pose = pose};
+    given_fault_ = nullptr;
+    if (reckons()) {
+      place_given();
+    } else if (last_odom_ && pose.time >= odom_.begins() && pose.time <= odom_ended_) {
+      const geometry::SE3 since =
+          odom_.at(odom_ended_).T_odom_body.inverse() * odom_.at(pose.time).T_odom_body;
+      given_->T_odom_body = *last_odom_ * since;
+    }
+    return Outcome::kWaiting;
+  } catch (const std::exception&) {
+    given_.reset();
+    return Outcome::kQuarantined;
+  }
 }
 
 Outcome StateEstimator::Implementation::add(const AnyFactor& factor) noexcept {
@@ -325,6 +339,8 @@ void StateEstimator::Implementation::bridge(double until) {
 
 void StateEstimator::Implementation::jump(double time) {
   levelling_ = {};
+  trail_.forget();
+  odom_ended_ = std::numeric_limits<double>::quiet_NaN();
   turns_.forget();
   if (!reckons()) {
     odometer_.forget();

@@ -328,10 +328,15 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
     const FixedLagSmoother::Propagated shown = *smoother_.propagated();
     if (shown.state.is_finite()) {
       last_odom_ = odom_.smooth(shown.time, shown.state);
+      odom_ended_ = shown.time;
+      if (shown.time > newest_time()) {
+        odom_.record(shown.time, shown.state, status_.standing_still);
+      }
     }
   }
   if (reason != RestartReason::kNone) {
     note_restart(reason, imu_end_);
+    odom_ended_ = std::numeric_limits<double>::quiet_NaN();
   }
   phase_ = Phase::kStarting;
   recovered_time_ = std::numeric_limits<double>::quiet_NaN();
@@ -342,6 +347,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   own_pending_.clear();
   in_motion_.end();
   given_.reset();
+  given_fault_ = nullptr;
   seen_place_.reset();
   seen_yaw_.reset();
   passed_place_.reset();

@@ -53,6 +53,8 @@ EstimatorStatus StateEstimator::Implementation::status() const {
     // Welds are believed from the first on; until then there are none.
     const bool unheard = source == Source::kWeld && one.accepted + one.gated + one.held == 0;
     one.state = unheard ? SourceState::kAbsent : watch_of(source).state();
+    one.correlation_time = watch_of(source).correlation_time();
+    one.deviation_factor = watch_of(source).deviation_factor();
   }
   for (std::size_t i = 0; i < kSources; ++i) {
     status.sources[i].waiting = waiting(static_cast<Source>(i));
@@ -140,6 +142,9 @@ EstimatorStatus StateEstimator::Implementation::status() const {
         text << "waits for a heading: needs about "
              << std::ceil(std::max(needed - gps.track().extent(), 1.0))
              << " m of motion with GPS, or a heading, visual pose, weld or given pose";
+      }
+      if (given_fault_ != nullptr) {
+        text << "; the given pose is not used: " << given_fault_;
       }
       break;
   }

@@ -2,8 +2,10 @@
 // Absolute measurements: which of them the smoother gets, and when it is moved by them.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "estimator_implementation.hpp"
 #include "pipescout/linear_algebra/products.hpp"
@@ -31,6 +33,26 @@ double spacing_of(double& last, double time) {
   const double spacing = std::max(std::abs(time - last), kLeast);
   last = time;
   return spacing;
+}
+
+/// Of the body, by what is known of the mounting of the camera.
+geometry::SE3 mounted_pose(const VisualPoseMeasurement& m, const GlobalStates& globals) {
+  return m.mounting < 0 ? m.T_rack_body : m.T_rack_body * mounting_error(m, globals).inverse();
+}
+
+struct MountingVariances {
+  double position = 0;  // m^2, of the body
+  double rotation = 0;  // rad^2
+};
+
+MountingVariances mounting_variances(const VisualPoseMeasurement& m, const GlobalVector& known) {
+  if (m.mounting < 0) {
+    return {};
+  }
+  const double rotation = known.segment<3>(kOwnStates + m.mounting + 3).maxCoeff();
+  return {.position = known.segment<3>(kOwnStates + m.mounting).maxCoeff() +
+                      m.camera.squaredNorm() * rotation,
+          .rotation = rotation};
 }
 
 }  // namespace
@@ -77,7 +99,7 @@ StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
 StateEstimator::Implementation::Point StateEstimator::Implementation::point_of(
     const VisualPoseMeasurement& m) const {
   const GlobalStates& globals = smoother_.globals();
-  return {globals.R_map_rack * m.T_rack_body.translation() + globals.rack_position,
+  return {globals.R_map_rack * mounted_pose(m, globals).translation() + globals.rack_position,
           odom_.at(m.time).T_odom_body.translation(),
           worst_deviation(m.covariance.topLeftCorner<3, 3>())};
 }
@@ -91,7 +113,7 @@ WatchedFix StateEstimator::Implementation::fix_of(const VisualPoseMeasurement& m
   const double rack =
       known.segment<3>(kRackPosition).maxCoeff() +
       m.T_rack_body.translation().squaredNorm() * known.segment<3>(kRackRotation).maxCoeff();
-  return fix_of(m.time, point_of(m), rack);
+  return fix_of(m.time, point_of(m), rack + mounting_variances(m, known).position);
 }
 
 WatchedFix StateEstimator::Implementation::fix_of(const WeldMeasurement& m) const {
@@ -255,11 +277,19 @@ void StateEstimator::Implementation::see(const VisualPoseMeasurement& m, const W
   }
   // The rack's own error is in what follows too: as it was at the start, so that it is not counted
   // for less than it is.
-  seen_place_ = Point{fix.measured, fix.reckoned, std::hypot(fix.deviation, rack)};
-  const SO3 body = smoother_.globals().R_map_rack * m.T_rack_body.rotation();
+  // The mounting of the camera is to be learnt from what follows: a state that is placed by it must
+  // not count as another witness of it.
+  constexpr double kNoWitness = 9;  // times its variance
+  const MountingVariances mounting = mounting_variances(m, known);
+  seen_place_ = Point{
+      fix.measured, fix.reckoned,
+      std::sqrt(fix.deviation * fix.deviation + rack * rack + kNoWitness * mounting.position)};
+  const GlobalStates& globals = smoother_.globals();
+  const SO3 body = globals.R_map_rack * mounted_pose(m, globals).rotation();
   const Eigen::Matrix3d turn = (body * odom_.at(m.time).T_odom_body.rotation().inverse()).matrix();
   const double variance = m.covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff() +
-                          known.segment<3>(kRackRotation).maxCoeff();
+                          known.segment<3>(kRackRotation).maxCoeff() +
+                          kNoWitness * mounting.rotation;
   seen_yaw_ =
       Angle{std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), std::sqrt(variance)};
 }
@@ -303,9 +333,31 @@ double StateEstimator::Implementation::covariance_factor_of(Source source, doubl
   return watch_of(source).covariance_scale(spacing);
 }
 
+double StateEstimator::Implementation::covariance_factor_of(const GpsMeasurement& m) {
+  const double factor = covariance_factor_of(Source::kGps, m.time);
+  // Of those that come together each but the first would find the state as the first did.
+  const bool first = std::exchange(gps_used_at_, updates_ + 1) != updates_ + 1;
+  const AbsoluteSourceWatch& watch = watch_of(Source::kGps);
+  if (!first || !in_map() || watch.correlation_time() == 0) {
+    return factor;
+  }
+  const double scale = watch.deviation_factor() * watch.deviation_factor();
+  const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  double surplus = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (m.covariance(axis, axis) < kNoHeight * kNoHeight) {
+      surplus = std::min(surplus, covariance(kPosition + axis, kPosition + axis) /
+                                      (scale * m.covariance(axis, axis)));
+    }
+  }
+  return surplus > 1 ? std::min(factor, scale * surplus / (surplus - 1)) : factor;
+}
+
 template <class Measurement>
 void StateEstimator::Implementation::use(Measurement m) noexcept {
-  if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
+  if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
+    m.covariance *= covariance_factor_of(m);
+  } else if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
     const double factor = covariance_factor_of(source_of(m), m.time);
     if constexpr (std::is_same_v<Measurement, HeadingMeasurement>) {
       m.standard_deviation *= std::sqrt(factor);
@@ -343,13 +395,18 @@ void StateEstimator::Implementation::offer(const Measurement& m) noexcept {
   if constexpr (std::is_same_v<Measurement, GpsMeasurement> ||
                 std::is_same_v<Measurement, VisualPoseMeasurement>) {
     const Point point = point_of(m);
+    constexpr bool kGps = std::is_same_v<Measurement, GpsMeasurement>;
+    const GlobalStates& globals = smoother_.globals();
+    const double late = kGps ? globals.gps_time_offset : globals.visual_pose_time_offset;
+    const Vector3d predicted = SO3::about_z(odom_.yaw()) * point.reckoned + odom_.offset() +
+                               late * newest_state().velocity;
     watch_of(source_of(m))
         .offer({.time = m.time,
                 .measured = point.measured,
                 .reckoned = point.reckoned,
                 .deviation = point.deviation,
                 .way = odom_.at(m.time).way},
-               odom_.yaw());
+               odom_.yaw(), (point.measured - predicted).head<2>());
   }
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "direction_of_travel.hpp"
 #include "estimator_implementation.hpp"
 #include "pipescout/linear_algebra/products.hpp"
 
@@ -17,6 +18,10 @@ namespace {
 using Eigen::Vector3d;
 using geometry::SE3;
 using geometry::SO3;
+
+// Beyond them, those of GivenPose, it tells nothing.
+constexpr double kLargestGivenDeviation = 1e4;  // m
+constexpr double kLargestGivenAngle = 1;        // rad
 
 constexpr double kKnown = 1e-3;  // m and rad of the yaw, where the axes are those of the body
 
@@ -76,6 +81,7 @@ void StateEstimator::Implementation::gather(const ImuSample& sample) {
   if (levelling_.count > 0 && sample.time - levelling_end_ > kLongestGap) {
     levelling_ = {};
   }
+  trail_.add(sample);
   levelling_.add(sample);
   levelling_end_ = sample.time + sample.duration;
   if (levelling_.duration < parameters_.start.levelling - kStep) {
@@ -107,8 +113,10 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   double speed = kStillSpeed;
   double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
   // The part of the levelling that the odometer may be expected to cover.
-  const auto motion =
-      odometer_.motion(std::min(odometer_.newest(), time), 0.5 * parameters_.start.levelling);
+  const double covered = 0.5 * start.levelling;
+  const auto motion = has_odometer(time)
+                          ? odometer_.motion(std::min(odometer_.newest(), time), covered)
+                          : std::nullopt;
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
   seems_still_ = still && !motion && !parameters_.standstill.by_imu;
   Vector3d velocity = Vector3d::Zero();
@@ -125,9 +133,27 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
       force -= Vector3d(motion->acceleration, rate.z() * motion->speed, 0);
     }
   }
-  const SO3 tilted = *estimation::level(force);
-  const SE3 begin = last_odom_.value_or(SE3());
-  mean.R_map_body = SO3::about_z(yaw_of(begin.rotation())) * tilted;
+  mean.R_map_body = *estimation::level(force);
+  const Eigen::Matrix3d to_travel = DirectionOfTravel(smoother_.globals()).R_travel_body;
+  const double unknown_speed = start.hover_speed > 0 ? start.hover_speed : start.largest_speed;
+  StartTrail::Motion moved = {
+      .gyro_bias = mean.gyro_bias,
+      .gyro_bias_deviation = gyro_bias,
+      .speed_deviation = motion ? speed : unknown_speed,
+      .odometer_scale = smoother_.globals().odometer_scale,
+      .travel = to_travel.transpose() * Vector3d::UnitX(),
+      .sensor = parameters_.odometer.sensor,
+  };
+  if (still && !seems_still_) {
+    moved.stands_from = time - levelling_.duration;
+  }
+  if (motion) {
+    moved.speed = motion->speed;
+  }
+  trail_.settle(SE3(mean.R_map_body, Vector3d::Zero()), moved, odometer_);
+  const SE3 shown = continue_odom();
+  const SE3 begin = trail_.at(trail_.ends())->pose;
+  mean.R_map_body = begin.rotation();
   mean.position = begin.translation();
   mean.velocity = mean.R_map_body * velocity;
   deviations << Vector3d::Constant(kKnown), tilt, tilt, kKnown, Vector3d::Constant(speed),
@@ -144,7 +170,7 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   smoother_.restart(time, mean, covariance);
   odom_.forget();
   odom_.record(time, mean, true);
-  odom_.make_up(time, mean, last_odom_.value_or(odom_.plain(mean)));
+  odom_.make_up(time, mean, shown);
   good_time_ = time;
   good_state_ = mean;
   good_covariance_ = covariance;
@@ -157,6 +183,68 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
     watch.distrust(time, 0);
   }
   phase_ = Phase::kAligning;
+  place_given();
+}
+
+SE3 StateEstimator::Implementation::continue_odom() {
+  const SE3 first = trail_.at(trail_.begins())->pose;
+  const SE3 last = trail_.at(trail_.ends())->pose;
+  if (!last_odom_) {
+    return last;
+  }
+  const SO3 turn = SO3::about_z(yaw_of(last_odom_->rotation()) - yaw_of(first.rotation()));
+  trail_.move(SE3(turn, last_odom_->translation() - turn * first.translation()));
+  if (given_ && given_->T_odom_body) {
+    if (const auto since = trail_.at(odom_ended_)) {
+      widen_given(since->position_deviation, since->heading_deviation);
+    }
+  }
+  return *last_odom_ * first.inverse() * last;
+}
+
+void StateEstimator::Implementation::place_given() {
+  if (!given_ || given_->T_odom_body) {
+    return;
+  }
+  const double time = given_->pose.time;
+  if (time > newest_time()) {
+    if (time > newest_time() + parameters_.longest_wait) {
+      give_up_given("its stamp is ahead of the IMU by more than longest_wait");
+    }
+    return;
+  }
+  const OdomFrame::Place oldest = odom_.at(odom_.begins());
+  if (time >= odom_.begins()) {
+    given_->T_odom_body = odom_.at(time).T_odom_body;
+  } else if (const auto place = trail_.at(time)) {
+    given_->T_odom_body = place->pose;
+    widen_given(place->position_deviation, place->heading_deviation);
+  } else {
+    // Between the levelling and what is remembered: it may have been anywhere on that way.
+    given_->T_odom_body = oldest.T_odom_body;
+    const SO3 begin = trail_.at(trail_.ends())->pose.rotation();
+    widen_given(oldest.way, (begin.inverse() * oldest.T_odom_body.rotation()).log().norm());
+  }
+}
+
+void StateEstimator::Implementation::widen_given(double position, double heading) {
+  GivenPose& pose = given_->pose;
+  pose.position_deviation = std::hypot(pose.position_deviation, position);
+  pose.heading_deviation = std::hypot(pose.heading_deviation, heading);
+  if (!(pose.position_deviation <= kLargestGivenDeviation)) {
+    pose.position.reset();
+  }
+  if (!(pose.heading_deviation <= kLargestGivenAngle)) {
+    pose.heading.reset();
+  }
+  if (!pose.position && !pose.heading) {
+    give_up_given("how the vehicle has moved since its stamp is not known");
+  }
+}
+
+void StateEstimator::Implementation::give_up_given(const char* why) noexcept {
+  given_.reset();
+  given_fault_ = why;
 }
 
 void StateEstimator::Implementation::begin_in_motion(double time, const NavState& seeming,
@@ -189,9 +277,9 @@ std::optional<StateEstimator::Implementation::Angle> StateEstimator::Implementat
     }
   };
   const double enough = parameters_.start.heading_deviation;
-  if (given_ && given_->heading) {
-    offer(*given_->heading - yaw_of(odom_.at(given_->time).T_odom_body.rotation()),
-          given_->heading_deviation);
+  if (given_ && given_->T_odom_body && given_->pose.heading) {
+    offer(*given_->pose.heading - yaw_of(given_->T_odom_body->rotation()),
+          given_->pose.heading_deviation);
   }
   const AbsoluteSourceWatch& headings = watch_of(Source::kHeading);
   if (headings.agreeing() >= parameters_.heading.agreeing) {
@@ -254,9 +342,9 @@ StateEstimator::Implementation::start_place(const Angle& yaw) const {
   if (passed_place_) {
     offer_point(*passed_place_);
   }
-  if (given_ && given_->position) {
-    offer_point({*given_->position, odom_.at(given_->time).T_odom_body.translation(),
-                 given_->position_deviation});
+  if (given_ && given_->T_odom_body && given_->pose.position) {
+    offer_point({*given_->pose.position, given_->T_odom_body->translation(),
+                 given_->pose.position_deviation});
   }
   return best;
 }
@@ -283,6 +371,7 @@ bool StateEstimator::Implementation::align_in_motion() {
 }
 
 void StateEstimator::Implementation::align() {
+  place_given();
   if (!status_.standing_still &&
       newest_time() - reckons_since_ > 2 * parameters_.standstill.window) {
     still_since_start_ = false;
@@ -304,7 +393,7 @@ void StateEstimator::Implementation::align() {
   if (!placement) {
     return;
   }
-  height_is_known_ |= given_ && given_->position;
+  height_is_known_ |= given_ && given_->T_odom_body && given_->pose.position;
   place(*placement, RestartReason::kNone);
   if (seems_still_) {
     const StartParameters& start = parameters_.start;
@@ -332,6 +421,7 @@ void StateEstimator::Implementation::run() {
   }
   in_motion_.end();
   given_.reset();
+  given_fault_ = nullptr;
   borne_out_ = 0;
 }
 
@@ -359,6 +449,7 @@ void StateEstimator::Implementation::forget_heading() {
 void StateEstimator::Implementation::level_again() noexcept {
   const FixedLagSmoother::Propagated shown = *smoother_.propagated();
   last_odom_ = odom_.smooth(shown.time, shown.state);
+  odom_ended_ = shown.time;
   in_motion_.end();
   levelling_ = {};
   phase_ = Phase::kStarting;

@@ -48,6 +48,29 @@ void GlobalDeviations::validate() const {
   }
 }
 
+int FixedLagSmootherParameters::estimate_camera_mounting(double position_deviation,
+                                                         double rotation_deviation) {
+  constexpr int kPlace = kOwnSize - kMountingSize;
+  require("position_deviation", position_deviation,
+          position_deviation == 0 || (position_deviation >= 1e-9 && position_deviation <= 1e6),
+          "{0} or [1e-9, 1e6]");
+  require("rotation_deviation", rotation_deviation,
+          rotation_deviation == 0 || (rotation_deviation >= 1e-9 && rotation_deviation <= 1),
+          "{0} or [1e-9, 1]");
+  auto states = global_deviations.own.segment<kMountingSize>(kPlace);
+  if (states.any()) {
+    throw std::invalid_argument(
+        "the mounting of the camera needs six of the eight states of the user: at most two others, "
+        "such as biases of sources, are possible");
+  }
+  states << Eigen::Vector3d::Constant(position_deviation),
+      Eigen::Vector3d::Constant(rotation_deviation);
+  relinearisation.own.segment<kMountingSize>(kPlace)
+      << Eigen::Vector3d::Constant(relinearisation.position),
+      Eigen::Vector3d::Constant(relinearisation.rotation);
+  return kPlace;
+}
+
 std::array<Robustness, kFactorKinds> FixedLagSmootherParameters::default_robustness() {
   constexpr double kGate = 0.9999;
   std::array<Robustness, kFactorKinds> all{};
@@ -68,6 +91,7 @@ ImuIntegration FixedLagSmootherParameters::imu_integration() const noexcept {
                      .gravity = gravity,
                      .map_rate = earth.rate};
   how.coasting.gyro = coasting_angular_rate;
+  how.coasting_turn = coasting_turn;
   how.coasting.accelerometer = coasting_acceleration;
   return how;
 }
@@ -90,6 +114,7 @@ void FixedLagSmootherParameters::validate() const {
   imu_noise.validate();
   within("coasting_acceleration", coasting_acceleration, 1e-6, 1000, "[1e-6, 1000]");
   within("coasting_angular_rate", coasting_angular_rate, 1e-6, 1000, "[1e-6, 1000]");
+  within("coasting_turn", coasting_turn, 0, 1000, "[0, 1000]");
   if (!globals.is_finite()) {
     throw std::invalid_argument("globals: one is not finite");
   }

@@ -207,4 +207,9 @@ void ImuPreintegration::integrate(const Vector3d& angular_rate, const Vector3d& 
   motion_.integrate(angular_rate, specific_force, duration);
 }
 
+void ImuPreintegration::add_turn_noise(const Vector3d& axis, double density, double duration) {
+  covariance_.block<3, 3>(kRotation, kRotation) +=
+      duration * density * density * axis * axis.transpose();
+}
+
 }  // namespace pipescout::estimation

@@ -67,6 +67,9 @@ double ImuTimeline::integrate(const ImuIntegration& how, const geometry::SO3& R_
         how.turning * std::exp(-std::max(middle - how.turning_time, 0.0) / how.turning_ends);
     sum.integrate(motion.gyro_bias() + turning * up, motion.accelerometer_bias() + how.gravity * up,
                   duration, how.coasting);
+    if (how.coasting_turn > 0) {
+      sum.add_turn_noise(up, how.coasting_turn, duration);
+    }
     coasted += duration;
   });
   return coasted;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "pipescout/estimation/state.hpp"
@@ -34,6 +35,11 @@ class OdomFrame {
     count_ = 0;
     yaw_ = way_ = 0;
     offset_.setZero();
+  }
+
+  /// s, of the oldest record; infinite without one.
+  [[nodiscard]] double begins() const noexcept {
+    return count_ > 0 ? record_at(0).time : std::numeric_limits<double>::infinity();
   }
 
   struct Place {

@@ -148,6 +148,10 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   // of steps of 0.1 m; turns that come out wrong by scales, stamps and vibration, 2 degrees after
   // 10 s. A state that is surer than that holds out fixes that are right.
   p.odometer.share = 0.3;
+  // Without the IMU: gravity keeps it from tilting as it turns. Taken for 0.3, the tilt after a gap
+  // was one that nothing had, and gravity pulled the position off.
+  p.smoother.coasting_angular_rate = 0.1;
+  p.smoother.coasting_turn = 0.3;
   p.smoother.imu_noise.gyro = 0.01;
   p.smoother.imu_noise.gyro_bias = 1e-3;
   // Receivers without corrections smooth, and are off by metres for seconds. Fixes taken for
@@ -161,14 +165,19 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
 StateEstimatorParameters StateEstimatorParameters::uav() {
   StateEstimatorParameters p;
   p.start.largest_speed = 1;
+  // It hovers or flies straight on, within some hundredths of a radian of level.
+  p.smoother.coasting_angular_rate = 0.1;
+  p.smoother.coasting_acceleration = 0.5;
   // RTK GPS is finer than what the smoother leaves out of a larger one: 1 - cos of it, of the way.
   p.start.heading_deviation = 0.08;
   // What poses from images are wrong by is that of what is seen, which changes within half a second
   // or so, not that of the image.
   p.visual_pose.correlation_time = 0.5;
+  p.visual_pose.shortest_correlation_time = 0;
   // Multipath moves RTK fixes by more than they state, for up to a minute, and stamps are off by
   // some hundredths of a second: at 2 m/s by as many centimetres.
   p.gps.correlation_time = 20;
+  p.gps.shortest_correlation_time = 0;
   p.gps.largest_deviation_factor = 5;
   p.visual_pose.largest_deviation_factor = 5;
   p.smoother.global_deviations.gps_time_offset = 0.05;

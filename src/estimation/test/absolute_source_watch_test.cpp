@@ -46,6 +46,27 @@ class AbsoluteSourceWatchTest : public testing::Test {
   double time_ = 0;
 };
 
+TEST_F(AbsoluteSourceWatchTest, TakesErrorsForAsLongCorrelatedAsTheyAreAtMost) {
+  SourceWatchParameters parameters{.correlation_time = 20, .shortest_correlation_time = 1};
+  AbsoluteSourceWatch found(parameters);
+  parameters.shortest_correlation_time = 20;
+  AbsoluteSourceWatch fixed(parameters);
+  EXPECT_EQ(found.correlation_time(), 20);
+  for (int i = 0; i < 1000; ++i) {
+    const double time = kPeriod * i;
+    // Independent enough: no two that follow each other have much in common.
+    const Eigen::Vector2d innovation(std::sin(2.1 * i), std::cos(2.1 * i));
+    for (AbsoluteSourceWatch* watch : {&found, &fixed}) {
+      watch->offer({.time = time, .deviation = 1}, 0, innovation);
+      watch->note_accepted(time, 0);
+    }
+  }
+  EXPECT_EQ(found.correlation_time(), 1);
+  EXPECT_EQ(fixed.correlation_time(), 20);
+  EXPECT_EQ(found.covariance_scale(kPeriod), covariance_factor(1, kPeriod));
+  EXPECT_EQ(found.deviation_factor(), 1);
+}
+
 TEST_F(AbsoluteSourceWatchTest, BecomesTrustedWhenItsFixesAgree) {
   EXPECT_EQ(watch_.state(), SourceState::kAbsent);
   EXPECT_EQ(judge(), Verdict::kHold);

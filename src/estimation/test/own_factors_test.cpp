@@ -10,6 +10,7 @@
 #include "heap_guard.hpp"
 #include "pipescout/estimation/factors.hpp"
 #include "pipescout/estimation/fixed_lag_smoother.hpp"
+#include "pipescout/estimation/pose_factor.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -36,6 +37,9 @@ class OwnFactorsTest : public testing::TestWithParam<std::uint64_t> {
                         .accelerometer_bias = vector(0.1)};
     GlobalStates globals;
     globals.own = OwnVector::NullaryExpr([&] { return draw(0.3); });
+    globals.rack_position = vector(5);
+    globals.R_map_rack = SO3::exp(vector(0.5));
+    globals.visual_pose_time_offset = draw(0.1);
     FactorValue value;
     factor.evaluate(x, x, globals, true, value);
     ASSERT_EQ(value.rows, factor.rows());
@@ -73,6 +77,19 @@ TEST_P(OwnFactorsTest, Derivatives) {
   expect_derivatives(
       {RangeMeasurement{1, 20 + draw(3), 0.3, vector(20), vector(1), 7}, own_kind(0)});
   expect_derivatives({MagneticFieldMeasurement{1, vector(20), draw(0.3), 0.2, 0}, own_kind(0)});
+  VisualPoseMeasurement pose = {.time = 1,
+                                .T_rack_body = {SO3::exp(vector(0.5)), vector(10)},
+                                .angular_rate = vector(0.5),
+                                .camera = vector(0.5),
+                                .mounting = 2};
+  pose.covariance.diagonal().setConstant(0.1);
+  pose.covariance.topLeftCorner<3, 3>() = covariance();
+  expect_derivatives({pose, own_kind(0)});
+  PoseMeasurement of_map;
+  static_cast<VisualPoseMeasurement&>(of_map) = pose;
+  expect_derivatives({of_map, own_kind(0)});
+  of_map.clock = 1;
+  expect_derivatives({of_map, own_kind(0)});
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, OwnFactorsTest, testing::Range<std::uint64_t>(1, 21));
@@ -113,6 +130,13 @@ TEST(OwnFactorTest, FaultsAreThoseOfTheNumbersAndTimes) {
   EXPECT_EQ(fault(HeightMeasurement{0, nan, 0.3}), InputFault::kNotFinite);
   EXPECT_EQ(fault(HeightMeasurement{0, 1, 0}), InputFault::kBadCovariance);
   EXPECT_EQ(fault(HeightMeasurement{.standard_deviation = 1, .bias = kOwnSize}),
+            InputFault::kNotFinite);
+  const geometry::Matrix6d unit = geometry::Matrix6d::Identity();
+  EXPECT_EQ(fault(VisualPoseMeasurement{.covariance = unit, .mounting = kOwnSize - kMountingSize}),
+            InputFault::kNone);
+  EXPECT_EQ(fault(VisualPoseMeasurement{.covariance = unit, .mounting = kOwnSize - 5}),
+            InputFault::kNotFinite);
+  EXPECT_EQ(fault(VisualPoseMeasurement{.covariance = unit, .camera = {nan, 0, 0}}),
             InputFault::kNotFinite);
   EXPECT_EQ(fault(RangeMeasurement{.range = nan, .standard_deviation = 1}), InputFault::kNotFinite);
   EXPECT_EQ(fault(VelocityMeasurement{}), InputFault::kBadCovariance);

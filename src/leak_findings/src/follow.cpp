@@ -11,8 +11,11 @@ namespace {
 
 constexpr double kHour = 3600.0;
 
-Interval interval(double low, double high, double deviation) {
-  return {low - statistics::kNormal95 * deviation, high + statistics::kNormal95 * deviation};
+/// `deviation`: of noise; `margins`: of what is alike in all frames, below and above.
+Interval interval(double low, double high, double deviation,
+                  const std::array<RunningMean, 2>& margins) {
+  const double noise = statistics::kNormal95 * deviation;
+  return {low - std::hypot(noise, margins[0].mean()), high + std::hypot(noise, margins[1].mean())};
 }
 
 /// rad: a bearing that tells nothing.
@@ -65,8 +68,11 @@ void Follow::add(const Frame& frame, const Observation& o, const geometry::Camer
   (o.whole() ? pass_.delta : pass_.partial_delta).add(o.delta);
   pass_.peak.add(o.peak_delta);
   pass_.delta_deviation.add(o.delta_deviation);
-  pass_.peak_delta_deviation.add(o.peak_delta_deviation);
-  pass_.largest_peak = std::max(pass_.largest_peak, o.peak_delta);
+  for (std::size_t side = 0; side < 2; ++side) {
+    pass_.delta_margins[side].add(o.delta_margins[side]);
+    pass_.peak_delta_margins[side].add(o.peak_delta_margins[side]);
+  }
+  pass_.largest_peak = std::fmax(pass_.largest_peak, o.peak_delta);
   if (o.bearing) {
     add_places(o, p);
   }
@@ -159,12 +165,12 @@ void Follow::summarise(const LeakFindingsParameters& p) {
   pass.delta_deviation = std::hypot(delta.mean_deviation(), pass_.delta_deviation.mean());
   pass.peak_delta = pass_.largest_peak;
   finding.mean_delta = pass.delta;
-  finding.mean_delta_interval = interval(pass.delta, pass.delta, pass.delta_deviation);
+  finding.mean_delta_interval =
+      interval(pass.delta, pass.delta, delta.mean_deviation(), pass_.delta_margins);
   finding.peak_delta = pass_.largest_peak;
   // The largest of many is rather too large than too small.
-  finding.peak_delta_interval =
-      interval(pass_.peak.mean(), pass_.largest_peak,
-               std::hypot(pass_.peak.mean_deviation(), pass_.peak_delta_deviation.mean()));
+  finding.peak_delta_interval = interval(pass_.peak.mean(), pass_.largest_peak,
+                                         pass_.peak.mean_deviation(), pass_.peak_delta_margins);
   pass.length = std::numeric_limits<double>::quiet_NaN();
   pass.length_deviation = std::numeric_limits<double>::quiet_NaN();
   if (!pass_.place.empty()) {

@@ -110,8 +110,9 @@ class Follow {
     RunningMean peak{};
     // Of single frames: what the deviations are from is the same in all of them.
     RunningMean delta_deviation{};
-    RunningMean peak_delta_deviation{};
-    double largest_peak = -std::numeric_limits<double>::infinity();
+    std::array<RunningMean, 2> delta_margins{};
+    std::array<RunningMean, 2> peak_delta_margins{};
+    double largest_peak = std::numeric_limits<double>::quiet_NaN();
   };
 
   void begin_pass(double time, const LeakFindingsParameters& p);

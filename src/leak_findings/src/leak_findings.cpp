@@ -16,6 +16,8 @@ namespace {
 constexpr double kLeastLogOdds = -5.0;
 /// Of the way to the temperature of a frame's sound pipe.
 constexpr double kSoundGain = 0.05;
+/// As often as wide as the spread of the sound pipe so far, that of a frame may be.
+constexpr double kWiderSpread = 2;
 
 double probability(double log_odds) {
   return 1 / (1 + std::exp(-log_odds));
@@ -40,7 +42,7 @@ bool finite(const Finding& f) {
       !f.position || (f.position->point.allFinite() && f.position->covariance.allFinite() &&
                       f.position->direction.allFinite());
   return placed && std::isfinite(f.probability) && std::isfinite(f.first_time) &&
-         std::isfinite(f.last_time) && std::isfinite(f.mean_delta);
+         std::isfinite(f.last_time) && !std::isinf(f.mean_delta);
 }
 
 /// Of the place on a line that is nearest to the camera, m along its axis.
@@ -99,7 +101,11 @@ void LeakFindings::Implementation::update(const Frame& frame,
   assign(frame, eye);
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
   const auto look = [&](Follow& follow) {
-    if (!follow.taken && seen_sound(follow, frame, eye, detections)) {
+    // A leak that this pass has shown is not gone within it: what hides it now, where it is looked
+    // at askance or is cut by the border, hides it in the next pictures too. Another pass tells.
+    const bool shown =
+        follow.finding.state == FindingState::kRaised && follow.in_pass(frame.time, p);
+    if (!follow.taken && !shown && seen_sound(follow, frame, eye, detections)) {
       follow.log_odds = std::max(follow.log_odds + gain, -kMostLogOdds);
     }
     follow.finding.probability = probability(follow.log_odds);
@@ -236,18 +242,23 @@ void LeakFindings::Implementation::tell(Follow& follow, EventKind kind, double t
   follow.news = false;
 }
 
-/// By the longest pipe; a pipe that leaks all along does not teach, since it has the reference that
+/// By the main pipe; a pipe that leaks all along does not teach, since it has the reference that
 /// was given. Pictures of another drive say nothing of how warm a sound pipe is.
 void LeakFindings::Implementation::learn_sound_pipe(double time,
                                                     const thermal::Detections& detections) {
-  if (detections.pipes.empty() || !std::isfinite(detections.pipes.front().reference_temperature)) {
+  const thermal::PipeSection* const main = detections.main_pipe();
+  if (main == nullptr || !std::isfinite(main->reference_temperature)) {
     return;
   }
-  const thermal::PipeSection& pipe = detections.pipes.front();
+  const thermal::PipeSection& pipe = *main;
   const thermal::SoundPipe seen{.temperature = pipe.reference_temperature,
-                                .direction = (pipe.end - pipe.start).normalized()};
+                                .direction = (pipe.end - pipe.start).normalized(),
+                                .spread = pipe.spread};
   if (sound && time - sound_time <= p.pass_gap && sound->may_be(seen.direction)) {
     sound->temperature += kSoundGain * (seen.temperature - sound->temperature);
+    // Not by a leak that widens it.
+    const double spread = std::min(pipe.spread, kWiderSpread * *sound->spread);
+    *sound->spread += kSoundGain * (spread - *sound->spread);
     sound->direction = seen.direction;
   } else {
     sound = seen;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipescout/statistics/normal.hpp"
+
 namespace pipescout::leak_findings {
 namespace {
 
@@ -30,6 +32,18 @@ RangePrior along_ray(const Bearing& bearing, double range, double deviation) {
   prior.point = bearing.eye + range * bearing.ray;
   prior.information = bearing.ray * bearing.ray.transpose() / (deviation * deviation);
   return prior;
+}
+
+/// Below and above: of an interval, or where it is not known of a standard deviation.
+std::array<double, 2> margins(double value, double low, double high, double deviation) {
+  const double half = statistics::kNormal95 * deviation;
+  return {std::isfinite(low) ? value - low : half, std::isfinite(high) ? high - value : half};
+}
+std::array<double, 2> delta_margins(const thermal::LeakDetection& leak, double deviation) {
+  return margins(leak.delta, leak.delta_low, leak.delta_high, deviation);
+}
+std::array<double, 2> peak_delta_margins(const thermal::LeakDetection& leak, double deviation) {
+  return margins(leak.peak_delta, leak.peak_delta_low, leak.peak_delta_high, deviation);
 }
 
 }  // namespace
@@ -75,9 +89,13 @@ void Observer::collect(const thermal::Detections& detections,
         before.delta = (a * before.delta + b * leak.delta) / (a + b);
         before.delta_deviation =
             (a * before.delta_deviation + b * or_else(leak.delta_deviation)) / (a + b);
+        const std::array<double, 2> more = delta_margins(leak, or_else(leak.delta_deviation));
+        for (std::size_t side = 0; side < 2; ++side) {
+          before.delta_margins[side] = (a * before.delta_margins[side] + b * more[side]) / (a + b);
+        }
         if (leak.peak_delta > before.peak_delta) {
           before.peak_delta = leak.peak_delta;
-          before.peak_delta_deviation = or_else(leak.peak_delta_deviation);
+          before.peak_delta_margins = peak_delta_margins(leak, or_else(leak.peak_delta_deviation));
         }
         before.end = leak.end;
         before.last_detection = i;
@@ -102,7 +120,8 @@ void Observer::collect(const thermal::Detections& detections,
     o.delta = leak.delta;
     o.peak_delta = leak.peak_delta;
     o.delta_deviation = or_else(leak.delta_deviation);
-    o.peak_delta_deviation = or_else(leak.peak_delta_deviation);
+    o.delta_margins = delta_margins(leak, o.delta_deviation);
+    o.peak_delta_margins = peak_delta_margins(leak, or_else(leak.peak_delta_deviation));
     observations.push_back(o);
   }
 }

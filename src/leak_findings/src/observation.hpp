@@ -35,7 +35,9 @@ struct Observation {
   double delta = 0;
   double peak_delta = 0;
   double delta_deviation = 0;  ///< K, standard, alike in all frames
-  double peak_delta_deviation = 0;
+  /// K, how far the 95 % interval reaches below and above, alike in all frames
+  std::array<double, 2> delta_margins{};
+  std::array<double, 2> peak_delta_margins{};
   std::optional<Bearing> bearing{};  ///< of the middle of what is seen, when there is an eye
   std::array<std::optional<Bearing>, 2> ends{};  ///< of those that are seen, likewise
   /// Pixels, where the rise begins at either end; NaN where that is not seen.

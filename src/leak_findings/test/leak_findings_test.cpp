@@ -334,6 +334,20 @@ TEST(LeakFindings, OtherDaysMatchTheSameFindingAndShowGrowth) {
   EXPECT_DOUBLE_EQ(stored[0].passes.front().time, stored[0].first_time);
 }
 
+TEST(LeakFindings, ALeakIsNotClearedInThePassThatHasShownIt) {
+  Drive world;
+  world.spots = {{10, 0.3, 90}};
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  // Till it is in the middle of the picture; then hidden for the rest of the way past it.
+  drive(findings, world, 0, 10, 0);
+  ASSERT_EQ(findings.findings().size(), 1U);
+  ASSERT_EQ(findings.findings()[0].state, FindingState::kRaised);
+  world.spots.clear();
+  const auto told = drive(findings, world, 10, 20, 10 / Drive::kSpeed + Drive::kPeriod);
+  EXPECT_EQ(count(told, EventKind::kCleared), 0U);
+  EXPECT_EQ(findings.findings()[0].state, FindingState::kRaised);
+}
+
 TEST(LeakFindings, AMendedLeakIsCleared) {
   Drive world;
   world.spots = {{10, 0.3, 90}};

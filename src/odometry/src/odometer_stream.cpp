@@ -27,7 +27,8 @@ OdometerStream::Implementation::Implementation(OdometerStreamParameters paramete
     : parameters_((parameters.validate(), std::move(parameters))),
       consensus_(parameters_.consensus),
       book_(parameters_),
-      ahead_(book_) {
+      ahead_(book_),
+      turn_(parameters_.maximum_gap) {
   closed_.reserve(parameters_.lookback_windows + 1);
   if (parameters_.rule == FusionRule::kCircumference) {
     bends_.emplace(parameters_);
@@ -136,6 +137,7 @@ void OdometerStream::Implementation::follow_leap(double time) {
     wheel.track.resume(time, leap, next_);
     wheel.heard = std::min(wheel.heard, before);
   }
+  turn_.shift(leap);
   grid_.origin = time - static_cast<double>(next_) * parameters_.tick_period;
   anchor_time_ = leap > 0.0 ? anchor_time_ : before;
   origin_ = newest_ = time;
@@ -230,6 +232,10 @@ void OdometerStream::set_correction(std::size_t odometer, const OdometerCorrecti
 
 void OdometerStream::end_segment() noexcept {
   implementation_->end_segment();
+}
+
+void OdometerStream::push_yaw_rate(double time, double rate) noexcept {
+  implementation_->push_yaw_rate(time, rate);
 }
 
 void OdometerStream::set_roll(double roll) noexcept {

@@ -28,6 +28,7 @@ void OdometerStream::Implementation::fuse_tick(std::int64_t tick) {
   const double time = grid_.time(tick);
   ++state_.tick;
   state_.time = time;
+  heading_ = turn_.at(time);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     wheels_[i].monitor.note_time(time, wheels_[i].heard);
     state_.odometers[i].health = wheels_[i].monitor.health();
@@ -64,6 +65,7 @@ void OdometerStream::Implementation::begin(std::int64_t tick) {
   if (all || (present > 0 && state_.time - origin_ >= parameters_.silent_after)) {
     anchored_ = true;
     anchor_time_ = state_.time;
+    anchor_heading_ = heading_;
     for (auto& wheel : wheels_) {
       wheel.track.set_anchor(tick);
     }
@@ -85,7 +87,8 @@ void OdometerStream::Implementation::read_increments(std::int64_t tick) {
       continue;
     }
     const TickMark& anchor = wheel.track.anchor();
-    window_.sum.increment[i] = mark->position - anchor.position;
+    window_.sum.increment[i] = mark->position - anchor.position +
+                               parameters_.odometers[i].lateral * (heading_ - anchor_heading_);
     window_.sum.path[i] = mark->path - anchor.path;
     window_.spanning.set(i);
     window_.usable.set(i, state.health != OdometerHealth::kStuck);
@@ -298,6 +301,7 @@ void OdometerStream::Implementation::anchor(std::int64_t tick) {
     state_.odometers[i].unsupported += state_.odometers[i].use == OdometerUse::kUnsupported ? 1 : 0;
   }
   anchor_time_ = state_.time;
+  anchor_heading_ = heading_;
   window_open_ = false;
   closed_.push_back(window_);
   if (bends_) {

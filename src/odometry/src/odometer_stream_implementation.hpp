@@ -13,6 +13,7 @@
 #include "odometer_track.hpp"
 #include "pipe_bends.hpp"
 #include "pipescout/odometry/odometer_stream.hpp"
+#include "turn_track.hpp"
 
 namespace pipescout::odometry {
 
@@ -26,6 +27,7 @@ class OdometerStream::Implementation {
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
   void end_segment();
   void set_roll(double roll);
+  void push_yaw_rate(double time, double rate) { turn_.push(time, rate); }
   [[nodiscard]] const FusedStream& state() const { return state_; }
   [[nodiscard]] const OdometerStreamParameters& parameters() const { return parameters_; }
 
@@ -99,6 +101,9 @@ class OdometerStream::Implementation {
   FusedStream state_;
   std::optional<internal::BendFinder> bends_;
   double roll_ = 0.0;  // rad
+  internal::TurnTrack turn_;
+  double heading_ = 0.0;         // rad, at the last fused tick
+  double anchor_heading_ = 0.0;  // rad, at the anchor
 
   internal::TickGrid grid_;
   bool started_ = false;   // a sample has come

@@ -42,6 +42,7 @@ void check_odometer(const std::string& prefix, const OdometerParameters& odomete
   check_between({prefix, "sigma_per_sqrt_metre"}, odometer.sigma_per_sqrt_metre, 0.0, kInfinity);
   check_within({prefix, "wrap"}, odometer.wrap, 0.0, kInfinity);
   check_within({prefix, "period"}, odometer.period, 0.0, kInfinity);
+  check_between({prefix, "lateral"}, odometer.lateral, -kInfinity, kInfinity);
   check_correction(prefix + "correction.", odometer.correction);
 }
 

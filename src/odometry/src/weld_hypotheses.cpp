@@ -91,9 +91,12 @@ void WeldHypothesis::predict(const OdometerTravel& travel, double scale_drift) {
 }
 
 WeldHypotheses::WeldHypotheses(const WeldPositioningParameters& parameters, const JointChain& chain,
-                               const WeldPositioningStart& start, bool with_lost)
+                               const WeldPositioningStart& start, std::span<const TallyBend> bends,
+                               bool with_lost)
     : parameters_(parameters),
       chain_(chain),
+      spurious_bends_(parameters.spurious_bend_probability /
+                      (chain.mean_length() * std::numbers::pi)),
       orientation_(start.orientation),
       slot_(2 * static_cast<std::size_t>(chain.joints() + 1)),
       capacity_(std::max(parameters.largest_hypothesis_count, slot_.size())),
@@ -102,6 +105,15 @@ WeldHypotheses::WeldHypotheses(const WeldPositioningParameters& parameters, cons
       scale_(parameters.initial_scale),
       scale_variance_(parameters.initial_scale_standard_deviation *
                       parameters.initial_scale_standard_deviation) {
+  for (const TallyBend& bend : bends) {
+    bends_.push_back(
+        {.place = chain.weld(static_cast<int>(bend.joint)) + bend.distance,
+         .joint = static_cast<int>(bend.joint),
+         .variance = bend.standard_deviation * bend.standard_deviation,
+         .angle = bend.angle,
+         .angle_variance = bend.angle_standard_deviation * bend.angle_standard_deviation});
+  }
+  std::ranges::sort(bends_, {}, &Bend::place);
   current_.reserve(2 * capacity_ + slot_.size());
   next_.reserve(2 * capacity_ + slot_.size());
   if (!start.joint_known) {
@@ -156,6 +168,96 @@ bool WeldHypotheses::update(const OdometerTravel& travel, double variance, doubl
     lost_ = lost_before;
     return false;
   }
+  return true;
+}
+
+bool WeldHypotheses::sight_bend(const OdometerTravel& travel, const BendSighting& bend) {
+  next_.clear();
+  bool explained = false;
+  for (const WeldHypothesis& hypothesis : current_) {
+    next_.push_back(hypothesis);
+    explained = weigh_bend(next_.back(), travel, bend) || explained;
+  }
+  if (!explained) {
+    return false;
+  }
+  const double lost_before = lost_;
+  // Anywhere in the pipe, and of any angle.
+  const double per_metre = static_cast<double>(bends_.size()) / chain_.weld(chain_.joints());
+  lost_ *=
+      spurious_bends_ + (1.0 - parameters_.missed_bend_probability) * per_metre / std::numbers::pi;
+  if (!normalise()) {
+    lost_ = lost_before;
+    return false;
+  }
+  return true;
+}
+
+/// Each alternative is a Gaussian about the same weld; they become one. False: near no bend.
+bool WeldHypotheses::weigh_bend(WeldHypothesis& hypothesis, const OdometerTravel& travel,
+                                const BendSighting& bend) const {
+  const double step = hypothesis.direction * travel.net;
+  const double anchor = chain_.weld(hypothesis.anchor);
+  const double place = anchor + hypothesis.offset + hypothesis.scale * step;
+  const double reading = bend.standard_deviation * bend.standard_deviation +
+                         hypothesis.scale * hypothesis.scale * travel.variance;
+  // Covariance of (offset, scale) with the place, and the variance of the place.
+  const double c0 = hypothesis.p00 + step * hypothesis.p01;
+  const double c1 = hypothesis.p01 + step * hypothesis.p11;
+  const double predicted = c0 + step * c1;
+  const double slip_reach = travel.net > 0.0 ? parameters_.largest_double_slip * travel.path : 0.0;
+  const double detected = 1.0 - parameters_.missed_bend_probability;
+
+  const Bend* nearest = nullptr;
+  double as_expected = 0.0;
+  double slip = 0.0;
+  double residual = 0.0;
+  double known = 0.0;  // m^2, of the bend of the tally
+  for (const Bend& each : bends_) {
+    const double off = place - each.place;
+    const double variance = each.variance + chain_.variance_between(hypothesis.anchor, each.joint);
+    const double total = predicted + variance + reading;
+    const double turn = bend.angle - each.angle;
+    const double likelihood =
+        detected *
+        normal_density(turn * turn, each.angle_variance + bend.angle_standard_deviation *
+                                                              bend.angle_standard_deviation);
+    const bool in_gate = off * off <= parameters_.gate * parameters_.gate * total;
+    const double expected_here = in_gate ? likelihood * normal_density(off * off, total) : 0.0;
+    const double slip_here =
+        std::abs(off) <= slip_reach
+            ? likelihood * parameters_.double_slip_probability / (2 * slip_reach)
+            : 0.0;
+    if (expected_here + slip_here > as_expected + slip) {
+      nearest = &each;
+      as_expected = expected_here;
+      slip = slip_here;
+      residual = off;
+      known = variance;
+    }
+  }
+  const double weight = hypothesis.weight;
+  WeldHypothesis updated = hypothesis;
+  WeldHypothesis slipped = hypothesis;
+  hypothesis.weight = weight * spurious_bends_;
+  if (nearest == nullptr) {
+    return false;
+  }
+  const double total = predicted + known + reading;
+  updated.weight = weight * as_expected;
+  updated.offset -= c0 / total * residual;
+  updated.scale -= c1 / total * residual;
+  updated.p00 -= c0 * c0 / total;
+  updated.p01 -= c0 * c1 / total;
+  updated.p11 -= c1 * c1 / total;
+  merge(hypothesis, updated);
+  // The bend says where the crawler is, and nothing about the scale.
+  slipped.weight = weight * slip;
+  slipped.offset -= residual;
+  slipped.p00 = known + reading;
+  slipped.p01 = 0.0;
+  slipped.fault = {.slip = 1.0F, .tally = 0.0F, .error = slipped.direction * residual, .age = 0};
+  merge(hypothesis, slipped);
   return true;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "joint_chain.hpp"
@@ -54,10 +55,15 @@ class WeldHypotheses {
  public:
   /// `with_lost`: the pipe has a tally, so that a place in it can be recognised.
   WeldHypotheses(const WeldPositioningParameters& parameters, const JointChain& chain,
-                 const WeldPositioningStart& start, bool with_lost);
+                 const WeldPositioningStart& start, std::span<const TallyBend> bends,
+                 bool with_lost);
 
   /// A weld passed `travel` after the last one. False: nothing could explain it.
   bool update(const OdometerTravel& travel, double variance, double confidence);
+
+  /// A bend whose middle passed `travel` after the last weld; net < 0: before it. False: it is near
+  /// no bend of the tally.
+  bool sight_bend(const OdometerTravel& travel, const BendSighting& bend);
 
   [[nodiscard]] std::size_t size() const { return current_.size(); }
   [[nodiscard]] const WeldHypothesis& operator[](std::size_t i) const { return current_[i]; }
@@ -71,13 +77,25 @@ class WeldHypotheses {
   void branch(const WeldHypothesis& predicted, double variance, double spurious_density);
   void accept(const WeldHypothesis& predicted, int weld, double weight_as_expected,
               double weight_slip, double weight_tally, double variance);
+  bool weigh_bend(WeldHypothesis& hypothesis, const OdometerTravel& travel,
+                  const BendSighting& bend) const;
   void merge_into_slot(const WeldHypothesis& child);
   void spawn(double weight, double variance);
   bool normalise();
   [[nodiscard]] double chance_of_missing(const WeldHypothesis& hypothesis, int weld) const;
 
+  struct Bend {
+    double place = 0.0;  ///< m, from weld 0
+    int joint = 0;
+    double variance = 0.0;  ///< m^2, of the place from the weld at the low end of the joint
+    double angle = 0.0;     ///< rad
+    double angle_variance = 0.0;
+  };
+
   const WeldPositioningParameters& parameters_;
   const JointChain& chain_;
+  std::vector<Bend> bends_;  // along the pipe
+  double spurious_bends_;    // density of bends that are none, 1/(m rad)
   Orientation orientation_;
   std::vector<WeldHypothesis> current_;
   std::vector<WeldHypothesis> next_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "joint_chain.hpp"
@@ -22,6 +23,7 @@ constexpr double kLowestNoiseFactor = 0.25;
 constexpr double kHighestNoiseFactor = 25.0;
 constexpr double kLargestInnovation = 9.0;  // squared; a single odd weld teaches no more than this
 constexpr double kSightingSigmas = 5.0;
+constexpr double kHalfTurn = std::numbers::pi;
 
 void check_start(const WeldPositioningStart& start, std::size_t joints, bool has_tally) {
   if (start.orientation != Orientation::kForward && start.orientation != Orientation::kBackward &&
@@ -45,6 +47,28 @@ void check_start(const WeldPositioningStart& start, std::size_t joints, bool has
           start.distance_standard_deviation > 0.0, "(0, inf)");
 }
 
+void check_bends(std::span<const TallyBend> bends, std::size_t joints, bool has_tally) {
+  if (!bends.empty() && !has_tally) {
+    refuse("bends: ", bends.size(), " is outside {0} without a tally");
+  }
+  for (std::size_t i = 0; i < bends.size(); ++i) {
+    const TallyBend& bend = bends[i];
+    const auto check = [i](const char* field, double value, bool fits, const char* range) {
+      if (!std::isfinite(value) || !fits) {
+        refuse("bends[", i, "].", field, ": ", value, " is outside ", range);
+      }
+    };
+    if (bend.joint >= joints) {
+      refuse("bends[", i, "].joint: ", bend.joint, " is outside [0, ", joints, ")");
+    }
+    check("distance", bend.distance, true, "(-inf, inf)");
+    check("standard_deviation", bend.standard_deviation, bend.standard_deviation > 0.0, "(0, inf)");
+    check("angle", bend.angle, bend.angle > 0.0 && bend.angle <= kHalfTurn, "(0, pi]");
+    check("angle_standard_deviation", bend.angle_standard_deviation,
+          bend.angle_standard_deviation > 0.0, "(0, inf)");
+  }
+}
+
 double square(double value) {
   return value * value;
 }
@@ -65,13 +89,15 @@ WeldPositioningParameters validated(WeldPositioningParameters parameters) {
 class WeldPositioning::Implementation {
  public:
   Implementation(WeldPositioningParameters parameters, std::span<const TallyJoint> tally,
-                 const WeldPositioningStart& start)
+                 const WeldPositioningStart& start, std::span<const TallyBend> bends)
       : parameters_(validated(std::move(parameters))),
         has_tally_(!tally.empty()),
+        has_bends_(!bends.empty()),
         chain_(make_chain(parameters_, tally)),
         hypotheses_((check_start(start, static_cast<std::size_t>(chain_.joints()), has_tally_),
+                     check_bends(bends, static_cast<std::size_t>(chain_.joints()), has_tally_),
                      parameters_),
-                    chain_, start, has_tally_) {
+                    chain_, start, bends, has_tally_) {
     learnt_.reserve(static_cast<std::size_t>(chain_.joints()));
     learnt_weld_.push_back(0.0);
     for (std::size_t j = 0; j < static_cast<std::size_t>(chain_.joints()); ++j) {
@@ -134,6 +160,41 @@ class WeldPositioning::Implementation {
     return estimate_;
   }
 
+  const WeldPositionEstimate& add_bend(const BendSighting& bend) {
+    ++counts_.bends;
+    estimate_.double_slip_detected = estimate_.tally_error_detected = false;
+    estimate_.spacing_error = 0.0;
+    const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
+    if (!std::isfinite(bend.odometer_distance) || !positive(bend.standard_deviation) ||
+        !positive(bend.angle) || bend.angle > kHalfTurn ||
+        !positive(bend.angle_standard_deviation) ||
+        bend.standard_deviation > parameters_.largest_increment) {
+      ++counts_.bad_bends;
+      estimate_.status = PositioningStatus::kBadValue;
+      return estimate_;
+    }
+    const double net = since_.net - (odometer_ - bend.odometer_distance);
+    const double tolerance = kSightingSigmas * bend.standard_deviation;
+    if (bend.odometer_distance > highest_ + tolerance || std::abs(net) > since_.path + kBendReach) {
+      ++counts_.out_of_order_bends;
+      estimate_.status = PositioningStatus::kOutOfOrder;
+      return estimate_;
+    }
+    // On either side of the last weld the odometer is as noisy per metre.
+    const OdometerTravel& side = net < 0.0 ? before_ : since_;
+    const double share = side.path > 0.0 ? std::abs(net) / side.path : 0.0;
+    if (!has_bends_ ||
+        !hypotheses_.sight_bend(
+            {.net = net, .path = std::abs(net), .variance = share * side.variance}, bend)) {
+      ++counts_.unexplained_bends;
+    } else {
+      summarise();
+      announce_faults();
+    }
+    report();
+    return estimate_;
+  }
+
   [[nodiscard]] const WeldPositionEstimate& estimate() const { return estimate_; }
   [[nodiscard]] const WeldPositioningCounts& counts() const { return counts_; }
   [[nodiscard]] double odometer_distance() const { return odometer_; }
@@ -142,6 +203,8 @@ class WeldPositioning::Implementation {
  private:
   /// Hypotheses beside the best that are looked at one by one for the 95 % band.
   static constexpr std::size_t kMostAround = 64;
+  /// m, before the last weld, that the middle of a bend may lie: it is found when it has ended.
+  static constexpr double kBendReach = 50.0;
 
   struct Neighbour {
     double distance = 0.0;  // m, from the best
@@ -158,6 +221,7 @@ class WeldPositioning::Implementation {
                             weld.confidence)) {
       ++counts_.unexplained_welds;
     }
+    before_ = until;
     since_ = {.net = lag, .path = since_.path * behind, .variance = since_.variance * behind};
     lowest_ = std::min(odometer_, weld.odometer_distance);
     highest_ = std::max(odometer_, weld.odometer_distance);
@@ -315,13 +379,15 @@ class WeldPositioning::Implementation {
 
   WeldPositioningParameters parameters_;
   bool has_tally_;
+  bool has_bends_;
   JointChain chain_;
   WeldHypotheses hypotheses_;
   std::vector<LearntJoint> learnt_;
   std::vector<double> learnt_weld_;  // m, weld 0 at 0
   std::vector<Neighbour> around_;
-  OdometerTravel since_;  // since the last weld taken
-  double lowest_ = 0.0;   // m, of the odometer since that weld
+  OdometerTravel since_;   // since the last weld taken
+  OdometerTravel before_;  // from the one before to it
+  double lowest_ = 0.0;    // m, of the odometer since that weld
   double highest_ = 0.0;
   double odometer_ = 0.0;   // m
   WeldHypothesis summary_;  // as of the last weld taken
@@ -338,8 +404,10 @@ class WeldPositioning::Implementation {
 
 WeldPositioning::WeldPositioning(WeldPositioningParameters parameters,
                                  std::span<const TallyJoint> tally,
-                                 const WeldPositioningStart& start)
-    : implementation_(std::make_unique<Implementation>(std::move(parameters), tally, start)) {}
+                                 const WeldPositioningStart& start,
+                                 std::span<const TallyBend> bends)
+    : implementation_(
+          std::make_unique<Implementation>(std::move(parameters), tally, start, bends)) {}
 WeldPositioning::~WeldPositioning() = default;
 WeldPositioning::WeldPositioning(WeldPositioning&&) noexcept = default;
 WeldPositioning& WeldPositioning::operator=(WeldPositioning&&) noexcept = default;
@@ -351,6 +419,10 @@ const WeldPositionEstimate& WeldPositioning::add_increment(
 
 const WeldPositionEstimate& WeldPositioning::add_weld(const WeldSighting& weld) noexcept {
   return implementation_->add_weld(weld);
+}
+
+const WeldPositionEstimate& WeldPositioning::add_bend(const BendSighting& bend) noexcept {
+  return implementation_->add_bend(bend);
 }
 
 const WeldPositionEstimate& WeldPositioning::estimate() const noexcept {

@@ -20,6 +20,8 @@ void WeldPositioningParameters::validate() const {
   };
   probability("missed_probability", missed_probability);
   probability("spurious_probability", spurious_probability);
+  probability("missed_bend_probability", missed_bend_probability);
+  probability("spurious_bend_probability", spurious_bend_probability);
   require("initial_scale", initial_scale, initial_scale > 0.5 && initial_scale < 2.0, "(0.5, 2)");
   require("initial_scale_standard_deviation", initial_scale_standard_deviation,
           initial_scale_standard_deviation > 0.0 && initial_scale_standard_deviation <= 0.2,

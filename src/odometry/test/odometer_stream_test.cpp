@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -139,6 +140,86 @@ TEST(OdometerStream, AnOdometerTooSlowForTheTicksStillTakesPart) {
   bench.run_until(100.0);
   EXPECT_TRUE(fused);
   EXPECT_NEAR(stream.state().distance, kSpeed * stream.state().time, 1e-6);
+}
+
+// Four wheels of a vehicle: in a turn no majority travels the same way.
+class TurningVehicle : public ::testing::Test {
+ protected:
+  static constexpr double kTrack = 0.8;  // m
+  static constexpr double kSpeed = 0.5;  // m/s
+  static constexpr double kRate = 0.25;  // rad/s, in the turns: 2 m of radius
+
+  static OdometerStreamParameters parameters(double track) {
+    OdometerStreamParameters result;
+    result.odometers.resize(4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      result.odometers[i].sigma_per_sqrt_metre = 0.004;
+      result.odometers[i].lateral = (i % 2 == 0 ? 0.5 : -0.5) * track;
+    }
+    return result;
+  }
+  /// 10 s straight on, 10 s of a turn to the left, and so on; wheel 1 slips by `slip` in the turns.
+  static void drive(OdometerStream& stream, bool with_rates, double slip = 0.0) {
+    constexpr double kPeriod = 0.05;  // s
+    double heading = 0.0;
+    double slipped = 0.0;
+    for (int k = 0; k <= 1200; ++k) {
+      const double time = k * kPeriod;
+      const bool turns = (k / 200) % 2 == 1;
+      const double rate = turns ? kRate : 0.0;
+      if (k > 0) {
+        heading += rate * kPeriod;
+        slipped += turns ? slip * kSpeed * kPeriod : 0.0;
+      }
+      if (with_rates) {
+        stream.push_yaw_rate(time, rate);
+      }
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double aside = (i % 2 == 0 ? 0.5 : -0.5) * kTrack;
+        stream.push({.odometer = i,
+                     .time = time,
+                     .value = kSpeed * time - aside * heading + (i == 1 ? slipped : 0.0)});
+      }
+    }
+    stream.flush();
+  }
+};
+
+TEST_F(TurningVehicle, WithoutTheTurnNoMajorityAgrees) {
+  OdometerStream stream(parameters(0.0));
+  drive(stream, true);
+  EXPECT_GT(stream.state().windows_no_consensus, 5U);
+}
+
+TEST_F(TurningVehicle, TurnsAreTakenOutOfTheWheels) {
+  OdometerStream stream(parameters(kTrack));
+  drive(stream, true);
+  EXPECT_EQ(stream.state().windows_no_consensus, 0U);
+  EXPECT_NEAR(stream.state().distance, 30.0, 0.01);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(stream.state().odometers[i].unsupported, 0U) << i;
+    EXPECT_EQ(stream.state().odometers[i].health, OdometerHealth::kOk) << i;
+  }
+}
+
+TEST_F(TurningVehicle, AWheelThatSlipsInATurnIsLeftOut) {
+  OdometerStream stream(parameters(kTrack));
+  drive(stream, true, 0.3);
+  EXPECT_EQ(stream.state().windows_no_consensus, 0U);
+  EXPECT_NEAR(stream.state().distance, 30.0, 0.05);
+  EXPECT_GT(stream.state().odometers[1].unsupported, 3U);
+}
+
+TEST_F(TurningVehicle, UnusableRatesAreIgnored) {
+  OdometerStream sound(parameters(kTrack));
+  drive(sound, false);
+  OdometerStream stream(parameters(kTrack));
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  stream.push_yaw_rate(kNone, 1.0);
+  stream.push_yaw_rate(0.0, kNone);
+  stream.push_yaw_rate(std::numeric_limits<double>::infinity(), 1.0);
+  drive(stream, false);
+  EXPECT_EQ(stream.state().distance, sound.state().distance);
 }
 
 TEST(OdometerStream, ReversingGoesBackBySign) {

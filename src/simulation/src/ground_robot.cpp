@@ -27,6 +27,7 @@ void GroundRobotParameters::validate() const {
   using validation::check_within;
   check_within("wheel_base", wheel_base, 0.1, 10);
   check_within("track", track, 0.1, 10);
+  check_within("wheels_ahead", wheels_ahead, -5, 5);
   check_within("ride_height", ride_height, 0, 5);
   check_within("heave_frequency", heave_frequency, 1, 100);
   check_within("tilt_frequency", tilt_frequency, 1, 100);
@@ -92,15 +93,15 @@ GroundRobot::Ground GroundRobot::ground_under(const State& state) const noexcept
   const Vector2d velocity = state[kSpeed] * std::cos(state[kPitch]) * forward + state[kSide] * left;
   Eigen::Matrix<double, kWheels, 2> heights;  // and how fast they change
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(kWheels); ++i) {
-    const double ahead = i < 2 ? base / 2 : -base / 2;
+    const double ahead = parameters_.wheels_ahead + (i < 2 ? base / 2 : -base / 2);
     const double aside = i % 2 == 0 ? track / 2 : -track / 2;
     const Terrain::Place under = terrain_.at(state.head<2>() + ahead * forward + aside * left);
     const Vector2d passing = velocity + state[kYawRate] * (ahead * left - aside * forward);
     heights.row(i) << under.height, under.gradient.dot(passing);
   }
-  const Eigen::RowVector2d mean = heights.colwise().mean();
   const Eigen::RowVector2d climb =
       (heights.topRows<2>().colwise().sum() - heights.bottomRows<2>().colwise().sum()) / (2 * base);
+  const Eigen::RowVector2d mean = heights.colwise().mean() - parameters_.wheels_ahead * climb;
   const Eigen::RowVector2d bank =
       (heights.row(0) + heights.row(2) - heights.row(1) - heights.row(3)) / (2 * track);
   // Roll comes after pitch: sin(roll) cos(pitch) is how far the left side rises.

@@ -66,18 +66,19 @@ float unit(float value) {
 }  // namespace
 
 ThermalBackground::ThermalBackground(const ThermalSceneParameters& scene,
-                                     const thermal::PlanckConstants& planck, int width)
+                                     const ThermalRadiation& radiation, int width)
     : tube_height_(scene.tube_height), grain_columns_(kGrainColumns) {
-  const auto counts = [&planck](double temperature) {
-    return static_cast<float>(planck.counts(temperature));
+  const auto counts = [&radiation](double temperature) {
+    return static_cast<float>(radiation.black_body(temperature));
   };
   sky_ = counts(scene.sky_temperature);
   horizon_ = sky_ + static_cast<float>(kSkyWarming) * (counts(scene.ground_temperature) - sky_);
   ground_ = counts(scene.ground_temperature);
   mirror_ = counts(scene.mirror_temperature);
-  mirror_change_ = static_cast<float>(planck.slope(scene.mirror_temperature) * scene.mirror_change);
+  mirror_change_ =
+      static_cast<float>(radiation.slope(scene.mirror_temperature) * scene.mirror_change);
   const auto amplitude =
-      static_cast<float>(planck.slope(scene.ground_temperature) * scene.ground_grain);
+      static_cast<float>(radiation.slope(scene.ground_temperature) * scene.ground_grain);
   std::mt19937_64 engine = statistics::make_engine(scene.seed, 0x7b);
   const std::vector<float> noise = periodic_noise(engine);
   const auto stride = static_cast<std::size_t>(kGrainColumns + width);

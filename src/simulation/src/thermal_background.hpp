@@ -5,6 +5,7 @@
 
 #include "pipescout/simulation/thermal_scene.hpp"
 #include "thermal_band.hpp"
+#include "thermal_radiation.hpp"
 
 namespace pipescout::simulation::internal {
 
@@ -16,7 +17,7 @@ inline constexpr double kMirrorHalfHeight = 2.9;  // m, above and below the tube
 /// table that moves with what is 10 m away, by whole pixels.
 class ThermalBackground {
  public:
-  ThermalBackground(const ThermalSceneParameters& scene, const thermal::PlanckConstants& planck,
+  ThermalBackground(const ThermalSceneParameters& scene, const ThermalRadiation& radiation,
                     int width);
   void paint(const ThermalEye& eye, CountPlane& plane) const noexcept;
 

@@ -85,14 +85,15 @@ PlaceRange places_in_view(const ThermalEye& eye) {
 
 }  // namespace
 
-ThermalBodies::ThermalBodies(const ThermalScene& scene, const thermal::Radiometry& radiometry,
-                             const thermal::PlanckConstants& planck, int height)
+ThermalBodies::ThermalBodies(const ThermalScene& scene, const ThermalRadiation& radiation,
+                             int height)
     : scene_(scene),
-      tube_(scene, radiometry),
+      tube_(scene, radiation),
       painter_(height),
-      cold_post_(static_cast<float>(planck.counts(scene.parameters().ground_temperature + 1))),
-      seam_(static_cast<float>(planck.counts(scene.parameters().ground_temperature))),
-      gap_(static_cast<float>(planck.counts(scene.parameters().sky_temperature))) {}
+      cold_post_(
+          static_cast<float>(radiation.black_body(scene.parameters().ground_temperature + 1))),
+      seam_(static_cast<float>(radiation.black_body(scene.parameters().ground_temperature))),
+      gap_(static_cast<float>(radiation.black_body(scene.parameters().sky_temperature))) {}
 
 void ThermalBodies::paint(const ThermalEye& eye, CountPlane& plane) {
   paint_mirrors(eye, plane);

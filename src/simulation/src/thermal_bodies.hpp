@@ -3,6 +3,7 @@
 
 #include "pipescout/simulation/thermal_scene.hpp"
 #include "thermal_band.hpp"
+#include "thermal_radiation.hpp"
 #include "thermal_tube.hpp"
 
 namespace pipescout::simulation::internal {
@@ -13,8 +14,7 @@ class ThermalBodies {
  public:
   /// Both arguments must live as long. Throws std::invalid_argument where a temperature has no
   /// counts.
-  ThermalBodies(const ThermalScene& scene, const thermal::Radiometry& radiometry,
-                const thermal::PlanckConstants& planck, int height);
+  ThermalBodies(const ThermalScene& scene, const ThermalRadiation& radiation, int height);
 
   void paint(const ThermalEye& eye, CountPlane& plane);
 

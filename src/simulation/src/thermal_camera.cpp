@@ -11,6 +11,7 @@
 #include "thermal_background.hpp"
 #include "thermal_band.hpp"
 #include "thermal_bodies.hpp"
+#include "thermal_radiation.hpp"
 #include "thermal_sensor.hpp"
 
 namespace pipescout::simulation {
@@ -67,12 +68,12 @@ class ThermalRenderer::Implementation {
       : parameters_(checked(parameters)),
         scene_(scene),
         camera_(parameters.camera),
-        radiometry_(parameters.constants, scene.parameters().object),
+        radiation_(parameters.constants, scene.parameters().object),
         highest_(static_cast<std::uint16_t>(
-            std::clamp(std::lround(radiometry_.counts(parameters.highest)), 0L, 65535L))),
-        bodies_(scene_, radiometry_, parameters.constants.planck, parameters.camera.height),
-        background_(scene.parameters(), parameters.constants.planck, parameters.camera.width),
-        sensor_(parameters, static_cast<float>(highest_)) {
+            std::clamp(std::lround(radiation_.object(parameters.highest)), 0L, 65535L))),
+        bodies_(scene_, radiation_, parameters.camera.height),
+        background_(scene.parameters(), radiation_, parameters.camera.width),
+        sensor_(parameters, radiation_, static_cast<float>(highest_)) {
     plane_.width = parameters.camera.width;
     plane_.height = parameters.camera.height;
     plane_.values.resize(static_cast<std::size_t>(plane_.width) *
@@ -90,7 +91,9 @@ class ThermalRenderer::Implementation {
     }
     const internal::ThermalEye eye = eye_of(view);
     background_.paint(eye, plane_);
-    bodies_.paint(eye, plane_);
+    if (scene_.faces(view.T_map_camera.translation())) {
+      bodies_.paint(eye, plane_);
+    }
     find_hot_pixels(eye);
     sensor_.read(plane_, view.frame, hot_, counts);
   }
@@ -102,7 +105,7 @@ class ThermalRenderer::Implementation {
         internal::view_cylinder(eye, tube_point(), Vector3d::UnitX(), p.tube_radius);
     truth.tube.reset();
     truth.leaks.clear();
-    if (!cylinder) {
+    if (!cylinder || !scene_.faces(view.T_map_camera.translation())) {
       return;
     }
     if (const auto seen = stretch(eye, *cylinder, 0, p.length)) {
@@ -119,7 +122,9 @@ class ThermalRenderer::Implementation {
   }
 
   [[nodiscard]] const geometry::Camera& camera() const noexcept { return camera_; }
-  [[nodiscard]] const thermal::Radiometry& radiometry() const noexcept { return radiometry_; }
+  [[nodiscard]] double counts(double temperature) const noexcept {
+    return radiation_.object(temperature);
+  }
   [[nodiscard]] std::uint16_t highest() const noexcept { return highest_; }
 
  private:
@@ -172,7 +177,7 @@ class ThermalRenderer::Implementation {
   ThermalCameraParameters parameters_;
   ThermalScene scene_;
   geometry::Camera camera_;
-  thermal::Radiometry radiometry_;
+  internal::ThermalRadiation radiation_;
   std::uint16_t highest_;
   internal::ThermalBodies bodies_;
   internal::ThermalBackground background_;
@@ -199,8 +204,8 @@ const geometry::Camera& ThermalRenderer::camera() const noexcept {
   return implementation_->camera();
 }
 
-const thermal::Radiometry& ThermalRenderer::radiometry() const noexcept {
-  return implementation_->radiometry();
+double ThermalRenderer::counts(double temperature) const noexcept {
+  return implementation_->counts(temperature);
 }
 
 std::uint16_t ThermalRenderer::highest_counts() const noexcept {
@@ -231,6 +236,30 @@ void ThermalGreys::convert(std::span<const std::uint16_t> counts,
   }
   std::ranges::transform(counts, greys.begin(),
                          [this](std::uint16_t each) { return levels_[each]; });
+}
+
+void ThermalAutomaticGain::convert(std::span<const std::uint16_t> counts,
+                                   std::span<std::uint8_t> greys) {
+  if (counts.empty() || counts.size() != greys.size()) {
+    throw std::invalid_argument("greys: " + std::to_string(greys.size()) + " pixels: must be " +
+                                std::to_string(counts.size()) + ", and some");
+  }
+  sorted_.assign(counts.begin(), counts.end());
+  const auto clipped = static_cast<std::ptrdiff_t>(kClipped * static_cast<double>(counts.size()));
+  const auto low = sorted_.begin() + clipped;
+  std::nth_element(sorted_.begin(), low, sorted_.end());
+  const double darkest = *low;  // the next call moves it
+  const auto high = sorted_.end() - 1 - clipped;
+  std::nth_element(low, high, sorted_.end());
+  const double follow = begun_ ? kFollow : 1;
+  low_ += follow * (darkest - low_);
+  high_ += follow * (*high - high_);
+  begun_ = true;
+  constexpr double kLevels = 255;
+  const double gain = kLevels / std::max(high_ - low_, 1.0);
+  std::ranges::transform(counts, greys.begin(), [&](std::uint16_t each) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(gain * (each - low_), 0.0, kLevels)));
+  });
 }
 
 }  // namespace pipescout::simulation

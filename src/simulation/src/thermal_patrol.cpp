@@ -2,6 +2,7 @@
 #include "pipescout/simulation/thermal_patrol.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "pipescout/validation/check.hpp"
 
@@ -20,6 +21,23 @@ Vector2d on_way(const ThermalPatrolParameters& p, double place) {
   return (p.scene.T_map_row * Vector3d(place, -p.distance, 0)).head<2>();
 }
 
+std::vector<ThermalScene> scenes_of(const ThermalPatrolParameters& p) {
+  std::vector<ThermalScene> scenes{ThermalScene(p.scene)};
+  for (const ThermalSceneParameters& row : p.further_rows) {
+    scenes.emplace_back(row);
+  }
+  return scenes;
+}
+
+std::vector<ThermalRenderer> renderers_of(const std::vector<ThermalScene>& scenes,
+                                          const ThermalCameraParameters& camera) {
+  std::vector<ThermalRenderer> renderers;
+  for (const ThermalScene& scene : scenes) {
+    renderers.emplace_back(scene, camera);
+  }
+  return renderers;
+}
+
 double heading(const ThermalPatrolParameters& p) {
   const Vector3d along = p.scene.T_map_row.rotation() * Vector3d::UnitX();
   return std::atan2(along.y(), along.x());
@@ -36,6 +54,9 @@ geometry::SE3 T_body_side_camera(const Vector3d& position, double elevation) {
 
 void ThermalPatrolParameters::validate() const {
   scene.validate();
+  for (const ThermalSceneParameters& row : further_rows) {
+    row.validate();
+  }
   camera.validate();
   robot.validate();
   terrain.validate();
@@ -47,23 +68,27 @@ void ThermalPatrolParameters::validate() const {
 
 ThermalPatrol::ThermalPatrol(const ThermalPatrolParameters& parameters)
     : parameters_(checked(parameters)),
-      scene_(parameters.scene),
-      renderer_(scene_, parameters.camera),
+      scenes_(scenes_of(parameters)),
+      renderers_(renderers_of(scenes_, parameters.camera)),
       robot_(parameters.robot, Terrain(parameters.terrain, parameters.seed),
-             on_way(parameters, parameters.begin), heading(parameters), parameters.seed),
+             parameters.start ? Vector2d(parameters.start->head<2>())
+                              : on_way(parameters, parameters.begin),
+             parameters.start ? parameters.start->z() : heading(parameters), parameters.seed),
       course_({.speed = parameters.speed, .slowest = std::min(1.0, parameters.speed)},
               {on_way(parameters, parameters.end)}) {}
 
 void ThermalPatrol::step() {
-  robot_.command(course_.steer(robot_));
+  step(course_.steer(robot_));
+}
+
+void ThermalPatrol::step(const GroundRobotCommand& command) {
+  robot_.command(command);
   robot_.step();
   ++steps_;
 }
 
 void ThermalPatrol::stand() {
-  robot_.command({});
-  robot_.step();
-  ++steps_;
+  step({});
 }
 
 void ThermalPatrol::drive_until(double time) {
@@ -86,6 +111,23 @@ ThermalView ThermalPatrol::view(std::uint64_t frame) const {
   result.velocity << camera.T_map_body.rotation().inverse() * camera.velocity, camera.angular_rate;
   result.velocity += camera_velocity_;
   result.frame = frame;
+  return result;
+}
+
+std::size_t ThermalPatrol::row_in_view() const {
+  const geometry::SE3 T_map_camera = view(0).T_map_camera;
+  const Vector3d forward = T_map_camera.rotation() * Vector3d::UnitZ();
+  std::size_t result = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < scenes_.size(); ++i) {
+    const geometry::SE3 T_row_map = scenes_[i].parameters().T_map_row.inverse();
+    const double across = (T_row_map * T_map_camera.translation()).y();
+    const bool looks = across * (T_row_map.rotation() * forward).y() < 0;
+    if (looks && std::abs(across) < least) {
+      least = std::abs(across);
+      result = i;
+    }
+  }
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include "pipescout/statistics/draw.hpp"
 #include "pipescout/validation/check.hpp"
+#include "thermal_background.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -133,6 +134,10 @@ ThermalScene::ThermalScene(const ThermalSceneParameters& parameters) : parameter
 
 Eigen::Vector3d ThermalScene::on_tube(double place) const noexcept {
   return parameters_.T_map_row * Eigen::Vector3d(place, 0, parameters_.tube_height);
+}
+
+bool ThermalScene::faces(const Eigen::Vector3d& point) const noexcept {
+  return (parameters_.T_map_row.inverse() * point).y() < internal::kMirrorBehind;
 }
 
 double ThermalScene::rise_of(const ThermalLeak& leak, double place) noexcept {

@@ -15,12 +15,12 @@ constexpr double kNetdTemperature = 30;  // degC
 
 }  // namespace
 
-ThermalSensor::ThermalSensor(const ThermalCameraParameters& parameters, float highest)
+ThermalSensor::ThermalSensor(const ThermalCameraParameters& parameters,
+                             const ThermalRadiation& radiation, float highest)
     : seed_(parameters.seed), highest_(highest) {
   const auto width = static_cast<std::size_t>(parameters.camera.width);
   const auto height = static_cast<std::size_t>(parameters.camera.height);
-  const thermal::PlanckConstants& planck = parameters.constants.planck;
-  deviation_ = static_cast<float>(parameters.netd * planck.slope(kNetdTemperature));
+  deviation_ = static_cast<float>(parameters.netd * radiation.slope(kNetdTemperature));
   std::mt19937_64 engine = statistics::make_engine(seed_, 0x7c);
   normals_.resize(kNormals + width);
   for (std::size_t i = 0; i < kNormals; ++i) {

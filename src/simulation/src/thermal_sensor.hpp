@@ -7,6 +7,7 @@
 
 #include "pipescout/simulation/thermal_camera.hpp"
 #include "thermal_band.hpp"
+#include "thermal_radiation.hpp"
 
 namespace pipescout::simulation::internal {
 
@@ -21,7 +22,8 @@ struct HotSquare {
 /// From counts before the sensor to what it says: noise, dead pixels, saturation, 16 bits.
 class ThermalSensor {
  public:
-  ThermalSensor(const ThermalCameraParameters& parameters, float highest);
+  ThermalSensor(const ThermalCameraParameters& parameters, const ThermalRadiation& radiation,
+                float highest);
 
   void read(CountPlane& plane, std::uint64_t frame, std::span<const HotSquare> hot,
             std::span<std::uint16_t> counts) const noexcept;

@@ -20,12 +20,12 @@ constexpr double kSpotShoulder = 0.05;
 
 }  // namespace
 
-ThermalTube::ThermalTube(const ThermalScene& scene, const thermal::Radiometry& radiometry)
+ThermalTube::ThermalTube(const ThermalScene& scene, const ThermalRadiation& radiation)
     : scene_(scene), lowest_(kLowest) {
   const auto degrees = static_cast<std::size_t>((kHighest - kLowest) / kDegreeStep) + 2;
   of_degrees_.resize(degrees);
   for (std::size_t i = 0; i < degrees; ++i) {
-    const double counts = radiometry.counts(kLowest + kDegreeStep * static_cast<double>(i));
+    const double counts = radiation.object(kLowest + kDegreeStep * static_cast<double>(i));
     if (!std::isfinite(counts)) {
       throw std::invalid_argument("constants: the camera has no counts from -100 to 3000 degC");
     }

@@ -6,6 +6,7 @@
 
 #include "pipescout/simulation/thermal_scene.hpp"
 #include "thermal_band.hpp"
+#include "thermal_radiation.hpp"
 
 namespace pipescout::simulation::internal {
 
@@ -13,7 +14,7 @@ namespace pipescout::simulation::internal {
 class ThermalTube {
  public:
   /// Throws std::invalid_argument where a temperature has no counts.
-  ThermalTube(const ThermalScene& scene, const thermal::Radiometry& radiometry);
+  ThermalTube(const ThermalScene& scene, const ThermalRadiation& radiation);
 
   /// The tube between two places, of a camera at `camera_place`, `distance` m from the tube, whose
   /// image moves by `blur` m along it.

@@ -40,8 +40,9 @@ TEST(ThermalCamera, CountsOfTubeAndLeakMeanTheirTemperatures) {
     ASSERT_TRUE(truth.tube);
     ASSERT_EQ(truth.leaks.size(), 2U);
     // A count is less than 0.1 K of the tube.
+    const thermal::Radiometry radiometry(camera.constants, parameters.object);
     const auto degrees = [&](const Vector2d& pixel) {
-      return renderer.radiometry().temperature(image.at(pixel));
+      return radiometry.temperature(image.at(pixel));
     };
     EXPECT_NEAR(degrees((truth.tube->from + truth.tube->to) / 2), 150, 0.1);
     const PipeInImage& faint = truth.leaks[0].stretch;
@@ -50,7 +51,7 @@ TEST(ThermalCamera, CountsOfTubeAndLeakMeanTheirTemperatures) {
     EXPECT_NEAR(degrees((strong.from + strong.to) / 2), 300, 0.1);
     EXPECT_EQ(image.at((strong.from + strong.to) / 2), renderer.highest_counts());
     // The wall is black and cold.
-    EXPECT_NEAR(renderer.radiometry().camera().planck.temperature(image(5, 5)), -10, 0.02);
+    EXPECT_NEAR(camera.constants.planck.temperature(image(5, 5)), -10, 0.02);
   }
 }
 
@@ -98,7 +99,7 @@ TEST(ThermalCamera, AxisAndWidthAreSeenWhereTheyAreSaidToBe) {
     ASSERT_TRUE(truth.tube);
     const Vector2d along = (truth.tube->to - truth.tube->from).normalized();
     const ThermalImage image(renderer, view);
-    const double tube = renderer.radiometry().counts(150);
+    const double tube = renderer.counts(150);
     const double wall = image(2, 2);
     for (const int column : {100, 160, 220}) {
       double weight = 0;
@@ -149,8 +150,8 @@ TEST(ThermalCamera, LeakIsAsLongAsItsPlaces) {
   // Seen along the axis, by how much is hot.
   const ThermalImage image(renderer, view);
   const int row = static_cast<int>(std::lround(stretch.from.y()));
-  const double sound = renderer.radiometry().counts(150);
-  const double hot = renderer.radiometry().counts(225);
+  const double sound = renderer.counts(150);
+  const double hot = renderer.counts(225);
   double length = 0;
   double moment = 0;
   for (int x = 0; x < 320; ++x) {
@@ -196,7 +197,7 @@ TEST(ThermalCamera, DecoysAreWhereTheyBelong) {
   const ThermalScene scene(bare_scene());
   ThermalRenderer renderer(scene, perfect_camera());
   const ThermalImage plain(renderer, view);
-  const double hot = renderer.radiometry().counts(250);
+  const double hot = renderer.counts(250);
   const double pixels_a_metre = renderer.camera().parameters().focal_length / 10;
   const auto column = [&](double place) {
     return static_cast<int>(std::lround(159.5 + (place - 20) * pixels_a_metre));
@@ -255,14 +256,14 @@ TEST(ThermalCamera, PostsHideTheTubeAndPipesHangFromItsEnds) {
   parameters.swivel_joints = true;
   const ThermalScene scene(parameters);
   ThermalRenderer renderer(scene, perfect_camera());
-  const double tube = renderer.radiometry().counts(150);
+  const double tube = renderer.counts(150);
   const ThermalImage post(renderer, level_view(scene.supports()[1]));
   EXPECT_LT(post(160, 120), tube - 1000);
   EXPECT_NEAR(post(100, 120), tube, 1);
   const ThermalImage end(renderer, level_view(0));
   EXPECT_NEAR(end(200, 120), tube, 1);
   EXPECT_LT(end(100, 120), tube - 1000);
-  EXPECT_NEAR(end(160, 200), renderer.radiometry().counts(142), 1);
+  EXPECT_NEAR(end(160, 200), renderer.counts(142), 1);
 }
 
 TEST(ThermalCamera, RefusesWhatItCannotRender) {
@@ -299,6 +300,40 @@ TEST(ThermalGreys, AreEvenlyFromLowestToHighest) {
   EXPECT_THAT(levels, ::testing::ElementsAre(0, 0, 65, 129, 255, 255, 0));
   EXPECT_THROW(greys.convert(counts, std::span(levels).first(2)), std::invalid_argument);
   EXPECT_THROW(ThermalGreys(radiometry, 300, 300), std::invalid_argument);
+}
+
+TEST(ThermalCamera, ItsRadiationIsWhatTheCameraIsCalibratedFor) {
+  // Two sets of formulas: they agree on a black body, and on air but for how it is modelled.
+  const thermal::ObjectParameters object = thermal::ibarguren2013_object();
+  ThermalSceneParameters scene = bare_scene();
+  scene.object = object;
+  const ThermalRenderer renderer(ThermalScene(scene), perfect_camera());
+  const thermal::Radiometry radiometry(perfect_camera().constants, object);
+  for (const double temperature : {-40.0, 20.0, 150.0, 400.0}) {
+    EXPECT_NEAR(radiometry.temperature(renderer.counts(temperature)), temperature, 0.2);
+  }
+}
+
+TEST(ThermalAutomaticGain, FollowsTheSceneWithALag) {
+  std::vector<std::uint16_t> counts(10000);
+  std::vector<std::uint8_t> greys(counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    counts[i] = static_cast<std::uint16_t>(5000 + i / 10);
+  }
+  ThermalAutomaticGain gain;
+  gain.convert(counts, greys);
+  EXPECT_EQ(greys.front(), 0);
+  EXPECT_EQ(greys.back(), 255);
+  const std::uint8_t before = greys[5000];
+  std::fill(counts.begin() + 9000, counts.end(), std::uint16_t{9000});
+  gain.convert(counts, greys);
+  const std::uint8_t after = greys[5000];
+  EXPECT_LT(after, before);
+  for (int i = 0; i < 100; ++i) {
+    gain.convert(counts, greys);
+  }
+  EXPECT_LT(greys[5000], after);
+  EXPECT_THROW(gain.convert(counts, std::span(greys).first(3)), std::invalid_argument);
 }
 
 }  // namespace

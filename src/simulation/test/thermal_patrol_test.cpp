@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace pipescout::simulation {
@@ -44,6 +46,51 @@ TEST(ThermalPatrol, PassesTheRowAtSpeedWithTheTubeInView) {
   // 60 m at 5.5 m/s.
   EXPECT_NEAR(frames, 273, 5);
   EXPECT_GT(least_speed, 5.3);
+}
+
+TEST(ThermalPatrol, SeesTheNearestOfSeveralRowsAndNoTubeFromBehind) {
+  ThermalPatrolParameters parameters = patrol_of(1);
+  parameters.scene.T_map_row = {geometry::SO3(), {0, 20, 0}};
+  ThermalSceneParameters behind = parameters.scene;
+  behind.T_map_row = {geometry::SO3(), {0, 30, 0}};
+  ThermalSceneParameters opposite = parameters.scene;
+  opposite.T_map_row = {geometry::SO3::about_z(std::numbers::pi), {60, 0, 0}};
+  parameters.further_rows = {behind, opposite};
+  parameters.terrain.roughness = 0;
+  // Of pose and row that is seen.
+  for (const auto& [start, row] :
+       {std::pair{Eigen::Vector3d(20, 10, 0), std::size_t{0}},
+        std::pair{Eigen::Vector3d(20, 10, std::numbers::pi), std::size_t{2}},
+        std::pair{Eigen::Vector3d(20, 25, 0), std::size_t{1}}}) {
+    parameters.start = start;
+    const ThermalPatrol patrol(parameters);
+    EXPECT_EQ(patrol.robot().yaw(), start.z());
+    EXPECT_EQ(patrol.row_in_view(), row);
+    EXPECT_TRUE(patrol.rows()[row].faces(patrol.view(0).T_map_camera.translation()));
+  }
+  parameters.start = Eigen::Vector3d(20, 25, std::numbers::pi);
+  ThermalPatrol patrol(parameters);
+  EXPECT_EQ(patrol.row_in_view(), 0U);
+  ThermalTruth truth;
+  patrol.renderer().truth(patrol.view(0), truth);
+  EXPECT_FALSE(truth.tube);
+  // Nothing is as hot as the tube.
+  std::vector<std::uint16_t> counts(320U * 240U);
+  patrol.render(0, counts);
+  const auto tube = static_cast<std::uint16_t>(patrol.renderer().counts(140));
+  EXPECT_LT(std::ranges::count_if(counts, [&](std::uint16_t count) { return count > tube; }), 100);
+}
+
+TEST(GroundRobot, TheOriginMayBeOnTheRearAxle) {
+  GroundRobotParameters parameters;
+  parameters.wheels_ahead = parameters.wheel_base / 2;
+  TerrainParameters slope;
+  slope.roughness = 0;
+  slope.slope = {0.1, 0};
+  const GroundRobot robot(parameters, Terrain(slope, 1), {3, 0}, 0, 1);
+  // On a plane: as high above it, and as tilted, wherever the wheels are.
+  EXPECT_NEAR(robot.motion().T_map_body.translation().z(), 0.3 + parameters.ride_height, 1e-9);
+  EXPECT_NEAR(robot.motion().T_map_body.rotation().roll_pitch_yaw().y(), -std::atan(0.1), 1e-9);
 }
 
 TEST(ThermalPatrol, TellsHowItsCameraMoves) {

@@ -83,6 +83,20 @@ class SideContrast {
   int count_ = 0;
 };
 
+/// By what is known of the radiometry, from the apparent temperatures of the leak and its pipe.
+void set_degrees(const RadiometryPosterior& posterior, double reference, LeakDetection& leak) {
+  const TemperatureInterval mean = posterior.difference(leak.stretch.mean, reference);
+  const TemperatureInterval peak = posterior.difference(leak.stretch.peak, reference);
+  leak.delta = mean.mean;
+  leak.delta_deviation = mean.deviation;
+  leak.delta_low = mean.low;
+  leak.delta_high = mean.high;
+  leak.peak_delta = peak.mean;
+  leak.peak_delta_deviation = peak.deviation;
+  leak.peak_delta_low = peak.low;
+  leak.peak_delta_high = peak.high;
+}
+
 /// The mean without the smallest and the largest value, one of which a dead pixel may be.
 float trimmed_mean(const std::array<float, kMostAcross>& values, int count) {
   float sum = 0;
@@ -100,6 +114,17 @@ float trimmed_mean(const std::array<float, kMostAcross>& values, int count) {
 
 }  // namespace
 
+const PipeSection* Detections::main_pipe() const noexcept {
+  const PipeSection* best = nullptr;
+  for (const PipeSection& pipe : pipes) {
+    const bool long_enough = 2 * pipe.length() >= pipes.front().length();
+    if (best == nullptr || (long_enough && pipe.contrast > best->contrast)) {
+      best = &pipe;
+    }
+  }
+  return best;
+}
+
 struct LeakDetector::Implementation {
   LeakDetectorParameters parameters;
   ThresholdMask threshold;
@@ -108,6 +133,7 @@ struct LeakDetector::Implementation {
   ProfileAnalysis analysis;
   std::vector<std::uint8_t> pipe_shaped;
   bool differs_from_both = false;  // of the latest section: from what is on either side of it
+  double contrast = 0;             // K, of the latest section, to the side that differs less
   std::vector<float> turned;       // the profile of a cold pipe with its sign changed
   Detections detections;
 
@@ -146,7 +172,7 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
   d.parts.clear();
   d.width = image.width;
   d.height = image.height;
-  d.fault = threshold.make(image, scale, parameters);
+  d.fault = threshold.make(image, scale, parameters, conditions);
   d.threshold = threshold.threshold();
   if (d.fault != FrameFault::kNone) {
     return d;
@@ -271,12 +297,13 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
   }
   const double one = sides[0].mean();
   const double other = sides[1].mean();
+  contrast = std::fmin(one, other);
   // NaN, of a side that the border hides, is no evidence.
   differs_from_both = one > 0 && one >= kWeakerSide * other && other >= kWeakerSide * one;
 }
 
-/// The centroid of what is warmer than half of the mean rise. All count alike: a dead pixel is one
-/// of many.
+/// The centroid of what is warmer, in the image, than half of the mean rise. All count alike: a
+/// dead pixel is one of many.
 template <class Pixel>
 double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
                                             const Scale<Pixel>& scale, const PipeSection& pipe,
@@ -286,13 +313,15 @@ double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
   const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   const int reach = static_cast<int>(pipe.half_width);
   const int samples = static_cast<int>((leak.end - leak.start).norm()) + 1;
+  // Of the image: `leak.delta` may be in kelvins of the pipe, or missing.
+  const double half_rise = 0.5 * sign * (leak.stretch.mean - pipe.reference_temperature);
   double sum = 0;
   int count = 0;
   for (int i = 0; i < samples; ++i) {
     for (int k = -reach; k <= reach; ++k) {
       const double there =
           temperature_at(image, scale, leak.start + (i + 0.5) * direction + k * normal);
-      if (sign * (there - pipe.reference_temperature) > 0.5 * leak.delta) {
+      if (sign * (there - pipe.reference_temperature) > half_rise) {
         sum += k;
         ++count;
       }
@@ -324,12 +353,18 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
     std::transform(profile.begin(), profile.end(), turned.begin(), std::negate<>());
     profile = turned;
   }
-  ProfileAnalysis::Conditions c{.metres_per_sample = pipe.metres_per_pixel};
+  ProfileAnalysis::Conditions c{.metres_per_sample = pipe.metres_per_pixel,
+                                .contrast = std::isfinite(contrast) ? contrast : 0};
   if (conditions.sound && conditions.sound->may_be((pipe.end - pipe.start).normalized())) {
-    c.reference_temperature = sign * conditions.sound->temperature;
+    if (!conditions.levels) {
+      c.reference_temperature = sign * conditions.sound->temperature;
+    }
+    c.spread = conditions.sound->spread;
   }
   analysis.analyse(profile, pipe_shaped, c);
   pipe.reference_temperature = sign * analysis.reference_temperature();
+  pipe.spread = analysis.spread();
+  pipe.contrast = contrast;
   pipe.first_part = d.parts.size();
   for (PipePart part : analysis.parts()) {
     part.mean *= sign;
@@ -349,6 +384,12 @@ void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditi
       const TemperatureErrors& errors = *conditions.errors;
       leak.delta_deviation = errors.of_difference(stretch.mean, pipe.reference_temperature);
       leak.peak_delta_deviation = errors.of_difference(stretch.peak, pipe.reference_temperature);
+    }
+    if (conditions.posterior != nullptr) {
+      set_degrees(*conditions.posterior, pipe.reference_temperature, leak);
+    }
+    if (conditions.levels) {
+      leak.delta = leak.peak_delta = kNan;
     }
     // Sample i reaches from half a pixel before its middle to half a pixel behind it.
     leak.start = pipe.at(stretch.from - 0.5);

@@ -51,6 +51,8 @@ std::string_view to_string(DetectorPreset preset) noexcept {
       return "hot_pipes";
     case DetectorPreset::kColdPipes:
       return "cold_pipes";
+    case DetectorPreset::kContrast:
+      return "contrast";
   }
   return "unknown";
 }
@@ -86,6 +88,8 @@ LeakDetectorParameters LeakDetectorParameters::of(DetectorPreset preset) {
       return adaptive(Polarity::kHot);
     case DetectorPreset::kColdPipes:
       return adaptive(Polarity::kCold);
+    case DetectorPreset::kContrast:
+      return by_contrast();
   }
   refuse("preset: not an enumerator");
 }
@@ -109,10 +113,25 @@ LeakDetectorParameters LeakDetectorParameters::adaptive(Polarity polarity) {
   return p;
 }
 
+LeakDetectorParameters LeakDetectorParameters::by_contrast() {
+  LeakDetectorParameters p;
+  p.threshold_rule = ThresholdRule::kContrast;
+  p.min_contrast = 2.0;
+  // Least rise of what is flat: a level of grey, or ten times the noise of a camera.
+  p.profile.leak_delta = 1.0;
+  p.profile.split_delta = 0.7;
+  // Leaks that nearly fill the view, where no other image tells the level of the tube.
+  p.profile.reference_quantile = 0.1;
+  p.profile.leak_spreads = 12.0;
+  p.profile.leak_share = 0.08;
+  return p;
+}
+
 void LeakDetectorParameters::validate() const {
   require("threshold", threshold, threshold > -273.15, "(-273.15, inf) degC");
   require("min_contrast", min_contrast, min_contrast > 0, "(0, inf) K");
   require("local_radius", local_radius, local_radius > 0 && local_radius <= 1, "(0, 1]");
+  require("contrast_level", contrast_level, contrast_level > 0 && contrast_level < 1, "(0, 1)");
   require("min_width", min_width, min_width >= 1, "[1, inf) pixels");
   require("max_width", max_width, max_width > 0 && max_width <= 1, "(0, 1]");
   require("min_length", min_length, min_length > 0 && min_length <= 1, "(0, 1]");

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipescout/statistics/quantile.hpp"
+
 namespace pipescout::thermal {
 namespace {
 
@@ -13,6 +15,12 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kHalvings = 4;
 /// Of what makes a leak: by as much the pipe may be warmer than it is known to be.
 constexpr double kReferenceSlack = 0.5;
+
+/// Of the spread of the sound pipe, and how many standard deviations of a normal distribution lie
+/// between them.
+constexpr double kLowerQuantile = 0.1;
+constexpr double kUpperQuantile = 0.4;
+constexpr double kQuantileDistance = 1.0282;
 
 /// The sample that a place lies in.
 int sample_at(double place, std::size_t size) {
@@ -101,7 +109,11 @@ void ProfileAnalysis::analyse(std::span<const float> temperatures,
     least_width_ = std::max(ProfileParameters::kLeastSamples,
                             parameters_.min_part_width_m / conditions.metres_per_sample);
   }
-  reference_ = quantile(temperatures, pipe_shaped);
+  collect(temperatures, pipe_shaped);
+  reference_ = quantile(parameters_.reference_quantile);
+  // Between two low quantiles, that neither a leak nor a cold joint reaches.
+  spread_ = (quantile(kUpperQuantile) - quantile(kLowerQuantile)) / kQuantileDistance;
+  choose_rise(conditions);
   if (conditions.reference_temperature &&
       !(reference_ <= *conditions.reference_temperature + kReferenceSlack * least_rise())) {
     reference_ = *conditions.reference_temperature;
@@ -115,24 +127,32 @@ void ProfileAnalysis::analyse(std::span<const float> temperatures,
 }
 
 double ProfileAnalysis::least_rise() const {
-  return parameters_.leak_delta ? *parameters_.leak_delta : parameters_.split_delta;
+  return parameters_.leak_delta ? rise_ : split_;
 }
 
-double ProfileAnalysis::quantile(Temperatures t, Shapes pipe_shaped) {
-  sorted_.clear();
+void ProfileAnalysis::choose_rise(const Conditions& conditions) {
+  split_ = parameters_.split_delta;
+  rise_ = parameters_.leak_delta.value_or(split_);
+  const double spread = conditions.spread.value_or(std::isfinite(spread_) ? spread_ : 0);
+  const double least =
+      std::max(parameters_.leak_spreads * spread, parameters_.leak_share * conditions.contrast);
+  if (least > rise_) {
+    split_ *= least / rise_;
+    rise_ = least;
+  }
+}
+
+void ProfileAnalysis::collect(Temperatures t, Shapes pipe_shaped) {
+  shown_.clear();
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (std::isfinite(t[i]) && (pipe_shaped.empty() || pipe_shaped[i] != 0)) {
-      sorted_.push_back(t[i]);
+      shown_.push_back(t[i]);
     }
   }
-  if (sorted_.empty()) {
-    return kNan;
-  }
-  const auto middle =
-      sorted_.begin() + static_cast<std::ptrdiff_t>(parameters_.reference_quantile *
-                                                    static_cast<double>(sorted_.size() - 1));
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  return *middle;
+}
+
+double ProfileAnalysis::quantile(double share) {
+  return shown_.empty() ? kNan : statistics::quantile_in_place(shown_, share);
 }
 
 void ProfileAnalysis::divide(Temperatures t) {
@@ -160,7 +180,7 @@ void ProfileAnalysis::divide_at_edges(Temperatures t, int from, int to) {
   const int d = parameters_.split_distance;
   const auto sign = [&](int i) {
     const double change = at(i + d) - at(i);
-    return change >= parameters_.split_delta ? 1 : change <= -parameters_.split_delta ? -1 : 0;
+    return change >= split_ ? 1 : change <= -split_ ? -1 : 0;
   };
   double start = from;
   for (int i = from; i + d < to;) {
@@ -205,7 +225,7 @@ void ProfileAnalysis::divide_creeping(Temperatures t) {
         continue;
       }
       const auto [least, most] = std::minmax_element(t.begin() + first, t.begin() + last + 1);
-      if (*most - *least <= parameters_.split_delta) {
+      if (*most - *least <= split_) {
         scratch_.push_back(part);
         continue;
       }
@@ -255,7 +275,7 @@ void ProfileAnalysis::measure(Temperatures t, PipePart& part) const {
 
 bool ProfileAnalysis::is_warm(const PipePart& part) const {
   return part.kind != PartKind::kHidden &&
-         ((parameters_.leak_delta && part.mean >= reference_ + *parameters_.leak_delta) ||
+         ((parameters_.leak_delta && part.mean >= reference_ + rise_) ||
           (parameters_.maximum_temperature && part.mean > *parameters_.maximum_temperature));
 }
 

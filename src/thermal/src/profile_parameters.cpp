@@ -49,6 +49,8 @@ void ProfileParameters::validate() const {
   if (!leak_delta && !maximum_temperature) {
     refuse("leak_delta: is not set, nor is maximum_temperature: no leak could be detected");
   }
+  require("leak_spreads", leak_spreads, leak_spreads >= 0, "[0, inf)");
+  require("leak_share", leak_share, leak_share >= 0, "[0, inf)");
   require("reference_quantile", reference_quantile,
           reference_quantile > 0 && reference_quantile < 1, "(0, 1)");
 }

@@ -256,4 +256,8 @@ Sensitivity Radiometry::sensitivity(double counts) const noexcept {
           .window_transmission = per_count * signal.window_transmission};
 }
 
+Radiometry apparent_radiometry(const CameraConstants& camera) {
+  return {camera, {.emissivity = 1, .distance = 0}};
+}
+
 }  // namespace pipescout::thermal

@@ -222,7 +222,8 @@ void differences_of_row(const float* row, const double* columns, int width, int 
 
 template <class Pixel>
 FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
-                               const LeakDetectorParameters& parameters) {
+                               const LeakDetectorParameters& parameters,
+                               const FrameConditions& conditions) {
   threshold_ = kNan;
   if (!image.valid() || image.width > std::numeric_limits<std::int16_t>::max() ||
       image.height > std::numeric_limits<std::int16_t>::max()) {
@@ -245,9 +246,18 @@ FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>
     make_local(image, scale, parameters);
     return FrameFault::kNone;
   }
-  threshold_ = parameters.threshold_rule == ThresholdRule::kFixed
-                   ? parameters.threshold
-                   : scene_threshold(image, scale, parameters);
+  switch (parameters.threshold_rule) {
+    case ThresholdRule::kScene:
+      threshold_ = scene_threshold(image, scale, parameters);
+      break;
+    case ThresholdRule::kContrast:
+      threshold_ = contrast_threshold(image, scale, parameters, conditions);
+      break;
+    case ThresholdRule::kFixed:
+    case ThresholdRule::kLocal:
+      threshold_ = parameters.threshold;
+      break;
+  }
   if (std::isnan(threshold_)) {
     return FrameFault::kNone;
   }
@@ -271,6 +281,23 @@ FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>
     }
   }
   return FrameFault::kNone;
+}
+
+/// At a share of the way from the surroundings of the tube to its level. A leak that is as long as
+/// the picture does not raise it above what the tube has been in other pictures.
+template <class Pixel>
+double ThresholdMask::contrast_threshold(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                                         const LeakDetectorParameters& parameters,
+                                         const FrameConditions& conditions) {
+  const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
+  Ridge ridge = ridges_.find(image, scale, parameters);
+  if (conditions.sound && !conditions.levels) {
+    const double sound = sign * conditions.sound->temperature;
+    if (sound - ridge.side >= parameters.min_contrast) {
+      ridge.level = std::min(ridge.level, sound);
+    }
+  }
+  return sign * (ridge.side + parameters.contrast_level * (ridge.level - ridge.side));
 }
 
 /// Otsu (1979): the threshold with the largest variance between the classes. Of every second pixel
@@ -411,10 +438,10 @@ void ThresholdMask::make_local(const ImageView<Pixel>& image, const Scale<Pixel>
 }
 
 template FrameFault ThresholdMask::make(const TemperatureView&, const Scale<float>&,
-                                        const LeakDetectorParameters&);
+                                        const LeakDetectorParameters&, const FrameConditions&);
 template FrameFault ThresholdMask::make(const CountView&, const Scale<std::uint16_t>&,
-                                        const LeakDetectorParameters&);
+                                        const LeakDetectorParameters&, const FrameConditions&);
 template FrameFault ThresholdMask::make(const GreyView&, const Scale<std::uint8_t>&,
-                                        const LeakDetectorParameters&);
+                                        const LeakDetectorParameters&, const FrameConditions&);
 
 }  // namespace pipescout::thermal

@@ -78,7 +78,10 @@ std::optional<ExpectedSection> expected_section(std::span<const leak_findings::P
   nearest->hint.deviation[PipeShape::kX] = std::hypot(pixels, kAlong * length * std::cos(angle));
   nearest->hint.deviation[PipeShape::kY] = std::hypot(pixels, kAlong * length * std::sin(angle));
   nearest->hint.deviation[PipeShape::kLength] = std::hypot(2 * pixels, 2 * kAlong * length);
-  nearest->hint.deviation[PipeShape::kAngle] = std::hypot(rotation, 2 * pixels / length);
+  // A robot that is elsewhere sees the line elsewhere, hardly turned: of a short piece in the
+  // corner of the image, too, the angle is known.
+  nearest->hint.deviation[PipeShape::kAngle] =
+      2 * std::hypot(rotation, position / nearest->depth, 1 / length);
   return nearest;
 }
 

@@ -211,6 +211,11 @@ void ThermalTracker::on_image(const Image& message) {
   }
   take_regions(detections);
   const Circumstances known = circumstances(stamp, message);
+  const TrackState before = tracker_->track().state;
+  const bool follows = before == TrackState::kLocked || before == TrackState::kCoasting;
+  if (!settings_->lines.empty() && known.T_map_camera && !known.hint && !follows) {
+    regions_.clear();  // none is of a pipe of the lines
+  }
   const tracking::PipeTrack& track = tracker_->update(
       {.time = to_seconds(stamp.time_since_epoch()),
        .image = {static_cast<int>(message.width), static_cast<int>(message.height)},

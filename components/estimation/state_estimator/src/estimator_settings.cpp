@@ -197,6 +197,14 @@ void EstimatorParameters::declare_sensors(Parameters& parameters) {
        .floating_point_range = kPositive});
 
   camera_.emplace(parameters, base_frame_);
+  camera_position_deviation_ = parameters.declare<double>(
+      "camera.position_deviation", 0.0,
+      {.description = "m, standard deviation of the camera's position per axis; 0: not estimated",
+       .floating_point_range = kNotNegative});
+  camera_rotation_deviation_ = parameters.declare<double>(
+      "camera.rotation_deviation", 0.0,
+      {.description = "rad, standard deviation of its rotation per axis; 0: not estimated",
+       .floating_point_range = kShare});
   rack_position_ = parameters.declare<std::vector<double>>(
       "rack.position", {}, {.description = "m, of the rack frame in the map; empty: 0 0 0"});
   rack_heading_ = parameters.declare<double>(
@@ -412,6 +420,10 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       [watch](auto& p) -> double& { return (p.*watch).correlation_time; }, {0, 1000},
       "s, correlation time of the measurement errors, such as multipath; 0: white");
   bound_->real(
+      source + ".shortest_correlation_time",
+      [watch](auto& p) -> double& { return (p.*watch).shortest_correlation_time; }, {0, 1000},
+      "s, below correlation_time: that is found on line between both, from the innovations");
+  bound_->real(
       source + ".largest_deviation_factor",
       [watch](auto& p) -> double& { return (p.*watch).largest_deviation_factor; }, {1, 100},
       "standard deviations are taken for up to this factor larger than stated; 1: as stated");
@@ -464,6 +476,20 @@ std::optional<estimation::GivenPose> EstimatorParameters::start() const {
     return std::nullopt;
   }
   return result;
+}
+
+int EstimatorParameters::camera_mounting(Estimator& estimator) const {
+  const double position = camera_position_deviation_.get();
+  const double rotation = camera_rotation_deviation_.get();
+  if (position == 0 && rotation == 0) {
+    return -1;
+  }
+  try {
+    return estimator.smoother.estimate_camera_mounting(position, rotation);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("parameters '" + camera_position_deviation_.name() + "', '" +
+                                camera_rotation_deviation_.name() + "': " + error.what());
+  }
 }
 
 std::optional<std::size_t> EstimatorParameters::implied_imu(
@@ -524,6 +550,7 @@ EstimatorSettings EstimatorParameters::read(Node& node) const {
   }
   result.sources = sources_->read(estimator);
   result.implied_imu = implied_imu(result.sources);
+  result.camera_mounting = camera_mounting(estimator);
   estimator.R_body_imu = geometry::SO3::from_roll_pitch_yaw(three_or_zero(imu_roll_pitch_yaw_));
   estimator.odometer.sensor = three_or_zero(odometer_) - result.imu;
   if (const auto& deviations = estimator.smoother.global_deviations;

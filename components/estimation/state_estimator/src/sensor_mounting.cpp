@@ -20,6 +20,7 @@ estimation::VisualPoseMeasurement SensorMounting::visual_pose(double time, const
   estimation::VisualPoseMeasurement result;
   result.time = time;
   result.T_rack_body = T_rack_camera * T_base_camera.inverse() * SE3(SO3(), imu);
+  result.camera = in_body(T_base_camera.translation());
   const Eigen::Vector3d arm = result.T_rack_body.translation() - T_rack_camera.translation();
   Matrix6d by_camera = Matrix6d::Identity();
   by_camera.topRightCorner<3, 3>() = -geometry::skew(arm);

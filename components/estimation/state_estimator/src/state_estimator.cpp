@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <pipescout/estimation/camera_calibration.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -375,6 +376,7 @@ void StateEstimator::on_rack_pose(const Pose& message) {
             .visual_pose(*time, from_message(message.pose.pose),
                          covariance_from_message(message.pose.covariance));
     measured.angular_rate = angular_rate();
+    measured.mounting = settings_.camera_mounting;
     report_outcome(Source::kVisualPose, estimator_->add(measured));
   } catch (const std::invalid_argument& error) {
     report_fault("visual_pose.refused", std::string("rack/pose refused: ") + error.what());
@@ -629,6 +631,13 @@ void StateEstimator::tell_status() {
       diagnostics().set_value(source + ".held", std::to_string(now_so.held));
     }
     diagnostics().set_value(source + ".waiting", std::to_string(now_so.waiting));
+  }
+  if (status_.of(Source::kVisualPose).accepted > 0) {
+    const std::string camera = camera_calibration_text(
+        estimator_->smoother(), settings_.estimator.smoother, settings_.camera_mounting);
+    if (!camera.empty()) {
+      diagnostics().set_value("visual_pose.camera", camera);
+    }
   }
   tell_sources();
   told_ = status_;

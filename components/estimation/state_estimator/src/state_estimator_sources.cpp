@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sources that the parameter `sources` names.
+#include <pipescout/estimation/camera_calibration.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -52,6 +53,9 @@ void StateEstimator::subscribe_to_sources() {
         break;
       case NamedSourceKind::kGpsFix:
         subscribe_to_source<Fix>(i);
+        break;
+      case NamedSourceKind::kPose:
+        subscribe_to_source<Pose>(i);
         break;
       case NamedSourceKind::kWheelEncoders:
         subscribe_to_source<JointState>(i);
@@ -158,6 +162,13 @@ void StateEstimator::tell_sources() {
     diagnostics().set_value(name + ".state", std::string(to_string(now_so.state)));
     diagnostics().set_value(name + ".accepted", std::to_string(now_so.accepted));
     diagnostics().set_value(name + ".waiting", std::to_string(now_so.waiting));
+    const NamedSource& source = settings_.sources[i];
+    if (now_so.accepted > 0 && (source.mounting >= 0 || source.clock >= 0)) {
+      diagnostics().set_value(
+          name + ".calibration",
+          camera_calibration_text(estimator_->smoother(), settings_.estimator.smoother,
+                                  source.mounting, source.clock));
+    }
   }
 }
 

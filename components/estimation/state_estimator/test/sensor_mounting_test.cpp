@@ -67,6 +67,7 @@ TEST(SensorMounting, VisualPoseIsThatOfTheBody) {
   EXPECT_EQ(measured.time, 7);
   EXPECT_LT(difference(T_rack_base * SE3(SO3(), kMounting.imu), measured.T_rack_body).norm(),
             1e-12);
+  EXPECT_LT((measured.camera - Eigen::Vector3d(-0.1, 0.15, -0.3)).norm(), 1e-12);
 }
 
 TEST(SensorMounting, VisualPoseCarriesItsCovariance) {

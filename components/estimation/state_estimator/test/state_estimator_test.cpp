@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,27 @@ class StateEstimatorTest : public ::testing::Test {
       }
       if (with_gps && i % 20 == 0) {
         send(topics::kGpsFix, Drive::fix(time));
+      }
+    }
+  }
+
+  /// IMU readings of a base that stands, by their numbers, 100 a second; with every fourth one the
+  /// pose of the camera in the rack, if it is seen.
+  void stand(int first, int end, const std::optional<SE3>& T_rack_camera = std::nullopt) {
+    for (int i = first; i < end; ++i) {
+      const Time time = kStart + from_seconds(0.01 * i);
+      harness_.set_time(time);
+      Imu imu = Drive::imu(0);
+      imu.header.stamp = to_message(time);
+      send(topics::kImu, imu);
+      if (T_rack_camera && i % 4 == 0) {
+        geometry_msgs::msg::PoseWithCovarianceStamped pose;
+        pose.header.stamp = imu.header.stamp;
+        pose.header.frame_id = "rack";
+        pose.pose.pose = to_message(*T_rack_camera);
+        pose.pose.covariance =
+            to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
+        send(topics::kRackPose, pose);
       }
     }
   }
@@ -295,21 +317,7 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
          {"camera.position", std::vector<double>{0.1, 0.0, -0.2}},
          {"rack.position", std::vector<double>{5.0, 0.0, 0.0}}});
   const SE3 T_map_base(SO3(), {6, 2, 3});
-  for (int i = 0; i < 400; ++i) {
-    const double time = 0.01 * i;
-    harness_.set_time(kStart + from_seconds(time));
-    Imu imu = Drive::imu(0);
-    imu.header.stamp = to_message(kStart + from_seconds(time));
-    send(topics::kImu, imu);
-    if (i % 4 == 0) {
-      geometry_msgs::msg::PoseWithCovarianceStamped pose;
-      pose.header.stamp = imu.header.stamp;
-      pose.header.frame_id = "rack";
-      pose.pose.pose = to_message(SE3(SO3(), {5, 0, 0}).inverse() * T_map_base * T_base_camera);
-      pose.pose.covariance = to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
-      send(topics::kRackPose, pose);
-    }
-  }
+  stand(0, 400, SE3(SO3(), {5, 0, 0}).inverse() * T_map_base * T_base_camera);
   ASSERT_FALSE(odometry_.empty());
   EXPECT_LT((T_map_base.inverse() * from_message(odometry_.back().pose.pose)).log().norm(), 0.01);
   EXPECT_EQ(states_.back().phase, "running");
@@ -318,48 +326,38 @@ TEST_F(StateEstimatorTest, TakesTheRackPoseThroughTheCamera) {
   pipescout_msgs::msg::RackState lost;
   lost.status = pipescout_msgs::msg::RackState::STATUS_LOST;
   send(topics::kRackState, lost);
-  for (int i = 400; i < 420; ++i) {
-    const double time = 0.01 * i;
-    harness_.set_time(kStart + from_seconds(time));
-    Imu imu = Drive::imu(0);
-    imu.header.stamp = to_message(kStart + from_seconds(time));
-    send(topics::kImu, imu);
-  }
+  stand(400, 420);
   ASSERT_EQ(hints.size(), 1U);
   const SE3 hinted = from_message(hints.back().pose.pose);
   EXPECT_LT((hinted.translation() - Eigen::Vector3d(1.1, 2, 2.8)).norm(), 0.02);
   EXPECT_NO_THROW((void)covariance_from_message(hints.back().pose.covariance));
 }
 
+TEST_F(StateEstimatorTest, SaysWhatIsKnownOfTheCameraThatItCalibrates) {
+  auto& estimator = start({{"preset", "uav"},
+                           {"camera.position_deviation", 0.03},
+                           {"camera.rotation_deviation", 0.02}});
+  const SE3 T_map_base(SO3(), {1, 2, 3});
+  stand(0, 400, T_map_base * SE3(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {}));
+  EXPECT_EQ(states_.back().phase, "running");
+  EXPECT_THAT(estimator.diagnostics().take().values.at("visual_pose.camera"),
+              HasSubstr("the motion so far does not determine: x (+-"));
+}
+
 TEST_F(StateEstimatorTest, TakesTheCameraFromTheTransforms) {
   const SE3 T_base_camera(SO3::from_roll_pitch_yaw({M_PI, 0, -M_PI_2}), {0.1, 0.0, -0.2});
   auto& estimator = start({{"preset", "uav"}, {"camera.frame", "camera_optical"}});
   const SE3 T_map_base(SO3(), {6, 2, 3});
-  for (int i = 0; i < 400; ++i) {
-    const Time time = kStart + from_seconds(0.01 * i);
-    harness_.set_time(time);
-    Imu imu = Drive::imu(0);
-    imu.header.stamp = to_message(time);
-    send(topics::kImu, imu);
-    if (i == 100) {
-      EXPECT_EQ(estimator.diagnostics().counter("visual_pose.tf"), 25U);
-      EXPECT_TRUE(odometry_.empty());
-      tf2_msgs::msg::TFMessage tf;
-      auto& transform = tf.transforms.emplace_back();
-      transform.header.frame_id = "base_link";
-      transform.child_frame_id = "camera_optical";
-      transform.transform = transform_message(T_base_camera);
-      send(topics::kTfStatic, tf);
-    }
-    if (i % 4 == 0) {
-      geometry_msgs::msg::PoseWithCovarianceStamped pose;
-      pose.header.stamp = imu.header.stamp;
-      pose.header.frame_id = "rack";
-      pose.pose.pose = to_message(T_map_base * T_base_camera);
-      pose.pose.covariance = to_message(geometry::Matrix6d(1e-5 * geometry::Matrix6d::Identity()));
-      send(topics::kRackPose, pose);
-    }
-  }
+  stand(0, 100, T_map_base * T_base_camera);
+  EXPECT_EQ(estimator.diagnostics().counter("visual_pose.tf"), 25U);
+  EXPECT_TRUE(odometry_.empty());
+  tf2_msgs::msg::TFMessage tf;
+  auto& transform = tf.transforms.emplace_back();
+  transform.header.frame_id = "base_link";
+  transform.child_frame_id = "camera_optical";
+  transform.transform = transform_message(T_base_camera);
+  send(topics::kTfStatic, tf);
+  stand(100, 400, T_map_base * T_base_camera);
   EXPECT_EQ(estimator.diagnostics().counter("visual_pose.tf"), 25U);
   ASSERT_FALSE(odometry_.empty());
   EXPECT_LT((T_map_base.inverse() * from_message(odometry_.back().pose.pose)).log().norm(), 0.01);
@@ -600,6 +598,10 @@ TEST_F(StateEstimatorTest, ParametersOutOfRangeAreRefusedByName) {
   expect_refused(harness_, {"gps.kernel", "soft"}, "gps.kernel");
   expect_refused(harness_, {"centre_line.file", "/does/not/exist.csv"}, "/does/not/exist.csv");
   expect_refused(harness_, {"weld.tally", "/does/not/exist.csv"}, "/does/not/exist.csv");
+  EXPECT_THROW(
+      (void)harness_.make<StateEstimator>({.parameters = {{"camera.rotation_deviation", 2.0}}}),
+      ParameterError);
+  expect_refused(harness_, {"camera.position_deviation", 1e-12}, "camera.position_deviation");
   expect_refused(harness_, {"camera.position", std::vector<double>{kNan, 0.0, 0.0}},
                  "camera.position");
 }

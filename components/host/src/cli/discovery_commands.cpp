@@ -60,7 +60,9 @@ int start_server(const ServerStartOptions& options) {
   // It makes servers of those that it names, which need not know each other.
   unsetenv("ROS_DISCOVERY_SERVER");
   DiscoveryServerOptions server;
-  server.domain_id = DdsOptions::from_environment().domain_id;
+  const auto environment = DdsOptions::from_environment();
+  server.domain_id = environment.domain_id;
+  server.network = environment.network;
   server.id = static_cast<std::uint8_t>(options.id);
   server.address = options.address;
   server.port = static_cast<std::uint16_t>(options.port);

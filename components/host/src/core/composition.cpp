@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
 #include <map>
 #include <thread>
 
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
@@ -88,12 +88,7 @@ class Reader {
   }
 
   void check_root(const YAML::Node& root) const {
-    if (!root.IsMap()) {
-      fail(root,
-           "a composition is a map with the keys name, arguments, executor, robot_description, "
-           "include, components, export, complete_when, summary");
-    }
-    check_keys(root, "the composition",
+    check_keys(root, "a composition",
                {"name", "arguments", "executor", "robot_description", "include", "components",
                 "export", "complete_when", "summary"});
   }
@@ -201,19 +196,8 @@ class Reader {
   }
 
   void check_keys(const YAML::Node& map, const std::string& what,
-                  std::initializer_list<const char*> known) const {
-    const std::vector<std::string> names(known.begin(), known.end());
-    for (const auto& entry : map) {
-      const auto& key = entry.first.Scalar();
-      if (std::find(names.begin(), names.end(), key) == names.end()) {
-        std::string list;
-        for (const auto& name : names) {
-          list += (list.empty() ? "" : ", ") + name;
-        }
-        fail(entry.first, "unknown key '" + key + "' in " + what + suggestion(key, names) +
-                              " (known: " + list + ")");
-      }
-    }
+                  const std::vector<std::string>& known) const {
+    command_line::require_known_keys(map, path_, what, known);
   }
 
   std::string substituted(const YAML::Node& node, const std::string& text) const {
@@ -342,10 +326,7 @@ class Reader {
   }
 
   [[nodiscard]] ExecutorSettings read_executor(const YAML::Node& node) const {
-    if (!node.IsMap()) {
-      fail(node, "'executor' must be a map with the keys type, threads, nice, fifo");
-    }
-    check_keys(node, "the executor", {"type", "threads", "nice", "fifo"});
+    check_keys(node, "'executor'", {"type", "threads", "nice", "fifo"});
     ExecutorSettings settings;
     const auto type = node["type"] ? text(node["type"], "'type'") : "single_threaded";
     if (type != "single_threaded" && type != "multi_threaded") {
@@ -419,9 +400,6 @@ class Reader {
   }
 
   void check_component_keys(const YAML::Node& node) const {
-    if (!node.IsMap()) {
-      fail(node, "a component is a map with the keys type, name, ...");
-    }
     check_keys(node, "a component",
                {"type", "name", "namespace", "if", "unless", "parameters", "parameter_files",
                 "remappings", "log_level", "executor", "stops_last", "isolate", "restart"});
@@ -597,9 +575,6 @@ class Reader {
   }
 
   void read_restart(const YAML::Node& node, RestartPolicy& policy) const {
-    if (!node.IsMap()) {
-      fail(node, "'restart' must be a map with the keys limit, backoff");
-    }
     check_keys(node, "'restart'", {"limit", "backoff"});
     if (node["limit"]) {
       policy.limit = static_cast<int>(integer(node["limit"], "'limit'", 0, kMostRestarts));

@@ -361,8 +361,7 @@ TEST_F(CommandLine, HelpIsEverywhere) {
                                                   {"topic"},
                                                   {"topic", "echo"},
                                                   {"component", "load"},
-                                                  {"param", "set"},
-                                                  {"summary"}}) {
+                                                  {"param", "set"}}) {
     auto arguments = command;
     arguments.emplace_back("--help");
     const auto finished = run_program(arguments, folder_);

@@ -255,7 +255,7 @@ components:
            {"{nice: 20}", "'nice' must be a whole number in [-20, 19], not '20'"},
            {"{nice: 1, fifo: 1}",
             "'nice' means nothing to threads with the real-time priority 'fifo'"},
-           {"{priority: 1}", "unknown key 'priority' in the executor"},
+           {"{priority: 1}", "unknown key 'priority' in 'executor'"},
            {"own", "'executor' must be a map with the keys type, threads, nice, fifo"}}) {
     write("c.yaml", "components: [{type: a::A, name: a, executor: " + executor + "}]\n");
     EXPECT_THAT(error(), HasSubstr(message));

@@ -178,14 +178,14 @@ TEST(Composition, LaterSourcesOfParametersCount) {
 
 TEST(Composition, NamesFileLineAndColumnOfAnError) {
   const std::pair<const char*, const char*> cases[] = {
-      {"", "c.yaml: a composition is a map"},
-      {"[1]", "c.yaml:1:1: a composition is a map"},
+      {"", "c.yaml: a composition must be a map with the keys name"},
+      {"[1]", "c.yaml:1:1: a composition must be a map"},
       {"name: x", "c.yaml:1:1: key 'components' is missing"},
       {"components: []\ncomplet_when: []",
-       "c.yaml:2:1: unknown key 'complet_when' in the composition; did you mean 'complete_when'?"},
+       "c.yaml:2:1: unknown key 'complet_when' in a composition; did you mean 'complete_when'?"},
       {"name: a/b\ncomponents: []", "c.yaml:1:7: 'name' must consist of letters"},
       {"components: 3", "c.yaml:1:13: 'components' must be a list"},
-      {"components:\n  - 3", "c.yaml:2:5: a component is a map"},
+      {"components:\n  - 3", "c.yaml:2:5: a component must be a map"},
       {"components:\n  - {type: A}", "c.yaml:2:5: key 'name' of a component is missing"},
       {"components:\n  - {name: a}", "c.yaml:2:5: key 'type' of a component is missing"},
       {"components:\n  - {type: A, name: 1a}", "c.yaml:2:21: "},

@@ -135,6 +135,12 @@ void OdometerStreamFusion::declare_stream_parameters() {
                       "from the crawler's top, clockwise looking forward (3 o'clock is 1.5708); "
                       "empty: not known",
        .floating_point_range = FloatingPointRange{-10.0, 10.0}});
+  laterals_ = parameters().declare<std::vector<double>>(
+      "laterals", {},
+      {.description = "m, one per odometer: how far to the left of the robot's reference point the "
+                      "wheel is; its share of a turn, by the yaw rate of imu/data, is taken out; "
+                      "empty: of wheels that all go the same way",
+       .floating_point_range = FloatingPointRange{-100.0, 100.0}});
   pipe_radius_ = parameters().declare<double>(
       "pipe_radius", 0.0,
       {.description = "m, from the axis of the pipe to where the wheels touch it; 0: not known",
@@ -247,6 +253,8 @@ OdometerStreamParameters OdometerStreamFusion::stream_parameters() const {
               [](auto& odometer, double value) { odometer.wrap = value; });
   assign_each("clocks", *clocks_.share(), result.odometers,
               [](auto& odometer, double value) { odometer.clock = value; });
+  assign_each("laterals", *laterals_.share(), result.odometers,
+              [](auto& odometer, double value) { odometer.lateral = value; });
   result.rule = rule(rule_.get());
   result.circumference.radius = pipe_radius_.get();
   result.circumference.tightest_bend = tightest_bend_.get();
@@ -304,6 +312,10 @@ CallbackReturn OdometerStreamFusion::on_configure() {
     weld_subscription_ =
         create_subscription(topics::kWeld, [this](const Weld& message) { on_weld(message); });
   }
+  if (!laterals_.share()->empty()) {
+    imu_subscription_ =
+        create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
+  }
   silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
     if (readings_subscription_ && !std::exchange(heard_, false)) {
       report_fault("readings.silent", "no readings of any odometer for " +
@@ -319,6 +331,7 @@ CallbackReturn OdometerStreamFusion::on_cleanup() {
   silence_timer_.reset();
   readings_subscription_ = {};
   weld_subscription_ = {};
+  imu_subscription_ = {};
   publisher_ = {};
   calibration_.reset();
   stream_.reset();
@@ -492,6 +505,18 @@ void OdometerStreamFusion::on_weld(const Weld& message) {
                    "a weld was passed at a time that is not in the history of the odometers");
       break;
   }
+}
+
+void OdometerStreamFusion::on_imu(const Imu& message) {
+  if (!origin_) {
+    return;  // nothing is measured yet
+  }
+  const double rate = message.angular_velocity.z;
+  if (!std::isfinite(rate)) {
+    report_fault("imu.angular_velocity.not_a_number", "the yaw rate is not a finite number");
+    return;
+  }
+  stream_->push_yaw_rate(stream_time(from_message(message.header.stamp)), rate);
 }
 
 double OdometerStreamFusion::stream_time(Time stamp) const {

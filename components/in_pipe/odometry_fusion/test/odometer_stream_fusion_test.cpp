@@ -102,6 +102,37 @@ TEST_F(OdometerStreamFusionTest, FollowsTheWheels) {
   }
 }
 
+TEST_F(OdometerStreamFusionTest, TakesTurnsOutOfWheelsBesideEachOther) {
+  start({{"laterals", std::vector<double>{0.4, -0.4, 0.0}}});
+  constexpr double kRate = 0.25;  // rad/s
+  for (int k = 0; k <= 400; ++k) {
+    const double time = k / 20.0;
+    harness_.set_time(kStart + from_seconds(time));
+    sensor_msgs::msg::Imu imu;
+    imu.header.stamp = to_message(kStart + from_seconds(time));
+    imu.angular_velocity.z = kRate;
+    harness_.publish(topics::kImu, imu);
+    const double middle = kSpeed * time;
+    send(readings(time, {middle - 0.4 * kRate * time, middle + 0.4 * kRate * time, middle}));
+  }
+  const double time = to_seconds(from_message(fused_.back().header.stamp) - kStart);
+  EXPECT_NEAR(fused_.back().distance, kSpeed * time, 0.01);
+  EXPECT_THAT(fused_.back().in_fusion_set, ElementsAre(true, true, true));
+}
+
+TEST_F(OdometerStreamFusionTest, AYawRateThatIsNoNumberIsCounted) {
+  auto& fusion = start({{"laterals", std::vector<double>{0.4, -0.4, 0.0}}});
+  drive(0.0, 1.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
+  sensor_msgs::msg::Imu imu;
+  imu.header.stamp = to_message(kStart + from_seconds(1.0));
+  imu.angular_velocity.z = kNan;
+  harness_.publish(topics::kImu, imu);
+  harness_.spin();
+  EXPECT_EQ(fusion.diagnostics().counter("imu.angular_velocity.not_a_number"), 1U);
+  drive(1.05, 3.0, {scaled(1.0), scaled(1.0), scaled(1.0)});
+  EXPECT_NEAR(fused_.back().distance, kSpeed * 3.0, 0.1);
+}
+
 TEST_F(OdometerStreamFusionTest, WheelsAroundTheCircumferenceTellABend) {
   const std::vector<double> clocks{0.0, 2.0944, 4.1888};
   auto& fusion = start({{"rule", std::string("circumference")},

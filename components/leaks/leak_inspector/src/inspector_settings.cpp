@@ -34,12 +34,12 @@ InspectorParameters::InspectorParameters(Parameters& parameters)
       deviations_(parameters, thermal::ParameterDeviations{}),
       mount_(parameters),
       findings_(parameters) {
-  declare_deviations();
+  declare_deviations(parameters);
   declare_archive(parameters);
   declare_messages(parameters);
 }
 
-void InspectorParameters::declare_deviations() {
+void InspectorParameters::declare_deviations(Parameters& parameters) {
   deviations_.real(
       "deviations.emissivity", [](auto& d) -> double& { return d.emissivity; }, {0, 1},
       "standard deviation of object.emissivity");
@@ -63,6 +63,23 @@ void InspectorParameters::declare_deviations() {
   deviations_.real(
       "deviations.window_transmission", [](auto& d) -> double& { return d.window_transmission; },
       {0, 1}, "standard deviation of object.window_transmission");
+  const thermal::PipeTemperatureRange collectors = thermal::collector_temperatures();
+  pipe_temperature_ = parameters.declare<std::vector<double>>(
+      "pipe_temperature", {collectors.least, collectors.most},
+      {.description =
+           "degC, least and most that the sound pipes may have; with the contrast rule it "
+           "narrows what emissivity and reflected temperature may be"});
+}
+
+thermal::PipeTemperatureRange InspectorParameters::pipe_temperature() const {
+  const auto values = pipe_temperature_.share();
+  if (values->size() != 2) {
+    throw std::invalid_argument(
+        "parameter 'pipe_temperature' must be two numbers: degC, least and most");
+  }
+  const thermal::PipeTemperatureRange range{values->front(), values->back()};
+  naming(pipe_temperature_, [&] { range.validate(); });
+  return range;
 }
 
 void InspectorParameters::declare_archive(Parameters& parameters) {
@@ -149,7 +166,10 @@ ThermalSettings InspectorParameters::thermal_settings() const {
   }
   if (const auto grey = detection_.grey_range(); !grey.empty()) {
     result.grey = {.black = grey[0], .white = grey[1]};
+  } else {
+    result.automatic_gain = detection_.read().levels;
   }
+  result.pipe_temperature = pipe_temperature();
   return result;
 }
 
@@ -171,7 +191,12 @@ InspectorSettings InspectorParameters::read(Node& node) const {
   result.silent_after = silent_after_.get();
   result.detection = detection_.read();
   if (const auto camera = detection_.camera_constants()) {
-    result.errors.emplace(thermal::Radiometry(*camera, detection_.object()), deviations_.read());
+    if (result.detection.detector.threshold_rule == thermal::ThresholdRule::kContrast) {
+      result.posterior.emplace(*camera, detection_.object(), deviations_.read(),
+                               pipe_temperature());
+    } else {
+      result.errors.emplace(thermal::Radiometry(*camera, detection_.object()), deviations_.read());
+    }
   }
   std::vector<leak_findings::PipeLine> lines;
   if (!rack_.get().empty()) {

@@ -73,6 +73,8 @@ LeakInspector::~LeakInspector() = default;
 CallbackReturn LeakInspector::on_configure() {
   settings_ = declared_.read(*this);
   detector_.emplace(settings_->detection.detector);
+  posterior_ = settings_->posterior;
+  levels_ = false;
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   camera_.reset();
   calibration_.reset();
@@ -134,6 +136,7 @@ CallbackReturn LeakInspector::on_deactivate() {
       report.pipes = settings_->findings.lines;
       report.track = track_;
       report.datum = settings_->datum;
+      report.degrees = degrees_text(posterior_ ? &*posterior_ : nullptr, levels_);
       report.pictures_read = frame_;
       report.pictures_failed = failed_;
       archive_->write_report(findings_->findings(), std::move(report));
@@ -156,6 +159,7 @@ CallbackReturn LeakInspector::on_cleanup() {
   archive_.reset();
   recording_.reset();
   detector_.reset();
+  posterior_.reset();
   odometry_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -261,8 +265,16 @@ void LeakInspector::on_image(const Image& message) {
       findings_ ? findings_->conditions(frame) : thermal::FrameConditions{};
   if (std::holds_alternative<thermal::CountView>(picture)) {
     circumstances.errors = settings_->errors;
+    circumstances.posterior = posterior_ ? &*posterior_ : nullptr;
+  } else if (std::holds_alternative<thermal::GreyView>(picture)) {
+    circumstances.levels = settings_->detection.levels;
+    levels_ = levels_ || circumstances.levels;
   }
   const Detections& detections = detect(*detector_, picture, celsius, circumstances);
+  if (const thermal::PipeSection* pipe = detections.main_pipe();
+      circumstances.posterior != nullptr && pipe != nullptr) {
+    posterior_->observe(pipe->reference_temperature);
+  }
   if (detections.fault != FrameFault::kNone) {
     ++failed_;
     report_fault("image." + std::string(to_string(detections.fault)),

@@ -201,7 +201,8 @@ void Navigator::create_actions() {
                                                         [this](ServerGoal<InspectTour> goal) {
                                                           navigation::TourGoal tour{
                                                               .rows = goal.goal().rows,
-                                                              .both_sides = goal.goal().both_sides};
+                                                              .both_sides = goal.goal().both_sides,
+                                                              .as_given = settings_->one_sided};
                                                           if (tour.rows.empty()) {
                                                             tour.rows = rows_with_pipes();
                                                           }
@@ -217,7 +218,7 @@ std::vector<std::int64_t> Navigator::rows_with_pipes() const {
   std::vector<std::int64_t> rows;
   for (std::uint32_t edge = 0; edge < graph.edges().size(); ++edge) {
     const auto opposite = graph.opposite(edge);
-    const bool twice = opposite && *opposite < edge;
+    const bool twice = opposite && *opposite < edge && !settings_->one_sided;
     if (graph.edges()[edge].pipe_side != PipeSide::kNone && !twice) {
       rows.push_back(graph.edges()[edge].id);
     }

@@ -72,6 +72,10 @@ void NavigatorParameters::declare_map(Parameters& parameters) {
       {.description = "m/s, in cmd_vel while the robot stands and turns its wheels: a twist "
                       "without speed says nothing of steering",
        .floating_point_range = FloatingPointRange{0, 0.05}});
+  one_sided_ = parameters.declare<bool>(
+      "inspection.one_sided", false,
+      {.description = "the camera looks to one side only: a tour drives along each edge that is "
+                      "asked for in its direction"});
 }
 
 void NavigatorParameters::declare_vehicle() {
@@ -236,7 +240,8 @@ NavigatorSettings NavigatorParameters::read() const {
           .base_frame = base_frame_.get(),
           .T_base_lidar = {lidar[0], lidar[1], lidar[2]},
           .planning_readings = planning_readings_.get(),
-          .steering_speed = steering_speed_.get()};
+          .steering_speed = steering_speed_.get(),
+          .one_sided = one_sided_.get()};
 }
 
 }  // namespace pipescout

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -405,9 +406,100 @@ TEST_F(NavigatorTest, ACostmapOfOthersStopsIt) {
   EXPECT_LT(pose_.x + 1.55, 20);
 }
 
+TEST_F(NavigatorTest, ACostmapThatGrowsAndMovesIsTakenAsItIs) {
+  start();
+  const auto goal = go_to({40, 5, 0});
+  std::uint32_t size = 5;
+  ASSERT_TRUE(run(60, [&] {
+    // Around the robot, larger each time, with an obstacle far beside the path.
+    nav_msgs::msg::OccupancyGrid costmap;
+    costmap.header.frame_id = "map";
+    costmap.header.stamp = to_message(now_);
+    costmap.info.resolution = size % 2 == 0 ? 0.1F : 0.05F;
+    costmap.info.width = size;
+    costmap.info.height = size + 3;
+    costmap.info.origin.position.x = pose_.x - 1;
+    costmap.info.origin.position.y = pose_.y + 4;
+    costmap.info.origin.orientation.w = 1;
+    costmap.data.assign(static_cast<std::size_t>(size) * (size + 3), 0);
+    costmap.data.back() = 100;
+    harness_.publish(topics::kLocalCostmap, costmap);
+    size = std::min(size + 1, 200U);
+    return goal->outcome.has_value();
+  }));
+  EXPECT_EQ(goal->outcome->end, GoalEnd::kSucceeded);
+  EXPECT_NEAR(pose_.x, 40, 0.1);
+}
+
+TEST_F(NavigatorTest, PushedOffItsPathByTwoMetresItPlansAnewAndArrives) {
+  start();
+  const auto goal = go_to({40, 8, 0});
+  ASSERT_TRUE(run(30, [&] { return speed_ > 1 && pose_.x > 12; }));
+  pose_.y += 2;
+  bool said_so = false;
+  ASSERT_TRUE(run(90, [&] {
+    said_so |= states_.back().reason == "off the path" && speed_ == 0;
+    return goal->outcome.has_value();
+  }));
+  EXPECT_TRUE(said_so);
+  EXPECT_EQ(goal->outcome->end, GoalEnd::kSucceeded);
+  EXPECT_NEAR(pose_.y, 8, 0.1);
+  EXPECT_EQ(plans_.size(), 2U);
+}
+
+TEST_F(NavigatorTest, StandsWhereThereIsNoWayToBegin) {
+  start();
+  pose_ = {30, 15, 0};
+  const auto inside = go_to({20, 5, 0});
+  ASSERT_TRUE(run(20, [&] { return inside->outcome.has_value(); }));
+  EXPECT_EQ(states_.back().failure, "robot in collision");
+  pose_ = {-30, 15, 0};
+  const auto outside = go_to({20, 5, 0});
+  ASSERT_TRUE(run(20, [&] { return outside->outcome.has_value(); }));
+  EXPECT_EQ(states_.back().failure, "robot outside the map");
+  EXPECT_EQ(speed_, 0);
+  EXPECT_TRUE(plans_.empty());
+}
+
+TEST_F(NavigatorTest, AGraphWithoutTheWayIsARouteThatFails) {
+  // Two nodes that no edge joins.
+  write_route_graph(folder_.path() / "yard.geojson",
+                    {{{.id = 1, .position = {5, 5}}, {.id = 2, .position = {50, 5}}}, {}});
+  start();
+  for (const auto& [nodes, reason] :
+       {std::pair{std::vector<std::int64_t>{2}, "no route"},
+        std::pair{std::vector<std::int64_t>{}, "nothing to drive to"}}) {
+    FollowRoute::Goal route;
+    route.nodes = nodes;
+    const auto goal = send<FollowRoute>("follow_route", route);
+    ASSERT_TRUE(run(20, [&] { return goal->outcome.has_value(); }));
+    EXPECT_EQ(goal->outcome->end, GoalEnd::kAborted);
+    EXPECT_THAT(goal->outcome->result->reason, HasSubstr(reason));
+  }
+  const auto tour = send<InspectTour>("inspect_tour", {});
+  ASSERT_TRUE(run(20, [&] { return tour->outcome.has_value(); }));
+  EXPECT_THAT(tour->outcome->result->reason, HasSubstr("nothing to drive to"));
+  EXPECT_EQ(speed_, 0);
+}
+
+TEST_F(NavigatorTest, ACameraAtOneSideIsDrivenAlongEachEdgeInItsDirection) {
+  start({{"inspection.one_sided", true}});
+  pose_ = {5, 5, 0};
+  InspectTour::Goal goal;
+  goal.rows = {0, 100};  // there and back
+  const auto tour = send<InspectTour>("inspect_tour", goal);
+  ASSERT_TRUE(run(600, [&] { return tour->outcome.has_value(); }));
+  ASSERT_EQ(tour->outcome->end, GoalEnd::kSucceeded) << tour->outcome->result->reason;
+  EXPECT_EQ(tour->outcome->result->rows_passed, 2U);
+  EXPECT_NEAR(pose_.x, 5, 0.5);
+  EXPECT_LT(std::cos(pose_.heading), -0.9);
+}
+
 TEST_F(NavigatorTest, WrongParametersAreNamed) {
   for (const auto& [parameter, text] : std::vector<std::pair<NamedParameter, std::string>>{
            {{"map", std::string()}, "parameter 'map'"},
+           {{"map", (folder_.path() / "nowhere.yaml").string()}, "nowhere.yaml"},
+           {{"graph", (folder_.path() / "nowhere.geojson").string()}, "nowhere.geojson"},
            {{"footprint", std::vector<double>{1, 1, 0}}, "parameter 'footprint'"},
            {{"hardest_braking", 0.5}, "hardest_braking"}}) {
     std::vector<NamedParameter> parameters{{"map", (folder_.path() / "yard.yaml").string()},

@@ -34,6 +34,9 @@ void PatrolDriveParameters::validate() const {
   imu.validate();
   gps.validate();
   validation::check_within("standing", standing, 0, 1000);
+  if (plant) {
+    plant->validate();
+  }
   validation::check_within("odometer_period", odometer_period, GroundRobot::kStep, 10);
 }
 
@@ -56,6 +59,9 @@ PatrolDrive::PatrolDrive(const PatrolDriveParameters& parameters)
     arm_dynamics_.emplace(dynamics, parameters_.arm->start);
     move_camera();
   }
+  if (parameters_.plant) {
+    plant_.emplace(*parameters_.plant);
+  }
   measure();
 }
 
@@ -76,8 +82,26 @@ void PatrolDrive::command_arm(std::span<const double> positions, std::span<const
   }
 }
 
+bool PatrolDrive::beside_row() const {
+  constexpr double kLeftwards = 0.9;  // cosine of what counts as along the row
+  const geometry::SE3& T_map_body = motion().T_map_body;
+  const Eigen::Vector3d left = T_map_body.rotation() * Eigen::Vector3d::UnitY();
+  for (const simulation::ThermalScene& row : patrol_.rows()) {
+    const geometry::SE3 T_row_map = row.parameters().T_map_row.inverse();
+    const double place = (T_row_map * T_map_body.translation()).x();
+    if (row.faces(T_map_body.translation()) && (T_row_map.rotation() * left).y() > kLeftwards &&
+        place >= 0 && place <= row.parameters().length) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::optional<simulation::PipeView> PatrolDrive::tube_in_view() const {
-  const simulation::ThermalScene& scene = patrol_.scene();
+  const simulation::ThermalScene& scene = patrol_.rows()[patrol_.row_in_view()];
+  if (!scene.faces(patrol_.view(0).T_map_camera.translation())) {
+    return std::nullopt;
+  }
   return simulation::view_pipe({.from = scene.on_tube(0),
                                 .to = scene.on_tube(scene.parameters().length),
                                 .radius = scene.parameters().tube_radius},
@@ -87,7 +111,9 @@ std::optional<simulation::PipeView> PatrolDrive::tube_in_view() const {
 void PatrolDrive::drive_until(double time) {
   const std::int64_t wanted = std::llround(time / GroundRobot::kStep);
   while (steps_ < wanted) {
-    if (static_cast<double>(steps_) * GroundRobot::kStep < parameters_.standing) {
+    if (plant_) {
+      drive_by_twists();
+    } else if (static_cast<double>(steps_) * GroundRobot::kStep < parameters_.standing) {
       patrol_.stand();
     } else {
       patrol_.step();
@@ -101,6 +127,15 @@ void PatrolDrive::drive_until(double time) {
   if (arm_dynamics_) {
     move_camera();
   }
+}
+
+void PatrolDrive::drive_by_twists() {
+  constexpr int kMilliseconds = 2;
+  static_assert(GroundRobot::kStep == kMilliseconds * simulation::AckermannVehicle::kStep);
+  const simulation::AckermannState& wheels = plant_->drive(kMilliseconds);
+  patrol_.step({.speed = wheels.speed, .yaw_rate = wheels.yaw_rate});
+  const Eigen::Vector3d& place = motion().T_map_body.translation();
+  plant_->move_to({place.x(), place.y(), patrol_.robot().yaw()}, GroundRobot::kStep);
 }
 
 void PatrolDrive::measure() {

@@ -34,21 +34,23 @@ sensor_msgs::msg::NavSatFix fix_message(const simulation::GpsFix& fix,
 }
 
 std::vector<pipescout_msgs::msg::LeakEvent> true_leak_messages(
-    const simulation::ThermalScene& scene) {
+    const std::vector<simulation::ThermalScene>& rows) {
   std::vector<pipescout_msgs::msg::LeakEvent> messages;
-  for (const simulation::ThermalLeak& leak : scene.parameters().leaks) {
-    const Eigen::Vector3d place = scene.on_tube(leak.place);
-    pipescout_msgs::msg::LeakEvent& message = messages.emplace_back();
-    message.kind = pipescout_msgs::msg::LeakEvent::RAISED;
-    message.finding.id = messages.size();
-    message.finding.state = "raised";
-    message.finding.probability = 1;
-    message.finding.position_known = true;
-    message.finding.position.x = place.x();
-    message.finding.position.y = place.y();
-    message.finding.position.z = place.z();
-    message.finding.length = leak.length;
-    message.finding.delta = leak.rise;
+  for (const simulation::ThermalScene& row : rows) {
+    for (const simulation::ThermalLeak& leak : row.parameters().leaks) {
+      const Eigen::Vector3d place = row.on_tube(leak.place);
+      pipescout_msgs::msg::LeakEvent& message = messages.emplace_back();
+      message.kind = pipescout_msgs::msg::LeakEvent::RAISED;
+      message.finding.id = messages.size();
+      message.finding.state = "raised";
+      message.finding.probability = 1;
+      message.finding.position_known = true;
+      message.finding.position.x = place.x();
+      message.finding.position.y = place.y();
+      message.finding.position.z = place.z();
+      message.finding.length = leak.length;
+      message.finding.delta = leak.rise;
+    }
   }
   return messages;
 }

@@ -19,12 +19,12 @@ namespace pipescout {
 [[nodiscard]] sensor_msgs::msg::NavSatFix fix_message(const simulation::GpsFix& fix,
                                                       const geometry::LocalFrame& frame);
 
-/// One for each leak of the scene.
+/// One for each leak of the rows, row by row.
 [[nodiscard]] std::vector<pipescout_msgs::msg::LeakEvent> true_leak_messages(
-    const simulation::ThermalScene& scene);
+    const std::vector<simulation::ThermalScene>& rows);
 
 /// Locked while the tube, of `radius` m, is in view, else lost. The track is number 1 while the
-/// camera is beside the tube, 0 before and behind it.
+/// robot is beside a tube, else 0.
 [[nodiscard]] pipescout_msgs::msg::PipeTrack true_track_message(
     const std::optional<simulation::PipeView>& view, const geometry::CameraParameters& camera,
     double radius, bool beside);

@@ -84,7 +84,7 @@ ThermalDecoy typical(ThermalDecoyKind kind, double place) {
 
 }  // namespace
 
-PatrolParameters::PatrolParameters(Parameters& parameters) {
+PatrolParameters::PatrolParameters(Parameters& parameters) : plant_(parameters) {
   seed_ = parameters.declare<std::int64_t>(
       "seed", 1,
       {.description = "seed of all random numbers; the same seed gives the same run",
@@ -244,16 +244,20 @@ std::optional<PatrolArmParameters> PatrolParameters::arm() const {
   return result;
 }
 
-void PatrolParameters::add_bodies(simulation::ThermalSceneParameters& scene) const {
+std::vector<simulation::ThermalLeak> PatrolParameters::leaks() const {
   const auto leaks = leaks_.share();
   if (leaks->size() % kLeakValues != 0) {
     throw std::invalid_argument("parameter 'leaks' has " + std::to_string(leaks->size()) +
                                 " values: must be a multiple of three");
   }
+  std::vector<simulation::ThermalLeak> result;
   for (std::size_t i = 0; i < leaks->size(); i += kLeakValues) {
-    scene.leaks.push_back(
-        {.place = (*leaks)[i], .length = (*leaks)[i + 1], .rise = (*leaks)[i + 2]});
+    result.push_back({.place = (*leaks)[i], .length = (*leaks)[i + 1], .rise = (*leaks)[i + 2]});
   }
+  return result;
+}
+
+void PatrolParameters::add_decoys(simulation::ThermalSceneParameters& scene) const {
   for (const auto& [kind, places] : {std::pair{ThermalDecoyKind::kBrightJoint, &bright_joints_},
                                      std::pair{ThermalDecoyKind::kPassingReflection, &reflections_},
                                      std::pair{ThermalDecoyKind::kWarmSupport, &warm_supports_},
@@ -292,7 +296,13 @@ PatrolDriveParameters PatrolParameters::drive() const {
   patrol.scene.tube_height = tube_height_.get();
   patrol.scene.tube_temperature = tube_temperature_.get();
   patrol.scene.object.distance = distance_.get();
-  add_bodies(patrol.scene);
+  add_decoys(patrol.scene);
+  if (plant_.given()) {
+    result.plant = plant_.drive(result.seed, patrol.scene.length);
+    plant_.lay_out(*result.plant, leaks(), patrol);
+  } else {
+    patrol.scene.leaks = leaks();
+  }
   result.arm = arm();
 
   simulation::ThermalCameraParameters& camera = patrol.camera;
@@ -314,7 +324,7 @@ PatrolDriveParameters PatrolParameters::drive() const {
   const double above = tube_height_.get() - patrol.robot.ride_height - at.z();
   patrol.T_body_camera =
       camera_roll_pitch_yaw_.share()->empty()
-          ? simulation::T_body_side_camera(at, std::atan2(above, distance_.get() - at.y()))
+          ? simulation::T_body_side_camera(at, std::atan2(above, patrol.distance - at.y()))
           : camera_mounting(camera_position_, camera_roll_pitch_yaw_);
   return result;
 }

@@ -6,15 +6,20 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "patrol_messages.hpp"
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/map_files/grid_file.hpp"
+#include "pipescout/map_files/route_graph_file.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
+#include "pipescout/plant_world/yard_map.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
 
@@ -29,6 +34,11 @@ constexpr const char* kMapFrame = "map";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kCameraFrame = "thermal_optical";
 constexpr std::array kWheelNames{"front_left", "front_right", "rear_left", "rear_right"};
+constexpr std::uint64_t kScansPerProgress = 100;
+constexpr double kMilliseconds = 1e3;
+constexpr double kCentimetres = 100;
+constexpr double kScanPeriod = 0.1;          // s
+constexpr double kLidarNearest = 0.1;        // m
 constexpr double kOdometerDeviation = 0.01;  // m, stated of a reading
 
 Time at(double seconds) {
@@ -48,7 +58,9 @@ CallbackReturn PatrolSimulation::on_configure() {
   const std::vector<double> range = patrol_parameters_.grey_range();
   frame_.emplace(patrol_parameters_.datum());
   drive_.emplace(parameters);
-  greys_.emplace(drive_->patrol().renderer().radiometry(), range[0], range[1]);
+  greys_.emplace(
+      thermal::Radiometry(parameters.patrol.camera.constants, parameters.patrol.scene.object),
+      range[0], range[1]);
   const geometry::CameraParameters& camera = parameters.patrol.camera.camera;
   counts_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
                  0);
@@ -68,8 +80,13 @@ CallbackReturn PatrolSimulation::on_configure() {
   expected_images_ =
       static_cast<std::uint64_t>(std::ceil((parameters.standing + way / parameters.patrol.speed) /
                                            (static_cast<double>(steps_per_image_) * step_period_)));
+  steps_per_scan_ = std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(std::llround(kScanPeriod / step_period_)));
   steps_ = 0;
   images_ = 0;
+  asked_ = false;
+  over_ = false;
+  write_map();
   const auto matched = run_steps_.on_matched();
   clock_publisher_ = create_publisher(topics::kClock);
   true_leaks_publisher_ = create_publisher(topics::kTrueLeaks, {.events = {.matched = matched}});
@@ -89,12 +106,20 @@ CallbackReturn PatrolSimulation::on_configure() {
     command_subscription_ = create_subscription(
         topics::kArmCommand, [this](const JointTrajectory& message) { on_command(message); });
   }
+  if (drive_->plant() != nullptr) {
+    scan_publisher_ = create_publisher(topics::kScan, {.events = {.matched = matched}});
+    twist_subscription_ =
+        create_subscription(topics::kGroundVelocityCommand, [this](const Twist& message) {
+          drive_->plant()->command(message.linear.x, message.angular.z);
+        });
+    tour_client_ = create_action_client<InspectTour>("inspect_tour");
+  }
   run_steps_.configure(
       *clock_publisher_.untyped(),
       {image_publisher_.untyped(), camera_info_publisher_.untyped(), imu_publisher_.untyped(),
        fix_publisher_.untyped(), readings_publisher_.untyped(), joint_publisher_.untyped(),
        true_odometry_publisher_.untyped(), true_leaks_publisher_.untyped(),
-       true_track_publisher_.untyped()},
+       true_track_publisher_.untyped(), scan_publisher_.untyped()},
       from_seconds(step_period_), [this] { return next_step(); },
       [this](std::string_view counter, std::string_view text) { report_fault(counter, text); });
   return CallbackReturn::kSuccess;
@@ -126,7 +151,10 @@ CallbackReturn PatrolSimulation::on_cleanup() {
   image_publisher_ = {};
   true_track_publisher_ = {};
   joint_publisher_ = {};
+  scan_publisher_ = {};
   command_subscription_ = {};
+  twist_subscription_ = {};
+  tour_client_ = {};
   drive_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -183,10 +211,27 @@ bool PatrolSimulation::next_step() {
     publish_true_track(stamp);
     publish_image(stamp);
     ++images_;
-    if (images_ < expected_images_ &&
+    if (drive_->plant() == nullptr && images_ < expected_images_ &&
         images_ * 100 / expected_images_ != (images_ - 1) * 100 / expected_images_) {
       report_progress(images_, expected_images_);
     }
+  }
+  if (drive_->plant() != nullptr) {
+    if (steps_ % steps_per_scan_ == 0) {
+      publish_scan(stamp);
+    }
+    if (!asked_ && time >= patrol_parameters_.standing() && tour_client_.is_ready()) {
+      ask_for_tour();
+    }
+    if (steps_ % (kScansPerProgress * steps_per_scan_) == 0) {
+      report_driven();
+    }
+    if (!over_ && time > patrol_parameters_.plant().time_limit()) {
+      over_ = true;
+      report_failed("the tour takes longer than plant.time_limit");
+    }
+    ++steps_;
+    return !over_;
   }
   ++steps_;
   const bool complete = drive_->arrived();
@@ -195,6 +240,75 @@ bool PatrolSimulation::next_step() {
                     std::to_string(std::lround(drive_->patrol().robot().distance())) + " m");
   }
   return !complete;
+}
+
+void PatrolSimulation::write_map() const {
+  const std::string folder = patrol_parameters_.plant().map_folder();
+  if (drive_->plant() == nullptr || folder.empty()) {
+    return;
+  }
+  const navigation::HybridMap map = simulation::map_of(drive_->plant()->yard());
+  const std::filesystem::path path(folder);
+  std::filesystem::create_directories(path);
+  write_grid(path / "plant.yaml", map.grid);
+  write_route_graph(path / "plant.geojson", map.graph);
+}
+
+void PatrolSimulation::report_driven() {
+  report_progress(static_cast<std::uint64_t>(drive_->plant()->driven()), 0, "m driven");
+}
+
+void PatrolSimulation::ask_for_tour() {
+  asked_ = true;
+  InspectTour::Goal goal;
+  goal.rows = patrol_parameters_.plant().tour();
+  tour_client_.send_goal(
+      std::move(goal),
+      {.response =
+           [this](const GoalResponse& response) {
+             if (!response.accepted) {
+               over_ = true;
+               report_failed("the tour is refused");
+             }
+           },
+       .result = [this](const GoalOutcome<InspectTour>& outcome) { on_tour(outcome); }});
+}
+
+void PatrolSimulation::on_tour(const GoalOutcome<InspectTour>& outcome) {
+  over_ = true;
+  if (!outcome) {
+    report_failed("the tour ended early: " +
+                  (outcome.result ? outcome.result->reason : std::string(to_string(outcome.end))));
+    return;
+  }
+  const simulation::PlantDrive& plant = *drive_->plant();
+  if (plant.contact_time() > 0) {
+    report_failed("the robot touched something for " +
+                  std::to_string(std::lround(kMilliseconds * plant.contact_time())) + " ms");
+    return;
+  }
+  report_complete(std::to_string(outcome.result->rows_passed) + " rows driven along, " +
+                  std::to_string(outcome.result->left_out.size()) + " left out, " +
+                  std::to_string(std::lround(outcome.result->pipe_seen_percent)) +
+                  " % of their pipes seen sharp, " + std::to_string(std::lround(plant.driven())) +
+                  " m in " + std::to_string(std::lround(drive_->motion().time)) + " s, nearest " +
+                  std::to_string(std::lround(kCentimetres * plant.least_clearance())) + " cm");
+}
+
+void PatrolSimulation::publish_scan(Time stamp) {
+  const simulation::LidarParameters& lidar = drive_->plant()->parameters().lidar;
+  auto message = std::make_unique<LaserScan>();
+  message->header.stamp = to_message(stamp);
+  message->header.frame_id = "lidar";
+  message->angle_min = static_cast<float>(-std::numbers::pi);
+  message->angle_increment = static_cast<float>(2 * std::numbers::pi / lidar.beams);
+  message->angle_max =
+      message->angle_min + static_cast<float>(lidar.beams - 1) * message->angle_increment;
+  message->scan_time = static_cast<float>(kScanPeriod);
+  message->range_min = static_cast<float>(kLidarNearest);
+  message->range_max = static_cast<float>(lidar.largest_range);
+  drive_->plant()->scan(message->ranges);
+  scan_publisher_.publish(std::move(message));
 }
 
 void PatrolSimulation::publish_joints(Time stamp) {
@@ -215,7 +329,7 @@ void PatrolSimulation::publish_true_track(Time stamp) {
   const simulation::ThermalSceneParameters& scene = patrol.scene().parameters();
   auto message = std::make_unique<PipeTrack>(
       true_track_message(drive_->tube_in_view(), patrol.renderer().camera().parameters(),
-                         scene.tube_radius, patrol.place() >= 0 && patrol.place() <= scene.length));
+                         scene.tube_radius, drive_->beside_row()));
   message->header.stamp = to_message(stamp);
   message->header.frame_id = camera_frame_;
   true_track_publisher_.publish(std::move(message));
@@ -254,7 +368,7 @@ void PatrolSimulation::publish_fixes() {
 }
 
 void PatrolSimulation::publish_true_leaks() {
-  for (auto& leak : true_leak_messages(drive_->patrol().scene())) {
+  for (auto& leak : true_leak_messages(drive_->patrol().rows())) {
     leak.header.stamp = to_message(kStart);
     leak.header.frame_id = kMapFrame;
     true_leaks_publisher_.publish(

@@ -6,12 +6,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <pipescout_msgs/action/inspect_tour.hpp>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/map_files/grid_file.hpp"
+#include "pipescout/map_files/route_graph_file.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/testing/component_harness.hpp"
@@ -19,6 +24,7 @@
 namespace pipescout {
 namespace {
 
+using pipescout_msgs::action::InspectTour;
 using pipescout_msgs::msg::MissionStatus;
 using testing::ComponentHarness;
 using ::testing::HasSubstr;
@@ -91,6 +97,59 @@ TEST(PatrolSimulation, DrivesAlongTheRowAndTellsAll) {
       EXPECT_EQ(images.back().data, last_image);
     }
   }
+}
+
+std::vector<NamedParameter> small_plant(std::vector<NamedParameter> extra = {}) {
+  extra.push_back({"row.length", 10.0});
+  extra.push_back({"leaks", std::vector<double>{1.0, 0.3, 80.0, 2.0, 0.3, 80.0}});
+  extra.push_back({"plant.rows", 3});
+  extra.push_back({"camera.width", 80});
+  extra.push_back({"camera.height", 60});
+  extra.push_back({"image_rate", 10.0});
+  extra.push_back({"standing", 1.0});
+  extra.push_back({"rate", 1000.0});
+  return extra;
+}
+
+const NamedParameter kLeakRows{"plant.leak_rows", std::vector<std::int64_t>{0, 1}};
+
+TEST(PatrolSimulation, InAPlantItWritesTheMapAndAsksForATour) {
+  ComponentHarness harness;
+  testing::TemporaryFolder folder;
+  const auto scans = harness.collect(topics::kScan);
+  const auto truth = harness.collect(topics::kTrueOdometry);
+  const auto leaks = harness.collect(topics::kTrueLeaks);
+  const auto progress = harness.collect(topics::kMissionStatus);
+  std::optional<std::vector<std::int64_t>> asked;
+  const auto server = harness.peer().create_action_server<InspectTour>(
+      "inspect_tour", {.accepted = [&](const ServerGoal<InspectTour>& goal) {
+        asked = goal.goal().rows;
+        InspectTour::Result result;
+        result.rows_passed = 2;
+        goal.succeed(result);
+      }});
+  auto& simulation = harness.make<PatrolSimulation>(
+      {.parameters = small_plant({kLeakRows,
+                                  {"plant.tour", std::vector<std::int64_t>{2, 0}},
+                                  {"plant.map_folder", folder.path().string()}})});
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until([&] { return asked.has_value(); }));
+  EXPECT_EQ(*asked, (std::vector<std::int64_t>{2, 0}));
+  EXPECT_NEAR(truth.back().pose.pose.position.x, -3.5, 0.02);
+  EXPECT_EQ(scans.back().ranges.size(), 360U);
+  ASSERT_EQ(leaks.size(), 2U);
+  // The first row faces up, so its places go from the end of the rows to their beginning.
+  EXPECT_NEAR(leaks.at(0).finding.position.x, 10 - 1, 1e-9);
+  EXPECT_NEAR(leaks.at(0).finding.position.y, 0, 1e-9);
+  EXPECT_NEAR(leaks.at(1).finding.position.x, 2, 1e-9);
+  EXPECT_NEAR(leaks.at(1).finding.position.y, 6.5, 1e-9);
+  EXPECT_EQ(read_route_graph(folder.path() / "plant.geojson").nodes().size(), 8U);
+  const auto grid = read_grid(folder.path() / "plant.yaml");
+  EXPECT_EQ(grid.at(grid.cell_at({5, 0}).value()), navigation::CellState::kOccupied);
+
+  ASSERT_TRUE(harness.spin_until(
+      [&] { return !progress.empty() && progress.back().state == MissionStatus::COMPLETE; }));
+  EXPECT_THAT(progress.back().message, HasSubstr("2 rows driven along, 0 left out"));
 }
 
 TEST(PatrolSimulation, TellsWhereTheLeaksAre) {
@@ -236,6 +295,15 @@ TEST(PatrolSimulation, NamesWhatIsWrong) {
   EXPECT_THAT(refusal({{"terrain", "F"}}), HasSubstr("'terrain': 'F' is not one of A, B, C, D, E"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{1, 2}}}),
               HasSubstr("'leaks' has 2 values: must be a multiple of three"));
+  EXPECT_THAT(refusal(small_plant()), HasSubstr("'plant.leak_rows': 0 values for 2 leaks"));
+  EXPECT_THAT(refusal(small_plant({{"plant.leak_rows", std::vector<std::int64_t>{0, 3}}})),
+              HasSubstr("'plant.leak_rows': 3 is not one of 3 rows"));
+  EXPECT_THAT(refusal(small_plant({kLeakRows, {"plant.obstacles", std::vector<double>{1, 2, 3}}})),
+              HasSubstr("'plant.obstacles': 3 values"));
+  EXPECT_THAT(refusal(small_plant({kLeakRows, {"plant.start", std::vector<double>{1}}})),
+              HasSubstr("'plant.start': 1 values"));
+  EXPECT_THAT(refusal(small_plant({kLeakRows, {"plant.start", std::vector<double>{5, 0, 0}}})),
+              HasSubstr("is in an obstacle"));
   EXPECT_THAT(refusal({{"leaks", std::vector<double>{400, 0.3, 80}}}),
               HasSubstr("leaks[0].place: 400"));
   EXPECT_THAT(refusal({{"row.position", std::vector<double>{1}}}),

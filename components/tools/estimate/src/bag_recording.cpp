@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <memory>
@@ -75,6 +76,7 @@ struct Topic {
 };
 
 constexpr const char* kJointState = "sensor_msgs/msg/JointState";
+constexpr const char* kPose = "geometry_msgs/msg/PoseWithCovarianceStamped";
 
 std::optional<Kind> kind_of(const std::string& type) {
   if (type == "sensor_msgs/msg/Imu") {
@@ -88,7 +90,7 @@ std::optional<Kind> kind_of(const std::string& type) {
     return Kind::kOdometer;
   }
   if (type == "sensor_msgs/msg/MagneticField" || type == "sensor_msgs/msg/FluidPressure" ||
-      type == "sensor_msgs/msg/Range") {
+      type == "sensor_msgs/msg/Range" || type == kPose) {
     return Kind::kFurther;
   }
   return std::nullopt;
@@ -244,6 +246,8 @@ void take_further(Topic& topic, std::int64_t log_time) {
     keep<geometry_msgs::msg::TwistStamped>(topic, log_time);
   } else if (type == "geometry_msgs/msg/TwistWithCovarianceStamped") {
     keep<geometry_msgs::msg::TwistWithCovarianceStamped>(topic, log_time);
+  } else if (type == kPose) {
+    keep<geometry_msgs::msg::PoseWithCovarianceStamped>(topic, log_time);
   } else if (type == kJointState) {
     keep<sensor_msgs::msg::JointState>(topic, log_time);
   }

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <string_view>
 #include <tuple>
 
-#include "known_keys.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
@@ -93,9 +92,10 @@ void say(const Stream& s, const char* use, std::vector<std::string>& said) {
 /// One mapping of the file: unknown keys are errors, and each value is read as what it must be.
 class Section {
  public:
-  Section(const YAML::Node& node, std::string path, const std::set<std::string>& known)
+  Section(const YAML::Node& node, std::string path, const std::string& what,
+          const std::vector<std::string>& known)
       : node_(node), path_(std::move(path)) {
-    require_known_keys(node_, known, path_);
+    command_line::require_known_keys(node_, path_, what, known);
   }
   [[nodiscard]] YAML::Node at(const char* key) const { return node_[key]; }
   void read(const char* key, std::string& value) const {
@@ -159,7 +159,7 @@ class Section {
 
 estimation::WheelDriveParameters read_wheels(const YAML::Node& node, const std::string& path) {
   estimation::WheelDriveParameters wheels;
-  const Section s(node, path, {"left", "right", "radius", "track"});
+  const Section s(node, path, "'wheels'", {"left", "right", "radius", "track"});
   s.read("left", wheels.left);
   s.read("right", wheels.right);
   s.read("radius", wheels.wheel_radius, 0, kLargestLength);
@@ -174,7 +174,8 @@ estimation::WheelDriveParameters read_wheels(const YAML::Node& node, const std::
 
 Start read_start(const YAML::Node& node, const std::string& path) {
   Start start;
-  const Section s(node, path, {"position", "position_deviation", "heading", "heading_deviation"});
+  const Section s(node, path, "'start'",
+                  {"position", "position_deviation", "heading", "heading_deviation"});
   std::optional<Eigen::Vector3d> position;
   s.read("position", position);
   start.position = position.value_or(start.position);
@@ -186,12 +187,12 @@ Start read_start(const YAML::Node& node, const std::string& path) {
 
 NamedSource read_further_source(const std::string& name, const YAML::Node& node,
                                 const std::string& path) {
-  std::set<std::string> known = {"kind", "topic", "position",     "roll_pitch_yaw", "beacon",
-                                 "left", "right", "wheel_radius", "track"};
+  std::vector<std::string> known = {"kind", "topic", "position",     "roll_pitch_yaw", "beacon",
+                                    "left", "right", "wheel_radius", "track"};
   for (const NamedSourceNumber& each : named_source_numbers()) {
-    known.insert(each.key);
+    known.push_back(each.key);
   }
-  const Section s(node, path, known);
+  const Section s(node, path, "further source '" + name + "'", known);
   std::string kind_name;
   s.read("kind", kind_name);
   const auto kind = named_source_kind(kind_name);
@@ -329,11 +330,12 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     return c;
   }
   const Section top(
-      root, path, {"base_frame", "imu", "odometer", "gps", "start", "further_sources", "sources"});
+      root, path, "the configuration",
+      {"base_frame", "imu", "odometer", "gps", "start", "further_sources", "sources"});
   top.read("base_frame", c.base_frame);
   if (const YAML::Node node = top.at("imu"); node.IsDefined()) {
     const Section s(
-        node, path,
+        node, path, "'imu'",
         {"source", "rotation", "specific_force_scale", "gyro_noise", "accelerometer_noise"});
     s.read("source", c.imu);
     s.read("rotation", c.imu_rotation);
@@ -342,7 +344,7 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     s.read("accelerometer_noise", c.accelerometer_noise, 1e-6, 10);
   }
   if (const YAML::Node node = top.at("odometer"); node.IsDefined()) {
-    const Section s(node, path, {"source", "scale", "wheels"});
+    const Section s(node, path, "'odometer'", {"source", "scale", "wheels"});
     s.read("source", c.odometer);
     if (const YAML::Node wheels = s.at("wheels"); wheels.IsDefined()) {
       c.wheels = read_wheels(wheels, path);
@@ -350,7 +352,7 @@ Configuration read_configuration(const std::string& path, const Configuration& d
     s.read("scale", c.odometer_scale, -1000, 1000);
   }
   if (const YAML::Node node = top.at("gps"); node.IsDefined()) {
-    const Section s(node, path,
+    const Section s(node, path, "'gps'",
                     {"source", "deviation", "deviation_factor", "correlation_time", "antenna"});
     s.read("source", c.gps);
     s.read("deviation", c.gps_deviation, 1e-3, 1e4);

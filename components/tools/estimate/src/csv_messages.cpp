@@ -4,10 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
 #include <vector>
 
-#include "known_keys.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 
@@ -68,19 +67,22 @@ void read_velocity(const CsvSource& source, const CsvColumns& columns, Stream& s
   });
 }
 
+/// Of Odometry and PoseWithCovarianceStamped.
+template <class Message>
 void read_poses(const CsvSource& source, const CsvColumns& columns, Stream& stream) {
   const auto position = columns.all("position", 3);
   const auto orientation = columns.all("orientation", 4);
   read_rows(source, columns, stream, [&](const CsvRow& row) {
-    nav_msgs::msg::Odometry message;
+    Message message;
     const Eigen::Vector3d p = CsvColumns::vector(row, position);
-    message.pose.pose.position.x = p.x();
-    message.pose.pose.position.y = p.y();
-    message.pose.pose.position.z = p.z();
-    message.pose.pose.orientation.x = CsvColumns::number(row, orientation[0]);
-    message.pose.pose.orientation.y = CsvColumns::number(row, orientation[1]);
-    message.pose.pose.orientation.z = CsvColumns::number(row, orientation[2]);
-    message.pose.pose.orientation.w = CsvColumns::number(row, orientation[3]);
+    auto& pose = message.pose.pose;
+    pose.position.x = p.x();
+    pose.position.y = p.y();
+    pose.position.z = p.z();
+    pose.orientation.x = CsvColumns::number(row, orientation[0]);
+    pose.orientation.y = CsvColumns::number(row, orientation[1]);
+    pose.orientation.z = CsvColumns::number(row, orientation[2]);
+    pose.orientation.w = CsvColumns::number(row, orientation[3]);
     return message;
   });
 }
@@ -118,15 +120,15 @@ void read_fixes(const CsvSource& source, const CsvColumns& columns, Stream& stre
 
 std::string kinds_in_csv_files() {
   return "gps_velocity, gps_velocity_with_covariance, base_velocity, odometry_pose, "
-         "magnetic_field, fluid_pressure, range or gps_fix";
+         "magnetic_field, fluid_pressure, range, gps_fix or pose";
 }
 
 void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColumns& columns,
                    const YAML::Node& columns_node, const std::string& mapping, Stream& stream) {
   stream.kind = Kind::kFurther;
   stream.message_type = std::string(message_type_of(kind));
-  const auto known = [&](const std::set<std::string>& keys) {
-    require_known_keys(columns_node, keys, mapping);
+  const auto known = [&](const std::vector<std::string>& keys) {
+    command_line::require_known_keys(columns_node, mapping, "'columns'", keys);
   };
   switch (kind) {
     case NamedSourceKind::kGpsVelocity:
@@ -140,7 +142,11 @@ void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColum
       return;
     case NamedSourceKind::kOdometryPose:
       known({"time", "position", "orientation"});
-      read_poses(source, columns, stream);
+      read_poses<nav_msgs::msg::Odometry>(source, columns, stream);
+      return;
+    case NamedSourceKind::kPose:
+      known({"time", "position", "orientation"});
+      read_poses<geometry_msgs::msg::PoseWithCovarianceStamped>(source, columns, stream);
       return;
     case NamedSourceKind::kMagneticField: {
       known({"time", "field"});

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "csv_messages.hpp"
 #include "csv_source.hpp"
-#include "known_keys.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "recording.hpp"
 
@@ -131,10 +130,9 @@ std::string text_of(const YAML::Node& source, const char* key, const std::string
 
 Stream read_source(const YAML::Node& source, const std::filesystem::path& folder,
                    const std::string& mapping) {
-  require_known_keys(source,
-                     {"name", "kind", "file", "delimiter", "header", "rows", "columns", "rate_file",
-                      "rate_columns"},
-                     mapping);
+  command_line::require_known_keys(source, mapping, "an entry of 'sources'",
+                                   {"name", "kind", "file", "delimiter", "header", "rows",
+                                    "columns", "rate_file", "rate_columns"});
   Stream stream;
   stream.name = text_of(source, "name", mapping);
   stream.type = text_of(source, "file", mapping);
@@ -146,7 +144,7 @@ Stream read_source(const YAML::Node& source, const std::filesystem::path& folder
   const CsvSource table(folder / stream.type, source, mapping);
   const CsvColumns columns(table, columns_node, mapping);
   if (kind == "imu") {
-    require_known_keys(columns_node, {"time", "force", "rate"}, mapping);
+    command_line::require_known_keys(columns_node, mapping, "'columns'", {"time", "force", "rate"});
     stream.kind = Kind::kImu;
     if (source["rate_file"]) {
       const CsvSource of_rates(folder / text_of(source, "rate_file", mapping), source, mapping);
@@ -154,19 +152,21 @@ Stream read_source(const YAML::Node& source, const std::filesystem::path& folder
       if (!names.IsDefined()) {
         throw YamlError(mapping, source.Mark(), "sources: 'rate_columns' is missing");
       }
-      require_known_keys(names, {"time", "rate"}, mapping);
+      command_line::require_known_keys(names, mapping, "'rate_columns'", {"time", "rate"});
       const Rates rates(of_rates, CsvColumns(of_rates, names, mapping));
       read_imu(table, columns, &rates, stream);
     } else {
       read_imu(table, columns, nullptr, stream);
     }
   } else if (kind == "odometer") {
-    require_known_keys(columns_node, {"time", "speed", "yaw_rate", "distance", "turn"}, mapping);
+    command_line::require_known_keys(columns_node, mapping, "'columns'",
+                                     {"time", "speed", "yaw_rate", "distance", "turn"});
     stream.kind = Kind::kOdometer;
     read_odometer(table, columns, stream);
   } else if (kind == "gps") {
-    require_known_keys(columns_node,
-                       {"time", "latitude", "longitude", "height", "variance", "status"}, mapping);
+    command_line::require_known_keys(
+        columns_node, mapping, "'columns'",
+        {"time", "latitude", "longitude", "height", "variance", "status"});
     stream.kind = Kind::kGps;
     read_gps(table, columns, stream);
   } else if (const auto further = named_source_kind(kind)) {

@@ -2,8 +2,12 @@
 #include "further_inputs.hpp"
 
 #include <algorithm>
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <stdexcept>
 #include <variant>
+
+#include "pipescout/estimation/camera_calibration.hpp"
+#include "pipescout/message_conversions/geometry.hpp"
 
 namespace pipescout::estimate {
 namespace {
@@ -113,14 +117,58 @@ void FurtherInputs::take(const FurtherReading& reading, const Eigen::Vector3d& a
   }
 }
 
+std::optional<estimation::GivenPose> FurtherInputs::first_pose() {
+  using geometry_msgs::msg::PoseWithCovarianceStamped;
+  constexpr double kCovers = 3;  // standard deviations
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const NamedSource& source = sources_[i];
+    if (source.kind != NamedSourceKind::kPose) {
+      continue;
+    }
+    for (const FurtherRow& row : rows(i)) {
+      const auto* const message = std::get_if<PoseWithCovarianceStamped>(&row.message);
+      const auto T_base_sensor = place_of(i, {});
+      if (message == nullptr || !T_base_sensor) {
+        continue;
+      }
+      try {
+        const geometry::SE3 base = from_message(message->pose.pose) * T_base_sensor->inverse();
+        const double arm = T_base_sensor->translation().norm();
+        return estimation::GivenPose{
+            .time = row.time,
+            .position = base.translation(),
+            .position_deviation =
+                std::clamp(kCovers * (source.deviation + source.mounting_position_deviation +
+                                      arm * source.mounting_rotation_deviation),
+                           1e-3, 1e4),
+            .heading = base.rotation().roll_pitch_yaw().z(),
+            .heading_deviation = std::clamp(
+                kCovers * (source.rotation_deviation + source.mounting_rotation_deviation), 1e-4,
+                1.0)};
+      } catch (const std::invalid_argument&) {
+        continue;  // it is counted when it is taken
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 std::vector<FurtherOutcome> FurtherInputs::outcomes(
-    const estimation::EstimatorStatus& status) const {
+    const estimation::StateEstimator& estimator,
+    const estimation::StateEstimatorParameters& parameters) const {
+  const estimation::EstimatorStatus status = estimator.status();
   std::vector<FurtherOutcome> result;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    result.push_back({.name = sources_[i].name,
-                      .messages = streams_[i]->further.size(),
-                      .status = status.own_sources[i],
-                      .faults = faults_[i]});
+    const NamedSource& source = sources_[i];
+    FurtherOutcome& outcome =
+        result.emplace_back(FurtherOutcome{.name = source.name,
+                                           .messages = streams_[i]->further.size(),
+                                           .status = status.own_sources[i],
+                                           .faults = faults_[i]});
+    if (outcome.status.accepted > 0 && (source.mounting >= 0 || source.clock >= 0)) {
+      outcome.calibration = camera_calibration_text(estimator.smoother(), parameters.smoother,
+                                                    source.mounting, source.clock);
+    }
   }
   return result;
 }

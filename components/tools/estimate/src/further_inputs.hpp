@@ -28,6 +28,7 @@ struct FurtherOutcome {
   std::size_t messages = 0;
   estimation::SourceStatus status{};
   std::map<std::string, std::size_t> faults;  ///< sentences, with the number of messages
+  std::string calibration;                    ///< what is known of its mounting and its delay
 };
 
 /// The further sources of a configuration, from a recording to the estimator.
@@ -48,8 +49,13 @@ class FurtherInputs {
   /// `angular_rate`: rad/s, of the body, as measured by the gyro.
   void take(const FurtherReading& reading, const Eigen::Vector3d& angular_rate,
             estimation::StateEstimator& estimator);
+  /// The first pose in the map that a source of kind `pose` has, as the pose of the base with
+  /// deviations that cover what is not known of the sensor's mounting. Nothing without one.
+  [[nodiscard]] std::optional<estimation::GivenPose> first_pose();
+  /// `parameters`: of `estimator`.
   [[nodiscard]] std::vector<FurtherOutcome> outcomes(
-      const estimation::EstimatorStatus& status) const;
+      const estimation::StateEstimator& estimator,
+      const estimation::StateEstimatorParameters& parameters) const;
 
  private:
   /// Nothing, and the fault is counted, for a frame that fixed transforms do not connect.

@@ -139,6 +139,9 @@ std::vector<std::string> refused(const Recording& recording, const Trajectory& t
   }
   for (const FurtherOutcome& further : trajectory.further) {
     lines.push_back(outcome(further.name, further.status));
+    if (!further.calibration.empty()) {
+      lines.push_back(further.name + ": " + further.calibration + ".");
+    }
     for (const auto& [fault, count] : further.faults) {
       lines.push_back(further.name + ": " + fault + ": " + std::to_string(count) +
                       " of its messages.");

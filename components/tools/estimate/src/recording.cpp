@@ -235,6 +235,10 @@ void add_further(Stream& stream, double time, SourceMessage message) {
 }
 
 std::string about_further(const std::string& name, const std::string& message_type) {
+  if (name.ends_with("initialpose")) {
+    return name +
+           ": not used: a pose that was given by hand; 'start' of the configuration takes one.";
+  }
   std::string text = name + ": not used; the configuration may name it: ";
   for (std::size_t i = 0; i < kNamedSourceKinds; ++i) {
     const auto kind = static_cast<NamedSourceKind>(i);

@@ -289,16 +289,20 @@ void prepend(const std::vector<EarlyPose>& early, const estimation::Estimate& fi
   }
 }
 
+estimation::GivenPose given(const Start& start, double time) {
+  return {.time = time,
+          .position = start.position,
+          .position_deviation = start.position_deviation,
+          .heading = start.heading * kDegree,
+          .heading_deviation = start.heading_deviation * kDegree};
+}
+
 void run(const std::vector<Event>& events, const estimation::StateEstimatorParameters& parameters,
-         const std::optional<Start>& start, FurtherInputs& further, Trajectory& result,
-         const Progress& progress) {
+         const std::optional<estimation::GivenPose>& start, FurtherInputs& further,
+         Trajectory& result, const Progress& progress) {
   estimation::StateEstimator estimator(parameters);
   if (start) {
-    estimator.add(estimation::GivenPose{.time = events.front().time,
-                                        .position = start->position,
-                                        .position_deviation = start->position_deviation,
-                                        .heading = start->heading * kDegree,
-                                        .heading_deviation = start->heading_deviation * kDegree});
+    estimator.add(*start);
   }
   Vector3d rate = Vector3d::Zero();  // rad/s, of the body, by the newest reading of the gyro
   Watcher watcher(result);
@@ -366,7 +370,7 @@ void run(const std::vector<Event>& events, const estimation::StateEstimatorParam
     result.accelerometer_bias = estimate->state.accelerometer_bias;
   }
   result.status = estimator.status();
-  result.further = further.outcomes(result.status);
+  result.further = further.outcomes(estimator, parameters);
 }
 
 }  // namespace
@@ -474,11 +478,6 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
                             ": where the antenna is on the robot is not known (frame '" +
                             gps->frame + "'); it is taken to be at the origin of the base.");
     }
-  } else {
-    result.said.emplace_back(
-        c.start ? "No GPS: the trajectory begins as start says."
-                : "No GPS: the trajectory begins at the origin, along the x axis, and drifts.");
-    c.start = c.start.value_or(Start{});
   }
   FurtherInputs further(recording, c, map ? &*map : nullptr, parameters, result.said);
   for (std::size_t i = 0; i < further.size(); ++i) {
@@ -487,7 +486,19 @@ Trajectory estimate_trajectory(const Recording& recording, const Configuration& 
     }
   }
   std::ranges::stable_sort(events, {}, &Event::time);
-  run(events, parameters, c.start, further, result, progress);
+  std::optional<estimation::GivenPose> start;
+  if (c.start || gps == nullptr) {
+    start = given(c.start.value_or(Start{}), events.front().time);
+  }
+  if (gps == nullptr) {
+    const auto seen = c.start ? std::nullopt : further.first_pose();
+    start = seen.value_or(*start);
+    result.said.emplace_back(
+        c.start ? "No GPS: the trajectory begins as start says."
+        : seen  ? "No GPS: the trajectory begins at the first pose of the sources of kind pose."
+                : "No GPS: the trajectory begins at the origin, along the x axis, and drifts.");
+  }
+  run(events, parameters, start, further, result, progress);
   return result;
 }
 

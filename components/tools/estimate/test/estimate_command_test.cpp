@@ -408,14 +408,14 @@ TEST_F(EstimateOfABag, FurtherSourcesThatTheRecordingDoesNotHaveAreErrors) {
 }
 
 /// A vehicle on a circle of 10 m from (10, 0) northwards, 2 m/s: wheels whose yaw rate is off, and
-/// sources that say so. `standing`: s, before it drives.
+/// sources that say so. `standing`: s, before it drives. `start`: m, where it is said to begin.
 class CircleWithoutGps {
  public:
   static constexpr double kRadius = 10;
   static constexpr double kSpeed = 2;
   static constexpr double kEnd = 60;  // s
 
-  explicit CircleWithoutGps(double standing) : standing_(standing) {
+  explicit CircleWithoutGps(double standing, double start = kRadius) : standing_(standing) {
     constexpr double kOff = 0.01;  // rad/s
     std::ofstream wheels(folder_.path() / "wheels.csv");
     std::ofstream ranges(folder_.path() / "ranges.csv");
@@ -432,7 +432,8 @@ class CircleWithoutGps {
              << (p - Eigen::Vector2d(40, 0)).norm() << "\n";
       track << t << "," << speed << "," << -angle(t) * 180 / std::numbers::pi << "\n";
     }
-    std::ofstream(folder_.path() / "mapping.yaml") << R"(start: {position: [10, 0, 0], heading: 90}
+    std::ofstream(folder_.path() / "mapping.yaml")
+        << "start: {position: [" << start << R"(, 0, 0], heading: 90}
 further_sources:
   north: {kind: range, beacon: [0, 40, 0], deviation: 0.1}
   east: {kind: range, beacon: [40, 0, 0], deviation: 0.1}
@@ -454,6 +455,25 @@ sources:
   [[nodiscard]] auto run() const {
     return testing::run_program(ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"},
                                 folder_.path());
+  }
+  /// In place of start and of the other sources: poses that are of `late` seconds after their
+  /// stamp.
+  void write_poses(double late) const {
+    std::ofstream poses(folder_.path() / "poses.csv");
+    poses << "t,x,y,z,qx,qy,qz,qw\n";
+    for (int i = 0; i <= 10 * kEnd; ++i) {
+      const double t = 0.1 * i;
+      const Eigen::Vector2d p = place(t + late);
+      const double heading = angle(t + late) + std::numbers::pi / 2;
+      poses << t << "," << p.x() << "," << p.y() << ",0,0,0," << std::sin(heading / 2) << ","
+            << std::cos(heading / 2) << "\n";
+    }
+    std::ofstream(folder_.path() / "mapping.yaml") << R"(further_sources:
+  seen: {kind: pose, deviation: 0.02, rotation_deviation: 0.01, time_offset_deviation: 0.1}
+sources:
+  - {name: wheels, kind: odometer, file: wheels.csv, columns: {time: t, speed: v, yaw_rate: w}}
+  - {name: seen, kind: pose, file: poses.csv, columns: {time: t, position: [x, y, z], orientation: [qx, qy, qz, qw]}}
+)";
   }
   /// m, of the last pose of the trajectory, which must be near the end.
   [[nodiscard]] double error() const {
@@ -479,11 +499,28 @@ TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
   EXPECT_LT(circle.error(), 0.5);  // by the wheels alone: 10 m
 }
 
-TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
-  // It drives at once: the start is 2 m behind it.
-  const auto result = CircleWithoutGps(0).run();
+TEST(EstimateOfCsvFiles, TheStartIsThatOfTheFirstMessageOfAVehicleThatDrives) {
+  const CircleWithoutGps circle(0);
+  const auto result = circle.run();
   ASSERT_EQ(result.code(), 0) << result.out << result.err;
-  EXPECT_THAT(result.out, HasSubstr("north contradicts the trajectory in "));
+  EXPECT_THAT(result.out, Not(HasSubstr("contradicts the trajectory")));
+  EXPECT_LT(circle.error(), 0.5);
+}
+
+TEST(EstimateOfCsvFiles, PosesInTheMapPlaceTheVehicleAndTellTheirDelay) {
+  const CircleWithoutGps circle(3);
+  circle.write_poses(-0.1);
+  const auto result = circle.run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("begins at the first pose of the sources of kind pose"),
+                                HasSubstr("ms before their stamps")));
+  EXPECT_LT(circle.error(), 0.1);
+}
+
+TEST(EstimateOfCsvFiles, AFurtherSourceThatContradictsTheTrajectoryIsNamed) {
+  const auto result = CircleWithoutGps(0, 20).run();
+  ASSERT_EQ(result.code(), 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("east contradicts the trajectory in "));
 }
 
 TEST(EstimateOfCsvFiles, KindsAndColumnsThatAreNoneAreNamed) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/text_table.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/files/whole_file.hpp"
@@ -20,6 +21,7 @@
 namespace pipescout::inspect {
 namespace {
 
+using command_line::kExitError;
 using command_line::kExitOk;
 using command_line::TextTable;
 using odometry::WeldDetector;
@@ -38,9 +40,7 @@ struct WeldArguments {
 };
 
 bool is_table(const std::string& path) {
-  const std::filesystem::path file(path);
-  return std::filesystem::is_regular_file(file) && file.extension() != ".db3" &&
-         file.extension() != ".mcap" && file.extension() != ".bag";
+  return std::filesystem::is_regular_file(path) && !bags::storage_by_name(path);
 }
 
 /// A list that `pipescout ledger` reads as it is.
@@ -120,7 +120,7 @@ int inspect_welds(const WeldArguments& arguments) {
                               const auto found = detector->update(distance, channels);
                               welds.insert(welds.end(), found.begin(), found.end());
                             }};
-  std::size_t passed_over = 0;
+  BagRemainder remainder;
   if (is_table(arguments.signal)) {
     read_signal_table(
         arguments.signal,
@@ -130,8 +130,7 @@ int inspect_welds(const WeldArguments& arguments) {
       throw command_line::CommandError(arguments.signal +
                                        " is a bag, which has no columns: --columns is for CSV");
     }
-    passed_over =
-        read_signal_bag(arguments.signal, arguments.topic, arguments.odometer_topic, sink);
+    remainder = read_signal_bag(arguments.signal, arguments.topic, arguments.odometer_topic, sink);
   }
   const auto found = detector->finish();
   welds.insert(welds.end(), found.begin(), found.end());
@@ -145,11 +144,16 @@ int inspect_welds(const WeldArguments& arguments) {
             << metres_text(first) << " to " << metres_text(last) << " m, " << welds.size()
             << (welds.size() == 1 ? " weld" : " welds") << '\n';
   print_counts(detector->counts());
-  if (passed_over > 0) {
-    std::cout << "  " << passed_over << " samples before the first or after the last distance\n";
+  if (remainder.passed_over > 0) {
+    std::cout << "  " << remainder.passed_over
+              << " samples before the first or after the last distance\n";
   }
   if (!welds.empty()) {
     print_welds(welds);
+  }
+  if (!remainder.damage.empty()) {
+    std::cerr << arguments.signal << " cannot be read to its end: " << remainder.damage << '\n';
+    return kExitError;
   }
   return kExitOk;
 }

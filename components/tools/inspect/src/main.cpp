@@ -71,6 +71,7 @@ int inspect_leaks(const Arguments& arguments) {
             << of(result.leak_detections, "leak") << " in single images\n"
             << of(result.raised, "finding") << " raised, " << result.candidates
             << " more with insufficient evidence\n"
+            << result.degrees << (result.degrees.empty() ? "" : "\n")
             << (options.out / "report.html").string() << '\n';
   if (result.failed > 0) {
     std::cerr << "error: " << of(result.failed, "image") << " could not be used\n";

@@ -3,10 +3,9 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <optional>
 
-#include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/csv/list_table.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/odometry/weld_detector.hpp"
@@ -14,17 +13,13 @@
 namespace pipescout::inspect {
 namespace {
 
-const std::vector<std::string>& known_keys() {
-  static const std::vector<std::string> keys{"delimiter", "distance", "unit", "x", "y"};
-  return keys;
-}
-
 class SignalColumnsReader {
  public:
   SignalColumnsReader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
 
   [[nodiscard]] SignalColumns read() const {
-    check_keys();
+    command_line::require_known_keys(root_, path_, "the columns of a signal",
+                                     {"delimiter", "distance", "unit", "x", "y"});
     SignalColumns columns;
     columns.path = path_;
     if (const auto word = text("delimiter")) {
@@ -57,20 +52,6 @@ class SignalColumnsReader {
  private:
   [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
     throw YamlError(path_, node.Mark(), message);
-  }
-
-  void check_keys() const {
-    if (!root_.IsMap()) {
-      fail(root_, "the columns of a signal must be a map of the keys " + quoted_list(known_keys()));
-    }
-    for (const auto& entry : root_) {
-      const std::string& key = entry.first.Scalar();
-      if (std::find(known_keys().begin(), known_keys().end(), key) == known_keys().end()) {
-        fail(entry.first, "unknown key '" + key + "'" +
-                              command_line::suggestion(key, known_keys()) +
-                              " (known: " + quoted_list(known_keys()) + ")");
-      }
-    }
   }
 
   [[nodiscard]] std::optional<std::string> text(const std::string& key) const {

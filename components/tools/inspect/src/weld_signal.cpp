@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/csv/csv_table.hpp"
@@ -92,51 +93,31 @@ double seconds(const Stamp& stamp) {
   return static_cast<double>(stamp.sec) + 1e-9 * static_cast<double>(stamp.nanosec);
 }
 
-/// The topic of a type; refuses a choice that is none and a bag that leaves it open.
-std::string topic_of(const bags::BagReader& reader, const std::string& bag, const char* type,
-                     const std::string& wanted, const char* option) {
-  std::vector<std::string> names;
-  for (const bags::BagTopic& topic : reader.topics()) {
-    if (topic.type == type) {
-      names.push_back(topic.name);
-    }
-  }
-  if (names.empty()) {
-    throw CommandError(bag + ": has no topic of " + type);
-  }
-  if (std::find(names.begin(), names.end(), wanted) != names.end()) {
-    return wanted;
-  }
-  if (!wanted.empty() || names.size() > 1) {
-    throw CommandError(bag + ": " +
-                       (wanted.empty() ? std::string("has several topics of ") + type
-                                       : "has no topic '" + wanted + "' of " + type) +
-                       "; choose one with " + option + ": " + quoted_list(names));
-  }
-  return names.front();
-}
-
-/// Calls `take` with each message of a topic.
+/// Calls `take` with each message of a topic that stands before the first damage; returns what the
+/// damage is, empty for a bag that is whole.
 template <typename Message, typename Take>
-void for_each_message(const std::string& bag, const std::string& topic, const char* type,
-                      const Take& take) {
+std::string for_each_message(const std::string& bag, const std::string& topic, const char* type,
+                             const Take& take) {
   bags::BagReader reader(bag);
   reader.set_filter({.topics = std::vector<std::string>{topic}});
   const MessageType& message_type = *find_message_type(type);
   const std::shared_ptr<void> message = message_type.create();
-  for (std::size_t number = 1; const auto next = reader.next(); ++number) {
+  std::string damage;
+  for (std::size_t number = 1; const auto next = reader.next_before_damage(damage); ++number) {
     if (!message_type.deserialize(next->data, message.get())) {
       throw CommandError(bag + ": message " + std::to_string(number) + " of " + topic +
                          " cannot be decoded");
     }
     take(number, *static_cast<const Message*>(message.get()));
   }
+  return damage;
 }
 
 /// The fused distances, times rising.
-std::vector<FusedPoint> read_distances(const std::string& bag, const std::string& topic) {
+std::vector<FusedPoint> read_distances(const std::string& bag, const std::string& topic,
+                                       std::string& damage) {
   std::vector<FusedPoint> points;
-  for_each_message<Fused>(bag, topic, kFusedType, [&](std::size_t, const Fused& message) {
+  damage = for_each_message<Fused>(bag, topic, kFusedType, [&](std::size_t, const Fused& message) {
     const FusedPoint point{seconds(message.header.stamp), message.distance};
     // Without consensus there is no distance; what lies between is a straight line.
     if (std::isfinite(point.distance) && (points.empty() || point.time > points.back().time)) {
@@ -183,15 +164,16 @@ void read_signal_table(const std::string& path, const SignalColumns& columns,
   }
 }
 
-std::size_t read_signal_bag(const std::string& bag, const std::string& samples_topic,
-                            const std::string& odometer_topic, const SignalSink& sink) {
+BagRemainder read_signal_bag(const std::string& bag, const std::string& samples_topic,
+                             const std::string& odometer_topic, const SignalSink& sink) {
   const bags::BagReader reader(bag);
-  const std::string samples = topic_of(reader, bag, kSamplesType, samples_topic, "--topic");
+  const std::string samples =
+      bags::choose_topic(reader, bag, {kSamplesType}, samples_topic).topic.name;
   const std::string odometer =
-      topic_of(reader, bag, kFusedType, odometer_topic, "--odometer-topic");
-  const std::vector<FusedPoint> points = read_distances(bag, odometer);
+      bags::choose_topic(reader, bag, {kFusedType}, odometer_topic, "--odometer-topic").topic.name;
+  BagRemainder remainder;
+  const std::vector<FusedPoint> points = read_distances(bag, odometer, remainder.damage);
   std::size_t channels = 0;
-  std::size_t passed_over = 0;
   std::array<Impedance, kMaxEddyCurrentChannels> values{};
   const auto take = [&](std::size_t number, const Samples& message) {
     const auto refuse = [&](const std::string& problem) {
@@ -222,7 +204,7 @@ std::size_t read_signal_bag(const std::string& bag, const std::string& samples_t
       const auto distance = distance_at(
           points, seconds(message.header.stamp) + static_cast<double>(k) * message.sample_interval);
       if (!distance) {
-        ++passed_over;
+        ++remainder.passed_over;
         continue;
       }
       for (std::size_t c = 0; c < channels; ++c) {
@@ -231,11 +213,14 @@ std::size_t read_signal_bag(const std::string& bag, const std::string& samples_t
       sink.sample(*distance, {values.data(), channels});
     }
   };
-  for_each_message<Samples>(bag, samples, kSamplesType, take);
+  if (const std::string damage = for_each_message<Samples>(bag, samples, kSamplesType, take);
+      !damage.empty()) {
+    remainder.damage = damage;
+  }
   if (channels == 0) {
     throw CommandError(bag + ": " + samples + " has no messages");
   }
-  return passed_over;
+  return remainder;
 }
 
 }  // namespace pipescout::inspect

@@ -25,12 +25,17 @@ struct SignalSink {
 void read_signal_table(const std::string& path, const SignalColumns& columns,
                        const SignalSink& sink);
 
+/// What of a bag did not become samples of the signal.
+struct BagRemainder {
+  std::size_t passed_over = 0;  ///< samples before the first or after the last fused distance
+  std::string damage;           ///< why the bag could not be read to its end; empty when it could
+};
+
 /// A bag with messages of the types pipescout_msgs/EddyCurrentSamples and
-/// pipescout_msgs/FusedOdometer. Samples before the first and after the last fused distance are
-/// passed over; returns their number. Topics: empty where the bag has one of the type only. Throws
-/// CommandError and BagError naming the bag.
-[[nodiscard]] std::size_t read_signal_bag(const std::string& bag, const std::string& samples_topic,
-                                          const std::string& odometer_topic,
-                                          const SignalSink& sink);
+/// pipescout_msgs/FusedOdometer; of a damaged one, what stands before the damage. Topics: empty
+/// where the bag has one of the type only. Throws CommandError and BagError naming the bag.
+[[nodiscard]] BagRemainder read_signal_bag(const std::string& bag, const std::string& samples_topic,
+                                           const std::string& odometer_topic,
+                                           const SignalSink& sink);
 
 }  // namespace pipescout::inspect

@@ -79,6 +79,37 @@ class InspectWelds : public ::testing::Test {
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_.path() / name) << text;
   }
+  void write_bag() const {
+    bags::BagWriter writer(folder_.path() / "bag", {});
+    const auto put = [&](const std::string& topic, const std::string& type_name,
+                         const auto& message) {
+      using Message = std::decay_t<decltype(message)>;
+      const MessageType& type = message_type<Message>();
+      std::vector<std::byte> data(type.serialized_size(&message));
+      ASSERT_EQ(type.serialize(&message, data), data.size());
+      const auto index = writer.add_topic({.name = topic, .type = type_name});
+      const std::int64_t time =
+          message.header.stamp.sec * 1'000'000'000LL + message.header.stamp.nanosec;
+      writer.write({.topic = index, .log_time = time, .publish_time = time, .data = data});
+    };
+    const auto samples = weld_signal();
+    for (std::size_t second = 0; second * 200 < samples.size(); ++second) {
+      pipescout_msgs::msg::FusedOdometer fused;
+      fused.header.stamp.sec = static_cast<std::int32_t>(1 + second);
+      fused.distance = kSpeed * static_cast<double>(second);
+      put("/odometer/fused", "pipescout_msgs/msg/FusedOdometer", fused);
+      pipescout_msgs::msg::EddyCurrentSamples message;
+      message.header.stamp.sec = static_cast<std::int32_t>(1 + second);
+      message.sample_interval = 1.0 / kRate;
+      message.channels = 1;
+      for (std::size_t k = second * 200; k < std::min(samples.size(), second * 200 + 200); ++k) {
+        message.x.push_back(samples[k].value.real());
+        message.y.push_back(samples[k].value.imag());
+      }
+      put("/eddy_current", "pipescout_msgs/msg/EddyCurrentSamples", message);
+    }
+    writer.close();
+  }
   [[nodiscard]] auto run(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "welds");
     return run_program(INSPECT_COMMAND, arguments, folder_.path());
@@ -114,35 +145,7 @@ TEST_F(InspectWelds, TakesTheColumnsThatAMappingNames) {
 }
 
 TEST_F(InspectWelds, TakesABag) {
-  bags::BagWriter writer(folder_.path() / "bag", {});
-  const auto put = [&](const std::string& topic, const std::string& type_name,
-                       const auto& message) {
-    using Message = std::decay_t<decltype(message)>;
-    const MessageType& type = message_type<Message>();
-    std::vector<std::byte> data(type.serialized_size(&message));
-    ASSERT_EQ(type.serialize(&message, data), data.size());
-    const auto index = writer.add_topic({.name = topic, .type = type_name});
-    const std::int64_t time =
-        message.header.stamp.sec * 1'000'000'000LL + message.header.stamp.nanosec;
-    writer.write({.topic = index, .log_time = time, .publish_time = time, .data = data});
-  };
-  const auto samples = weld_signal();
-  for (std::size_t second = 0; second * 200 < samples.size(); ++second) {
-    pipescout_msgs::msg::FusedOdometer fused;
-    fused.header.stamp.sec = static_cast<std::int32_t>(1 + second);
-    fused.distance = kSpeed * static_cast<double>(second);
-    put("/odometer/fused", "pipescout_msgs/msg/FusedOdometer", fused);
-    pipescout_msgs::msg::EddyCurrentSamples message;
-    message.header.stamp.sec = static_cast<std::int32_t>(1 + second);
-    message.sample_interval = 1.0 / kRate;
-    message.channels = 1;
-    for (std::size_t k = second * 200; k < std::min(samples.size(), second * 200 + 200); ++k) {
-      message.x.push_back(samples[k].value.real());
-      message.y.push_back(samples[k].value.imag());
-    }
-    put("/eddy_current", "pipescout_msgs/msg/EddyCurrentSamples", message);
-  }
-  writer.close();
+  write_bag();
   const auto result = run({"bag", "--out", "welds.csv"});
   EXPECT_EQ(result.code(), 0) << result.err;
   check_welds();
@@ -151,7 +154,22 @@ TEST_F(InspectWelds, TakesABag) {
   EXPECT_EQ(other.code(), 1);
   EXPECT_THAT(other.err, HasSubstr("bag: has no topic '/probe' of "
                                    "pipescout_msgs/msg/EddyCurrentSamples; choose one with "
-                                   "--topic: '/eddy_current'"));
+                                   "--topic: /eddy_current"));
+}
+
+TEST_F(InspectWelds, UsesADamagedBagAsFarAsItGoes) {
+  write_bag();
+  for (const auto& entry : fs::directory_iterator(folder_.path() / "bag")) {
+    if (entry.path().filename() != "metadata.yaml") {
+      fs::resize_file(entry.path(), fs::file_size(entry.path()) * 2 / 3);
+    }
+  }
+  const auto result = run({"bag", "--out", "welds.csv"});
+  EXPECT_EQ(result.code(), 1);
+  EXPECT_THAT(result.err, HasSubstr("bag cannot be read to its end"));
+  const std::size_t found = read_csv_rows(content(folder_.path() / "welds.csv")).rows.size() - 1;
+  EXPECT_GT(found, 1U);
+  EXPECT_LT(found, true_welds().size());
 }
 
 TEST_F(InspectWelds, NamesWhatItCannotUse) {

@@ -8,7 +8,7 @@
 #include <initializer_list>
 #include <utility>
 
-#include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/csv/list_table.hpp"
@@ -16,8 +16,6 @@
 
 namespace pipescout::ledger {
 namespace {
-
-using command_line::suggestion;
 
 constexpr std::array kKeys{"delimiter",
                            "distance",
@@ -51,10 +49,8 @@ class Reader {
   Reader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
 
   ColumnMapping read() const {
-    if (!root_.IsMap()) {
-      fail(root_, "a mapping of columns must be a map of keys: " + known_keys());
-    }
-    check_keys();
+    command_line::require_known_keys(root_, path_, "a mapping of columns",
+                                     {kKeys.begin(), kKeys.end()});
     ColumnMapping mapping;
     mapping.path = path_;
     mapping.delimiter = delimiter();
@@ -97,25 +93,6 @@ class Reader {
  private:
   [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
     throw YamlError(path_, node.Mark(), message);
-  }
-
-  static std::string known_keys() {
-    std::string list;
-    for (const char* key : kKeys) {
-      list += (list.empty() ? "" : ", ") + std::string(key);
-    }
-    return list;
-  }
-
-  void check_keys() const {
-    const std::vector<std::string> known(kKeys.begin(), kKeys.end());
-    for (const auto& entry : root_) {
-      const auto& key = entry.first.Scalar();
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        fail(entry.first, "unknown key '" + key + "' in a mapping of columns" +
-                              suggestion(key, known) + " (known: " + known_keys() + ")");
-      }
-    }
   }
 
   /// The text of a key; nothing when the key is missing and may be.

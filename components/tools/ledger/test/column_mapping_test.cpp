@@ -102,8 +102,8 @@ TEST(ColumnMapping, ErrorsNameFileLineAndKey) {
               "m.yaml:5:26: weld_standard_deviation must be a number in (0, 10], not '0'");
   EXPECT_THAT(error_of(least + "odometer_standard_deviation: nan\n"),
               HasSubstr("must be a number in (0, 1], not 'nan'"));
-  EXPECT_THAT(error_of("- a\n"), HasSubstr("must be a map of keys"));
-  EXPECT_THAT(error_of(""), HasSubstr("must be a map of keys"));
+  EXPECT_THAT(error_of("- a\n"), HasSubstr("must be a map with the keys"));
+  EXPECT_THAT(error_of(""), HasSubstr("must be a map with the keys"));
   EXPECT_THAT(error_of("distance: a\ndistance: b\n"), StartsWith("m.yaml:2"));
 }
 

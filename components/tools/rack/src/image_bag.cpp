@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/idl/message_type.hpp"
@@ -78,15 +77,14 @@ class ImageBag final : public ImageSource {
   [[nodiscard]] bool is_compressed() const { return topic_.topic.type == kCompressed; }
 
   std::optional<bags::BagMessage> read() {
-    try {
-      auto message = reader_.next();
-      read_ += message ? 1 : 0;
-      return message;
-    } catch (const bags::BagError& error) {
-      said_.push_back(std::string("The bag cannot be read to its end: ") + error.what() +
+    std::string damage;
+    auto message = reader_.next_before_damage(damage);
+    read_ += message ? 1 : 0;
+    if (!damage.empty()) {
+      said_.push_back("The bag cannot be read to its end: " + damage +
                       ". What was read before is used.");
-      return std::nullopt;
     }
+    return message;
   }
 
   template <class T>

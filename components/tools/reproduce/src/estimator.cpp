@@ -449,7 +449,21 @@ class Estimator {
           {},
           kLargeIsGood},
          {"sum of the steps alone: root mean square, m", score.summed.rms, {}, kSmallIsGood},
-         {"sum of the steps alone: largest, m", score.summed.largest, {}, kSmallIsGood}});
+         {"sum of the steps alone: largest, m", score.summed.largest, {}, kSmallIsGood},
+         {"mean turn at the first standstill, mrad/s", 1e3 * score.standing_rate, {}, kSmallIsGood},
+         {"sum of the steps less it: root mean square, m",
+          score.less_standing.rms,
+          {},
+          kSmallIsGood,
+          figure + "standing_bias_rms_m"},
+         {"constant bias that fits the reference best, mrad/s",
+          1e3 * score.best_rate,
+          {},
+          kSmallIsGood},
+         {"sum of the steps less that: root mean square, m",
+          score.less_best.rms,
+          {},
+          kSmallIsGood}});
   }
 
   void add_husky() {

@@ -52,6 +52,8 @@ class Leaks {
     add_figure_seven();
     add_real_pictures();
     add_campaigns();
+    add_world();
+    add_automatic_gain();
     add_roc();
     return std::move(result_);
   }
@@ -120,17 +122,19 @@ class Leaks {
   }
 
   /// One score for each seed.
-  std::vector<CampaignScore> run_campaigns(const std::string& study) {
-    const std::size_t sequences = extent_.campaign.sequences;
+  std::vector<CampaignScore> run_campaigns(const std::string& study,
+                                           const leak_study::CampaignSettings& campaign,
+                                           const leak_study::InspectionSettings& inspection) {
+    const std::size_t sequences = campaign.sequences;
     std::vector<std::vector<leak_study::SequencePlan>> plans;
     for (const std::uint64_t seed : seeds_) {
-      plans.push_back(leak_study::plan_campaign(extent_.campaign, seed));
+      plans.push_back(leak_study::plan_campaign(campaign, seed));
     }
     std::vector<std::uint64_t> all(sequences * seeds_.size());
     std::iota(all.begin(), all.end(), 0);
     const auto scores = for_each_seed(progress_, study, all, [&](std::uint64_t i) {
       const std::uint64_t seed = seeds_[i / sequences] * sequences + i % sequences;
-      return leak_study::run_sequence(plans[i / sequences][i % sequences], {}, seed);
+      return leak_study::run_sequence(plans[i / sequences][i % sequences], inspection, seed);
     });
     std::vector<CampaignScore> result(seeds_.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -146,11 +150,8 @@ class Leaks {
                               number(campaign.length) + " m with " + std::to_string(leaks) +
                               " leaks, " + std::to_string(campaign.faint_leaks) +
                               " of them faint, and " + std::to_string(campaign.decoys) + " decoys";
-    const auto scores = run_campaigns(study);
-    CampaignScore all;
-    for (const CampaignScore& score : scores) {
-      all += score;
-    }
+    const auto scores = run_campaigns(study, campaign, {});
+    const CampaignScore all = sum_of(scores);
     const auto p95 = [](const CampaignScore& score) {
       return quantile(score.position_errors, 0.95);
     };
@@ -183,6 +184,62 @@ class Leaks {
                  static_cast<double>(slowest(all)),
                  each(scores, slowest),
                  {.most = 3}}});
+  }
+
+  static CampaignScore sum_of(const std::vector<CampaignScore>& scores) {
+    CampaignScore all;
+    for (const CampaignScore& score : scores) {
+      all += score;
+    }
+    return all;
+  }
+
+  static std::string text_of(const leak_study::CampaignSettings& world) {
+    return std::to_string(world.sequences) + " sequences of " + number(world.length) + " m with " +
+           std::to_string(world.faint_leaks + world.near_leaks + world.other_leaks) +
+           " leaks and " + std::to_string(world.decoys) + " decoys";
+  }
+
+  /// What is found, in words and figures that begin with `name`.
+  static std::vector<Measure> found_measures(const std::vector<CampaignScore>& scores,
+                                             const std::string& name, double least_found,
+                                             double most_false) {
+    const CampaignScore all = sum_of(scores);
+    return {
+        {"leaks found, %", all.found_percent(), each(scores, &CampaignScore::found_percent),
+         at_least(least_found), name + "_leaks_found_percent"},
+        {"faint ones beside joints and posts found, %", all.near_percent(),
+         each(scores, &CampaignScore::near_percent), at_least(80), name + "_near_found_percent"},
+        {"findings without a leak, and duplicates, per km", all.false_per_km(),
+         each(scores, &CampaignScore::false_per_km), at_most(most_false), name + "_false_per_km"}};
+  }
+
+  /// In a world that disagrees with what the camera is told.
+  void add_world() {
+    leak_study::InspectionSettings inspection;
+    inspection.by_contrast = true;
+    const std::string study = "Radiometry unlike what is told: " + text_of(extent_.world);
+    const auto scores = run_campaigns(study, extent_.world, inspection);
+    const CampaignScore all = sum_of(scores);
+    std::vector<Measure> measures = found_measures(scores, "world", 97, 0.05);
+    measures.push_back({"temperature inside its 95 % interval, %",
+                        all.temperature_coverage_percent(),
+                        each(scores, &CampaignScore::temperature_coverage_percent), within(90, 99),
+                        "world_temperature_coverage95_percent"});
+    measures.push_back({"half of the interval of a leak's Delta-T, over it: median",
+                        all.relative_widths.empty() ? 0 : quantile(all.relative_widths, 0.5),
+                        {},
+                        kSmallIsGood});
+    rows_.add_study(study, measures);
+  }
+
+  void add_automatic_gain() {
+    leak_study::CampaignSettings world = extent_.world;
+    world.automatic_gain = true;
+    leak_study::InspectionSettings inspection;
+    inspection.by_contrast = true;
+    const std::string study = "The same in 8-bit video with automatic gain, by contrast alone";
+    rows_.add_study(study, found_measures(run_campaigns(study, world, inspection), "agc", 95, 0.1));
   }
 
   void add_roc() {

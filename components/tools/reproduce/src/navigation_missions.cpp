@@ -10,7 +10,9 @@
 #include <string>
 
 #include "each_seed.hpp"
+#include "pipescout/move_base/global_planner.hpp"
 #include "pipescout/navigation_study/mission.hpp"
+#include "pipescout/navigation_study/primitive_replay.hpp"
 #include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::reproduce {
@@ -134,6 +136,85 @@ void add_pose_missions(const std::vector<std::uint64_t>& seeds, FigureRows& rows
         "control_cycle_worst_ms"}});
 }
 
+/// With a localisation as GPS and an IMU give it, instead of one by landmarks. What the robot takes
+/// for its goal is then as far from it as that errs.
+void add_gps_missions(const std::vector<std::uint64_t>& seeds, const NavigationExtent& extent,
+                      FigureRows& rows, StageProgress& progress) {
+  const MissionSettings usual{.position_sigma = 0.2, .heading_sigma = 0.01};
+  const auto missions = for_each_seed(
+      progress, "missions by GPS", mission_seeds(seeds, extent.missions), [&](std::uint64_t seed) {
+        return navigation_study::run_mission(usual, seed, processor_time);
+      });
+  const auto tours = for_each_seed(
+      progress, "tours by GPS", mission_seeds(seeds, extent.tours), [&](std::uint64_t seed) {
+        MissionSettings settings = usual;
+        settings.time_limit = 3000;
+        settings.tour = true;
+        return navigation_study::run_mission(settings, seed, processor_time);
+      });
+  double contacts = 0;
+  double reached = 0;
+  for (const MissionScore& score : missions) {
+    contacts += score.collisions > 0 ? 1 : 0;
+    reached += score.reached ? 1 : 0;
+  }
+  double tour_contacts = 0;
+  double completed = 0;
+  double seen = 0;
+  double metres = 0;
+  for (const MissionScore& score : tours) {
+    tour_contacts += score.collisions > 0 ? 1 : 0;
+    completed += score.reached ? 1 : 0;
+    seen += score.seen_percent * score.pipe_metres;
+    metres += score.pipe_metres;
+  }
+  rows.add_study("The same with a localisation that errs by 0.2 m, " +
+                     std::to_string(missions.size()) + " missions, " +
+                     std::to_string(tours.size()) + " tours",
+                 {{"missions with a contact", contacts, {}, kNone, "gps_collisions"},
+                  {"goals reached, %",
+                   100 * reached / static_cast<double>(missions.size()),
+                   {},
+                   at_least(99),
+                   "gps_reached_percent"},
+                  {"distance from the goal, m, 95 %",
+                   goal_quantile(missions, 0.95,
+                                 [](const MissionScore& score) { return score.goal_distance; }),
+                   {},
+                   kSmallIsGood,
+                   "gps_goal_distance_p95_m"},
+                  {"tours with a contact", tour_contacts, {}, kNone, "gps_tour_collisions"},
+                  {"tours completed, %",
+                   100 * completed / static_cast<double>(tours.size()),
+                   {},
+                   at_least(99),
+                   "gps_tour_reached_percent"},
+                  {"of the toured metres, seen sharp, %",
+                   metres > 0 ? seen / metres : 0,
+                   {},
+                   at_least(99.5),
+                   "gps_pipe_seen_percent"}});
+}
+
+void add_primitive_replay(FigureRows& rows) {
+  constexpr double kCentimetres = 100;
+  const navigation::GlobalPlannerParameters planner;
+  const auto replay = navigation_study::replay_primitives(
+      navigation::generate_primitives(planner.turning_radius, planner.spacing));
+  rows.add_study("Primitives of the lattice driven by the simulated vehicle, " +
+                     std::to_string(replay.primitives),
+                 {{"end from where the primitive says, cm, worst",
+                   kCentimetres * replay.position,
+                   {},
+                   at_most(1),
+                   "primitive_replay_cm"},
+                  {"heading from the primitive's, degrees, worst",
+                   kMissionDegrees * replay.heading,
+                   {},
+                   at_most(0.5),
+                   "primitive_replay_deg"}});
+}
+
 /// One with the usual exposure time, one with twice as much.
 void add_inspection_tours(const std::vector<std::uint64_t>& seeds, FigureRows& rows,
                           StageProgress& progress) {
@@ -181,8 +262,10 @@ void add_inspection_tours(const std::vector<std::uint64_t>& seeds, FigureRows& r
 void add_navigation_missions(const std::vector<std::uint64_t>& seeds,
                              const NavigationExtent& extent, FigureRows& rows,
                              StageProgress& progress) {
+  add_primitive_replay(rows);
   add_pose_missions(mission_seeds(seeds, extent.missions), rows, progress);
   add_inspection_tours(mission_seeds(seeds, extent.tours), rows, progress);
+  add_gps_missions(seeds, extent, rows, progress);
 }
 
 }  // namespace pipescout::reproduce

@@ -110,6 +110,14 @@ struct EstimatorExtent {
 struct LeaksExtent {
   std::size_t largest_seeds = 5;  ///< however many are asked for: five sets of sequences
   leak_study::CampaignSettings campaign{};
+  /// Where the camera is told wrong radiometry; the same with automatic gain is run too. Shorter
+  /// than the campaign, with more in it.
+  leak_study::CampaignSettings world{.sequences = 24,
+                                     .faint_leaks = 12,
+                                     .near_leaks = 12,
+                                     .other_leaks = 18,
+                                     .decoys = 30,
+                                     .drawn_radiometry = true};
   leak_study::RocSettings roc{};
 };
 

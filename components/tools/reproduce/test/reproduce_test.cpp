@@ -75,11 +75,20 @@ TEST(Reproduce, LeaksGiveTheirFigures) {
   std::ostringstream out;
   LeaksExtent extent;
   extent.campaign = {.sequences = 2, .faint_leaks = 1, .other_leaks = 1, .decoys = 1, .length = 40};
+  extent.world = {.sequences = 2,
+                  .faint_leaks = 1,
+                  .near_leaks = 1,
+                  .other_leaks = 1,
+                  .decoys = 1,
+                  .length = 40,
+                  .drawn_radiometry = true};
   extent.roc = {.rises = {75}, .netds = {0.1}, .leaks = 1, .decoys = 1};
   const auto result = reproduce_leaks({.seeds = 1}, extent, out);
   for (const char* figure :
        {"fig7_flagged", "fig7_cut_off_degc", "leaks_found_percent", "false_findings",
-        "finding_position_p95_m", "finding_coverage95_percent"}) {
+        "finding_position_p95_m", "finding_coverage95_percent", "world_leaks_found_percent",
+        "world_near_found_percent", "world_false_per_km", "world_temperature_coverage95_percent",
+        "agc_leaks_found_percent", "agc_false_per_km"}) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_EQ(result.figures["fig7_flagged"].get<double>(), 13);
@@ -110,6 +119,7 @@ TEST(Reproduce, TrackingGivesItsFigures) {
   for (const char* figure :
        {"table1_rows_at_or_below_paper", "table1_deviations_at_or_below_paper",
         "paper_filter_rows_at_or_below_paper", "paper_filter_deviations_at_or_below_paper",
+        "table1_deviations_not_above_paper", "paper_filter_deviations_not_above_paper",
         "crossing_swaps", "best_position_px", "best_angle_deg", "best_length_px", "in_view_percent",
         "leaks_missed_fixed", "leaks_missed_arm", "tube_seen_percent_fixed",
         "tube_seen_percent_arm"}) {
@@ -236,11 +246,12 @@ TEST_F(ReproduceInPipe, GivesAllFiguresAndTheSameOnesEachTime) {
   EXPECT_GT(figure("elbow_found_percent"), 70.0);
   EXPECT_GT(figure("elbow_coverage95_percent"), 70.0);
   EXPECT_LE(figure("bends_in_joint_p95_m"), 0.1);
+  EXPECT_LE(figure("five_wheels_bends_in_joint_worst_m"), 0.15);
   EXPECT_GT(figure("weld_found_percent"), 95.0);
   EXPECT_LT(figure("weld_false_per_km"), 10.0);
   EXPECT_EQ(result.seeds, (nlohmann::json{1001, 1002}));
 
-  // Six detector studies of the curve and the main one, six of bends, eight others, each with a
+  // Six detector studies of the curve and the main one, six of bends, nine others, each with a
   // finished line; and the comparison of those of bends, which runs nothing itself.
   std::set<std::string> studies;
   for (const auto& row : result.rows) {
@@ -253,7 +264,7 @@ TEST_F(ReproduceInPipe, GivesAllFiguresAndTheSameOnesEachTime) {
       EXPECT_TRUE(row["worst"].is_number());
     }
   }
-  EXPECT_EQ(studies.size(), 22U);
+  EXPECT_EQ(studies.size(), 23U);
   for (const std::string& study : studies) {
     EXPECT_THAT(out.str(), HasSubstr(study));
     if (study != "Bends, the rules compared") {

@@ -2,7 +2,6 @@
 // Secured participants, and strangers that try to listen to them and to talk to them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,125 +9,20 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "dds_profile.hpp"
-#include "dds_test_support.hpp"
-#include "pipescout/dds/dds_transport.hpp"
-#include "pipescout/files/testing/temporary_folder.hpp"
-#include "pipescout/keystore/keystore.hpp"
+#include "secured.hpp"
 
 namespace pipescout::security {
 namespace {
 
-using dds_test::ReaderRecord;
-using dds_test::WriterRecord;
 using ::pipescout::testing::content;
-using ::pipescout::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-constexpr std::time_t kDay = 24 * 3600;
 constexpr const char* kStranger = "stranger";
-
-std::uint32_t domain() {
-  return dds_test::local_options().domain_id;
-}
-
-WireTopic topic() {
-  return {"rt/secret", &message_type<std_msgs::msg::String>()};
-}
-
-/// A process on the network that reads and writes the topic.
-class Peer {
- public:
-  explicit Peer(const DdsOptions& options)
-      : transport_(create_dds_transport(options)),
-        reader_(transport_->create_reader(topic(), QoS::reliable(), read)),
-        writer_(transport_->create_writer(topic(), QoS::reliable(), written)) {}
-
-  void say(const std::string& text) {
-    const auto message = dds_test::make_text(text);
-    (void)writer_->write(&message, {});
-  }
-  [[nodiscard]] std::vector<std::string> warnings() const { return transport_->warnings(); }
-  [[nodiscard]] std::size_t heard(const std::string& text) {
-    std::size_t count = 0;
-    for (const auto& received : read.monitor.copy(read.messages)) {
-      count += static_cast<const std_msgs::msg::String*>(received.message.get())->data == text;
-    }
-    return count;
-  }
-
-  ReaderRecord read;
-  WriterRecord written;
-
- private:
-  std::unique_ptr<Transport> transport_;
-  std::unique_ptr<TransportReader> reader_;
-  std::unique_ptr<TransportWriter> writer_;
-};
-
-class Secured : public ::testing::Test {
- protected:
-  Secured() {
-    make_keystore(keystore_);
-    add(keystore_, "/robot_1");
-    add(keystore_, "/robot_2");
-    add(keystore_, "/robot_3");
-  }
-
-  static void make_keystore(const fs::path& keystore) {
-    keystore::create_keystore(keystore, domain(), 3650, std::time(nullptr) - 1000 * kDay);
-  }
-  static void add(const fs::path& keystore, const std::string& name,
-                  std::time_t at = std::time(nullptr)) {
-    keystore::EnclavePolicy policy;
-    policy.publish = {"/secret"};
-    policy.subscribe = {"/secret"};
-    keystore::create_enclave(keystore, {.name = name, .domain = domain(), .policy = policy}, at);
-  }
-  static DdsOptions options(const fs::path& keystore, const std::string& enclave) {
-    auto result = dds_test::local_options();
-    result.enclave = enclave;
-    result.security.enabled = true;
-    result.security.enforce = true;
-    result.security.keystore = keystore;
-    result.security.on_revocations_changed = [] {};
-    return result;
-  }
-  std::string error_of(const DdsOptions& options) {
-    try {
-      (void)create_dds_transport(options);
-    } catch (const TransportError& error) {
-      return error.what();
-    }
-    return "no error";
-  }
-  /// A file of one enclave in place of that of another.
-  static void put(const fs::path& from, const fs::path& to) {
-    const std::string bytes = content(from);
-    fs::remove(to);
-    std::ofstream(to, std::ios::binary) << bytes;
-    fs::permissions(to, fs::perms::owner_read | fs::perms::owner_write);
-  }
-  /// All files of an enclave, for a keystore of a stranger.
-  fs::path stolen(const std::string& enclave) {
-    const fs::path folder = folder_.path() / "stranger/enclaves/x";
-    fs::remove_all(folder.parent_path());
-    fs::create_directories(folder);
-    for (const auto& entry : fs::directory_iterator(keystore_ / "enclaves" / enclave)) {
-      put(entry.path(), folder / entry.path().filename());
-    }
-    return folder;
-  }
-  DdsOptions stranger() { return options(folder_.path() / "stranger", "/x"); }
-
-  TemporaryFolder folder_;
-  const fs::path keystore_ = folder_.path() / "keystore";
-};
 
 TEST_F(Secured, ParticipantsOfOneKeystoreTalk) {
   Peer first(options(keystore_, "/robot_1"));
@@ -174,8 +68,31 @@ TEST_F(Secured, SharedMemoryHoldsNoPlainText) {
   }
 }
 
+/// A stranger who has files of the robots.
+class WithStranger : public Secured {
+ protected:
+  /// A file of one enclave in place of that of another.
+  static void put(const fs::path& from, const fs::path& to) {
+    const std::string bytes = content(from);
+    fs::remove(to);
+    std::ofstream(to, std::ios::binary) << bytes;
+    fs::permissions(to, fs::perms::owner_read | fs::perms::owner_write);
+  }
+  /// All files of an enclave, for a keystore of a stranger.
+  fs::path stolen(const std::string& enclave) {
+    const fs::path folder = folder_.path() / "stranger/enclaves/x";
+    fs::remove_all(folder.parent_path());
+    fs::create_directories(folder);
+    for (const auto& entry : fs::directory_iterator(keystore_ / "enclaves" / enclave)) {
+      put(entry.path(), folder / entry.path().filename());
+    }
+    return folder;
+  }
+  DdsOptions stranger() { return options(folder_.path() / "stranger", "/x"); }
+};
+
 /// Two robots that talk; strangers come one after the other.
-class Strangers : public Secured {
+class Strangers : public WithStranger {
  protected:
   Strangers() {
     add(keystore_, "/robot_4");
@@ -274,7 +191,7 @@ TEST_F(Strangers, ReadAndWriteNothing) {
   std::cout << "stranger_reads " << reads_ << "\nstranger_writes " << writes << "\n";
 }
 
-using SecurityFiles = Secured;
+using SecurityFiles = WithStranger;
 
 TEST_F(SecurityFiles, MissingOnesAreNamed) {
   EXPECT_THAT(error_of(options(keystore_, "/nobody")), HasSubstr("no enclave '/nobody'"));

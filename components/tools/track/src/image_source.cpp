@@ -9,7 +9,6 @@
 #include <variant>
 #include <vector>
 
-#include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/idl/message_type.hpp"
@@ -111,15 +110,8 @@ void read_bag(const fs::path& bag, const std::string& topic, const ThermalSettin
   const std::shared_ptr<void> message = type->create();
   MessageImages images(settings);
   std::size_t number = 0;
-  const auto next_message = [&] {
-    try {
-      return reader.next();
-    } catch (const bags::BagError& error) {
-      sink.fail(bag.string(), std::string("cannot be read to its end: ") + error.what());
-      return std::optional<bags::BagMessage>();
-    }
-  };
-  while (const auto next = next_message()) {
+  std::string damage;
+  while (const auto next = reader.next_before_damage(damage)) {
     sink.progress(number, std::max(static_cast<std::size_t>(chosen.messages), number + 1));
     const std::string name = std::to_string(++number);
     if (!type->deserialize(next->data, message.get())) {
@@ -133,6 +125,9 @@ void read_bag(const fs::path& bag, const std::string& topic, const ThermalSettin
     } catch (const std::invalid_argument& error) {
       sink.fail(name, error.what());
     }
+  }
+  if (!damage.empty()) {
+    sink.fail(bag.string(), "cannot be read to its end: " + damage);
   }
   sink.progress(number, number);
 }

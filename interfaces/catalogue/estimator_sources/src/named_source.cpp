@@ -27,15 +27,16 @@ constexpr std::array<KindTraits, kNamedSourceKinds> kKinds = {
     KindTraits{"fluid_pressure", "sensor_msgs/msg/FluidPressure", 0.5},
     KindTraits{"range", "sensor_msgs/msg/Range", 0.3},
     KindTraits{"gps_fix", "sensor_msgs/msg/NavSatFix", 2},
+    KindTraits{"pose", "geometry_msgs/msg/PoseWithCovarianceStamped", 0.05},
     KindTraits{"wheel_encoders", "sensor_msgs/msg/JointState", 0.1}};
 
 constexpr double kSmallest = 1e-9;
 constexpr double kLargest = 1e6;
-constexpr std::array<NamedSourceNumber, 7> kNumbers = {
+constexpr std::array<NamedSourceNumber, 10> kNumbers = {
     NamedSourceNumber{"deviation", &NamedSource::deviation, kSmallest, kLargest,
                       "m/s, rad or m, standard deviation per axis of messages without covariance"},
     NamedSourceNumber{"rotation_deviation", &NamedSource::rotation_deviation, kSmallest, kLargest,
-                      "rad, of a step of odometry_pose"},
+                      "rad, of a step of odometry_pose, and of a pose without covariance"},
     NamedSourceNumber{"declination", &NamedSource::declination, -std::numbers::pi, std::numbers::pi,
                       "rad, of magnetic north from the map's y axis, east positive"},
     NamedSourceNumber{"bias_deviation", &NamedSource::bias_deviation, 0, kLargest,
@@ -43,6 +44,15 @@ constexpr std::array<NamedSourceNumber, 7> kNumbers = {
                       "magnetic_field, fluid_pressure and range"},
     NamedSourceNumber{"bias_walk", &NamedSource::bias_walk, 0, kLargest,
                       "per sqrt(s), random walk of the bias"},
+    NamedSourceNumber{"mounting_position_deviation", &NamedSource::mounting_position_deviation, 0,
+                      1e3,
+                      "m per axis, of the sensor of a pose on the robot, which is estimated; 0: it "
+                      "is known"},
+    NamedSourceNumber{"mounting_rotation_deviation", &NamedSource::mounting_rotation_deviation, 0,
+                      1, "rad per axis, the same"},
+    NamedSourceNumber{"time_offset_deviation", &NamedSource::time_offset_deviation, 0, 10,
+                      "s, of the delay of a pose after its stamp, which is estimated; 0: it has "
+                      "none"},
     NamedSourceNumber{"correlation_time", &NamedSource::correlation_time, 0, 1000,
                       "s, correlation time of the measurement errors; 0: white"},
     NamedSourceNumber{"gate", &NamedSource::gate, 0, 1,
@@ -110,6 +120,9 @@ NamedSource default_source(const std::string& name, NamedSourceKind kind) {
     source.bias_deviation = 1000;
     source.bias_walk = 0.02;
   }
+  if (kind == NamedSourceKind::kPose) {
+    source.rotation_deviation = 0.02;
+  }
   return source;
 }
 
@@ -124,22 +137,43 @@ void place_sources(std::vector<NamedSource>& sources,
                                 std::to_string(estimation::kOwnFactorKinds) + " further sources");
   }
   estimator.own_sources.clear();
-  int biases = 0;
+  int states = 0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     NamedSource& source = sources[i];
     require_what_its_kind_needs(source);
-    if (may_be_biased(source.kind) && source.bias_deviation > 0) {
-      if (biases == estimation::kOwnSize) {
-        throw std::invalid_argument("'" + source.name + ".bias_deviation': more than " +
-                                    std::to_string(estimation::kOwnSize) + " sources have a bias");
+    const auto take_state = [&](const char* parameter, double deviation) {
+      if (states == estimation::kOwnSize) {
+        throw std::invalid_argument("'" + source.name + "." + parameter + "': more than " +
+                                    std::to_string(estimation::kOwnSize) +
+                                    " biases and time offsets");
       }
-      source.bias = biases++;
-      estimator.smoother.global_deviations.own[source.bias] = source.bias_deviation;
+      estimator.smoother.global_deviations.own[states] = deviation;
+      return states++;
+    };
+    if (may_be_biased(source.kind) && source.bias_deviation > 0) {
+      source.bias = take_state("bias_deviation", source.bias_deviation);
       estimator.smoother.own_walks[source.bias] = source.bias_walk;
+    }
+    if (source.kind == NamedSourceKind::kPose && source.time_offset_deviation > 0) {
+      source.clock = take_state("time_offset_deviation", source.time_offset_deviation);
+      estimator.smoother.relinearisation.own[source.clock] =
+          estimator.smoother.relinearisation.time_offset;
     }
     estimator.own_sources.push_back({.correlation_time = source.correlation_time});
     const auto kind = static_cast<std::size_t>(estimation::own_kind(i));
     estimator.smoother.robustness[kind].gate_probability = source.gate;
+  }
+  for (NamedSource& source : sources) {
+    if (source.kind == NamedSourceKind::kPose &&
+        (source.mounting_position_deviation > 0 || source.mounting_rotation_deviation > 0)) {
+      try {
+        source.mounting = estimator.smoother.estimate_camera_mounting(
+            source.mounting_position_deviation, source.mounting_rotation_deviation);
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument("'" + source.name + ".mounting_position_deviation', '" +
+                                    source.name + ".mounting_rotation_deviation': " + error.what());
+      }
+    }
   }
 }
 

@@ -15,6 +15,7 @@ namespace pipescout {
 namespace {
 
 using estimation::AnyFactor;
+using geometry_msgs::msg::PoseWithCovarianceStamped;
 using geometry_msgs::msg::TwistStamped;
 using geometry_msgs::msg::TwistWithCovariance;
 using geometry_msgs::msg::TwistWithCovarianceStamped;
@@ -137,6 +138,14 @@ SourceNews SourceInput::take(const NavSatFix& message, double time, const Source
                                               .position = fix.position,
                                               .covariance = fix.covariance,
                                               .sensor = context.T_body_sensor.translation()},
+              kind_)};
+}
+
+SourceNews SourceInput::take(const PoseWithCovarianceStamped& message, double time,
+                             const SourceContext& context) {
+  require_kind(source_, {NamedSourceKind::kPose});
+  return {.factor = AnyFactor(
+              pose_measurement(message, time, source_, context.T_body_sensor, context.angular_rate),
               kind_)};
 }
 

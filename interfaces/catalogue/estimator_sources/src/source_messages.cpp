@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "source_messages.hpp"
 
+#include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 
 namespace pipescout {
@@ -13,6 +14,21 @@ using geometry::SE3;
 
 /// m/s; a velocity that is not known.
 constexpr double kUnknownVelocity = 1e3;
+
+/// In the form of geometry_msgs/PoseWithCovariance.
+geometry::Matrix6d pose_covariance(const std::array<double, 36>& all, const NamedSource& source) {
+  geometry::Matrix6d covariance =
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(all.data());
+  for (int i = 0; i < 6; ++i) {
+    if (covariance(i, i) <= 0) {
+      const double deviation = i < 3 ? source.deviation : source.rotation_deviation;
+      covariance.row(i).setZero();
+      covariance.col(i).setZero();
+      covariance(i, i) = deviation * deviation;
+    }
+  }
+  return covariance;
+}
 
 /// Of the linear velocity. Variances of 0 or -1 mean unknown.
 Matrix3d linear_covariance(const std::array<double, 36>& all, double deviation) {
@@ -95,6 +111,27 @@ estimation::RangeMeasurement range_measurement(const sensor_msgs::msg::Range& me
           .beacon = source.beacon.value_or(Vector3d::Zero()),
           .sensor = T_body_sensor.translation(),
           .bias = source.bias};
+}
+
+estimation::PoseMeasurement pose_measurement(
+    const geometry_msgs::msg::PoseWithCovarianceStamped& message, double time,
+    const NamedSource& source, const SE3& T_body_sensor, const Vector3d& angular_rate) {
+  const SE3 T_map_sensor = from_message(message.pose.pose);
+  estimation::PoseMeasurement m;
+  m.time = time;
+  m.T_rack_body = T_map_sensor * T_body_sensor.inverse();
+  m.angular_rate = angular_rate;
+  m.camera = T_body_sensor.translation();
+  m.mounting = source.mounting;
+  m.clock = source.clock;
+  const Vector3d arm = m.T_rack_body.translation() - T_map_sensor.translation();
+  geometry::Matrix6d by_sensor = geometry::Matrix6d::Identity();
+  by_sensor.topRightCorner<3, 3>() = -geometry::skew(arm);
+  by_sensor.bottomRightCorner<3, 3>() = m.T_rack_body.rotation().matrix().transpose();
+  const geometry::Matrix6d covariance =
+      by_sensor * pose_covariance(message.pose.covariance, source) * by_sensor.transpose();
+  m.covariance = 0.5 * (covariance + covariance.transpose());
+  return m;
 }
 
 estimation::RelativePoseMeasurement relative_pose_measurement(const TimedPose& from,

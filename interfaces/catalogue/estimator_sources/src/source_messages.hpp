@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <nav_msgs/msg/odometry.hpp>
@@ -10,6 +11,7 @@
 #include <sensor_msgs/msg/range.hpp>
 
 #include "pipescout/estimation/factors.hpp"
+#include "pipescout/estimation/pose_factor.hpp"
 #include "pipescout/estimator_sources/source_input.hpp"
 #include "pipescout/geometry/se3.hpp"
 
@@ -40,6 +42,14 @@ namespace pipescout {
 [[nodiscard]] estimation::RangeMeasurement range_measurement(const sensor_msgs::msg::Range& message,
                                                              double time, const NamedSource& source,
                                                              const geometry::SE3& T_body_sensor);
+
+/// Of a pose of the sensor in the map. Variances that are not positive are unknown:
+/// `source.deviation` and `source.rotation_deviation` are used. Throws std::invalid_argument for an
+/// orientation that is none.
+[[nodiscard]] estimation::PoseMeasurement pose_measurement(
+    const geometry_msgs::msg::PoseWithCovarianceStamped& message, double time,
+    const NamedSource& source, const geometry::SE3& T_body_sensor,
+    const Eigen::Vector3d& angular_rate);
 
 /// The motion of the body from one to the other.
 [[nodiscard]] estimation::RelativePoseMeasurement relative_pose_measurement(

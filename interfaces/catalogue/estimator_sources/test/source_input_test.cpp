@@ -116,6 +116,26 @@ TEST(NamedSourceTest, EachGetsItsPlaceAndItsBias) {
   EXPECT_NO_THROW(estimator.validate());
 }
 
+TEST(NamedSourceTest, TheMountingAndTheDelayOfAPoseAreStates) {
+  std::vector<NamedSource> sources = {default_source("barometer", NamedSourceKind::kFluidPressure),
+                                      default_source("markers", NamedSourceKind::kPose)};
+  sources[1].mounting_position_deviation = 0.03;
+  sources[1].mounting_rotation_deviation = 0.02;
+  sources[1].time_offset_deviation = 0.05;
+  auto estimator = estimation::StateEstimatorParameters::uav();
+  place_sources(sources, estimator);
+  EXPECT_EQ(sources[0].bias, 0);
+  EXPECT_EQ(sources[1].clock, 1);
+  EXPECT_EQ(sources[1].mounting, 2);
+  EXPECT_EQ(estimator.smoother.global_deviations.own[1], 0.05);
+  EXPECT_EQ(estimator.smoother.global_deviations.own[7], 0.02);
+  EXPECT_NO_THROW(estimator.validate());
+  sources[0].bias_deviation = 0;
+  sources.push_back(sources[1]);
+  estimator = estimation::StateEstimatorParameters::uav();
+  EXPECT_THROW(place_sources(sources, estimator), std::invalid_argument);
+}
+
 TEST(NamedSourceTest, WhatIsMissingOrTooMuchIsNamed) {
   auto estimator = estimation::StateEstimatorParameters::ground_robot();
   const auto refused = [&](std::vector<NamedSource> sources) -> std::string {

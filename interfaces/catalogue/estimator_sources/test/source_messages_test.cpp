@@ -85,5 +85,29 @@ TEST(SourceMessagesTest, PosesOfASensorBecomeAMotionOfTheBody) {
   EXPECT_EQ(check(m), estimation::InputFault::kNone);
 }
 
+TEST(SourceMessagesTest, APoseOfTheSensorIsThatOfTheBody) {
+  const SE3 T_map_body(SO3::about_z(0.3), Vector3d(4, 5, 6));
+  geometry_msgs::msg::PoseWithCovarianceStamped message;
+  message.pose.pose = to_message(T_map_body * kLeft);
+  message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[14] = 0.01;
+  NamedSource source{.deviation = 0.2, .rotation_deviation = 0.1};
+  source.mounting = 2;
+  source.clock = 1;
+  const auto m = pose_measurement(message, 3, source, kLeft, Vector3d(0, 0, 0.1));
+  EXPECT_EQ(m.time, 3);
+  EXPECT_LT((m.T_rack_body.inverse() * T_map_body).log().norm(), 1e-9);
+  EXPECT_EQ(m.camera, kLeft.translation());
+  EXPECT_EQ(m.mounting, 2);
+  EXPECT_EQ(m.clock, 1);
+  EXPECT_EQ(m.angular_rate, Vector3d(0, 0, 0.1));
+  // The rotation is not stated: it moves the body, which is half a metre from the sensor.
+  EXPECT_NEAR(m.covariance(5, 5), 0.01, 1e-9);
+  EXPECT_NEAR(m.covariance(2, 2), 0.01 + 0.01 * 0.25, 1e-9);
+  EXPECT_EQ(check(m), estimation::InputFault::kNone);
+  message.pose.pose.orientation.w = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW((void)pose_measurement(message, 3, source, kLeft, Vector3d::Zero()),
+               std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace pipescout

@@ -25,9 +25,9 @@ constexpr FloatingPointRange kPositive{1e-9, 1e6};
 constexpr FloatingPointRange kCelsius{-273.15, 2000.0};
 constexpr FloatingPointRange kShare{0.0, 1.0};
 
-constexpr std::array kRules{std::pair{ThresholdRule::kFixed, "fixed"},
-                            std::pair{ThresholdRule::kScene, "scene"},
-                            std::pair{ThresholdRule::kLocal, "local"}};
+constexpr std::array kRules{
+    std::pair{ThresholdRule::kFixed, "fixed"}, std::pair{ThresholdRule::kScene, "scene"},
+    std::pair{ThresholdRule::kLocal, "local"}, std::pair{ThresholdRule::kContrast, "contrast"}};
 constexpr std::array kPolarities{std::pair{Polarity::kHot, "hot"},
                                  std::pair{Polarity::kCold, "cold"}};
 
@@ -60,6 +60,9 @@ DetectionParameters::Preset DetectionParameters::preset(const std::string& name)
     throw ParameterError("preset", "parameter 'preset': '" + name + "' is not one of " + known);
   }
   const LeakDetectorParameters detector = LeakDetectorParameters::of(*preset);
+  if (*preset == DetectorPreset::kContrast) {
+    return {detector, thermal::ibarguren2013_object(), {}};
+  }
   if (*preset == DetectorPreset::kCollectors || *preset == DetectorPreset::kTorresol) {
     return {detector, thermal::ibarguren2013_object(), {100.0, 300.0}};
   }
@@ -71,7 +74,9 @@ DetectionParameters::DetectionParameters(Parameters& parameters) {
       "preset", "collectors",
       {.description =
            "default values of the other parameters: collectors of solar plants, torresol (the "
-           "same, exactly as in Ibarguren and others, 2013), hot_pipes or cold_pipes in any scene",
+           "same, exactly as in Ibarguren and others, 2013), hot_pipes or cold_pipes in any scene, "
+           "contrast: tubes of solar plants whose radiometry is uncertain, or 8-bit video with "
+           "automatic gain",
        .read_only = true});
   defaults_ = preset(name.get());
   detector_.emplace(parameters, defaults_.detector);
@@ -85,7 +90,9 @@ void DetectionParameters::declare_detector(Parameters& parameters) {
   threshold_rule_ = parameters.declare<std::string>(
       "threshold_rule", name_of(kRules, defaults_.detector.threshold_rule),
       {.description = "fixed: `threshold`; scene: between the two classes of temperatures of the "
-                      "image; local: relative to the mean of the surroundings"});
+                      "image; local: relative to the mean of the surroundings; contrast: relative "
+                      "to the longest straight ridge of the image, in apparent temperatures or "
+                      "grey levels"});
   polarity_ = parameters.declare<std::string>(
       "polarity", name_of(kPolarities, defaults_.detector.polarity),
       {.description = "pipes are hotter or colder than the background"});
@@ -98,6 +105,9 @@ void DetectionParameters::declare_detector(Parameters& parameters) {
   detector_->real(
       "local_radius", [](auto& p) -> double& { return p.local_radius; }, {1e-3, 1},
       "share of the shorter side of the image, half the side of the square of the surroundings");
+  detector_->real(
+      "contrast_level", [](auto& p) -> double& { return p.contrast_level; }, {1e-3, 0.999},
+      "share of the way from the surroundings to the tube, of the contrast rule");
   detector_->real(
       "min_width", [](auto& p) -> double& { return p.min_width; }, {1, 1000},
       "px, smallest width of a pipe");
@@ -146,6 +156,15 @@ void DetectionParameters::declare_detector(Parameters& parameters) {
   leak_delta_ = parameters.declare<std::vector<double>>(
       "leak_delta", as_list(defaults_.detector.profile.leak_delta),
       {.description = "K above the sound pipe from which a part is a leak; empty: not used"});
+  detector_->real(
+      "leak_spreads", [](auto& p) -> double& { return p.profile.leak_spreads; }, {0, 1e4},
+      "standard deviations of the sound pipe along its length that a leak rises by at least; 0: "
+      "not "
+      "used");
+  detector_->real(
+      "leak_share", [](auto& p) -> double& { return p.profile.leak_share; }, {0, 100},
+      "share of the pipe's contrast to its surroundings that a leak rises by at least; 0: not "
+      "used");
   maximum_temperature_ = parameters.declare<std::vector<double>>(
       "maximum_temperature", as_list(defaults_.detector.profile.maximum_temperature),
       {.description = "degC above which a part is a leak; empty: not used"});
@@ -215,6 +234,10 @@ std::optional<thermal::CameraConstants> DetectionParameters::camera_constants() 
       .planck = {.r1 = p[0], .r2 = p[1], .b = p[2], .f = p[3], .o = p[4]}};
 }
 
+bool DetectionParameters::by_contrast() const {
+  return value_of(kRules, threshold_rule_) == ThresholdRule::kContrast;
+}
+
 std::optional<TemperatureTable> DetectionParameters::counts() const {
   const auto linear = linear_.share();
   if (const auto camera = camera_constants()) {
@@ -222,8 +245,10 @@ std::optional<TemperatureTable> DetectionParameters::counts() const {
       throw std::invalid_argument(
           "parameters 'camera.planck' and 'camera.linear' exclude each other");
     }
-    return naming(planck_,
-                  [&] { return TemperatureTable(thermal::Radiometry(*camera, object_->read())); });
+    return naming(planck_, [&] {
+      const thermal::Radiometry told(*camera, object_->read());
+      return TemperatureTable(by_contrast() ? thermal::apparent_radiometry(*camera) : told);
+    });
   }
   if (!linear->empty()) {
     if (linear->size() != 2) {
@@ -237,6 +262,9 @@ std::optional<TemperatureTable> DetectionParameters::counts() const {
 
 std::optional<TemperatureTable> DetectionParameters::grey() const {
   const auto range = grey_range_.share();
+  if (range->empty() && by_contrast()) {
+    return TemperatureTable::of_grey(0, thermal::kGreyLevels);
+  }
   if (range->empty()) {
     return std::nullopt;
   }
@@ -274,6 +302,7 @@ DetectionSettings DetectionParameters::read() const {
   result.detector.validate();
   result.counts = counts();
   result.grey = grey();
+  result.levels = by_contrast() && grey_range_.share()->empty();
   return result;
 }
 

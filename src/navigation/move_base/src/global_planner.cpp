@@ -35,6 +35,13 @@ struct Target {
   std::int64_t row_id = 0;
 };
 
+/// How a pose is come to.
+enum class PoseWay {
+  kDirect,
+  kOverGraph,
+  kAlongEdge,  ///< over the graph to an edge that leads its way, and along it
+};
+
 NavigationFailure failure_of(PlanStatus status) {
   switch (status) {
     case PlanStatus::kFound:
@@ -96,6 +103,29 @@ Pose2d along(const RouteGraph& graph, std::uint32_t edge, double length) {
     }
   }
   return pose;
+}
+
+/// The edge nearest to a pose that leads its way; nothing without any.
+std::optional<std::uint32_t> edge_to(const RouteGraph& graph, const Pose2d& pose) {
+  constexpr double kStep = 0.5;  // m
+  std::optional<std::uint32_t> result;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t edge = 0; edge < graph.edges().size(); ++edge) {
+    const double length = graph.length(edge);
+    const Point2d& from = graph.nodes()[graph.edges()[edge].from].position;
+    if (distance(from, pose.position()) - length > least) {
+      continue;
+    }
+    for (double at = 0; at <= length; at += kStep) {
+      const Pose2d there = along(graph, edge, at);
+      const double apart = distance(there.position(), pose.position());
+      if (apart < least && std::cos(there.heading - pose.heading) > 0.5) {
+        least = apart;
+        result = edge;
+      }
+    }
+  }
+  return result;
 }
 
 std::vector<std::uint32_t> nearest_nodes(const RouteGraph& graph, const Point2d& position) {
@@ -200,8 +230,10 @@ class GlobalPlanner::Implementation {
  private:
   void see(const std::vector<Point2d>& obstacles, const Pose2d& start);
   [[nodiscard]] Plan plan_leg(const Pose2d& from, const Pose2d& to, const Clock& clock);
-  std::vector<Target> targets(const PlanRequest& request, const PoseGoal& goal,
+  std::vector<Target> targets(const PlanRequest& request, const PoseGoal& goal, PoseWay way,
                               NavigationPlan& plan);
+  void plan_to_pose(const PlanRequest& request, const PoseGoal& goal, const Clock& clock,
+                    NavigationPlan& plan);
   std::vector<Target> targets(const PlanRequest& request, const RouteGoal& goal,
                               NavigationPlan& plan);
   std::vector<Target> targets(const PlanRequest& request, const TourGoal& goal,
@@ -328,29 +360,33 @@ Route GlobalPlanner::Implementation::best_route(const Pose2d& start,
 }
 
 std::vector<Target> GlobalPlanner::Implementation::targets(const PlanRequest& request,
-                                                           const PoseGoal& goal,
+                                                           const PoseGoal& goal, PoseWay way,
                                                            NavigationPlan& plan) {
   std::vector<Target> result;
-  const bool direct =
-      graph_->nodes().empty() || distance(request.start, goal.pose) <= parameters_.direct_distance;
-  if (!direct) {
+  if (way != PoseWay::kDirect) {
     std::uint32_t last = 0;
+    const auto edge = way == PoseWay::kAlongEdge ? edge_to(*graph_, goal.pose) : std::nullopt;
     const Route route =
-        best_route(request.start, nearest_nodes(*graph_, goal.pose.position()), goal.pose, last);
+        edge ? best_route(request.start, {graph_->edges()[*edge].from}, std::nullopt, last)
+             : best_route(request.start, nearest_nodes(*graph_, goal.pose.position()), goal.pose,
+                          last);
     if (route.status != RouteStatus::kFound) {
       plan.failure = NavigationFailure::kNoRoute;
       plan.text = "no open edges lead to the goal";
       return result;
     }
     plan.cost = route.cost;
-    for (const std::uint32_t edge : route.edges) {
-      add_middle(edge, result);
+    for (const std::uint32_t each : route.edges) {
+      add_middle(each, result);
+    }
+    if (edge) {
+      result.push_back({.pose = along(*graph_, *edge, 0), .required = false});
     }
   }
   if (request.straight_approach) {
     // From behind, or else in reverse from before it.
-    for (const double way : {-kApproach, kApproach}) {
-      const Pose2d from = compose(goal.pose, {way, 0, 0});
+    for (const double before : {-kApproach, kApproach}) {
+      const Pose2d from = compose(goal.pose, {before, 0, 0});
       if (!collides(footprint_, wide_.grid(), from, parameters_.lattice.unknown)) {
         result.push_back({.pose = from, .required = false});
         break;
@@ -423,8 +459,10 @@ std::vector<Target> GlobalPlanner::Implementation::targets(const PlanRequest& re
     }
     edges.push_back(*edge);
   }
-  std::vector<TourRow> rows =
-      tour_rows(*graph_, edges, goal.both_sides ? RowSides::kBoth : RowSides::kOne);
+  std::vector<TourRow> rows = tour_rows(*graph_, edges,
+                                        goal.as_given     ? RowSides::kAsGiven
+                                        : goal.both_sides ? RowSides::kBoth
+                                                          : RowSides::kOne);
   const auto id_of = [&](const TourRow& row) { return graph_->edges()[row.edge].id; };
   const auto start = graph_->nearest_node(request.start.position());
   const double begin = clock();
@@ -513,6 +551,36 @@ void GlobalPlanner::Implementation::drive_through(const Pose2d& start,
   }
 }
 
+/// Near poses directly, others over the graph. Where there is no such path in time, so that the
+/// robot comes along an edge that leads the goal's way, and need not turn round beside it.
+void GlobalPlanner::Implementation::plan_to_pose(const PlanRequest& request, const PoseGoal& goal,
+                                                 const Clock& clock, NavigationPlan& plan) {
+  if (!is_finite(goal.pose)) {
+    plan.failure = NavigationFailure::kGoalNotFinite;
+    return;
+  }
+  const bool has_graph = !graph_->nodes().empty();
+  if (!has_graph || distance(request.start, goal.pose) <= parameters_.direct_distance) {
+    drive_through(request.start, targets(request, goal, PoseWay::kDirect, plan), clock, plan);
+  } else {
+    const auto list = targets(request, goal, PoseWay::kOverGraph, plan);
+    if (plan.failure == NavigationFailure::kNone) {
+      drive_through(request.start, list, clock, plan);
+    }
+  }
+  if (plan.failure != NavigationFailure::kNoPath || !has_graph) {
+    return;
+  }
+  NavigationPlan along_edge{.number = request.number};
+  const auto list = targets(request, goal, PoseWay::kAlongEdge, along_edge);
+  if (along_edge.failure == NavigationFailure::kNone) {
+    drive_through(request.start, list, clock, along_edge);
+  }
+  if (along_edge.failure == NavigationFailure::kNone) {
+    plan = std::move(along_edge);
+  }
+}
+
 NavigationPlan GlobalPlanner::Implementation::plan(const PlanRequest& request, const Clock& clock) {
   NavigationPlan plan{.number = request.number};
   if (!is_finite(request.start)) {
@@ -524,14 +592,12 @@ NavigationPlan GlobalPlanner::Implementation::plan(const PlanRequest& request, c
   for (const std::uint32_t edge : closed_) {
     routes_.close(edge);
   }
-  std::vector<Target> list;
   if (const auto* pose = std::get_if<PoseGoal>(&request.goal)) {
-    if (!is_finite(pose->pose)) {
-      plan.failure = NavigationFailure::kGoalNotFinite;
-      return plan;
-    }
-    list = targets(request, *pose, plan);
-  } else if (const auto* route = std::get_if<RouteGoal>(&request.goal)) {
+    plan_to_pose(request, *pose, clock, plan);
+    return plan;
+  }
+  std::vector<Target> list;
+  if (const auto* route = std::get_if<RouteGoal>(&request.goal)) {
     list = targets(request, *route, plan);
   } else {
     list = targets(request, std::get<TourGoal>(request.goal), plan, clock);

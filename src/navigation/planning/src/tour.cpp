@@ -338,6 +338,10 @@ std::vector<TourRow> tour_rows(const RouteGraph& graph, std::span<const std::uin
       continue;
     }
     done[edge] = true;
+    if (sides == RowSides::kAsGiven) {
+      rows.push_back({edge, std::nullopt});
+      continue;
+    }
     if (opposite) {
       done[*opposite] = true;
     }

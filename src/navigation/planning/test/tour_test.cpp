@@ -81,6 +81,18 @@ TEST(Tour, BothSidesAreThereAndBack) {
   EXPECT_NEAR(tour.cost, 800 + 120, 1e-6);
 }
 
+TEST(Tour, OneSidedCamerasNeedTheDirectionsThatAreGiven) {
+  RoutePlanner planner(rows_of_collectors(3), length_cost());
+  // The first row there and back, and the last one only back.
+  const std::vector<std::uint32_t> given{0, 1, 5, 0};
+  const auto rows = tour_rows(planner.graph(), given, RowSides::kAsGiven);
+  ASSERT_EQ(rows.size(), 3U);
+  const Tour tour = plan_tour(planner, 0, rows, kNever);
+  for (const std::uint32_t edge : {0U, 1U, 5U}) {
+    EXPECT_EQ(std::ranges::count(tour.edges, edge), 1) << edge;
+  }
+}
+
 TEST(Tour, ClosedRowsAreNamed) {
   RoutePlanner planner(rows_of_collectors(3), length_cost());
   const auto rows = tour_rows(planner.graph(), all_rows(3), RowSides::kOne);

@@ -11,6 +11,7 @@
 #include "file_access.hpp"
 #include "pipescout/bags/bag_error.hpp"
 #include "pipescout/bags/bag_metadata.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::bags {

@@ -51,4 +51,13 @@ std::optional<BagMessage> BagReader::next() {
   return std::nullopt;
 }
 
+std::optional<BagMessage> BagReader::next_before_damage(std::string& damage) {
+  try {
+    return next();
+  } catch (const BagError& error) {
+    damage = error.what();
+    return std::nullopt;
+  }
+}
+
 }  // namespace pipescout::bags

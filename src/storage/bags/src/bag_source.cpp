@@ -13,6 +13,7 @@
 #include "file_access.hpp"
 #include "mcap_records.hpp"
 #include "pipescout/bags/bag_metadata.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 
 namespace pipescout::bags {
 namespace {

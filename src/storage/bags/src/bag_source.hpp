@@ -22,9 +22,6 @@ namespace pipescout::bags {
 /// The files of a bag in a folder, by the number in their names.
 [[nodiscard]] std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder);
 
-/// The storage that the name of a file says.
-[[nodiscard]] std::optional<Storage> storage_by_name(const std::filesystem::path& path);
-
 /// A file of a bag that is read; one that is compressed is unpacked to a temporary file.
 class OpenedFile {
  public:

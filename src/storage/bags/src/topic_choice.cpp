@@ -17,8 +17,8 @@ bool is_bag(const std::filesystem::path& path) {
 }
 
 const TopicCount& choose_topic(const BagReader& reader, const std::filesystem::path& bag,
-                               std::initializer_list<const char*> types,
-                               const std::string& wanted) {
+                               std::initializer_list<const char*> types, const std::string& wanted,
+                               const std::string& option) {
   std::vector<const TopicCount*> candidates;
   for (const TopicCount& each : reader.metadata().topics) {
     if (each.topic.serialization_format == "cdr" &&
@@ -46,7 +46,7 @@ const TopicCount& choose_topic(const BagReader& reader, const std::filesystem::p
   throw BagError(BagFault::kUsage, bag,
                  (wanted.empty() ? "has several topics of " + asked
                                  : "has no topic '" + wanted + "' of " + asked) +
-                     "; choose one with --topic: " + names);
+                     "; choose one with " + option + ": " + names);
 }
 
 }  // namespace pipescout::bags

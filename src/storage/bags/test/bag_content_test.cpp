@@ -262,6 +262,8 @@ TEST_F(BagContent, OneInputIsChosenByTypeAndName) {
   EXPECT_THAT(chosen({"sensor_msgs/msg/Imu", "sensor_msgs/msg/Range"}, ""),
               HasSubstr("has no topic of sensor_msgs/msg/Imu or sensor_msgs/msg/Range"));
   EXPECT_TRUE(is_bag(bag_));
+  EXPECT_EQ(storage_by_name("a.mcap.zstd"), Storage::kMcap);
+  EXPECT_EQ(storage_by_name("a.csv"), std::nullopt);
   EXPECT_FALSE(is_bag(bag_.parent_path()));
 }
 

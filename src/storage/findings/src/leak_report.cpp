@@ -117,7 +117,7 @@ std::string summary(const LeakReport& report) {
               ? "."
               : ", <span class=\"problem\">" + std::to_string(report.pictures_failed) +
                     " could not be used</span>.";
-  return html + "</p>";
+  return html + "</p>" + (report.degrees.empty() ? "" : "<p>" + escaped(report.degrees) + "</p>");
 }
 
 std::string table(const std::vector<const ReportedFinding*>& findings) {
@@ -241,6 +241,31 @@ std::string pictures(const std::vector<ReportedPicture>& shown) {
 }
 
 }  // namespace
+
+std::string degrees_text(const thermal::RadiometryPosterior* posterior, bool levels) {
+  if (levels) {
+    return "Images with automatic gain: leaks are found by contrast, and nothing is told in "
+           "degrees.";
+  }
+  if (posterior == nullptr || posterior->images() == 0) {
+    return "";
+  }
+  const auto with_95 = [](const thermal::TemperatureInterval& value, int decimals) {
+    return fixed(value.mean, decimals) + " (" + fixed(value.low, decimals) + " to " +
+           fixed(value.high, decimals) + ")";
+  };
+  std::string text = "Leaks are found by contrast. Degrees, with their 95 % intervals, from " +
+                     std::to_string(posterior->images()) + " images: sound pipe " +
+                     with_95(posterior->pipe_temperature(), 0) + " degC, emissivity " +
+                     with_95(posterior->emissivity(), 3) + ", reflected " +
+                     with_95(posterior->reflected_temperature(), 1) + " degC.";
+  if (posterior->contradicted()) {
+    text +=
+        " What is told of emissivity, reflected temperature and air gives the pipe no temperature "
+        "that it may have: one of them, or its deviation, is wrong.";
+  }
+  return text;
+}
 
 std::string leak_report_html(const LeakReport& report) {
   const auto order = by_severity(report.findings);

@@ -4,6 +4,7 @@
 #include <openssl/err.h>
 #include <openssl/pem.h>
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <string_view>
@@ -151,6 +152,11 @@ std::vector<Validity> validities_in(const std::string& document) {
     validities.push_back({to_time(starts[k]), to_time(ends[k])});
   }
   return validities;
+}
+
+bool grants_any_partition(const std::string& document) {
+  const auto partitions = elements(document, "partition");
+  return std::find(partitions.begin(), partitions.end(), kAnyPartition) != partitions.end();
 }
 
 }  // namespace pipescout::keystore

@@ -136,7 +136,9 @@ void require_keystore(const Layout& layout) {
 void link_shared_files(const Layout& layout, const fs::path& folder) {
   link(layout.shared(kIdentityCa), folder / kIdentityCa);
   link(layout.shared(kPermissionsCa), folder / kPermissionsCa);
-  link(layout.governance(), folder / kGovernance);
+  if (folder != layout.enclaves()) {  // that of the enclave "/", which holds the governance itself
+    link(layout.governance(), folder / kGovernance);
+  }
   std::error_code ignored;
   if (fs::exists(layout.shared(kRevocations), ignored)) {
     link(layout.shared(kRevocations), folder / kEnclaveRevocations);
@@ -192,7 +194,9 @@ void create_enclave(const fs::path& keystore, const EnclaveRequest& request, std
     throw KeystoreError(keystore.string() + ": an authority expired on " + date_text(latest));
   }
   const Validity validity{now - kClockMargin, std::min(now + request.days * kSecondsOfDay, latest)};
-  make_folder(folder, fs::perms::owner_all);
+  if (folder != layout.enclaves()) {
+    make_folder(folder, fs::perms::owner_all);
+  }
   const Key key = make_key();
   const auto certificate =
       make_certificate(*key, request.name, validity, identity.certificate, *identity.key);

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "pipescout/keystore/certificates.hpp"
 #include "pipescout/keystore/keystore.hpp"
 
 namespace pipescout::keystore {
@@ -181,7 +182,9 @@ std::string criterion(const char* name, const std::set<std::string>& topics) {
   for (const auto& topic : topics) {
     text += "            <topic>" + escaped(topic) + "</topic>\n";
   }
-  return text + "          </topics>\n        </" + name + ">\n";
+  return text + "          </topics>\n          <partitions>\n            <partition>" +
+         std::string(kAnyPartition) + "</partition>\n          </partitions>\n        </" + name +
+         ">\n";
 }
 
 }  // namespace

@@ -62,6 +62,21 @@ TEST_F(KeystoreTest, HasTheLayoutOfSros2) {
   EXPECT_THAT(list_enclaves(keystore_), ElementsAre("/robot_1/arm"));
 }
 
+/// The folder of the default enclave holds the governance and the other enclaves.
+TEST_F(KeystoreTest, TheRootEnclaveLeavesTheOthersAsTheyAre) {
+  const fs::path enclaves = keystore_ / "enclaves";
+  const std::string governance = content(enclaves / "governance.p7s");
+  const fs::perms permissions = fs::status(enclaves).permissions();
+  add("/robot_1");
+  add("/");
+  create_enclave(keystore_, {.name = "/", .renew = true}, kNow);
+  revoke(keystore_, "/robot_1", kNow);
+  EXPECT_EQ(content(enclaves / "governance.p7s"), governance);
+  EXPECT_EQ(content(enclaves / "robot_1/governance.p7s"), governance);
+  EXPECT_EQ(fs::status(enclaves).permissions(), permissions);
+  EXPECT_THAT(list_enclaves(keystore_), ElementsAre("/", "/robot_1"));
+}
+
 TEST_F(KeystoreTest, KeysAreReadableByTheirOwnerAlone) {
   add("/robot_1");
   for (const char* const name : {"private/identity_ca.key.pem", "private/permissions_ca.key.pem",
@@ -204,8 +219,14 @@ TEST(Policy, PermissionsGrantNoMoreThanThePolicy) {
   EXPECT_THAT(xml, HasSubstr("<topic>rt/weld</topic>"));
   EXPECT_THAT(xml, HasSubstr("<topic>rq/getRequest</topic>"));
   EXPECT_THAT(xml, HasSubstr("<topic>rr/getReply</topic>"));
-  EXPECT_THAT(xml, Not(HasSubstr("*")));
+  EXPECT_THAT(xml, Not(HasSubstr("<topic>*")));
   EXPECT_THAT(xml, HasSubstr("<default>DENY</default>"));
+}
+
+TEST(Policy, PermissionsGrantTheTopicsInEveryPartition) {
+  EXPECT_TRUE(grants_any_partition(to_permissions_xml("/a", nullptr, 7, kNow, kNow + kDay)));
+  EXPECT_FALSE(grants_any_partition("<publish><topics><topic>*</topic></topics></publish>"));
+  EXPECT_FALSE(grants_any_partition("<partitions><partition>a</partition></partitions>"));
 }
 
 }  // namespace

@@ -79,6 +79,11 @@ class Survey {
         reader_(thermal_settings_of(options_), options.exiftool),
         detector_(settings_.detector),
         archive_(made(options.out) / "leaks.sqlite", options.out) {
+    if (reader_.settings().automatic_gain &&
+        settings_.detector.threshold_rule != thermal::ThresholdRule::kContrast) {
+      throw std::runtime_error((options_.pictures / kThermalFile).string() +
+                               ": grey: automatic_gain has no degrees: it needs preset contrast");
+    }
     if (options_.poses) {
       const std::string file = options_.poses->string();
       poses_ = parse_survey_poses(read_csv_text(file), file, settings_);
@@ -220,7 +225,7 @@ class Survey {
   }
 
   void look_at(const FolderPicture& from) {
-    const ThermalPicture picture = reader_.read(from.file, *from.frames, from.frame);
+    ThermalPicture picture = reader_.read(from.file, *from.frames, from.frame);
     ++result_.pictures;
     const std::string name = from.name();
     const auto pose = poses_.by_file.find(name);
@@ -238,10 +243,20 @@ class Survey {
     if (!settings_.field_of_view && !settings_.camera) {
       conditions.metres_per_pixel = 0;  // the usual one would be a guess
     }
-    if (picture.radiometry) {
+    conditions.levels = picture.levels;
+    result_.levels += picture.levels ? 1U : 0U;
+    conditions.posterior = posterior_of(picture);
+    if (conditions.posterior != nullptr) {
+      thermal::TemperatureTable(thermal::apparent_radiometry(picture.radiometry->camera()))
+          .convert(picture.counts, picture.degrees);
+    } else if (picture.radiometry) {
       conditions.errors.emplace(*picture.radiometry, reader_.settings().deviations);
     }
     const thermal::Detections& detections = detector_.detect(picture.view(), conditions);
+    if (const thermal::PipeSection* pipe = detections.main_pipe();
+        conditions.posterior != nullptr && pipe != nullptr) {
+      posterior_->observe(pipe->reference_temperature);
+    }
     const leak_findings::FrameResult& outcome = findings.update(frame, detections);
     if (outcome.fault != leak_findings::InputFault::kBadTime) {
       last_time_ = frame.time;
@@ -251,6 +266,20 @@ class Survey {
     keep_evidence(picture, detections, outcome, frame, name);
     save(outcome);
     tell(picture, detections, outcome, frame.time, name);
+  }
+
+  /// Where counts are inspected by contrast; null for others. Of one camera and object: what the
+  /// first picture tells.
+  const thermal::RadiometryPosterior* posterior_of(const ThermalPicture& picture) {
+    if (detector_.parameters().threshold_rule != thermal::ThresholdRule::kContrast ||
+        !picture.radiometry || picture.counts.empty()) {
+      return nullptr;
+    }
+    if (!posterior_) {
+      posterior_.emplace(picture.radiometry->camera(), picture.radiometry->object(),
+                         reader_.settings().deviations, reader_.settings().pipe_temperature);
+    }
+    return &*posterior_;
   }
 
   /// Of each finding that this frame shows better than those before.
@@ -347,6 +376,8 @@ class Survey {
     report.pipes = settings_.findings.lines;
     report.track = std::move(track_);
     report.datum = settings_.datum;
+    report.degrees = degrees_text(posterior_ ? &*posterior_ : nullptr, result_.levels > 0);
+    result_.degrees = report.degrees;
     report.pictures_read = result_.pictures;
     report.pictures_failed = result_.failed;
     prune();
@@ -363,7 +394,8 @@ class Survey {
   thermal::LeakDetector detector_;
   FindingsArchive archive_;
   SurveyPoses poses_;
-  std::optional<leak_findings::LeakFindings> findings_;  // from the first picture on
+  std::optional<thermal::RadiometryPosterior> posterior_;  // by contrast
+  std::optional<leak_findings::LeakFindings> findings_;    // from the first picture on
   std::vector<Eigen::Vector2d> track_;
   std::vector<Shown> shown_;
   std::size_t shown_count_ = 0;

@@ -57,6 +57,9 @@ std::string parameters_text(const ThermalPicture& picture, const ThermalSettings
   if (picture.kind == ThermalFileKind::kCounts16 && thermal.scale) {
     return "degC = " + rounded(thermal.scale->gain) + " count + " + rounded(thermal.scale->offset);
   }
+  if (picture.levels) {
+    return "automatic gain: grey levels without degrees";
+  }
   if (picture.kind == ThermalFileKind::kGrey8 && thermal.grey) {
     return "black " + rounded(thermal.grey->black) + " degC, white " +
            rounded(thermal.grey->white) + " degC";
@@ -81,7 +84,14 @@ std::string count_of(std::size_t count, const char* noun) {
 
 /// "+85.3 +- 4.1 K"
 std::string delta_text(const thermal::LeakDetection& found) {
+  if (std::isnan(found.delta)) {
+    return "by contrast";
+  }
   std::string text = "+" + fixed_tenth(found.delta);
+  if (std::isfinite(found.delta_low)) {
+    return text + " K (" + fixed_tenth(found.delta_low) + " to " + fixed_tenth(found.delta_high) +
+           ")";
+  }
   if (std::isfinite(found.delta_deviation)) {
     text += " +- " + fixed_tenth(statistics::kNormal95 * found.delta_deviation);
   }
@@ -128,7 +138,8 @@ std::string picture_summary(const ThermalPicture& picture, const thermal::Detect
   std::string text = std::to_string(picture.width) + " x " + std::to_string(picture.height) + ", " +
                      std::string(to_string(picture.kind));
   if (coldest <= hottest) {
-    text += ", " + rounded(double{coldest}) + " to " + rounded(double{hottest}) + " degC";
+    text += ", " + rounded(double{coldest}) + " to " + rounded(double{hottest}) +
+            (picture.levels ? " of 255 grey levels" : " degC");
   }
   text += "; " + (detections.pipes.empty() ? "no pipe" : count_of(detections.pipes.size(), "pipe"));
   for (std::size_t i = 0; i < detections.pipes.size(); ++i) {

@@ -173,6 +173,63 @@ TEST_F(Survey, AnotherDayFindsTheSameLeak) {
   EXPECT_NEAR(findings[0].last_time, 87402, 1);
 }
 
+TEST_F(Survey, AutomaticGainGivesLeaksAndNoDegrees) {
+  drive("night", true, 1000);
+  for (int i = 0; i < 30; ++i) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "%03d.png", i);
+    const std::string file = (folder_ / "night" / name.data()).string();
+    cv::Mat grey;
+    cv::imread(file, cv::IMREAD_UNCHANGED).convertTo(grey, CV_8U, 0.005 + 0.0001 * i, -50);
+    cv::imwrite(file, grey);
+  }
+  write("night/thermal.yaml", "grey: automatic_gain\n");
+  EXPECT_THAT([this] { survey_leaks(options()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("it needs preset contrast")));
+  LeakSurveyOptions o = options();
+  o.preset = thermal::DetectorPreset::kContrast;
+  const LeakSurveyResult result = survey_leaks(o);
+  EXPECT_EQ(result.levels, 30U);
+  EXPECT_EQ(result.raised, 1U);
+  EXPECT_THAT(result.degrees, HasSubstr("nothing is told in degrees"));
+  EXPECT_THAT(content(folder_ / "out" / "report.html"), HasSubstr(result.degrees));
+  const LeakStore store(folder_ / "out" / "leaks.sqlite");
+  ASSERT_EQ(store.findings().size(), 1U);
+  EXPECT_TRUE(std::isnan(store.findings()[0].mean_delta));
+  EXPECT_NEAR(store.findings()[0].position->point.x(), kLeakAt, 0.2);
+  // Another day knows it again.
+  EXPECT_EQ(survey_leaks(o).raised, 1U);
+}
+
+TEST_F(Survey, ByContrastTheReportSaysHowSureTheDegreesAre) {
+  drive("night", true, 1000);
+  const thermal::Radiometry radiometry(
+      {.planck = {.r1 = 21106.77, .r2 = 0.012545258, .b = 1501, .f = 1, .o = -7340}},
+      {.emissivity = 0.06, .reflected_temperature = 4, .distance = 8});
+  for (int i = 0; i < 30; ++i) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "%03d.png", i);
+    const std::string file = (folder_ / "night" / name.data()).string();
+    cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
+    image.forEach<std::uint16_t>([&](std::uint16_t& value, const int*) {
+      value = static_cast<std::uint16_t>(radiometry.counts(value / 100.0 - 100));
+    });
+    cv::imwrite(file, image);
+  }
+  write("night/thermal.yaml",
+        "preset: ibarguren2013\nplanck: {r1: 21106.77, r2: 0.012545258, b: 1501, f: 1, o: -7340}\n"
+        "deviations: {reflected_temperature: 6, emissivity: 0.02}\n");
+  LeakSurveyOptions o = options();
+  o.preset = thermal::DetectorPreset::kContrast;
+  const LeakSurveyResult result = survey_leaks(o);
+  EXPECT_EQ(result.raised, 1U);
+  EXPECT_THAT(result.degrees, HasSubstr("from 30 images: sound pipe"));
+  const LeakStore store(folder_ / "out" / "leaks.sqlite");
+  ASSERT_EQ(store.findings().size(), 1U);
+  EXPECT_LT(store.findings()[0].mean_delta_interval.low, 90);
+  EXPECT_GT(store.findings()[0].mean_delta_interval.high, 90);
+}
+
 TEST_F(Survey, ASoundPipeGivesNoFinding) {
   drive("night", false, 1000);
   const LeakSurveyResult result = survey_leaks(options());

@@ -133,7 +133,7 @@ ThermalPicture from_counts(Pixels<std::uint16_t> pixels, const ThermalSettings& 
 }
 
 ThermalPicture from_grey(const Pixels<std::uint8_t>& pixels, const ThermalSettings& settings) {
-  if (!settings.grey) {
+  if (!settings.grey && !settings.automatic_gain) {
     throw ThermalFileError("contains 8-bit grey levels: the settings must convert them, by grey");
   }
   ThermalPicture picture;
@@ -142,7 +142,9 @@ ThermalPicture from_grey(const Pixels<std::uint8_t>& pixels, const ThermalSettin
   picture.height = pixels.height;
   picture.counts.assign(pixels.values.begin(), pixels.values.end());
   picture.degrees.resize(picture.counts.size());
-  picture.count = thermal::TemperatureTable::of_grey(settings.grey->black, settings.grey->white)
+  picture.levels = !settings.grey;
+  const GreyScale scale = settings.grey.value_or(GreyScale{0, thermal::kGreyLevels});
+  picture.count = thermal::TemperatureTable::of_grey(scale.black, scale.white)
                       .convert(picture.counts, picture.degrees);
   return picture;
 }
@@ -231,7 +233,7 @@ ThermalPicture read_unnamed(const fs::path& file, std::optional<FrameExtent> fra
     }
     return from_flir(std::move(*flir), settings);
   }
-  if (container == Container::kJpeg && settings.grey) {
+  if (container == Container::kJpeg && (settings.grey || settings.automatic_gain)) {
     return from_pixels(decode_pixels(bytes), settings);
   }
   throw ThermalFileError("has no thermal block" +

@@ -47,6 +47,14 @@ void each_field(LinearScale& scale, const Visit& visit) {
   visit("offset", scale.offset);
 }
 
+constexpr const char* kAutomaticGain = "automatic_gain";
+
+template <class Visit>
+void each_field(thermal::PipeTemperatureRange& range, const Visit& visit) {
+  visit("least", range.least);
+  visit("most", range.most);
+}
+
 template <class Visit>
 void each_field(GreyScale& grey, const Visit& visit) {
   visit("black", grey.black);
@@ -123,6 +131,10 @@ void Reader::scale(const YAML::Node& node, ThermalSettings& settings) const {
 }
 
 void Reader::grey(const YAML::Node& node, ThermalSettings& settings) const {
+  if (node.IsScalar() && node.Scalar() == kAutomaticGain) {
+    settings.automatic_gain = true;
+    return;
+  }
   GreyScale& grey = settings.grey.emplace();
   fields(node, "grey", grey);
   checked(node, [&grey] { (void)thermal::TemperatureTable::of_grey(grey.black, grey.white); });
@@ -152,6 +164,11 @@ void Reader::read(const YAML::Node& root, ThermalSettings& settings) const {
            {"scale", [&](const YAML::Node& n) { scale(n, settings); }},
            {"planck", [&](const YAML::Node& n) { planck(n, settings); }},
            {"grey", [&](const YAML::Node& n) { grey(n, settings); }},
+           {"pipe_temperature",
+            [&](const YAML::Node& n) {
+              fields(n, "pipe_temperature", settings.pipe_temperature);
+              checked(n, [&] { settings.pipe_temperature.validate(); });
+            }},
            {"float_unit",
             [&](const YAML::Node& n) {
               settings.float_unit = static_cast<TemperatureUnit>(chosen(n, kTemperatureUnits));
@@ -247,6 +264,10 @@ std::string to_yaml(const ThermalSettings& settings) {
   emit(out, "scale", settings.scale);
   emit(out, "planck", settings.planck);
   emit(out, "grey", settings.grey);
+  if (settings.automatic_gain) {
+    out << YAML::Key << "grey" << YAML::Value << kAutomaticGain;
+  }
+  emit(out, "pipe_temperature", settings.pipe_temperature);
   out << YAML::Key << "float_unit" << YAML::Value
       << kTemperatureUnits.at(static_cast<std::size_t>(settings.float_unit));
   out << YAML::Key << "air_path" << YAML::Value

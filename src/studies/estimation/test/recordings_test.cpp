@@ -71,6 +71,9 @@ TEST_F(Recordings, LawnmowerKnowsTheBiasOfItsGyroFromStanding) {
   EXPECT_NEAR(score.way, 1354, 1);
   EXPECT_LT(score.estimator.rms, 0.5 * score.summed.rms);
   EXPECT_LT(score.estimator.largest, 0.5 * score.summed.largest);
+  // It knows the gyro's bias from the standstill, from which it differs on the way.
+  EXPECT_LT(score.estimator.rms, 1.2 * score.less_standing.rms);
+  EXPECT_LT(score.less_best.rms, 0.3 * score.less_standing.rms);
 }
 
 TEST_F(Recordings, ASlowGyroWithoutBiasIsBelieved) {

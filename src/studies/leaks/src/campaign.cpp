@@ -24,6 +24,7 @@ using statistics::Draw;
 
 constexpr std::uint64_t kOfPlaces = 1;
 constexpr std::uint64_t kOfDecoys = 2;
+constexpr std::uint64_t kOfRadiometry = 4;
 /// m: what is thermally quiet about a faint leak, that has neither a joint nor a post in it.
 constexpr double kQuiet = 0.4;
 constexpr double kBodyHalfWidth = 1;  // m
@@ -122,12 +123,40 @@ ThermalPatrolParameters draw_patrol(const CampaignSettings& settings, std::size_
   return p;
 }
 
+/// Makes what the camera is told wrong, by numbers of their own.
+void draw_radiometry(Draw& draw, ThermalPatrolParameters& p) {
+  constexpr double kLeastEmissivity = 0.02;
+  constexpr double kEmissivityRatio = 5;
+  constexpr double kKelvin = 10;
+  constexpr double kShare = 0.3;
+  const auto off = [&] { return draw.uniform(1 - kShare, 1 + kShare); };
+  thermal::ObjectParameters& object = p.scene.object;
+  const thermal::ObjectParameters told = thermal::ibarguren2013_object();
+  object.emissivity = kLeastEmissivity * std::pow(kEmissivityRatio, draw.uniform(0, 1));
+  object.reflected_temperature = told.reflected_temperature + draw.uniform(-kKelvin, kKelvin);
+  object.atmospheric_temperature = told.atmospheric_temperature + draw.uniform(-kKelvin, kKelvin);
+  object.relative_humidity = told.relative_humidity * off();
+  object.distance = told.distance * off();
+  p.distance = object.distance;
+}
+
+/// Where a leak is beside a joint or a post, or under it.
+double draw_near(const ThermalScene& scene, const ThermalLeak& leak, Draw& draw) {
+  const std::size_t joints = scene.joints().size();
+  const std::size_t which = draw.index(joints + scene.supports().size());
+  const double place =
+      which < joints ? scene.joints()[which].place : scene.supports()[which - joints];
+  const double reach = leak.length / 2 + kQuiet;
+  return place + draw.uniform(-reach, reach);
+}
+
 }  // namespace
 
 void CampaignSettings::validate() const {
   validation::check_within("sequences", static_cast<double>(sequences), 1, 10000);
   const auto count = static_cast<double>(sequences);
   validation::check_within("faint_leaks", static_cast<double>(faint_leaks), 0, count);
+  validation::check_within("near_leaks", static_cast<double>(near_leaks), 0, count);
   validation::check_within("other_leaks", static_cast<double>(other_leaks), 0, 10 * count);
   validation::check_within("decoys", static_cast<double>(decoys), 0, 10 * count);
   validation::check_within("netd_least", netd_least, 0, netd_most);
@@ -181,6 +210,7 @@ ThermalDecoy draw_decoy(ThermalDecoyKind kind, double place, std::uint64_t seed)
 std::vector<SequencePlan> plan_campaign(const CampaignSettings& settings, std::uint64_t seed) {
   settings.validate();
   Draw draw(seed, kOfPlaces);
+  Draw radiometry(seed, kOfRadiometry);
   std::vector<SequencePlan> plans(settings.sequences);
   std::vector<Room> rooms(settings.sequences, Room(settings.length, settings.apart));
   std::vector<ThermalScene> scenes;
@@ -188,6 +218,11 @@ std::vector<SequencePlan> plan_campaign(const CampaignSettings& settings, std::u
     constexpr std::size_t kGreyEvery = 5;
     plans[i].patrol = draw_patrol(settings, i + 1, draw);
     plans[i].grey = i % kGreyEvery == kGreyEvery - 1;
+    if (settings.drawn_radiometry) {
+      draw_radiometry(radiometry, plans[i].patrol);
+      plans[i].grey = false;
+    }
+    plans[i].automatic_gain = settings.automatic_gain;
     scenes.emplace_back(plans[i].patrol.scene);
   }
   for (std::size_t i = 0; i < settings.faint_leaks + settings.other_leaks; ++i) {
@@ -202,6 +237,19 @@ std::vector<SequencePlan> plan_campaign(const CampaignSettings& settings, std::u
       rooms[sequence].take(place, leak.length / 2);
       plans[sequence].patrol.scene.leaks.push_back(leak);
       plans[sequence].faint_leaks += faint ? 1 : 0;
+      return true;
+    });
+  }
+  for (std::size_t i = 0; i < settings.near_leaks; ++i) {
+    ThermalLeak leak = draw_leak(true, draw);
+    find_room(plans.size(), settings.length, draw, [&](std::size_t sequence, double) {
+      leak.place = draw_near(scenes[sequence], leak, draw);
+      if (!rooms[sequence].has(leak.place, leak.length / 2)) {
+        return false;
+      }
+      rooms[sequence].take(leak.place, leak.length / 2);
+      plans[sequence].patrol.scene.leaks.push_back(leak);
+      ++plans[sequence].near_leaks;
       return true;
     });
   }

@@ -27,23 +27,27 @@ constexpr double kGreyHighest = 300;
 /// settings.
 class Pictures {
  public:
-  explicit Pictures(const SequencePlan& plan)
+  Pictures(const SequencePlan& plan, bool by_contrast)
       : width_(plan.patrol.camera.camera.width),
         height_(plan.patrol.camera.camera.height),
-        grey_(plan.grey),
+        grey_(plan.grey || plan.automatic_gain),
+        automatic_(plan.automatic_gain),
         radiometry_(plan.patrol.camera.constants, thermal::ibarguren2013_object()),
         greys_(radiometry_, kGreyLowest, kGreyHighest),
-        table_(plan.grey ? thermal::TemperatureTable::of_grey(kGreyLowest, kGreyHighest)
-                         : thermal::TemperatureTable(radiometry_)),
+        table_(table_of(plan, by_contrast)),
         counts_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)),
-        levels_(plan.grey ? counts_.size() : 0) {}
+        levels_(grey_ ? counts_.size() : 0) {}
 
   const thermal::Detections& look(ThermalPatrol& patrol, std::uint64_t frame,
                                   const thermal::FrameConditions& conditions,
                                   thermal::LeakDetector& detector) {
     patrol.render(frame, counts_);
     if (grey_) {
-      greys_.convert(counts_, levels_);
+      if (automatic_) {
+        gain_.convert(counts_, levels_);
+      } else {
+        greys_.convert(counts_, levels_);
+      }
       return detector.detect(thermal::GreyView{levels_.data(), width_, height_, width_},
                              table_.degrees(), conditions);
     }
@@ -52,11 +56,26 @@ class Pictures {
   }
 
  private:
+  static thermal::TemperatureTable table_of(const SequencePlan& plan, bool by_contrast) {
+    if (plan.automatic_gain) {
+      return thermal::TemperatureTable::of_grey(0, thermal::kGreyLevels);
+    }
+    if (plan.grey) {
+      return thermal::TemperatureTable::of_grey(kGreyLowest, kGreyHighest);
+    }
+    return thermal::TemperatureTable(
+        by_contrast
+            ? thermal::apparent_radiometry(plan.patrol.camera.constants)
+            : thermal::Radiometry(plan.patrol.camera.constants, thermal::ibarguren2013_object()));
+  }
+
   int width_;
   int height_;
   bool grey_;
+  bool automatic_;
   thermal::Radiometry radiometry_;
   simulation::ThermalGreys greys_;
+  simulation::ThermalAutomaticGain gain_;
   thermal::TemperatureTable table_;
   std::vector<std::uint16_t> counts_;
   std::vector<std::uint8_t> levels_;
@@ -76,10 +95,26 @@ std::optional<std::size_t> leak_at(const simulation::ThermalSceneParameters& sce
   return nearest;
 }
 
+/// K, the mean over the length of a leak; NaN where it saturates the camera.
+double true_delta(const simulation::ThermalScene& scene, std::size_t which, double highest) {
+  const simulation::ThermalLeak& leak = scene.parameters().leaks[which];
+  constexpr int kSteps = 100;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double place = leak.place + leak.length * ((i + 0.5) / kSteps - 0.5);
+    if (scene.tube_temperature(place) > highest) {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+    sum += simulation::ThermalScene::rise_of(leak, place);
+  }
+  return sum / kSteps;
+}
+
 FindingScore score_finding(const leak_findings::Finding& finding,
-                           const simulation::ThermalScene& scene) {
+                           const simulation::ThermalScene& scene, double highest) {
   FindingScore score;
   score.mean_delta = finding.mean_delta;
+  score.delta_interval = finding.mean_delta_interval;
   score.length = finding.length;
   score.place = std::numeric_limits<double>::quiet_NaN();
   if (!finding.position) {
@@ -89,6 +124,7 @@ FindingScore score_finding(const leak_findings::Finding& finding,
   score.place = (T_row_map * finding.position->point).x();
   score.leak = leak_at(scene.parameters(), score.place);
   if (score.leak) {
+    score.true_delta = true_delta(scene, *score.leak, highest);
     const Vector3d error =
         finding.position->point - scene.on_tube(scene.parameters().leaks[*score.leak].place);
     const Eigen::Matrix3d& covariance = finding.position->covariance;
@@ -191,8 +227,9 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   ThermalPatrol patrol(plan.patrol);
   const simulation::ThermalScene& scene = patrol.scene();
   internal::PoseNoise noise(settings.pose, seed);
-  Pictures pictures(plan);
-  thermal::LeakDetectorParameters detection = settings.detector;
+  Pictures pictures(plan, settings.by_contrast);
+  thermal::LeakDetectorParameters detection =
+      settings.by_contrast ? thermal::LeakDetectorParameters::by_contrast() : settings.detector;
   leak_findings::LeakFindingsParameters parameters = settings.findings;
   parameters.pipe_diameter = 2 * plan.patrol.scene.tube_radius;
   if (parameters.range_source == leak_findings::RangeSource::kDiameter) {
@@ -207,6 +244,11 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
   constexpr double kLeastDeviation = 1e-3;  // m: none is not accepted
   parameters.line_deviation = std::max(settings.pose.line_deviation, kLeastDeviation);
   LeakFindings findings(parameters, patrol.renderer().camera());
+  std::optional<thermal::RadiometryPosterior> posterior;
+  if (settings.by_contrast && !plan.grey && !plan.automatic_gain) {
+    posterior.emplace(plan.patrol.camera.constants, thermal::ibarguren2013_object(),
+                      settings.deviations, settings.pipe_temperature);
+  }
 
   SequenceScore score;
   score.found.assign(plan.patrol.scene.leaks.size(), false);
@@ -225,8 +267,15 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
     if (patrol.place() < 0) {
       continue;
     }
-    const thermal::Detections& detections =
-        pictures.look(patrol, i, findings.conditions(frame), detector);
+    thermal::FrameConditions conditions = findings.conditions(frame);
+    conditions.posterior = posterior ? &*posterior : nullptr;
+    if (plan.automatic_gain) {
+      conditions.levels = true;
+    }
+    const thermal::Detections& detections = pictures.look(patrol, i, conditions, detector);
+    if (const thermal::PipeSection* pipe = detections.main_pipe(); posterior && pipe != nullptr) {
+      posterior->observe(pipe->reference_temperature);
+    }
     const leak_findings::FrameResult& result = findings.update(frame, detections);
     if (carrier != nullptr) {
       carrier->see(frame, detections);
@@ -244,13 +293,17 @@ SequenceScore run_sequence(const SequencePlan& plan, const InspectionSettings& s
     }
   }
   score.metres = length;
+  score.true_tube = plan.patrol.scene.tube_temperature;
+  if (posterior) {
+    score.tube = posterior->pipe_temperature();
+  }
   score.metres_seen = seen.metres();
   for (std::size_t i = 0; i < raised.size(); ++i) {
     const leak_findings::Finding* finding = findings.find(raised[i]);
     if (finding == nullptr) {
       continue;
     }
-    FindingScore each = score_finding(*finding, scene);
+    FindingScore each = score_finding(*finding, scene, plan.patrol.camera.highest);
     each.frames_to_raise = frames_to_raise[i];
     if (each.leak) {
       each.first = !score.found[*each.leak];
@@ -265,9 +318,11 @@ void CampaignScore::add(const SequencePlan& plan, const SequenceScore& score) {
   ++sequences;
   leaks += score.found.size();
   faint_leaks += plan.faint_leaks;
+  near_leaks += plan.near_leaks;
   for (std::size_t i = 0; i < score.found.size(); ++i) {
     found += score.found[i] ? 1 : 0;
     faint_found += score.found[i] && i < plan.faint_leaks ? 1 : 0;
+    near_found += score.found[i] && i + plan.near_leaks >= score.found.size() ? 1 : 0;
   }
   false_findings += score.false_findings();
   metres += score.metres;
@@ -278,8 +333,21 @@ void CampaignScore::add(const SequencePlan& plan, const SequenceScore& score) {
       level_squares.push_back(finding.level_square);
       squares.push_back(finding.square);
       frames_to_raise.push_back(finding.frames_to_raise);
+      if (std::isfinite(score.tube.mean) && std::isfinite(finding.true_delta)) {
+        add_interval(finding.delta_interval.low, finding.delta_interval.high, finding.true_delta);
+        relative_widths.push_back((finding.delta_interval.high - finding.delta_interval.low) /
+                                  (2 * finding.true_delta));
+      }
     }
   }
+  if (std::isfinite(score.tube.mean)) {
+    add_interval(score.tube.low, score.tube.high, score.true_tube);
+  }
+}
+
+void CampaignScore::add_interval(double low, double high, double truth) {
+  ++intervals;
+  covering += low <= truth && truth <= high ? 1U : 0U;
 }
 
 CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
@@ -288,6 +356,8 @@ CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
   found += other.found;
   faint_leaks += other.faint_leaks;
   faint_found += other.faint_found;
+  near_leaks += other.near_leaks;
+  near_found += other.near_found;
   false_findings += other.false_findings;
   metres += other.metres;
   metres_seen += other.metres_seen;
@@ -295,6 +365,9 @@ CampaignScore& CampaignScore::operator+=(const CampaignScore& other) {
   append(level_squares, other.level_squares);
   append(squares, other.squares);
   append(frames_to_raise, other.frames_to_raise);
+  intervals += other.intervals;
+  covering += other.covering;
+  append(relative_widths, other.relative_widths);
   return *this;
 }
 
@@ -312,6 +385,19 @@ double CampaignScore::level_coverage_percent() const {
 
 double CampaignScore::coverage_percent() const {
   return percent_within(squares, statistics::chi_square_quantile(0.95, 3));
+}
+
+double CampaignScore::near_percent() const {
+  return near_leaks == 0 ? 100
+                         : 100 * static_cast<double>(near_found) / static_cast<double>(near_leaks);
+}
+
+double CampaignScore::false_per_km() const {
+  return metres == 0 ? 0 : 1000 * static_cast<double>(false_findings) / metres;
+}
+
+double CampaignScore::temperature_coverage_percent() const {
+  return intervals == 0 ? 0 : 100 * static_cast<double>(covering) / static_cast<double>(intervals);
 }
 
 }  // namespace pipescout::leak_study

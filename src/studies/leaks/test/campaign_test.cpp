@@ -55,6 +55,33 @@ TEST(Campaign, HoldsWhatIsAskedForAndApart) {
   }
 }
 
+TEST(Campaign, DrawsWhatTheCameraIsNotTold) {
+  const thermal::ObjectParameters told = thermal::ibarguren2013_object();
+  std::size_t near = 0;
+  for (const SequencePlan& plan : plan_campaign({.near_leaks = 6, .drawn_radiometry = true}, 2)) {
+    const thermal::ObjectParameters& object = plan.patrol.scene.object;
+    EXPECT_NO_THROW(plan.patrol.validate());
+    EXPECT_FALSE(plan.grey);
+    EXPECT_GE(object.emissivity, 0.02);
+    EXPECT_LE(object.emissivity, 0.1);
+    EXPECT_LE(std::abs(object.reflected_temperature - told.reflected_temperature), 10);
+    EXPECT_LE(std::abs(object.distance / told.distance - 1), 0.3);
+    EXPECT_EQ(plan.patrol.distance, object.distance);
+    near += plan.near_leaks;
+    const simulation::ThermalScene scene(plan.patrol.scene);
+    const auto& leaks = plan.patrol.scene.leaks;
+    for (std::size_t i = leaks.size() - plan.near_leaks; i < leaks.size(); ++i) {
+      const auto beside = [&](double place) {
+        return std::abs(place - leaks[i].place) <= leaks[i].length / 2 + 0.4;
+      };
+      EXPECT_TRUE(std::ranges::any_of(scene.supports(), beside) ||
+                  std::ranges::any_of(scene.joints(),
+                                      [&](const auto& joint) { return beside(joint.place); }));
+    }
+  }
+  EXPECT_EQ(near, 6U);
+}
+
 TEST(Campaign, FaintLeaksAreClearOfJointsAndPosts) {
   for (const SequencePlan& plan : plan_campaign({}, 3)) {
     const simulation::ThermalScene scene(plan.patrol.scene);

@@ -39,6 +39,56 @@ TEST(SequenceRun, FindsAFaintLeakOnceAndInItsPlace) {
   EXPECT_LT(finding.level_square, 20);
 }
 
+CampaignSettings one_leak_in_a_world_not_as_told(bool automatic_gain) {
+  return {.sequences = 1,
+          .faint_leaks = 1,
+          .near_leaks = 0,
+          .other_leaks = 0,
+          .decoys = 0,
+          .length = 24,
+          .drawn_radiometry = true,
+          .automatic_gain = automatic_gain};
+}
+
+TEST(SequenceRun, ByContrastFindsALeakWhereWhatIsToldIsWrong) {
+  InspectionSettings inspection;
+  inspection.by_contrast = true;
+  constexpr std::size_t kSequences = 8;
+  CampaignScore sum;
+  for (std::uint64_t seed = 1; seed <= kSequences; ++seed) {
+    const SequencePlan plan = plan_campaign(one_leak_in_a_world_not_as_told(false), seed).front();
+    const SequenceScore score = run_sequence(plan, inspection, seed);
+    ASSERT_EQ(score.found.size(), 1U);
+    EXPECT_TRUE(score.found[0]) << seed;
+    EXPECT_EQ(score.false_findings(), 0U) << seed;
+    ASSERT_EQ(score.findings.size(), 1U);
+    // Neither so narrow that it claims what nobody knows, nor so wide that it says nothing.
+    const FindingScore& finding = score.findings[0];
+    EXPECT_GT(finding.delta_interval.high, 1.5 * finding.delta_interval.low) << seed;
+    EXPECT_LT(finding.delta_interval.high, 5 * finding.delta_interval.low) << seed;
+    sum.add(plan, score);
+  }
+  // Of the tube and of the leak in each. An interval of 95 % may miss where the emissivity is at
+  // the end of its range: with 16 intervals more than 3 do so once in a hundred times.
+  EXPECT_EQ(sum.intervals, 2 * kSequences);
+  EXPECT_GE(sum.covering, 2 * kSequences - 3);
+}
+
+TEST(SequenceRun, InVideoWithAutomaticGainALeakIsFoundWithoutDegrees) {
+  InspectionSettings inspection;
+  inspection.by_contrast = true;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const SequencePlan plan = plan_campaign(one_leak_in_a_world_not_as_told(true), seed).front();
+    const SequenceScore score = run_sequence(plan, inspection, seed);
+    ASSERT_EQ(score.found.size(), 1U);
+    EXPECT_TRUE(score.found[0]) << seed;
+    EXPECT_EQ(score.false_findings(), 0U) << seed;
+    ASSERT_FALSE(score.findings.empty());
+    EXPECT_TRUE(std::isnan(score.findings[0].mean_delta));
+    EXPECT_TRUE(std::isnan(score.tube.mean));
+  }
+}
+
 TEST(SequenceRun, WarmPostsAreNoLeaksHoweverTheRangeIsKnown) {
   for (const auto source :
        {leak_findings::RangeSource::kLine, leak_findings::RangeSource::kDiameter}) {

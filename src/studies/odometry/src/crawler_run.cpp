@@ -20,8 +20,8 @@ using statistics::uniform;
 
 using std::numbers::pi;
 
-constexpr std::size_t kWheels = 3;
-constexpr double kEventSpacing = 0.1;  // m, path
+constexpr double kEventSpacing = 0.1;       // m, path
+constexpr std::uint64_t kOfTheList = 0x6c;  // purpose of the errors of the bends in the tally
 
 bool happens(Engine& engine, double probability) {
   return uniform(engine, 0.0, 1.0) < probability;
@@ -99,6 +99,26 @@ simulation::PipeFittings draw_fittings(const CrawlerRunSettings& settings, Engin
   return fittings;
 }
 
+/// Lists the bends as a tally does, by joint and distance.
+void list_bends(const CrawlerRunSettings& settings, Engine& engine, CrawlerRun& run) {
+  for (const BendPassage& bend : run.bends) {
+    const double ahead = 0.5 * (bend.begin + bend.end);
+    const double place = settings.backward ? run.start - ahead : run.start + ahead;
+    const auto weld = std::ranges::upper_bound(run.welds, place) - 1;
+    const auto joint =
+        std::ranges::find(run.weld_of_tally, static_cast<int>(weld - run.welds.begin()));
+    if (joint == run.weld_of_tally.end()) {
+      continue;
+    }
+    run.tally_bends.push_back(
+        {.joint = static_cast<std::size_t>(joint - run.weld_of_tally.begin()),
+         .distance = place - *weld + settings.tally_bend_sigma * normal(engine),
+         .standard_deviation = settings.tally_bend_sigma,
+         .angle = std::min(bend.angle + settings.tally_angle_sigma * normal(engine), pi),
+         .angle_standard_deviation = settings.tally_angle_sigma});
+  }
+}
+
 /// Bursts of one wheel at a time, apart from those of two wheels.
 std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& settings, double path,
                                                Engine& engine, CrawlerRun& run) {
@@ -119,11 +139,11 @@ std::vector<simulation::WheelFault> draw_slips(const CrawlerRunSettings& setting
   const std::vector<simulation::WheelFault> doubles = slips;
   constexpr double kShortest = 0.5;  // m
   for (double at = settings.slip_every * statistics::exponential(engine); at < path;) {
-    const simulation::WheelFault slip{
-        .wheel = static_cast<std::size_t>(uniform(engine, 0.0, kWheels)),
-        .begin = at,
-        .length = uniform(engine, kShortest, settings.slip_longest),
-        .ratio = uniform(engine, 0.0, settings.slip_most)};
+    const simulation::WheelFault slip{.wheel = static_cast<std::size_t>(uniform(
+                                          engine, 0.0, static_cast<double>(settings.wheels))),
+                                      .begin = at,
+                                      .length = uniform(engine, kShortest, settings.slip_longest),
+                                      .ratio = uniform(engine, 0.0, settings.slip_most)};
     at += slip.length + settings.slip_every * statistics::exponential(engine);
     const bool clear = std::none_of(doubles.begin(), doubles.end(), [&slip](const auto& other) {
       constexpr double kApart = 1.0;  // m
@@ -160,28 +180,29 @@ struct Wheels {
 
 Wheels make_wheels(const CrawlerRunSettings& settings, double path, Engine& engine) {
   Wheels wheels;
+  const auto count = static_cast<double>(settings.wheels);
   wheels.fused.window_distance = settings.window_distance;
   wheels.fused.lookback_windows = settings.lookback_windows;
   wheels.fused.rule = settings.rule;
   wheels.fused.circumference = {.radius = 0.5 * settings.pipe_diameter,
                                 .clock_sigma = settings.clock_error};
   const double common = settings.common_scale_error * normal(engine);
-  for (std::size_t i = 0; i < kWheels; ++i) {
+  for (std::size_t i = 0; i < settings.wheels; ++i) {
     const double wear = settings.wear * (1.0 + settings.wear_difference * normal(engine)) / path;
     const double scale = common + settings.radius_error * normal(engine);
     wheels.simulated.wheels.push_back(
         {.period = settings.sample_period,
          // They do not know of each other.
-         .start = settings.sample_period * static_cast<double>(i) / kWheels,
+         .start = settings.sample_period * static_cast<double>(i) / count,
          .scale_error = scale,
          .wear_per_metre = wear,
          .noise_per_sqrt_metre = settings.wheel_noise});
-    wheels.scale_error += scale / kWheels;
-    wheels.wear_per_metre += wear / kWheels;
+    wheels.scale_error += scale / count;
+    wheels.wear_per_metre += wear / count;
     odometry::OdometerParameters odometer{
         .resolution = wheels.simulated.wheels.back().resolution,
         .sigma_per_sqrt_metre = settings.stated_noise_part * settings.wheel_noise,
-        .clock = 2.0 * pi * static_cast<double>(i) / kWheels};
+        .clock = 2.0 * pi * static_cast<double>(i) / count};
     odometer.correction.covariance(0, 0) =
         std::pow(settings.radius_error, 2) + std::pow(settings.wear * settings.wear_difference, 2);
     wheels.fused.odometers.push_back(odometer);
@@ -202,6 +223,17 @@ class Recorder {
       }
     }
     std::sort(ahead_.begin(), ahead_.end());
+  }
+
+  /// A bend that has been found; after the tick in which it was.
+  void tell_bend(const odometry::FoundBend& bend) {
+    CrawlerRunEvent event = now_;
+    event.is_bend = true;
+    event.bend = {.odometer_distance = bend.middle,
+                  .standard_deviation = bend.middle_standard_deviation,
+                  .angle = std::min(bend.angle, pi),
+                  .angle_standard_deviation = bend.angle_standard_deviation};
+    run_.events.push_back(event);
   }
 
   /// `distance`, `path`: true, m, since the start.
@@ -308,9 +340,11 @@ CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_
   auto wheels = make_wheels(settings, path, engine);
   if (settings.bends + settings.tees > 0) {
     wheels.simulated.fittings = draw_fittings(settings, engine, run);
+    Engine listing = statistics::make_engine(seed, kOfTheList);
+    list_bends(settings, listing, run);
     wheels.simulated.roll = uniform(engine, -pi, pi);
     wheels.simulated.roll_per_metre = settings.roll_per_metre;
-    for (std::size_t i = 0; i < kWheels; ++i) {
+    for (std::size_t i = 0; i < settings.wheels; ++i) {
       wheels.simulated.wheels[i].gravity_slip = settings.gravity_slip;
       wheels.simulated.wheels[i].clock =
           wheels.fused.odometers[i].clock + settings.clock_error * normal(engine);
@@ -331,6 +365,7 @@ CrawlerRun simulate_crawler_run(const CrawlerRunSettings& settings, std::uint64_
         bends = fused.bends;
         const double behind = fused.distance - fused.bend.middle;
         note_bend(motion.distance(fused.time) - behind, fused.bend.angle, settings, run);
+        recorder.tell_bend(fused.bend);
       }
     }
   }

@@ -34,8 +34,9 @@ CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positio
   std::vector<bool> hidden(slips.size(), false);
   double locked_at = 0.0;
   for (const CrawlerRunEvent& event : run.events) {
-    const auto& estimate = event.is_weld ? positioning.add_weld(event.weld)
-                                         : positioning.add_increment(event.increment);
+    const auto& estimate = event.is_weld   ? positioning.add_weld(event.weld)
+                           : event.is_bend ? positioning.add_bend(event.bend)
+                                           : positioning.add_increment(event.increment);
     if (event.is_weld && !event.spurious) {
       for (std::size_t i = 0; i < slips.size(); ++i) {
         welds_since[i] += event.path > slips[i].end + settings.detector_lag ? 1 : 0;
@@ -48,6 +49,9 @@ CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positio
       } else {
         ++score.false_slips;
       }
+    }
+    if (event.is_bend) {
+      continue;  // where the increment before it was
     }
     score.right_at_end = false;
     if (!estimate.locked) {

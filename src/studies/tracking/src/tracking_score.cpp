@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "pipescout/statistics/draw.hpp"
+
 namespace pipescout::tracking_study {
 namespace {
 
@@ -16,6 +18,7 @@ using tracking::TrackState;
 
 constexpr double kFarOff = 10;  // px, from the axis
 constexpr double kLost = 1;     // s
+constexpr std::uint64_t kBootstrap = 0xb0;
 
 /// px, of the middle of what is in view from the axis of the estimate.
 double off_axis(const PipeShape::State& estimate, const PipeShape::State& truth) {
@@ -60,6 +63,30 @@ void EstimateErrors::add(const PipeShape::State& estimate, const PipeShape::Stat
   angle.add(std::abs(std::remainder(error[PipeShape::kAngle], std::numbers::pi)) * 180 /
             std::numbers::pi);
   length.add(std::abs(error[PipeShape::kLength]));
+}
+
+DeviationInterval deviation_interval(std::span<const Moments> sequences, std::uint64_t seed) {
+  constexpr std::size_t kResamples = 2000;
+  constexpr std::size_t kTail = kResamples / 40;
+  Moments all;
+  for (const Moments& sequence : sequences) {
+    all += sequence;
+  }
+  if (all.count() == 0) {
+    return {all.deviation(), all.deviation()};
+  }
+  statistics::Draw draw(seed, kBootstrap);
+  std::vector<double> deviations;
+  deviations.reserve(kResamples);
+  while (deviations.size() < kResamples) {
+    Moments resample;
+    for (std::size_t i = 0; i < sequences.size(); ++i) {
+      resample += sequences[draw.index(sequences.size())];
+    }
+    deviations.push_back(resample.count() == 0 ? 0 : resample.deviation());
+  }
+  std::ranges::sort(deviations);
+  return {deviations[kTail], deviations[kResamples - 1 - kTail]};
 }
 
 EstimateErrors& EstimateErrors::operator+=(const EstimateErrors& other) {

@@ -43,6 +43,24 @@ TEST(Moments, OfKnownValues) {
   EXPECT_DOUBLE_EQ(moments.deviation(), std::sqrt(14.0 / 4));
 }
 
+TEST(DeviationInterval, IsAsWideAsSequencesDiffer) {
+  std::vector<Moments> sequences(50);
+  EXPECT_TRUE(std::isnan(deviation_interval(sequences, 1).low));
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    for (const double value : {1.0, 3.0}) {
+      sequences[i].add(value);
+    }
+  }
+  EXPECT_DOUBLE_EQ(deviation_interval(sequences, 1).low, 1);
+  EXPECT_DOUBLE_EQ(deviation_interval(sequences, 1).high, 1);
+  // One value of one sequence: it is in two of three resamples, (1 - 1/50)^50 = 0.36.
+  sequences[7].add(102);
+  const DeviationInterval interval = deviation_interval(sequences, 1);
+  EXPECT_DOUBLE_EQ(interval.low, 1);
+  EXPECT_GT(interval.high, 10);
+  EXPECT_EQ(interval.high, deviation_interval(sequences, 1).high);
+}
+
 TEST(EstimateErrors, AreThoseOfThePaper) {
   EstimateErrors errors;
   constexpr double kDegree = std::numbers::pi / 180;

@@ -51,10 +51,12 @@ struct DdsOptions {
   NetworkProfile network;
   /// Topics ("/robot_1/state") that may leave this machine: the others go to processes that hear
   /// unexported topics alone, and share its memory. Services, actions, `/diagnostics`, `/rosout`
-  /// and `/parameter_events` always may. Nothing: all topics. Not together with security, whose
-  /// permissions know no partitions: TransportError.
+  /// and `/parameter_events` always may. Nothing: all topics. With security the permissions of the
+  /// enclave have to grant every partition, as those of `pipescout security` do: else
+  /// TransportError.
   std::optional<std::set<std::string>> exported_topics;
-  /// This process hears what does not leave the machine, too; one with `exported_topics` does.
+  /// This process hears what does not leave the machine, too, where its permissions let it; one
+  /// with `exported_topics` does.
   bool hears_unexported = false;
 
   SecurityOptions security;

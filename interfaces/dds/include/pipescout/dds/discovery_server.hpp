@@ -20,6 +20,7 @@ struct DiscoveryServerOptions {
   std::uint8_t id = 0;
   std::string address = "0.0.0.0";  ///< IPv4, of the interface; "0.0.0.0": all
   std::uint16_t port = DiscoveryServerAddress::kDefaultPort;
+  NetworkProfile network;  ///< kWifi: all that it sends has this rate
 };
 
 /// A Fast DDS discovery server: participants that know it learn through it of those whose topics

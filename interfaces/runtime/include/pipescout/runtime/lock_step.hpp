@@ -34,8 +34,9 @@ class LockStep {
  public:
   /// Makes one step: publishes the clock and the data of the sensors. False: it was the last.
   using Step = std::function<bool()>;
-  /// Told who is left out, for people: "node '/a/b'", "the process of node '/c'".
-  using LeftOut = std::function<void(const std::string& who)>;
+  /// Told who is left out, for people: "node '/a/b'", "the process of node '/c'"; and why: "it has
+  /// not reported".
+  using LeftOut = std::function<void(const std::string& who, const std::string& why)>;
 
   /// `clock`: publisher of the simulation's clock, which must exist as long as the lock step.
   /// Throws std::invalid_argument when `period` is negative or `time_out` not positive,

@@ -67,23 +67,25 @@ struct LivelinessChange {
 class TransportWriterListener {
  public:
   virtual ~TransportWriterListener() = default;
-  /// `matched`: remote readers now matched.
-  virtual void on_remote_readers_changed(int matched) = 0;
+  /// `matched`: remote readers now matched; `participants`: those that have any, each once.
+  virtual void on_remote_readers_changed(int matched, const std::vector<Gid>& participants) = 0;
   virtual void on_incompatible_remote_reader(QosPolicy policy) = 0;
 };
 
 /// Events of a reader. Same rules as for `TransportWriterListener`. Samples (`on_remote_message`,
-/// `on_malformed_sample`, `on_samples_lost`) come from threads that hold locks of the transport: a
-/// lock that they take must not be held by a caller of `write` or while an endpoint is created or
-/// destroyed. The other events, of writers too, come one after the other from a thread that holds
-/// none.
+/// `on_malformed_sample`, `on_overwritten_sample`, `on_samples_lost`) come from threads that hold
+/// locks of the transport: a lock that they take must not be held by a caller of `write` or while
+/// an endpoint is created or destroyed. The other events, of writers too, come one after the other
+/// from a thread that holds none.
 class TransportReaderListener {
  public:
   virtual ~TransportReaderListener() = default;
   /// A message from another process, deserialised into an object of the topic's type.
   virtual void on_remote_message(std::shared_ptr<const void> message, const MessageInfo& info) = 0;
   /// A sample whose data does not match the topic's type; it was dropped.
-  virtual void on_malformed_sample() = 0;
+  virtual void on_malformed_sample(const SampleIdentity& sample) = 0;
+  /// A sample whose data its writer has overwritten before it was read here.
+  virtual void on_overwritten_sample(const SampleIdentity& sample) = 0;
   /// Samples that the network lost for good (best effort).
   virtual void on_samples_lost(int count) = 0;
   virtual void on_remote_writers_changed(int matched) = 0;

@@ -49,8 +49,8 @@ class FakeNetwork {
   void hold_matching(const std::string& topic);
   void allow_matching(const std::string& topic);
 
-  /// `tamper` may change the bytes of each sample; false drops the sample, and the reader is
-  /// notified of the loss. Empty: nothing is changed.
+  /// `tamper` may change the bytes of each sample; false drops the sample: it is sent again to a
+  /// reliable reader, and a best-effort one is notified of the loss. Empty: nothing is changed.
   using Tamper = std::function<bool(const std::string& topic, std::vector<std::byte>& bytes)>;
   void set_tamper(Tamper tamper);
 

@@ -44,6 +44,7 @@ struct BatchSmootherParameters {
   /// Process noise of velocity and rotation (random walks) while IMU samples are missing.
   double coasting_acceleration = 1;    ///< m/s^2/sqrt(Hz), in [1e-6, 1000]
   double coasting_angular_rate = 0.3;  ///< rad/s/sqrt(Hz), in [1e-6, 1000]
+  double coasting_turn = 0;            ///< rad/s/sqrt(Hz), about the vertical, added; in [0, 1000]
   GlobalStates globals{};              ///< their initial values
   GlobalDeviations global_deviations{};
   /// Kernels by FactorKind; gates are not used.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 
+#include "pipescout/estimation/error_correlation.hpp"
 #include "pipescout/estimation/start_alignment.hpp"
 #include "pipescout/estimation/track_witness.hpp"
 
@@ -30,6 +31,10 @@ struct SourceWatchParameters {
   /// Correlation time of the measurement errors; s, in [0, 1000]. 0: white. See
   /// `covariance_factor`.
   double correlation_time = 0;
+  /// s, in [0, 1000]: below `correlation_time` the correlation time is found on line, from the
+  /// innovations, between both, beginning with `correlation_time`; else it is as stated. Of
+  /// positions alone. See ErrorCorrelation.
+  double shortest_correlation_time = 1000;
   /// Standard deviations are taken for up to this factor larger than stated, while measurements
   /// turn out to be that far off the state; in [1, 100]. 1: as stated, always.
   double largest_deviation_factor = 1;
@@ -119,8 +124,9 @@ class AbsoluteSourceWatch {
   Verdict judge(const WatchedFix& fix) noexcept;
   /// Before initialisation: compares the fix with previous ones and the motion.
   void compare(const WatchedFix& fix) noexcept;
-  /// A measurement of a trusted source is on its way to the smoother.
-  void offer(const TrackPair& pair, double yaw) noexcept;
+  /// A measurement of a trusted source is on its way to the smoother. `innovation`: m, horizontal,
+  /// measured less predicted.
+  void offer(const TrackPair& pair, double yaw, const Eigen::Vector2d& innovation) noexcept;
   /// Reports the result of the smoother's gate for a measurement to be used.
   void note_accepted(double time, double way) noexcept;
   void note_gated() noexcept;
@@ -130,6 +136,10 @@ class AbsoluteSourceWatch {
   /// Factor on the covariance of a measurement `spacing` s (> 0) after the one before: of
   /// correlated errors, and, in [1, largest_deviation_factor^2], what the misfits showed so far.
   [[nodiscard]] double covariance_scale(double spacing) const noexcept;
+  /// s, of the errors, as it is used: stated, or found on line.
+  [[nodiscard]] double correlation_time() const noexcept;
+  /// Factor on the standard deviations: what the misfits showed so far.
+  [[nodiscard]] double deviation_factor() const noexcept;
   /// The state was initialised from this source.
   void trust(double time, double way) noexcept;
   /// The state was reset by another source; measurements of this one have to be compared again.
@@ -167,10 +177,12 @@ class AbsoluteSourceWatch {
   double trusted_way_ = 0;
   std::size_t gated_running_ = 0;
   TrackWitness witness_{};
+  ErrorCorrelation correlation_{};
   double log_scale_ = 0;  // of the covariances
   struct Offered {
     TrackPair pair{};
     double yaw = 0;
+    Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
   };
   std::array<Offered, 8>
       offered_{};  // the newest, in a ring: the gate may not have told of them yet

@@ -72,7 +72,9 @@ struct FixedLagSmootherParameters {
   /// Process noise of velocity and rotation (random walks) while IMU samples are missing.
   double coasting_acceleration = 1;    ///< m/s^2/sqrt(Hz), in [1e-6, 1000]
   double coasting_angular_rate = 0.3;  ///< rad/s/sqrt(Hz), in [1e-6, 1000]
-  GlobalStates globals{};              ///< their initial values
+  /// About the vertical, in addition: what stands on the ground or hovers turns more than it tilts.
+  double coasting_turn = 0;  ///< rad/s/sqrt(Hz), in [0, 1000]
+  GlobalStates globals{};    ///< their initial values
   GlobalDeviations global_deviations{};
   /// Random walks of GlobalStates::own, per sqrt(s); 0: constant. In {0} or [1e-9, 1e6]. Within the
   /// lag a state is taken for constant: it walks when keyframes leave.
@@ -82,6 +84,13 @@ struct FixedLagSmootherParameters {
   RelinearisationThresholds relinearisation{};
   /// linearisations in one update; remaining ones follow in the next. In [1, 100]
   int max_iterations = 3;
+
+  /// Estimates how the camera of visual poses is mounted, from these standard deviations of its
+  /// position (m) and rotation (rad), per axis, in {0} (known) or [1e-9, 1e6] and {0} or [1e-9, 1],
+  /// in the last six of GlobalStates::own. Returns their place, for
+  /// VisualPoseMeasurement::mounting. Throws std::invalid_argument naming the argument, or that
+  /// they are in use.
+  int estimate_camera_mounting(double position_deviation, double rotation_deviation);
 
   /// No kernels, gates of 0.9999 for GPS, headings, visual poses, welds, centre lines and factors
   /// of the user.

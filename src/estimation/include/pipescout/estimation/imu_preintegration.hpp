@@ -117,6 +117,9 @@ class ImuPreintegration {
   /// Not checked: finite values, duration > 0, a valid noise.
   void integrate(const Eigen::Vector3d& angular_rate, const Eigen::Vector3d& specific_force,
                  double duration, const ImuNoise& noise);
+  /// A random walk of the rotation about an axis along gravity, in the body at the end, which moves
+  /// nothing else: `density` in rad/sqrt(s).
+  void add_turn_noise(const Eigen::Vector3d& axis, double density, double duration);
 
   [[nodiscard]] const ImuMotion& motion() const noexcept { return motion_; }
   [[nodiscard]] const StateMatrix& covariance() const noexcept { return covariance_; }

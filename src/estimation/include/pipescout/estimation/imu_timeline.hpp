@@ -15,8 +15,9 @@ struct ImuIntegration {
   ImuNoise noise{};
   /// Process noise of velocity and rotation (random walks) while samples are missing.
   ImuNoise coasting{};
-  double max_held = 0;    ///< s, for which a sample replaces missing ones after it
-  double gravity = 9.81;  ///< m/s^2
+  double coasting_turn = 0;  ///< rad/s/sqrt(Hz), the same about the vertical, in addition
+  double max_held = 0;       ///< s, for which a sample replaces missing ones after it
+  double gravity = 9.81;     ///< m/s^2
   Eigen::Vector3d map_rate = Eigen::Vector3d::Zero();  ///< rad/s, see Earth::rate
   /// While samples are missing, a turn about the vertical goes on: at this rate (rad/s) at this
   /// time (s), then falling with this time constant (s, above 0).

@@ -248,6 +248,9 @@ struct SourceStatus {
   Outcome last_refusal = Outcome::kAccepted;                          ///< reason of the newest one
   double last_accepted = std::numeric_limits<double>::quiet_NaN();    ///< s, its time
   double last_chi_square = std::numeric_limits<double>::quiet_NaN();  ///< accepted or gated
+  // Of sources that are watched: how their noise is taken now, stated or found on line.
+  double correlation_time = 0;  ///< s, see SourceWatchParameters
+  double deviation_factor = 1;  ///< on the stated standard deviations
 };
 
 /// Intervals longer than `largest_imu_gap` between the stamps of readings of the IMU, and how late

@@ -54,6 +54,12 @@ struct OdometerParameters {
   /// rad, where the wheel touches the wall: around the axis of the crawler from its top, clockwise
   /// for one who looks forward (3 o'clock is pi / 2). Needed by `FusionRule::kCircumference`.
   double clock = std::numeric_limits<double>::quiet_NaN();
+  /// m, finite: how far to the left of the robot's reference point the wheel is. With the rates of
+  /// `push_yaw_rate` its share of a turn is taken out of its increments: a wheel at y travels
+  /// d - y theta where the reference point travels d and the robot turns by theta to the left
+  /// (rigid body, wheel axles across the robot; of a steered wheel this is the part along the
+  /// robot).
+  double lateral = 0.0;
   OdometerCorrection correction{};
 };
 
@@ -272,6 +278,14 @@ class OdometerStream {
   /// relative scale is restarted, and a worn odometer becomes ok. Throws std::invalid_argument as
   /// `OdometerCorrection::validate`, or naming the odometer.
   void set_correction(std::size_t odometer, const OdometerCorrection& correction);
+
+  /// rad/s, about the robot's axis that points up, to the left positive, at `time` (s, as of the
+  /// samples), from a gyroscope. In the order of the stamps; to come before the odometers' samples
+  /// that are later. Wheels beside each other travel different ways in a turn, which looks like a
+  /// slip of half of them; see `OdometerParameters::lateral`. Between two rates that are further
+  /// apart than `maximum_gap`, the robot counts as not turning. What is not finite or not later
+  /// than the last one is ignored.
+  void push_yaw_rate(double time, double rate) noexcept;
 
   /// rad, roll of the crawler from now on, clockwise for one who looks forward: clock positions in
   /// the pipe are those of the crawler plus its roll. Only `FoundBend::direction` depends on it.

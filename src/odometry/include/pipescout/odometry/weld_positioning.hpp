@@ -30,6 +30,16 @@ struct TallyJoint {
   double standard_deviation = 0.01;                          ///< m, >= 0, of that length
 };
 
+/// A bend of the pipe, a landmark between welds.
+struct TallyBend {
+  std::size_t joint = 0;  ///< of the tally, that its middle is in
+  double distance =
+      std::numeric_limits<double>::quiet_NaN();             ///< m, of its middle from the low end
+  double standard_deviation = 0.1;                          ///< m, > 0, of that distance
+  double angle = std::numeric_limits<double>::quiet_NaN();  ///< rad, (0, pi]
+  double angle_standard_deviation = 0.05;                   ///< rad, > 0
+};
+
 /// Orientation of the crawler: whether chainage increases or decreases with the odometer distance.
 enum class Orientation : std::uint8_t {
   kForward = 0,
@@ -51,6 +61,10 @@ struct WeldPositioningParameters {
   // The welds.
   double missed_probability = 0.02;    ///< of one weld; (0, 0.5]
   double spurious_probability = 0.01;  ///< spurious detections per joint; (0, 0.5]
+  // The bends.
+  double missed_bend_probability = 0.02;  ///< of one bend; (0, 0.5]
+  double spurious_bend_probability =
+      0.005;  ///< bends found where there is none, per joint; (0, 0.5]
   // The odometer.
   double initial_scale = 1.0;                      ///< true metres per odometer metre; (0.5, 2)
   double initial_scale_standard_deviation = 0.02;  ///< (0, 0.2]
@@ -105,6 +119,15 @@ struct WeldSighting {
   double confidence = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// A bend found by the wheels, such as `FoundBend` of OdometerStream.
+struct BendSighting {
+  /// m, the sum of the increments at the middle of the bend. It may lie before the last welds.
+  double odometer_distance = std::numeric_limits<double>::quiet_NaN();
+  double standard_deviation = std::numeric_limits<double>::quiet_NaN();        ///< m, > 0
+  double angle = std::numeric_limits<double>::quiet_NaN();                     ///< rad, (0, pi]
+  double angle_standard_deviation = std::numeric_limits<double>::quiet_NaN();  ///< rad, > 0
+};
+
 /// Outcome of an event. Only kAccepted changes the position.
 enum class PositioningStatus : std::uint8_t {
   kAccepted = 0,
@@ -151,6 +174,10 @@ struct WeldPositioningCounts {
   std::uint64_t bad_welds = 0;
   std::uint64_t out_of_order_welds = 0;
   std::uint64_t unexplained_welds = 0;  ///< consistent with no hypothesis; treated as spurious
+  std::uint64_t bends = 0;
+  std::uint64_t bad_bends = 0;
+  std::uint64_t out_of_order_bends = 0;
+  std::uint64_t unexplained_bends = 0;  ///< near no bend of the tally in any hypothesis
   std::uint64_t double_slips = 0;
   std::uint64_t tally_errors = 0;
   std::uint64_t locks_lost = 0;
@@ -167,9 +194,10 @@ class WeldPositioning {
  public:
   /// An empty tally: joints have the prior `standard_joint` and are estimated; the start must then
   /// be known. All allocation happens here. Throws std::invalid_argument naming field, value and
-  /// range: what the parameters' `validate` throws, a joint (`tally[17].length`) or the start.
+  /// range: what the parameters' `validate` throws, a joint (`tally[17].length`), the start, or a
+  /// bend (`bends[3].angle`); bends need a tally.
   WeldPositioning(WeldPositioningParameters parameters, std::span<const TallyJoint> tally,
-                  const WeldPositioningStart& start);
+                  const WeldPositioningStart& start, std::span<const TallyBend> bends = {});
   ~WeldPositioning();
   WeldPositioning(WeldPositioning&&) noexcept;
   WeldPositioning& operator=(WeldPositioning&&) noexcept;
@@ -178,6 +206,10 @@ class WeldPositioning {
   /// increment takes constant time, a weld time proportional to the hypotheses.
   const WeldPositionEstimate& add_increment(const OdometerIncrement& increment) noexcept;
   const WeldPositionEstimate& add_weld(const WeldSighting& weld) noexcept;
+  /// A bend tells bends of the tally apart by place and angle, and where the crawler is: by
+  /// probabilistic data association (Bar-Shalom and Tse, Automatica 11, 1975) within each
+  /// hypothesis, with a bend that is none and with an odometer fault since the last weld.
+  const WeldPositionEstimate& add_bend(const BendSighting& bend) noexcept;
 
   /// The position after the last event.
   [[nodiscard]] const WeldPositionEstimate& estimate() const noexcept;

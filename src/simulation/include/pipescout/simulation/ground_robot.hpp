@@ -13,17 +13,19 @@
 
 /// A four-wheeled robot on rough ground, with ground truth. SI units and radians.
 ///
-/// Its body (origin half-way between the wheels, x forward, y left, z up) follows the ground under
-/// the four wheels through a suspension of second order for each of heave, pitch and roll, rolls
-/// outwards in turns, and slips sideways in proportion to the lateral force. Wheels slip under
-/// traction and in bursts. Order of the wheels: front left, front right, rear left, rear right.
+/// Its body (x forward, y left, z up) follows the ground under the four wheels through a suspension
+/// of second order for each of heave, pitch and roll, rolls outwards in turns, and slips sideways
+/// in proportion to the lateral force. Wheels slip under traction and in bursts. Order of the
+/// wheels: front left, front right, rear left, rear right.
 namespace pipescout::simulation {
 
 inline constexpr std::size_t kWheels = 4;
 
 struct GroundRobotParameters {
-  double wheel_base = 0.9;      ///< m, [0.1, 10]
-  double track = 0.7;           ///< m, [0.1, 10]
+  double wheel_base = 0.9;  ///< m, [0.1, 10]
+  double track = 0.7;       ///< m, [0.1, 10]
+  /// m, [-5, 5]: of the point half-way between the wheels before the origin, which moves along x
+  double wheels_ahead = 0;
   double ride_height = 0.35;    ///< m, [0, 5]: of the origin above the ground
   double heave_frequency = 14;  ///< rad/s, [1, 100]
   double tilt_frequency = 16;   ///< rad/s, [1, 100]: of pitch and roll
@@ -79,7 +81,7 @@ class GroundRobot {
   [[nodiscard]] const BodyMotion& motion() const noexcept { return motion_; }
   [[nodiscard]] double yaw() const noexcept { return state_[kYaw]; }
   [[nodiscard]] double speed() const noexcept { return state_[kSpeed]; }  ///< m/s, forwards
-  /// m, along the ground at the middle of the robot, backwards negative.
+  /// m, along the ground at the origin, backwards negative.
   [[nodiscard]] double distance() const noexcept { return state_[kDistance]; }
   /// m, reading of each wheel's counter; 0 at the start.
   [[nodiscard]] std::array<double, kWheels> odometers() const noexcept;

@@ -80,16 +80,17 @@ class ThermalRenderer {
   ~ThermalRenderer();
 
   /// `counts`: height * width, row-major. Motion blur along and across the tube is that at the
-  /// middle of its visible part. Allocates nothing. Throws std::invalid_argument when `counts` has
-  /// another size, or the velocity is not finite.
+  /// middle of its visible part. From behind the mirrors only they are seen. Allocates nothing.
+  /// Throws std::invalid_argument when `counts` has another size, or the velocity is not finite.
   void render(const ThermalView& view, std::span<std::uint16_t> counts);
 
   /// Overwrites `truth`, which allocates only while it grows.
   void truth(const ThermalView& view, ThermalTruth& truth) const;
 
   [[nodiscard]] const geometry::Camera& camera() const noexcept;
-  /// Radiometry of the scene's object, for the counts of the tube.
-  [[nodiscard]] const thermal::Radiometry& radiometry() const noexcept;
+  /// Counts of the tube at an object temperature, degC, by the simulator's own model of radiation,
+  /// air and sensor, which shares no code with thermal::Radiometry.
+  [[nodiscard]] double counts(double temperature) const noexcept;
   /// Counts at which the camera saturates.
   [[nodiscard]] std::uint16_t highest_counts() const noexcept;
 
@@ -109,6 +110,24 @@ class ThermalGreys {
 
  private:
   std::vector<std::uint8_t> levels_;
+};
+
+/// 8-bit video with automatic gain: grey levels linear between two percentiles of the image, which
+/// follow the scene with a lag. What a level means changes from image to image.
+class ThermalAutomaticGain {
+ public:
+  /// Share of the pixels clipped at either end, and of the way to the new limits made per image.
+  static constexpr double kClipped = 0.001;
+  static constexpr double kFollow = 0.1;
+
+  /// Throws std::invalid_argument when the sizes differ, or there are no pixels. Allocates once.
+  void convert(std::span<const std::uint16_t> counts, std::span<std::uint8_t> greys);
+
+ private:
+  std::vector<std::uint16_t> sorted_;
+  double low_ = 0;
+  double high_ = 0;
+  bool begun_ = false;
 };
 
 }  // namespace pipescout::simulation

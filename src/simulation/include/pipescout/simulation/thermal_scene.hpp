@@ -119,6 +119,8 @@ class ThermalScene {
   [[nodiscard]] const std::vector<double>& supports() const noexcept { return supports_; }
   /// Position of a point of the tube in the map, m.
   [[nodiscard]] Eigen::Vector3d on_tube(double place) const noexcept;
+  /// Whether a point of the map is before the mirrors: from behind they hide the tube.
+  [[nodiscard]] bool faces(const Eigen::Vector3d& point) const noexcept;
   /// Object temperature of the tube at a position, without joints and moving features; constant
   /// beyond its ends. Not limited to the camera's range.
   [[nodiscard]] double tube_temperature(double place) const noexcept;

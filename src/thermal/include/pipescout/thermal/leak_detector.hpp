@@ -15,6 +15,7 @@
 
 #include "pipescout/thermal/image.hpp"
 #include "pipescout/thermal/pipe_profile.hpp"
+#include "pipescout/thermal/radiometry_posterior.hpp"
 #include "pipescout/thermal/temperature_interval.hpp"
 
 /// Detection of pipes and leaks in one thermal image: Ibarguren and others (2013), section 5.
@@ -27,6 +28,8 @@ enum class ThresholdRule : std::uint8_t {
   kLocal,  ///< relative to the mean of the surroundings; takes a few times as long. A pipe differs
            ///< from both of its sides; one cut lengthwise by the border has one side only and is
            ///< not detected
+  /// Relative to the longest straight ridge of the image: of one tube, without degrees
+  kContrast,
 };
 enum class Polarity : std::uint8_t {
   kHot,   ///< pipes are warmer than the background
@@ -56,10 +59,12 @@ enum class DetectorPreset : std::uint8_t {
   kTorresol,    ///< the same, exactly as in the paper
   kHotPipes,    ///< anything long that is warmer than its surroundings
   kColdPipes,   ///< or colder
+  kContrast,    ///< tubes of a solar plant, in images of which nobody knows the degrees
 };
 inline constexpr std::array kDetectorPresets{DetectorPreset::kCollectors, DetectorPreset::kTorresol,
-                                             DetectorPreset::kHotPipes, DetectorPreset::kColdPipes};
-/// "collectors", "torresol", "hot_pipes", "cold_pipes"; "unknown" for any other value.
+                                             DetectorPreset::kHotPipes, DetectorPreset::kColdPipes,
+                                             DetectorPreset::kContrast};
+/// "collectors", "torresol", "hot_pipes", "cold_pipes", "contrast"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(DetectorPreset preset) noexcept;
 /// Nothing for an unknown name.
 [[nodiscard]] std::optional<DetectorPreset> detector_preset(std::string_view name) noexcept;
@@ -69,7 +74,7 @@ struct LeakDetectorParameters {
   Polarity polarity = Polarity::kHot;
   double threshold = 100.0;  ///< degC, of `kFixed`, as in the paper; exclusive
   /// K, > 0: of `kScene`, smallest difference between the means of the two classes; of `kLocal`,
-  /// smallest difference of a pipe from the mean of its surroundings.
+  /// of `kContrast`, smallest difference of a pipe from the mean of its surroundings.
   double min_contrast = 2.0;
   /// Of the shorter side of the picture, in (0, 1]: of `kLocal`, half the side of the square of the
   /// surroundings.
@@ -93,11 +98,18 @@ struct LeakDetectorParameters {
 
   SeverityScale severity{};
 
+  /// In (0, 1): of `kContrast`, the threshold lies at this share of the way from the surroundings
+  /// to the tube: high, because the image of a tube in its mirror may be almost as warm.
+  double contrast_level = 0.85;
+
   [[nodiscard]] static LeakDetectorParameters of(DetectorPreset preset);
   /// The settings of the paper: 100 degC, `ProfileParameters::torresol`.
   [[nodiscard]] static LeakDetectorParameters torresol();
   /// For unknown scenes: `kLocal`, and leaks of a few degrees.
   [[nodiscard]] static LeakDetectorParameters adaptive(Polarity polarity = Polarity::kHot);
+  /// By contrast alone: `ThresholdRule::kContrast`, and leaks by the spread of the tube along its
+  /// length. For apparent temperatures, of black bodies, and for grey levels of automatic gain.
+  [[nodiscard]] static LeakDetectorParameters by_contrast();
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
 };
@@ -130,7 +142,9 @@ struct PipeSection {
   bool cut_along = false;
   double metres_per_pixel = 0;       ///< 0: unknown
   double reference_temperature = 0;  ///< degC, of the sound pipe; NaN: unknown
-  std::size_t first_sample = 0;      ///< in Detections::profile; one per pixel, from `start`
+  double spread = 0;    ///< K, robust standard deviation of the sound pipe along its length
+  double contrast = 0;  ///< K, to the side that differs less; NaN: neither side is visible
+  std::size_t first_sample = 0;  ///< in Detections::profile; one per pixel, from `start`
   std::size_t samples = 0;
   std::size_t first_part = 0;  ///< in Detections::parts, positions from `start`
   std::size_t parts = 0;
@@ -155,6 +169,11 @@ struct LeakDetection {
   /// `FrameConditions::errors`; NaN: unknown.
   double delta_deviation = std::numeric_limits<double>::quiet_NaN();
   double peak_delta_deviation = std::numeric_limits<double>::quiet_NaN();
+  /// K, 95 % of `delta` and `peak_delta`, of `FrameConditions::posterior`; without it NaN.
+  double delta_low = std::numeric_limits<double>::quiet_NaN();
+  double delta_high = std::numeric_limits<double>::quiet_NaN();
+  double peak_delta_low = std::numeric_limits<double>::quiet_NaN();
+  double peak_delta_high = std::numeric_limits<double>::quiet_NaN();
   double length = 0;  ///< m; NaN: scale unknown
   /// Pixels, from the axis to the middle of the warmth across the pipe: positive to the right of
   /// the direction from `start` to `end`, as seen in the image.
@@ -175,6 +194,9 @@ struct Detections {
   std::vector<float> profile;        ///< degC, averaged across; NaN where hidden
   std::vector<PipePart> parts;
 
+  /// Of the pipes at least half as long as the longest, the one that differs most from its
+  /// surroundings: a tube, not its image in a mirror. Null without pipes.
+  [[nodiscard]] const PipeSection* main_pipe() const noexcept;
   [[nodiscard]] std::span<const float> profile_of(const PipeSection& pipe) const {
     return std::span(profile).subspan(pipe.first_sample, pipe.samples);
   }
@@ -187,6 +209,7 @@ struct Detections {
 struct SoundPipe {
   double temperature = 0;                                ///< degC
   Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  ///< in the image, unit vector
+  std::optional<double> spread{};                        ///< K, as PipeSection::spread
 
   /// Whether a section with this direction (unit vector) may be the same pipe. The temperature of
   /// an object across it, such as a post or a feed pipe, is unrelated.
@@ -203,6 +226,14 @@ struct FrameConditions {
   std::optional<SoundPipe> sound{};
   /// Conditions of the conversion to temperatures and their uncertainty; nothing: unknown.
   std::optional<TemperatureErrors> errors{};
+  /// Of images of apparent temperatures: turns the rise of a leak, which was detected by contrast,
+  /// to kelvins of the pipe with their uncertainty. Must outlive the call. Null: rises are those of
+  /// the image.
+  const RadiometryPosterior* posterior = nullptr;
+  /// The values are grey levels of automatic gain. Another image's mean something else, so the
+  /// temperature of `sound` is not used, and no rise is told in kelvins: `delta` and `peak_delta`
+  /// are NaN.
+  bool levels = false;
 };
 
 /// Detects pipes and their leaks in frames, independently of each other.

@@ -42,6 +42,12 @@ struct ProfileParameters {
   std::optional<double> leak_delta = 50.0;
   /// degC, a warmer part is a leak; nothing: rule not used.
   std::optional<double> maximum_temperature{};
+  /// >= 0: a leak rises by at least so many standard deviations of the sound pipe along its length,
+  /// and by this share of the contrast of the pipe to its surroundings. Larger values of the two
+  /// replace `leak_delta`, and `split_delta` in proportion: so a leak is found though nobody knows
+  /// how many degrees a change of the image means. 0: not used.
+  double leak_spreads = 0.0;
+  double leak_share = 0.0;
   /// In (0, 1): the temperature of the pipe is this quantile over its length.
   double reference_quantile = 0.25;
 
@@ -91,6 +97,9 @@ class ProfileAnalysis {
     /// degC, of the sound pipe if known. It is used when most of the profile is warmer by half of
     /// `leak_delta` (without it, of `split_delta`): the whole profile may be a leak.
     std::optional<double> reference_temperature{};
+    /// K, of the sound pipe along its length if known from other images; else from the profile.
+    std::optional<double> spread{};
+    double contrast = 0;  ///< K, of the pipe to its surroundings
   };
 
   /// `temperatures`: degC; NaN where the pipe is hidden. `pipe_shaped`: for each sample, whether it
@@ -103,6 +112,8 @@ class ProfileAnalysis {
   [[nodiscard]] std::span<const LeakStretch> leaks() const noexcept { return leaks_; }
   /// degC, of the sound pipe: estimated along it, or given; NaN when the pipe is not visible.
   [[nodiscard]] double reference_temperature() const noexcept { return reference_; }
+  /// K, robust standard deviation of the sound pipe along its length; NaN when it is not visible.
+  [[nodiscard]] double spread() const noexcept { return spread_; }
 
  private:
   using Temperatures = std::span<const float>;
@@ -112,7 +123,9 @@ class ProfileAnalysis {
   void divide_creeping(Temperatures t);
   void measure(Temperatures t, PipePart& part) const;
   [[nodiscard]] double least_rise() const;
-  [[nodiscard]] double quantile(Temperatures t, Shapes pipe_shaped);
+  void collect(Temperatures t, Shapes pipe_shaped);
+  [[nodiscard]] double quantile(double share);
+  void choose_rise(const Conditions& conditions);
   [[nodiscard]] bool is_warm(const PipePart& part) const;
   void label(Temperatures t, Shapes pipe_shaped);
   void label_warm(Temperatures t, Shapes pipe_shaped, std::size_t first, std::size_t last);
@@ -121,9 +134,12 @@ class ProfileAnalysis {
   ProfileParameters parameters_;
   double least_width_ = 0;
   double reference_ = 0;
+  double spread_ = 0;
+  double rise_ = 0;   // K, from which a part is a leak
+  double split_ = 0;  // K, that splits
   std::vector<PipePart> parts_;
   std::vector<PipePart> scratch_;
-  std::vector<float> sorted_;
+  std::vector<float> shown_;
   std::vector<LeakStretch> leaks_;
 };
 

@@ -146,4 +146,7 @@ class Radiometry {
   double background_ = 0;  // counts that do not depend on the object's temperature
 };
 
+/// For apparent temperatures: of a black body before the lens. They need nothing but the camera.
+[[nodiscard]] Radiometry apparent_radiometry(const CameraConstants& camera);
+
 }  // namespace pipescout::thermal

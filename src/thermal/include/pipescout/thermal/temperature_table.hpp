@@ -21,6 +21,9 @@ struct PixelCount {
   friend bool operator==(const PixelCount&, const PixelCount&) = default;
 };
 
+/// Largest grey level of 8 bits.
+inline constexpr double kGreyLevels = 255;
+
 /// Range of the sensor: saturated at either end.
 struct CountRange {
   std::uint16_t least = 0;

@@ -38,6 +38,7 @@ struct EstimatorSettings {
   Eigen::Vector3d weld_sensor;  ///< m, in the base frame
   Eigen::Vector3d imu;          ///< m, in the base frame
   CameraMount camera{geometry::SE3()};
+  int camera_mounting = -1;  ///< as VisualPoseMeasurement::mounting
   std::optional<estimation::GivenPose> start;
   std::vector<NamedSource> sources;
   std::optional<std::size_t> implied_imu;  ///< the source that stands for an IMU
@@ -68,6 +69,9 @@ class EstimatorParameters {
                      estimation::SourceWatchParameters Estimator::*watch,
                      estimation::FactorKind kind);
   [[nodiscard]] std::optional<estimation::GivenPose> start() const;
+  /// Makes the mounting of the camera a state of `estimator`, if it is to be one. Throws
+  /// std::invalid_argument naming the parameters.
+  [[nodiscard]] int camera_mounting(Estimator& estimator) const;
   /// Throws std::invalid_argument naming the parameter.
   [[nodiscard]] std::optional<std::size_t> implied_imu(
       const std::vector<NamedSource>& sources) const;
@@ -105,6 +109,8 @@ class EstimatorParameters {
   Parameter<std::string> imu_implied_by_;
   Parameter<std::vector<double>> imu_roll_pitch_yaw_;
   std::optional<CameraMountParameters> camera_;
+  Parameter<double> camera_position_deviation_;
+  Parameter<double> camera_rotation_deviation_;
   Parameter<std::vector<double>> rack_position_;
   Parameter<double> rack_heading_;
   Parameter<std::vector<double>> start_position_;

@@ -11,6 +11,7 @@
 #include <pipescout_msgs/msg/fused_odometer.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <pipescout_msgs/msg/weld_detection.hpp>
+#include <sensor_msgs/msg/imu.hpp>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ namespace pipescout {
 
 /// Streaming fusion of redundant odometers: `odometer/readings` in, of all odometers at once or of
 /// some, at any rates; `odometer/fused` out, one for each tick of `odometry::OdometerStream`.
-/// Calibrates the scales of the odometers with the welds on `weld` whose distance is known.
+/// With the yaw rates of `imu/data`, turns are taken out of wheels beside each other. Calibrates
+/// the scales of the odometers with the welds on `weld` whose distance is known.
 ///
 /// Parameters: docs/components/odometry_fusion.md. They take effect when it is configured.
 class OdometerStreamFusion final : public Component {
@@ -37,6 +39,7 @@ class OdometerStreamFusion final : public Component {
  private:
   using Readings = pipescout_msgs::msg::OdometerReadings;
   using Fused = pipescout_msgs::msg::FusedOdometer;
+  using Imu = sensor_msgs::msg::Imu;
   using Weld = pipescout_msgs::msg::WeldDetection;
 
   /// Parameters at configuration.
@@ -61,6 +64,7 @@ class OdometerStreamFusion final : public Component {
   void publish_state();
   void report_health();
   void on_weld(const Weld& message);
+  void on_imu(const Imu& message);
   /// Seconds of the stream's time.
   [[nodiscard]] double stream_time(Time stamp) const;
 
@@ -71,6 +75,7 @@ class OdometerStreamFusion final : public Component {
   Parameter<std::vector<double>> wraps_;
   Parameter<std::string> rule_;
   Parameter<std::vector<double>> clocks_;
+  Parameter<std::vector<double>> laterals_;
   Parameter<double> pipe_radius_;
   Parameter<double> tightest_bend_;
   Parameter<double> clock_sigma_;
@@ -110,6 +115,7 @@ class OdometerStreamFusion final : public Component {
   Publisher<Fused> publisher_;
   Subscription<Readings> readings_subscription_;
   Subscription<Weld> weld_subscription_;
+  Subscription<Imu> imu_subscription_;
   std::shared_ptr<Timer> silence_timer_;
 };
 

@@ -31,6 +31,8 @@ struct InspectorSettings {
   DetectionSettings detection;
   /// Of pictures of counts; nothing: the camera is not described by its constants.
   std::optional<thermal::TemperatureErrors> errors;
+  /// The same with the contrast rule, instead of `errors`.
+  std::optional<thermal::RadiometryPosterior> posterior;
   CameraMount mount{geometry::SE3()};
   leak_findings::LeakFindingsParameters findings;  ///< valid
   /// Its pipes are the first lines of `findings`.
@@ -56,7 +58,8 @@ class InspectorParameters {
   [[nodiscard]] InspectorSettings read(Node& node) const;
 
  private:
-  void declare_deviations();
+  void declare_deviations(Parameters& parameters);
+  [[nodiscard]] thermal::PipeTemperatureRange pipe_temperature() const;
   void declare_archive(Parameters& parameters);
   void declare_messages(Parameters& parameters);
   [[nodiscard]] ConditionRecord conditions() const;
@@ -67,6 +70,7 @@ class InspectorParameters {
   const Parameters* parameters_;
   DetectionParameters detection_;
   BoundParameters<thermal::ParameterDeviations> deviations_;
+  Parameter<std::vector<double>> pipe_temperature_;
   CameraMountParameters mount_;
   FindingsParameters findings_;
   Parameter<std::string> rack_;

@@ -78,6 +78,8 @@ class LeakInspector final : public Component {
   std::optional<InspectorSettings> settings_;
 
   std::optional<thermal::LeakDetector> detector_;
+  std::optional<thermal::RadiometryPosterior> posterior_;  // with the contrast rule
+  bool levels_ = false;                                    // images of automatic gain came
   std::optional<geometry::Camera> camera_;
   std::optional<CameraInfo> calibration_;
   std::optional<leak_findings::LeakFindings> findings_;  // from the first calibration on

@@ -23,6 +23,7 @@ struct NavigatorSettings {
   navigation::Pose2d T_base_lidar;
   std::int64_t planning_readings = 0;
   double steering_speed = 0;  ///< m/s
+  bool one_sided = false;     ///< the camera looks to one side only
 };
 
 /// The parameters of the component: docs/components/navigator.md.
@@ -57,6 +58,7 @@ class NavigatorParameters {
   Parameter<std::vector<std::int64_t>> closed_edges_;
   Parameter<std::int64_t> planning_readings_;
   Parameter<double> steering_speed_;
+  Parameter<bool> one_sided_;
 };
 
 }  // namespace pipescout

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <pipescout/manipulation/arm_model.hpp>
+#include <pipescout/plant_world/plant_drive.hpp>
 #include <pipescout/simulation/arm_dynamics.hpp>
 #include <pipescout/simulation/gps_receiver.hpp>
 #include <pipescout/simulation/imu_sensor.hpp>
@@ -33,7 +34,9 @@ struct PatrolDriveParameters {
   simulation::GpsParameters gps{};
   double odometer_period = 0.02;             ///< s, [0.002, 10]: rounded likewise
   std::optional<PatrolArmParameters> arm{};  ///< none: the camera is fixed to the body
-  std::uint64_t seed = 1;                    ///< of the sensors
+  /// It is driven by twists through this plant, from its start; none: by itself along its row.
+  std::optional<simulation::PlantDriveParameters> plant{};
+  std::uint64_t seed = 1;  ///< of the sensors
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -74,25 +77,34 @@ class PatrolDrive {
   [[nodiscard]] const simulation::ArmDynamics* arm_dynamics() const noexcept {
     return arm_dynamics_ ? &*arm_dynamics_ : nullptr;
   }
+  /// Null without a plant.
+  [[nodiscard]] simulation::PlantDrive* plant() noexcept { return plant_ ? &*plant_ : nullptr; }
+  [[nodiscard]] const simulation::PlantDrive* plant() const noexcept {
+    return plant_ ? &*plant_ : nullptr;
+  }
+  /// The robot has the tube of a row on its left, as a camera that inspects it needs.
+  [[nodiscard]] bool beside_row() const;
   /// What the camera sees of the tube now; nothing when it is not in view.
   [[nodiscard]] std::optional<simulation::PipeView> tube_in_view() const;
 
   [[nodiscard]] const simulation::BodyMotion& motion() const noexcept {
     return patrol_.robot().motion();
   }
-  /// At the end of its way, after the camera has passed the tube.
-  [[nodiscard]] bool arrived() const noexcept { return patrol_.arrived(); }
+  /// At the end of its way, after the camera has passed the tube; never in a plant.
+  [[nodiscard]] bool arrived() const noexcept { return patrol_.arrived() && !plant_; }
   [[nodiscard]] simulation::ThermalPatrol& patrol() noexcept { return patrol_; }
   [[nodiscard]] const simulation::ThermalPatrol& patrol() const noexcept { return patrol_; }
 
  private:
   void measure();
   void move_camera();
+  void drive_by_twists();
 
   PatrolDriveParameters parameters_;
   simulation::ThermalPatrol patrol_;
   std::optional<manipulation::ArmModel> arm_;
   std::optional<simulation::ArmDynamics> arm_dynamics_;
+  std::optional<simulation::PlantDrive> plant_;
   simulation::ImuSensor imu_;
   simulation::GpsReceiver gps_;
   std::int64_t steps_ = 0;

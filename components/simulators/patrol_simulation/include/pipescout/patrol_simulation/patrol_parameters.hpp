@@ -8,6 +8,7 @@
 
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/patrol_simulation/patrol_drive.hpp"
+#include "pipescout/patrol_simulation/plant_parameters.hpp"
 #include "pipescout/runtime/parameters.hpp"
 
 namespace pipescout {
@@ -26,6 +27,8 @@ class PatrolParameters {
   [[nodiscard]] bool grey() const;
   /// Of joint_states and of the answers to them, Hz.
   [[nodiscard]] double arm_rate() const { return arm_rate_.get(); }
+  [[nodiscard]] double standing() const { return standing_.get(); }  ///< s
+  [[nodiscard]] const PlantParameters& plant() const { return plant_; }
   /// Degrees Celsius, of black and of white.
   [[nodiscard]] std::vector<double> grey_range() const;
 
@@ -35,8 +38,10 @@ class PatrolParameters {
   void declare_camera(Parameters& parameters);
   void declare_arm(Parameters& parameters);
   [[nodiscard]] std::optional<PatrolArmParameters> arm() const;
-  void add_bodies(simulation::ThermalSceneParameters& scene) const;
+  void add_decoys(simulation::ThermalSceneParameters& scene) const;
+  [[nodiscard]] std::vector<simulation::ThermalLeak> leaks() const;
 
+  PlantParameters plant_;
   Parameter<std::int64_t> seed_;
   Parameter<std::vector<double>> row_position_;
   Parameter<double> row_yaw_;

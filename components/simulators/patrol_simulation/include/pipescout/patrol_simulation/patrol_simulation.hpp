@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <geometry_msgs/msg/twist.hpp>
 #include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <optional>
 #include <pipescout/geometry/geodesy.hpp>
+#include <pipescout_msgs/action/inspect_tour.hpp>
 #include <pipescout_msgs/msg/leak_event.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <pipescout_msgs/msg/pipe_track.hpp>
@@ -14,6 +16,7 @@
 #include <sensor_msgs/msg/image.hpp>
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/joint_state.hpp>
+#include <sensor_msgs/msg/laser_scan.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
 #include <trajectory_msgs/msg/joint_trajectory.hpp>
@@ -26,11 +29,13 @@
 
 namespace pipescout {
 
-/// Simulates a ground robot that patrols along a row of collectors at night, and replaces its
+/// Simulates a ground robot that patrols along rows of collectors at night, and replaces its
 /// drivers: publishes `thermal/image_raw`, `thermal/camera_info`, `imu/data`, `gps/fix`,
 /// `odometer/readings`, the truth on `ground_truth/odometry`, `ground_truth/leaks` and
 /// `ground_truth/pipe_track`, and the time of all that on `/clock`, for nodes with `use_sim_time`.
 /// With an arm that carries the camera `joint_states` too, and it does what `arm/command` says.
+/// In a plant `scan` too: it drives as `cmd_vel` says, writes the plant's map, and asks as its
+/// operator for a tour with the action `inspect_tour`, with whose end the patrol is over.
 ///
 /// Parameters: docs/components/patrol_simulation.md. They take effect when it is configured.
 class PatrolSimulation final : public Component {
@@ -55,6 +60,9 @@ class PatrolSimulation final : public Component {
   using JointState = sensor_msgs::msg::JointState;
   using JointTrajectory = trajectory_msgs::msg::JointTrajectory;
   using PipeTrack = pipescout_msgs::msg::PipeTrack;
+  using InspectTour = pipescout_msgs::action::InspectTour;
+  using LaserScan = sensor_msgs::msg::LaserScan;
+  using Twist = geometry_msgs::msg::Twist;
 
   /// Drives on to the next step and publishes what the sensors have said, and an image when it is
   /// due. False: it was the last.
@@ -68,6 +76,11 @@ class PatrolSimulation final : public Component {
   void publish_image(Time stamp);
   void publish_joints(Time stamp);
   void publish_true_track(Time stamp);
+  void publish_scan(Time stamp);
+  void write_map() const;
+  void report_driven();
+  void ask_for_tour();
+  void on_tour(const GoalOutcome<InspectTour>& outcome);
 
   PatrolParameters patrol_parameters_;
 
@@ -85,6 +98,9 @@ class PatrolSimulation final : public Component {
   std::vector<std::uint16_t> counts_;
   std::uint64_t steps_ = 0;
   std::uint64_t images_ = 0;
+  std::uint64_t steps_per_scan_ = 1;
+  bool asked_ = false;  ///< for the tour
+  bool over_ = false;
 
   Publisher<Image> image_publisher_;
   Publisher<CameraInfo> camera_info_publisher_;
@@ -96,11 +112,14 @@ class PatrolSimulation final : public Component {
   Publisher<Clock> clock_publisher_;
   Publisher<PipeTrack> true_track_publisher_;
   Publisher<JointState> joint_publisher_;
+  Publisher<LaserScan> scan_publisher_;
   Subscription<JointTrajectory> command_subscription_;
+  Subscription<Twist> twist_subscription_;
+  ActionClient<InspectTour> tour_client_;
   // Last: its steps end before their publishers.
   SimulationRun run_steps_{*this,
                            {"image", "camera_info", "imu", "fix", "readings", "joint_states",
-                            "true_odometry", "true_leaks", "true_track"}};
+                            "true_odometry", "true_leaks", "true_track", "scan"}};
 };
 
 }  // namespace pipescout

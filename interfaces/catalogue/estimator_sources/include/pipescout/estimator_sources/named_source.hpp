@@ -28,12 +28,13 @@ enum class NamedSourceKind {
   kFluidPressure,              ///< sensor_msgs/FluidPressure: height, with a bias that walks
   kRange,                      ///< sensor_msgs/Range: distance from a beacon
   kGpsFix,                     ///< sensor_msgs/NavSatFix: another antenna
+  kPose,                       ///< geometry_msgs/PoseWithCovarianceStamped: in the map
   kWheelEncoders,              ///< sensor_msgs/JointState: angles or rates of driven wheels
 };
-inline constexpr std::size_t kNamedSourceKinds = 10;
+inline constexpr std::size_t kNamedSourceKinds = 11;
 /// "gps_velocity", "gps_velocity_with_covariance", "base_velocity", "odometry_velocity",
-/// "odometry_pose", "magnetic_field", "fluid_pressure", "range", "gps_fix", "wheel_encoders";
-/// "unknown".
+/// "odometry_pose", "magnetic_field", "fluid_pressure", "range", "gps_fix", "pose",
+/// "wheel_encoders"; "unknown".
 [[nodiscard]] std::string_view to_string(NamedSourceKind kind) noexcept;
 /// Nothing for another text.
 [[nodiscard]] std::optional<NamedSourceKind> named_source_kind(std::string_view name) noexcept;
@@ -50,14 +51,20 @@ struct NamedSource {
   std::optional<Eigen::Vector3d> position{};  ///< m, in the base frame; nothing: from tf
   geometry::SO3 R_base_sensor{};              ///< with `position`
   double deviation = 1;                       ///< per axis, of messages without covariance
-  double rotation_deviation = 0.005;          ///< rad, of a step of kOdometryPose
+  double rotation_deviation = 0.005;          ///< rad, of a step of kOdometryPose; kPose
   double declination = 0;                     ///< rad, kMagneticField
   std::optional<Eigen::Vector3d> beacon{};    ///< m, in the map, kRange
   double bias_deviation = 0;                  ///< m or rad; 0: no bias
   double bias_walk = 0;                       ///< per sqrt(s)
+  /// Of kPose; above 0: estimated. m and rad per axis, and s.
+  double mounting_position_deviation = 0;
+  double mounting_rotation_deviation = 0;
+  double time_offset_deviation = 0;
   double correlation_time = 0;                ///< s, of the measurement errors; 0: white
   double gate = 0.9999;                       ///< share of correct measurements that are accepted
   int bias = -1;                              ///< place in GlobalStates::own; -1: none
+  int mounting = -1;                          ///< the same of the first of six
+  int clock = -1;                             ///< of its time offset
   estimation::WheelDriveParameters wheels{};  ///< kWheelEncoders
 };
 

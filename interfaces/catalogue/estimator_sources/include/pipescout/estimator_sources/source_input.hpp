@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
 #include <nav_msgs/msg/odometry.hpp>
@@ -29,7 +30,8 @@ using SourceMessage =
     std::variant<geometry_msgs::msg::TwistStamped, geometry_msgs::msg::TwistWithCovarianceStamped,
                  nav_msgs::msg::Odometry, sensor_msgs::msg::MagneticField,
                  sensor_msgs::msg::FluidPressure, sensor_msgs::msg::Range,
-                 sensor_msgs::msg::NavSatFix, sensor_msgs::msg::JointState>;
+                 sensor_msgs::msg::NavSatFix, sensor_msgs::msg::JointState,
+                 geometry_msgs::msg::PoseWithCovarianceStamped>;
 
 /// The frame in which a message's numbers are, or on which its sensor is; empty: the base.
 template <class Message>
@@ -38,6 +40,8 @@ template <class Message>
     return message.child_frame_id;
   } else if constexpr (std::is_same_v<Message, sensor_msgs::msg::JointState>) {
     return {};  // the motion is that of the base, whatever frame the joints have
+  } else if constexpr (std::is_same_v<Message, geometry_msgs::msg::PoseWithCovarianceStamped>) {
+    return {};  // it names the map; a sensor that is not at the base has a `position`
   } else {
     return message.header.frame_id;
   }
@@ -93,6 +97,8 @@ class SourceInput {
                                 const SourceContext& context);
   [[nodiscard]] SourceNews take(const sensor_msgs::msg::JointState& message, double time,
                                 const SourceContext& context);
+  [[nodiscard]] SourceNews take(const geometry_msgs::msg::PoseWithCovarianceStamped& message,
+                                double time, const SourceContext& context);
 
  private:
   [[nodiscard]] SourceNews body_velocity(const geometry_msgs::msg::TwistWithCovariance& twist,

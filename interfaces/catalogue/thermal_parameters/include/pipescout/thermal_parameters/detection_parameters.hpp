@@ -35,6 +35,8 @@ struct DetectionSettings {
   std::optional<thermal::TemperatureTable> counts;
   /// Conversion of `mono8` grey levels to degC; nothing: not described.
   std::optional<thermal::TemperatureTable> grey;
+  /// `mono8` images are of automatic gain: their levels have no degrees.
+  bool levels = false;
 
   /// Conversion of pixel values to degC, valid as long as these settings; empty for images in degC.
   /// Throws UndescribedPicture.
@@ -77,6 +79,7 @@ class DetectionParameters {
   void declare_detector(Parameters& parameters);
   void declare_camera(Parameters& parameters);
   void declare_object();
+  [[nodiscard]] bool by_contrast() const;
   [[nodiscard]] std::optional<thermal::TemperatureTable> counts() const;
   [[nodiscard]] std::optional<thermal::TemperatureTable> grey() const;
 

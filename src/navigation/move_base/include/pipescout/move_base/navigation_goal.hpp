@@ -26,6 +26,7 @@ struct RouteGoal {
 struct TourGoal {
   std::vector<std::int64_t> rows;
   bool both_sides = false;  ///< each row there and back
+  bool as_given = false;    ///< each in the direction of its edge; excludes `both_sides`
 };
 using NavigationGoal = std::variant<PoseGoal, RouteGoal, TourGoal>;
 

@@ -19,11 +19,12 @@ struct TourRow {
 
 /// How a camera at one side of the robot sees rows.
 enum class RowSides {
-  kOne,  ///< driven along once, in either direction where there is an edge back
-  kBoth  ///< driven along there and back; once where there is no edge back
+  kOne,     ///< driven along once, in either direction where there is an edge back
+  kBoth,    ///< driven along there and back; once where there is no edge back
+  kAsGiven  ///< in the direction of the edge: an edge and its opposite are two rows
 };
 
-/// Rows of edges; an edge and its opposite count once.
+/// Rows of edges; an edge and its opposite count once, but for kAsGiven.
 [[nodiscard]] std::vector<TourRow> tour_rows(const RouteGraph& graph,
                                              std::span<const std::uint32_t> edges, RowSides sides);
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pipescout/bags/bag_error.hpp"
@@ -44,6 +45,9 @@ class BagReader {
   /// function. Throws BagError once, when all that can be read has been handed out and something
   /// could not; the next call then gives none.
   [[nodiscard]] std::optional<BagMessage> next();
+  /// The same for programs that use a damaged bag as far as it goes: where `next` throws, none, and
+  /// `damage` gets what it says.
+  [[nodiscard]] std::optional<BagMessage> next_before_damage(std::string& damage);
 
  private:
   class Implementation;

@@ -37,10 +37,16 @@ struct LeakReport {
   std::vector<Eigen::Vector2d> track;          ///< m, of the robot in the map
   std::optional<geometry::GeodeticPosition> datum;
   std::vector<ConditionRecord> conditions;
+  std::string degrees;  ///< how sure they are; may be empty. Of degrees_text
   std::size_t pictures_read = 0;
   std::size_t pictures_failed = 0;
   std::vector<ReportedPicture> pictures;  ///< all, or those worth showing
 };
+
+/// How sure degrees are that were found by contrast: emissivity, reflected temperature and pipe
+/// with their 95 % intervals. `posterior`: null without. `levels`: images of automatic gain, which
+/// have none. Empty where neither.
+[[nodiscard]] std::string degrees_text(const thermal::RadiometryPosterior* posterior, bool levels);
 
 /// One self-contained page of HTML: no scripts, no links to other files. A map, a table by
 /// severity, each finding with its image and its profile as in Figure 5 of Ibarguren et al. 2013,

@@ -72,4 +72,11 @@ class RevocationList {
 /// governance. The error names a date that is none.
 [[nodiscard]] std::vector<Validity> validities_in(const std::string& document);
 
+/// Every partition, the default one included, whose name is empty.
+inline constexpr const char* kAnyPartition = "*";
+
+/// Whether a permissions document grants more than the default partition (9.4.1.3.2.3.1.3): with
+/// `kAnyPartition` for its topics.
+[[nodiscard]] bool grants_any_partition(const std::string& document);
+
 }  // namespace pipescout::keystore

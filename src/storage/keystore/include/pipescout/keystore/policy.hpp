@@ -38,7 +38,8 @@ void add_endpoint(EnclavePolicy& policy, const std::string& dds_topic, bool is_w
 [[nodiscard]] Policy read_policy(const std::filesystem::path& path);
 
 /// Permissions (DDS Security 1.1, 9.4.1.3) of one grant. `policy`: nullptr allows every topic, as
-/// SROS 2 does for an enclave without a policy. Every enclave may use "ros_discovery_info".
+/// SROS 2 does for an enclave without a policy. Every enclave may use "ros_discovery_info". Topics
+/// are granted in every partition: these keep data on a machine, and are no matter of rights.
 [[nodiscard]] std::string to_permissions_xml(const std::string& enclave,
                                              const EnclavePolicy* policy, unsigned domain,
                                              std::time_t not_before, std::time_t not_after);

@@ -42,6 +42,8 @@ struct LeakSurveyResult {
   std::size_t out_of_order = 0;  ///< taken before the previous image: they do not update findings
   std::size_t same_time = 0;     ///< with the time of the previous one, which they follow
   std::size_t without_pose = 0;  ///< while others have one: leaks in them have no position
+  std::size_t levels = 0;        ///< of automatic gain, without degrees
+  std::string degrees;           ///< how sure they are: degrees_text
   std::size_t with_pipes = 0;
   std::size_t leak_detections = 0;
   std::size_t raised = 0;      ///< findings that are raised now, including those of other days

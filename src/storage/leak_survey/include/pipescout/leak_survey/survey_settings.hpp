@@ -45,7 +45,7 @@ using SurveyParametersReader = std::function<void(
 
 /// Of YAML, every entry of which may be left out:
 ///
-///     preset: collectors                  # torresol, hot_pipes or cold_pipes
+///     preset: collectors                  # torresol, hot_pipes, cold_pipes or contrast
 ///     field_of_view: 24.6                 # degrees, across the whole width of a picture
 ///     camera: {width: 640, height: 512, focal_length: 1467, centre_u: 319.5, centre_v: 255.5}
 ///                                         # in its place; geometry::CameraParameters

@@ -55,6 +55,8 @@ struct ThermalPicture {
   int width = 0;
   int height = 0;
   std::vector<float> degrees;  ///< degC, row by row from the upper left; NaN without temperature
+  /// `degrees` are grey levels of automatic gain, 0 to 255, and no temperatures.
+  bool levels = false;
   thermal::PixelCount count;
 
   /// Counts of the sensor, as many as `degrees`; empty for temperatures.

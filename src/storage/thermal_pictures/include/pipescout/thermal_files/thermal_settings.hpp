@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipescout/thermal/radiometry.hpp"
+#include "pipescout/thermal/radiometry_posterior.hpp"
 #include "pipescout/thermal/temperature_interval.hpp"
 #include "pipescout/thermal/temperature_table.hpp"
 
@@ -53,15 +54,19 @@ struct RegionChanges {
 };
 
 struct ThermalSettings {
-  std::optional<LinearScale> scale;                        ///< of 16-bit pictures
-  std::optional<thermal::PlanckConstants> planck;          ///< of 16-bit images, instead of a scale
-  std::optional<GreyScale> grey;                           ///< of 8-bit pictures
+  std::optional<LinearScale> scale;                ///< of 16-bit pictures
+  std::optional<thermal::PlanckConstants> planck;  ///< of 16-bit images, instead of a scale
+  std::optional<GreyScale> grey;                   ///< of 8-bit pictures
+  /// 8-bit pictures are of automatic gain: their levels mean no temperatures.
+  bool automatic_gain = false;
   TemperatureUnit float_unit = TemperatureUnit::kCelsius;  ///< of 32-bit pictures
   thermal::AirPath air_path = thermal::AirPath::kBeforeWindow;
   ObjectChanges object;
   std::vector<RegionChanges> regions;
   std::optional<thermal::CountRange> range;  ///< range outside which the sensor is saturated
   thermal::ParameterDeviations deviations;
+  /// Of the sound pipes, with the contrast rule.
+  thermal::PipeTemperatureRange pipe_temperature = thermal::collector_temperatures();
 };
 
 /// Of a YAML file, every entry of which may be left out:
@@ -73,7 +78,8 @@ struct ThermalSettings {
 ///     deviations: {emissivity: 0.05, calibration: 1, ...}
 ///     scale: {gain: 0.01, offset: -273.15}
 ///     planck: {r1: 21106.77, r2: 0.012545, b: 1501, f: 1, o: -7340}
-///     grey: {black: 100, white: 300}
+///     grey: {black: 100, white: 300} # or automatic_gain
+///     pipe_temperature: {least: 100, most: 400}
 ///     float_unit: celsius           # or kelvin
 ///     air_path: before_window       # or window_midway
 ///     range: {least: 0, most: 65535}

@@ -20,6 +20,14 @@ struct LawnmowerScore {
   double way = 0;                  ///< m
   DeadReckoningScore estimator{};  ///< gyro bias estimated at the initial standstill
   DeadReckoningScore summed{};     ///< sum of the steps alone
+  /// rad/s, mean turn of the mower that stands at the beginning, and the sum of the steps less it:
+  /// what knowing the gyro's bias from the standstill exactly, and no more, comes to.
+  double standing_rate = 0;
+  DeadReckoningScore less_standing{};
+  /// rad/s, the constant bias with which the sum of the steps is nearest to the reference, which
+  /// only the reference can tell, and that sum.
+  double best_rate = 0;
+  DeadReckoningScore less_best{};
   double covered_share = 0;  ///< of the time, the reference within the estimator's 95 % ellipse
 };
 

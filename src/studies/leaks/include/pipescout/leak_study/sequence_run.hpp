@@ -37,6 +37,18 @@ struct InspectionSettings {
   double frame_rate = 25;  ///< Hz, [1, 200]
   PoseErrors pose{};
   thermal::LeakDetectorParameters detector{};
+  /// Detection by contrast in apparent temperatures, and in images with automatic gain in grey
+  /// levels; the detector is then that of DetectorPreset::kContrast.
+  bool by_contrast = false;
+  /// With it: how sure is what the camera is told (thermal::ibarguren2013_object), and which
+  /// temperatures its tubes may have. Of cameras without calibration error.
+  thermal::ParameterDeviations deviations{.calibration = 0,
+                                          .emissivity = 0.02,
+                                          .reflected_temperature = 6,
+                                          .distance = 1.7,
+                                          .atmospheric_temperature = 6,
+                                          .relative_humidity = 0.1};
+  thermal::PipeTemperatureRange pipe_temperature = thermal::collector_temperatures();
   /// Mounting of the camera, lines and diameter of pipes are set by the run.
   leak_findings::LeakFindingsParameters findings{.range_source = leak_findings::RangeSource::kLine};
 };
@@ -47,7 +59,10 @@ struct FindingScore {
   bool first = true;                  ///< of that leak
   double place = 0;                   ///< m, along the row; NaN without a position
   double mean_delta = 0;              ///< K
-  double length = 0;                  ///< m
+  leak_findings::Interval delta_interval{};
+  /// K, of the leak, the mean over its length; NaN where it saturates the camera.
+  double true_delta = std::numeric_limits<double>::quiet_NaN();
+  double length = 0;                                                 ///< m
   double position_error = std::numeric_limits<double>::quiet_NaN();  ///< m
   /// error^T covariance^-1 error, of the level position and of all three axes.
   double level_square = std::numeric_limits<double>::quiet_NaN();
@@ -61,6 +76,11 @@ struct SequenceScore {
   double metres_seen = 0;     ///< of that, in an image with its whole width
   std::vector<bool> found{};  ///< of each leak of the scene
   std::vector<FindingScore> findings{};
+  /// degC, of the sound tube, with `by_contrast` and counts; NaN: unknown.
+  thermal::TemperatureInterval tube{.mean = std::numeric_limits<double>::quiet_NaN(),
+                                    .low = std::numeric_limits<double>::quiet_NaN(),
+                                    .high = std::numeric_limits<double>::quiet_NaN()};
+  double true_tube = 0;              ///< degC, mean
   std::size_t frame_faults = 0;      ///< frames without detections, for a reason
   std::size_t false_detections = 0;  ///< in single frames, where there is no leak
 
@@ -96,6 +116,8 @@ struct CampaignScore {
   std::size_t found = 0;
   std::size_t faint_leaks = 0;
   std::size_t faint_found = 0;
+  std::size_t near_leaks = 0;
+  std::size_t near_found = 0;
   std::size_t false_findings = 0;
   double metres = 0;
   double metres_seen = 0;
@@ -103,6 +125,9 @@ struct CampaignScore {
   std::vector<double> level_squares{};    ///< as FindingScore::level_square
   std::vector<double> squares{};
   std::vector<std::size_t> frames_to_raise{};
+  std::size_t intervals = 0;              ///< of found leaks that do not saturate, and of tubes
+  std::size_t covering = 0;               ///< of them, with the truth inside
+  std::vector<double> relative_widths{};  ///< of those of leaks: half the interval over the truth
 
   void add(const SequencePlan& plan, const SequenceScore& score);
   CampaignScore& operator+=(const CampaignScore& other);
@@ -113,6 +138,14 @@ struct CampaignScore {
   /// ellipsoid in space.
   [[nodiscard]] double level_coverage_percent() const;
   [[nodiscard]] double coverage_percent() const;
+  /// Share of the leaks beside joints and posts that were found.
+  [[nodiscard]] double near_percent() const;
+  [[nodiscard]] double false_per_km() const;
+  /// Share of the 95 % intervals of temperatures with the truth inside.
+  [[nodiscard]] double temperature_coverage_percent() const;
+
+ private:
+  void add_interval(double low, double high, double truth);
 };
 
 }  // namespace pipescout::leak_study

@@ -10,7 +10,7 @@
 
 namespace pipescout::odometry_study {
 
-/// A simulated crawler with three wheels in a pipe of joints, its wheels fused by `OdometerStream`,
+/// A simulated crawler with some wheels in a pipe of joints, its wheels fused by `OdometerStream`,
 /// and a weld detector that is simulated by its detections only. It stops about every 100 m.
 struct CrawlerRunSettings {
   // The pipe and its tally.
@@ -27,6 +27,7 @@ struct CrawlerRunSettings {
   double reverse_share = 0.0;      ///< share of the stops after which it reverses, ...
   double reverse_distance = 15.0;  ///< m, on average
   // The wheels.
+  std::size_t wheels = 3;             ///< [3, kMaxOdometers], evenly around the circumference
   double sample_period = 0.1;         ///< s, of each wheel
   double wheel_noise = 0.004;         ///< m per square root of a metre, each wheel
   double stated_noise_part = 1.0;     ///< share of its standard deviation used by the fusion
@@ -47,6 +48,9 @@ struct CrawlerRunSettings {
   double gravity_slip = 0.002;    ///< share that all wheels lose on a vertical climb
   double clock_error = 0.0175;    ///< rad, standard deviation, each wheel
   double roll_per_metre = 0.005;  ///< rad
+  /// m and rad, of the places and angles of the bends as the tally lists them.
+  double tally_bend_sigma = 0.1;
+  double tally_angle_sigma = 0.03;
   // Their fusion: as `OdometerStreamParameters`. With wheels this precise every relevant slip is
   // detected within half a metre; looking back would exclude a wheel for some metres after its
   // slip, and the remaining two cannot outvote the next.
@@ -63,9 +67,11 @@ struct CrawlerRunSettings {
 
 struct CrawlerRunEvent {
   bool is_weld = false;
+  bool is_bend = false;
   bool spurious = false;
-  odometry::OdometerIncrement increment{};  ///< of an event that is no weld
+  odometry::OdometerIncrement increment{};  ///< of an event that is neither weld nor bend
   odometry::WeldSighting weld{};
+  odometry::BendSighting bend{};
   // The truth.
   double place = 0.0;             ///< m, from weld 0
   double path = 0.0;              ///< m
@@ -90,6 +96,7 @@ struct BendPassage {
 
 struct CrawlerRun {
   std::vector<odometry::TallyJoint> tally;
+  std::vector<odometry::TallyBend> tally_bends;
   std::vector<double> welds;  ///< m, true places; welds[i] is weld i of the PIPE
   /// Index in `welds` of weld i of the tally, or -1 where the pipe has none.
   std::vector<int> weld_of_tally;

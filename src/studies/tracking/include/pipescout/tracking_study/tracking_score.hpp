@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "pipescout/tracking/shape_tracker.hpp"
@@ -26,6 +27,17 @@ class Moments {
   double sum_ = 0;
   double squares_ = 0;
 };
+
+/// 95 % interval of the standard deviation of values that come in sequences, by the bootstrap over
+/// sequences (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, sections 8.3 and 13.3):
+/// errors of one sequence have a cause in common, so that a few of them decide the deviation. NaN
+/// without values.
+struct DeviationInterval {
+  double low = 0;
+  double high = 0;
+};
+[[nodiscard]] DeviationInterval deviation_interval(std::span<const Moments> sequences,
+                                                   std::uint64_t seed);
 
 /// Absolute errors of an estimate, against the section in view.
 struct EstimateErrors {

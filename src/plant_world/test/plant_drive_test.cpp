@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/plant_simulation/plant_drive.hpp"
+#include "pipescout/plant_world/plant_drive.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
-namespace pipescout {
+namespace pipescout::simulation {
 namespace {
 
 PlantDriveParameters empty_plant() {
@@ -25,42 +26,37 @@ TEST(PlantDrive, DoesWhatATwistSaysAndStopsWithoutOne) {
     drive.command(0.001, 0.0003);
     drive.drive(50);
   }
-  EXPECT_NEAR(drive.truth().steering, std::atan(1.2 * 0.3), 1e-3);
-  EXPECT_EQ(drive.driven(), 0);
+  EXPECT_NEAR(drive.drive(0).steering, std::atan(1.2 * 0.3), 1e-3);
+  EXPECT_EQ(drive.drive(0).speed, 0);
   for (int i = 0; i < 40; ++i) {
     drive.command(1, 0);
     drive.drive(50);
   }
-  EXPECT_NEAR(drive.truth().speed, 1, 1e-6);
-  drive.drive(2000);
-  EXPECT_NEAR(drive.truth().speed, 0, 1e-6);
+  EXPECT_NEAR(drive.drive(0).speed, 1, 1e-6);
+  EXPECT_NEAR(drive.driven(), 2 - 0.1 - 0.5 / 1.2, 0.01);
+  EXPECT_NEAR(drive.drive(2000).speed, 0, 1e-6);
   drive.command(std::numeric_limits<double>::quiet_NaN(), 0);
-  drive.drive(100);
-  EXPECT_NEAR(drive.truth().speed, 0, 1e-6);
+  EXPECT_NEAR(drive.drive(100).speed, 0, 1e-6);
 }
 
-TEST(PlantDrive, CountsContacts) {
+TEST(PlantDrive, CountsContactsAndScansFromWhereItIs) {
   PlantDriveParameters parameters = empty_plant();
   parameters.obstacles = {{.centre = {3, 3.25}, .half_length = 0.3, .half_width = 0.3}};
+  parameters.lidar.noise = 0;
+  parameters.lidar.dropouts = 0;
   PlantDrive drive(parameters);
-  while (drive.time() < 8) {
-    drive.command(1, 0);
-    drive.drive(50);
-  }
-  EXPECT_GT(drive.collisions(), 0U);
+  std::vector<float> ranges;
+  drive.move_to({0, 3.25, 0}, 0.002);
+  drive.scan(ranges);
+  EXPECT_NEAR(static_cast<double>(ranges[ranges.size() / 2]), 3 - 0.3 - 0.8, 0.01);
+  EXPECT_EQ(drive.contact_time(), 0);
+  EXPECT_NEAR(drive.least_clearance(), 3 - 0.3 - 1.55, 1e-9);
+  drive.move_to({1.5, 3.25, 0}, 0.002);
+  EXPECT_EQ(drive.contact_time(), 0.002);
   EXPECT_EQ(drive.least_clearance(), 0);
-  parameters.start = {.x = 3, .y = 3.25};
+  parameters.start = {3, 3.25, 0};
   EXPECT_THROW(PlantDrive{parameters}, std::invalid_argument);
 }
 
-TEST(PlantDrive, SeesThePipeOnItsLeft) {
-  PlantDriveParameters parameters = empty_plant();
-  EXPECT_FALSE(PlantDrive(parameters).range_to_pipe().has_value());
-  parameters.start = {.x = 10, .y = 3};
-  EXPECT_NEAR(PlantDrive(parameters).range_to_pipe().value_or(0), 6.5 - 0.75 - 3, 1e-9);
-  parameters.start.heading = 3.14159265;
-  EXPECT_NEAR(PlantDrive(parameters).range_to_pipe().value_or(0), 3 - 0.75, 1e-9);
-}
-
 }  // namespace
-}  // namespace pipescout
+}  // namespace pipescout::simulation
