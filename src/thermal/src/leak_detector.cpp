@@ -302,8 +302,8 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
   differs_from_both = one > 0 && one >= kWeakerSide * other && other >= kWeakerSide * one;
 }
 
-/// The centroid of what is warmer than half of the mean rise. All count alike: a dead pixel is one
-/// of many.
+/// The centroid of what is warmer, in the image, than half of the mean rise. All count alike: a
+/// dead pixel is one of many.
 template <class Pixel>
 double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
                                             const Scale<Pixel>& scale, const PipeSection& pipe,
@@ -313,13 +313,15 @@ double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
   const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   const int reach = static_cast<int>(pipe.half_width);
   const int samples = static_cast<int>((leak.end - leak.start).norm()) + 1;
+  // Of the image: `leak.delta` may be in kelvins of the pipe, or missing.
+  const double half_rise = 0.5 * sign * (leak.stretch.mean - pipe.reference_temperature);
   double sum = 0;
   int count = 0;
   for (int i = 0; i < samples; ++i) {
     for (int k = -reach; k <= reach; ++k) {
       const double there =
           temperature_at(image, scale, leak.start + (i + 0.5) * direction + k * normal);
-      if (sign * (there - pipe.reference_temperature) > 0.5 * leak.delta) {
+      if (sign * (there - pipe.reference_temperature) > half_rise) {
         sum += k;
         ++count;
       }

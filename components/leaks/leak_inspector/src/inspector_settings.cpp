@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "pipescout/catalogue/topics.hpp"
-#include "pipescout/leak_inspector/rack_lines.hpp"
+#include "pipescout/leak_findings/rack_lines.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/rack_file/rack_file.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
@@ -201,7 +201,7 @@ InspectorSettings InspectorParameters::read(Node& node) const {
   std::vector<leak_findings::PipeLine> lines;
   if (!rack_.get().empty()) {
     result.rack = read_rack(rack_.get());
-    lines = rack_lines(*result.rack, {});
+    lines = leak_findings::rack_lines(*result.rack, {});
   }
   result.findings = findings_.read(result.detection.detector, std::move(lines));
   if (result.rack && result.findings.range_source != leak_findings::RangeSource::kLine) {

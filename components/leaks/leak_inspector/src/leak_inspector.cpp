@@ -14,7 +14,8 @@
 
 #include "leak_messages.hpp"
 #include "pipescout/catalogue/topics.hpp"
-#include "pipescout/leak_inspector/rack_lines.hpp"
+#include "pipescout/leak_findings/rack_lines.hpp"
+#include "pipescout/leak_inspector/rack_offsets.hpp"
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_exports.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
@@ -212,7 +213,7 @@ void LeakInspector::on_rack_state(const RackState& message) {
     return;
   }
   const std::vector<leak_findings::PipeLine> moved =
-      rack_lines(*settings_->rack, rack_offsets(*settings_->rack, message));
+      leak_findings::rack_lines(*settings_->rack, rack_offsets(*settings_->rack, message));
   std::ranges::copy(moved, settings_->findings.lines.begin());
   if (findings_) {
     findings_->set_lines(settings_->findings.lines);

@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"
+#include "pipescout/leak_findings/rack_lines.hpp"
 #include "pipescout/leak_inspector/leak_inspector.hpp"
-#include "pipescout/leak_inspector/rack_lines.hpp"
+#include "pipescout/leak_inspector/rack_offsets.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/motion.hpp"
@@ -246,8 +247,8 @@ TEST(RackLines, AreTheSectionsMovedByTheirOffsets) {
   state.offset = {0.02, 0.01, std::nan("")};
   const std::vector<double> offsets = rack_offsets(model, state);
   EXPECT_EQ(offsets, (std::vector<double>{0, 0.01, 0, 0.02, 0}));
-  const auto filed = rack_lines(model, {});
-  const auto moved = rack_lines(model, offsets);
+  const auto filed = leak_findings::rack_lines(model, {});
+  const auto moved = leak_findings::rack_lines(model, offsets);
   ASSERT_EQ(filed.size(), 7U);  // P1 has three
   ASSERT_EQ(moved.size(), filed.size());
   EXPECT_EQ(filed[0].radius, 0.15);

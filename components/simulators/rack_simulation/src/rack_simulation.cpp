@@ -165,8 +165,8 @@ void RackSimulation::declare_camera_parameters() {
                                     .floating_point_range = FloatingPointRange{0.0, 50.0}});
 }
 
-RackFlightParameters RackSimulation::flight_parameters() const {
-  RackFlightParameters result;
+simulation::RackFlightParameters RackSimulation::flight_parameters() const {
+  simulation::RackFlightParameters result;
   const std::string file = rack_file_.get();
   if (file.empty()) {
     throw std::invalid_argument("parameter 'rack' is empty: a YAML file with a rack is needed");
@@ -234,7 +234,7 @@ RackFlightParameters RackSimulation::flight_parameters() const {
 }
 
 CallbackReturn RackSimulation::on_configure() {
-  const RackFlightParameters flight = flight_parameters();
+  const simulation::RackFlightParameters flight = flight_parameters();
   flight_.emplace(flight);
   camera_ = flight.camera;
   frame_ = frame_id_.get();
@@ -369,7 +369,7 @@ void RackSimulation::publish_image(Time stamp) {
 }
 
 void RackSimulation::publish_imu() {
-  for (const RackFlight::ImuSample& sample : flight_->take_imu_samples()) {
+  for (const simulation::RackFlight::ImuSample& sample : flight_->take_imu_samples()) {
     auto message = std::make_unique<Imu>(
         imu_message(sample.reading.angular_rate, sample.reading.specific_force));
     message->header.stamp = to_message(at(sample.time));

@@ -72,11 +72,11 @@ void RackSimulation::declare_thermal_parameters() {
       {.description = "of each warm place of the ground: x, y, radius, m; degC"});
 }
 
-std::optional<RackThermalParameters> RackSimulation::thermal_parameters() const {
+std::optional<simulation::RackThermalParameters> RackSimulation::thermal_parameters() const {
   if (thermal_image_rate_.get() == 0.0) {
     return std::nullopt;
   }
-  RackThermalParameters result;
+  simulation::RackThermalParameters result;
   result.camera.width = thermal_width_.get();
   result.camera.height = thermal_height_.get();
   result.camera.focal_length = thermal_focal_length_.get();

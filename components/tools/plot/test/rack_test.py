@@ -95,6 +95,22 @@ class Rack(unittest.TestCase):
         with Image.open(files["animation"]) as animation:
             self.assertEqual(animation.n_frames, 5, "one of the six images has no pose")
 
+    def test_hot_spots_that_are_raised_at_the_end_are_in_the_map(self):
+        self.assertNotIn("hot spot", texts(self.plot(self.mission)[0]["map"]))
+        leaks = self.mission / "leaks"
+        leaks.mkdir()
+        (leaks / "events.csv").write_text("stamp,event,leak,state,x,y,z\n"
+                                          "2001,raised,71,raised,0.2,4.0,0.35\n"
+                                          "2002,raised,72,raised,1.1,5.0,0.4\n"
+                                          "2003,cleared,72,cleared,1.1,5.0,0.4\n"
+                                          "2004,raised,73,raised,,,\n")
+        (leaks / "truth.csv").write_text("stamp,leak,x,y,z,length,delta\n2000,1,0.2,4.02,0.35,0.4,20\n")
+        found = texts(self.plot(self.mission)[0]["map"])
+        for word in ("true hot spot", "found", "71"):
+            self.assertIn(word, found)
+        for word in ("72", "73"):
+            self.assertNotIn(word, found)
+
     def test_the_same_input_gives_the_same_bytes(self):
         first, _ = self.plot(self.mission, "--out", self.mission / "first")
         second, _ = self.plot(self.mission, "--out", self.mission / "second")

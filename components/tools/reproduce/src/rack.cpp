@@ -26,6 +26,7 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
   if (extent.images.largest_seeds > 0) {
     reproduce_rack_images(run);
   }
+  reproduce_rack_leaks(run);
   return result;
 }
 

@@ -28,4 +28,7 @@ void reproduce_rack_features(RackReproduction& run);
 /// processors.
 void reproduce_rack_images(RackReproduction& run);
 
+/// A thermal camera and the state estimator on rendered flights: `rack_leaks_...`.
+void reproduce_rack_leaks(RackReproduction& run);
+
 }  // namespace pipescout::reproduce

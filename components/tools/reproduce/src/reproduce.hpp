@@ -13,6 +13,7 @@
 
 #include "pipescout/arm_study/arm_drive.hpp"
 #include "pipescout/leak_study/campaign.hpp"
+#include "pipescout/leak_study/rack_inspection.hpp"
 #include "pipescout/leak_study/roc.hpp"
 #include "pipescout/tracking_study/recording.hpp"
 
@@ -95,6 +96,8 @@ struct RackExtent {
   std::size_t every_frame = 1;           ///< of Table I: only each n-th
   std::size_t first_pose_trials = 1000;  ///< in all
   RackImageExtent images{};
+  std::size_t largest_leak_seeds = 20;  ///< flights with hot spots, however many are asked for
+  leak_study::RackInspectionSettings leaks{};
 };
 
 /// How much is driven, flown and crawled for the figures of the state estimator, for each seed.

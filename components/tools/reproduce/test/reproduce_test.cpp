@@ -143,7 +143,10 @@ TEST(Reproduce, FliesOverTheRack) {
                                .places = 1,
                                .trials = 1};
   const auto result = reproduce_rack(
-      {.seeds = 1}, RackExtent{.every_frame = 30, .first_pose_trials = 10, .images = images}, out);
+      {.seeds = 1},
+      RackExtent{
+          .every_frame = 30, .first_pose_trials = 10, .images = images, .leaks = {.longest = 1}},
+      out);
   for (const char* figure : {"ideal_position_rms_m",
                              "ideal_orientation_rms_deg",
                              "table1_cells_half_of_paper",
@@ -167,7 +170,10 @@ TEST(Reproduce, FliesOverTheRack) {
                              "image_recoveries",
                              "image_recoveries_without_odometry",
                              "silent_wrong_pose",
-                             "image_6hz_tracked_percent"}) {
+                             "image_6hz_tracked_percent",
+                             "rack_leaks_found_percent",
+                             "rack_leaks_false",
+                             "rack_leaks_position_p95_m"}) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_LE(result.figures["ideal_position_rms_m"].get<double>(), 0.001);

@@ -13,6 +13,7 @@ from ..decimation import decimate
 from ..ellipses import draw_ellipses
 from ..recording import Missing, Recording
 from ..time_axis import pieces
+from .findings import draw_findings, read_findings
 from .flight_data import MISSING_FOR, Poses, read_poses, read_servo, read_truth_if_any
 from .rack_file import Rack, read_rack
 
@@ -47,6 +48,7 @@ def draw(recording: Recording) -> Figure:
     draw_path(axes, poses, color=style.BLUE, linewidth=1.0, zorder=5, label="estimated")
     draw_ellipses(axes, poses.positions[:, 1::-1], poses.deviations[:, 1::-1], poses.correlation_xy, ELLIPSE)
     draw_way_points(axes, servo.way_points)
+    draw_findings(axes, read_findings(recording))
     limit(axes, low, high)
     axes.set_xlabel("along the flow, y [m]")
     axes.set_ylabel("across, x [m]")

@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/rack_simulation/rack_flight.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/simulation_run.hpp"
+#include "pipescout/simulation/rack_flight.hpp"
 
 namespace pipescout {
 
@@ -56,9 +56,9 @@ class RackSimulation final : public Component {
   void declare_camera_parameters();
   void declare_thermal_parameters();
   /// Throws std::invalid_argument naming the parameter, YamlError for the rack file.
-  [[nodiscard]] RackFlightParameters flight_parameters() const;
+  [[nodiscard]] simulation::RackFlightParameters flight_parameters() const;
   /// Nothing without a thermal camera. Throws std::invalid_argument naming the parameter.
-  [[nodiscard]] std::optional<RackThermalParameters> thermal_parameters() const;
+  [[nodiscard]] std::optional<simulation::RackThermalParameters> thermal_parameters() const;
 
   /// Flies on to the next image and publishes it. False: it was the last.
   bool next_image();
@@ -111,11 +111,11 @@ class RackSimulation final : public Component {
   double image_period_ = 0.0;         // s, simulated
   std::uint64_t total_images_ = 0;
   geometry::CameraParameters camera_;
-  std::optional<RackThermalParameters> thermal_;
+  std::optional<simulation::RackThermalParameters> thermal_;
   std::uint64_t images_per_thermal_image_ = 1;
   std::vector<Eigen::Vector3d> hot_places_;  // m, rack frame, of the hot spots
 
-  std::optional<RackFlight> flight_;
+  std::optional<simulation::RackFlight> flight_;
   std::uint64_t images_ = 0;
   std::optional<simulation::UavCommand>
       answer_;         // to the last image; takes effect after the latency

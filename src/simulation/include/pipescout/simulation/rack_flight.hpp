@@ -3,38 +3,38 @@
 
 #include <cstdint>
 #include <optional>
-#include <pipescout/geometry/camera.hpp>
-#include <pipescout/geometry/se3.hpp>
-#include <pipescout/simulation/dryden_wind.hpp>
-#include <pipescout/simulation/imu_sensor.hpp>
-#include <pipescout/simulation/rack_image.hpp>
-#include <pipescout/simulation/rack_image_light.hpp>
-#include <pipescout/simulation/rack_thermal.hpp>
-#include <pipescout/simulation/uav.hpp>
 #include <span>
 #include <vector>
+#include "pipescout/geometry/camera.hpp"
+#include "pipescout/geometry/se3.hpp"
+#include "pipescout/simulation/dryden_wind.hpp"
+#include "pipescout/simulation/imu_sensor.hpp"
+#include "pipescout/simulation/rack_image.hpp"
+#include "pipescout/simulation/rack_image_light.hpp"
+#include "pipescout/simulation/rack_thermal.hpp"
+#include "pipescout/simulation/uav.hpp"
 
-namespace pipescout {
+namespace pipescout::simulation {
 
 /// A thermal camera beside the other one, and what it has to see.
 struct RackThermalParameters {
   geometry::CameraParameters camera{};
-  simulation::RackThermalSensor sensor{};
+  RackThermalSensor sensor{};
   geometry::SE3 T_base_camera{};
-  std::vector<simulation::HotSpot> hot_spots{};
-  std::vector<simulation::WarmGround> warm_ground{};
+  std::vector<HotSpot> hot_spots{};
+  std::vector<WarmGround> warm_ground{};
 };
 
 struct RackFlightParameters {
-  simulation::RackScene scene{};  ///< its seed is `seed`
+  RackScene scene{};  ///< its seed is `seed`
   geometry::CameraParameters camera{};
-  simulation::ImageSensor sensor{};
-  simulation::RackLightParameters light{};
-  simulation::DrydenWindParameters wind{};  ///< its period is ten steps of the UAV
-  simulation::UavParameters uav{};
+  ImageSensor sensor{};
+  RackLightParameters light{};
+  DrydenWindParameters wind{};  ///< its period is ten steps of the UAV
+  UavParameters uav{};
   /// At the origin of base_link, with its axes; its period is rounded to steps of the UAV. Nothing:
   /// there is none.
-  std::optional<simulation::ImuParameters> imu{};
+  std::optional<ImuParameters> imu{};
   geometry::SE3 T_base_camera{};
   std::optional<RackThermalParameters> thermal{};  ///< over the model of `scene`; nothing: none
   Eigen::Vector3d start_position = Eigen::Vector3d::Zero();  ///< m, of the UAV in the rack frame
@@ -50,13 +50,13 @@ class RackFlight {
   explicit RackFlight(const RackFlightParameters& parameters);
 
   /// From now on.
-  void command(const simulation::UavCommand& command) { uav_.command(command); }
+  void command(const UavCommand& command) { uav_.command(command); }
   /// Flies on to a time, s from the start, to the nearest step of 1 ms; nothing for one that has
   /// passed.
   void fly_until(double time);
   struct ImuSample {
     double time = 0;  ///< s from the start
-    simulation::ImuReading reading{};
+    ImuReading reading{};
   };
   /// What the IMU has shown since the last call, in the order of time.
   [[nodiscard]] std::vector<ImuSample> take_imu_samples();
@@ -69,22 +69,22 @@ class RackFlight {
   [[nodiscard]] geometry::SE3 T_rack_camera() const;
   /// Of the camera against the rack, in its own frame: [linear m/s; angular rad/s].
   [[nodiscard]] geometry::Vector6d camera_velocity() const;
-  [[nodiscard]] const simulation::UavState& uav() const noexcept { return uav_.state(); }
+  [[nodiscard]] const UavState& uav() const noexcept { return uav_.state(); }
   [[nodiscard]] std::size_t bad_commands() const noexcept { return uav_.bad_commands(); }
 
  private:
   geometry::SE3 T_base_camera_;
-  simulation::DrydenWind wind_;
-  simulation::Uav uav_;
-  simulation::ChangingRackLight light_;
-  simulation::RackImageRenderer renderer_;
+  DrydenWind wind_;
+  Uav uav_;
+  ChangingRackLight light_;
+  RackImageRenderer renderer_;
   geometry::SE3 T_base_thermal_;
-  std::optional<simulation::RackThermalRenderer> thermal_;
-  simulation::WindSample gust_;
-  std::optional<simulation::ImuSensor> imu_;
+  std::optional<RackThermalRenderer> thermal_;
+  WindSample gust_;
+  std::optional<ImuSensor> imu_;
   std::uint64_t steps_per_sample_ = 1;
   std::vector<ImuSample> imu_samples_;
   std::uint64_t steps_ = 0;
 };
 
-}  // namespace pipescout
+}  // namespace pipescout::simulation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_simulation/rack_flight.hpp"
+#include "pipescout/simulation/rack_flight.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 #include <pipescout/rack_vision/way_point_mission.hpp>
 #include <vector>
 
-#include "pipescout/rack_file/rack_file.hpp"
+#include "rack_image_scenes.hpp"
 
-namespace pipescout {
+namespace pipescout::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -26,7 +26,7 @@ constexpr int kHeight = 120;
 
 RackFlightParameters parameters_of(std::uint64_t seed) {
   RackFlightParameters result;
-  result.scene.model = read_rack(RACK_FILE);
+  result.scene.model = test::paper_rack();
   result.camera.width = kWidth;
   result.camera.height = kHeight;
   result.camera.focal_length = 157.5;
@@ -134,4 +134,4 @@ TEST(RackFlight, RejectsWhatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace pipescout
+}  // namespace pipescout::simulation

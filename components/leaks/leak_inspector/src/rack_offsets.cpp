@@ -1,25 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/leak_inspector/rack_lines.hpp"
+#include "pipescout/leak_inspector/rack_offsets.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace pipescout {
-
-std::vector<leak_findings::PipeLine> rack_lines(const rack_vision::RackModel& rack,
-                                                rack_vision::PipeOffsets offsets) {
-  std::vector<rack_vision::PipeSection> sections;
-  for (std::size_t i = 0; i < rack.pipes.size(); ++i) {
-    append_sections(rack.pipes[i], offsets.empty() ? 0 : offsets[i], sections);
-  }
-  std::vector<leak_findings::PipeLine> lines;
-  for (const rack_vision::PipeSection& section : sections) {
-    lines.push_back({.from = section.start,
-                     .to = section.start + section.length * section.direction,
-                     .radius = (section.radius_start + section.radius_end) / 2});
-  }
-  return lines;
-}
 
 std::vector<double> rack_offsets(const rack_vision::RackModel& rack,
                                  const pipescout_msgs::msg::RackState& state) {

@@ -1,32 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pipescout/rack_simulation/rack_flight.hpp"
+#include "pipescout/simulation/rack_flight.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace pipescout {
+namespace pipescout::simulation {
 
 namespace {
 
-using simulation::Uav;
-
 constexpr std::uint64_t kStepsPerGust = 10;
 
-simulation::RackScene seeded_scene(const RackFlightParameters& parameters) {
-  simulation::RackScene scene = parameters.scene;
+RackScene seeded_scene(const RackFlightParameters& parameters) {
+  RackScene scene = parameters.scene;
   scene.seed = parameters.seed;
   return scene;
 }
 
-simulation::DrydenWindParameters sampled_wind(const RackFlightParameters& parameters) {
-  simulation::DrydenWindParameters wind = parameters.wind;
+DrydenWindParameters sampled_wind(const RackFlightParameters& parameters) {
+  DrydenWindParameters wind = parameters.wind;
   wind.period = static_cast<double>(kStepsPerGust) * Uav::kStep;
   return wind;
 }
 
 Eigen::Vector3d mean_wind(const RackFlightParameters& parameters) {
-  const double speed = simulation::dryden_model(parameters.wind).mean_speed;
+  const double speed = dryden_model(parameters.wind).mean_speed;
   const double direction = parameters.wind.direction;
   return speed * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
 }
@@ -42,7 +40,7 @@ RackFlight::RackFlight(const RackFlightParameters& parameters)
       renderer_(seeded_scene(parameters), geometry::Camera(parameters.camera), parameters.sensor) {
   if (parameters.thermal) {
     const RackThermalParameters& thermal = *parameters.thermal;
-    simulation::RackThermalScene scene;
+    RackThermalScene scene;
     scene.model = parameters.scene.model;
     scene.ground_height = parameters.scene.ground_height;
     scene.hot_spots = thermal.hot_spots;
@@ -54,7 +52,7 @@ RackFlight::RackFlight(const RackFlightParameters& parameters)
   if (parameters.imu) {
     steps_per_sample_ = static_cast<std::uint64_t>(
         std::max(1LL, std::llround(parameters.imu->period / Uav::kStep)));
-    simulation::ImuParameters sampled = *parameters.imu;
+    ImuParameters sampled = *parameters.imu;
     sampled.period = static_cast<double>(steps_per_sample_) * Uav::kStep;
     imu_.emplace(sampled, parameters.seed);
   }
@@ -69,7 +67,7 @@ void RackFlight::fly_until(double time) {
     uav_.step(gust_);
     ++steps_;
     if (imu_ && steps_ % steps_per_sample_ == 0) {
-      const simulation::UavState& state = uav_.state();
+      const UavState& state = uav_.state();
       imu_samples_.push_back({.time = state.time,
                               .reading = imu_->measure({.angular_rate = state.angular_rate,
                                                         .specific_force = state.specific_force})});
@@ -98,7 +96,7 @@ geometry::SE3 RackFlight::T_rack_camera() const {
 }
 
 geometry::Vector6d RackFlight::camera_velocity() const {
-  const simulation::UavState& state = uav_.state();
+  const UavState& state = uav_.state();
   const geometry::SO3 R_camera_base = T_base_camera_.rotation().inverse();
   geometry::Vector6d velocity;
   velocity << R_camera_base * (state.T_rack_body.rotation().inverse() * state.velocity +
@@ -107,4 +105,4 @@ geometry::Vector6d RackFlight::camera_velocity() const {
   return velocity;
 }
 
-}  // namespace pipescout
+}  // namespace pipescout::simulation
