@@ -19,8 +19,8 @@ TEST(Example, ThinsOut) {
     }
   }
   const std::string base = folder.path().string();
-  const std::string command =
-      std::string(THIN_OUT) + " " + base + "/bag " + base + "/thin 5 > " + base + "/said";
+  std::string command = THIN_OUT;
+  command += " " + base + "/bag " + base + "/thin 5 > " + base + "/said";
   ASSERT_EQ(std::system(command.c_str()), 0);
   EXPECT_EQ(pipescout::testing::content(folder.path() / "said"), "6 of 30 messages\n");
   EXPECT_EQ(testing::read(folder.path() / "thin").size(), 6U);
