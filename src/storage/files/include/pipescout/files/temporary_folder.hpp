@@ -5,8 +5,8 @@
 
 namespace pipescout {
 
-/// An empty folder of its own among the temporary files, which only its owner may read; removed with
-/// all that is in it at the end.
+/// An empty folder of its own among the temporary files, which only its owner may read; removed
+/// with all that is in it at the end.
 class TemporaryFolder {
  public:
   /// Throws std::system_error naming it when it cannot be made.
