@@ -221,9 +221,10 @@ class StateEstimator::Implementation {
   /// Of an absolute measurement that is about to be used, see SourceWatchParameters.
   [[nodiscard]] double covariance_factor_of(Source source, double time) noexcept;
   /// The same of a fix. However alike the errors of fixes are, one alone tells the place as well as
-  /// it states: of a state that is less sure (variance P, the fix's R) what is beyond R is
-  /// independent of the errors of earlier fixes, and the factor P / (P - R) makes it as sure as the
-  /// fix. Not of those that come together: each would be used so.
+  /// it states: a state that is less sure (variance P, the fix's R) becomes as sure as the fix by
+  /// the factor P / (P - R). All that count so are worth one fix in all, beside the share that each
+  /// has by its correlation time: whatever tells the motion between them later makes them one mean.
+  /// Not those that come together: each would be used so.
   [[nodiscard]] double covariance_factor_of(const GpsMeasurement& m);
   [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
   [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
@@ -274,7 +275,9 @@ class StateEstimator::Implementation {
   double imu_lag_ = 0;          // s, behind the others: largest lately
   double imu_end_ = 0;          // of the newest sample
   double fault_time_ = -std::numeric_limits<double>::infinity();  // IMU, odometer
-  std::uint64_t gps_used_at_ = 0;             // number of the update that the newest fix goes into
+  std::uint64_t gps_used_at_ = 0;  // number of the update that the newest fix goes into
+  // What the state knows of errors that fixes have in common, in fixes: 1, as sure as one of them.
+  double gps_counted_ = 0;
   std::array<double, kSources> last_used_{};  // s, times of absolute measurements
   std::array<double, kOwnFactorKinds> own_last_used_{};
   Eigen::Vector3d last_rate_ = Eigen::Vector3d::Zero();

@@ -91,6 +91,9 @@ void StateEstimator::Implementation::keyframe(double time) {
   report_ = &smoother_.update(time);
   ++updates_;
   status_.imu_gaps.bridged += report_->coasted;
+  if (report_->coasted > 0) {
+    gps_counted_ = 0;  // nothing tells the motion since the fixes before
+  }
   if (report_->reset != ResetReason::kNone || smoother_.keyframes() < 2 ||
       !newest_state().is_finite()) {
     recover(pose);
@@ -286,6 +289,7 @@ void StateEstimator::Implementation::recover(const SE3& pose) {
   StateMatrix covariance = good_covariance_;
   covariance.diagonal() += spoilt.cwiseAbs2();
   smoother_.initialise(good_time_, good_state_, covariance);
+  gps_counted_ = 0;
   odom_.make_up(good_time_, good_state_, pose);
   odometer_until_ = good_time_;
   recovered_time_ = good_time_;
@@ -305,6 +309,7 @@ void StateEstimator::Implementation::anchor(double time, const NavState& mean,
   const bool moved_in_time = time != newest_time();
   odom_.correct(newest_state(), mean);
   smoother_.restart(time, mean, covariance);
+  gps_counted_ = 0;
   if (moved_in_time) {
     odom_.forget_records();
     odom_.record(time, mean, true);
@@ -359,6 +364,7 @@ void StateEstimator::Implementation::lose(RestartReason reason) noexcept {
   reassigned_time_ = std::numeric_limits<double>::quiet_NaN();
   contradicted_ = {};
   borne_out_ = 0;
+  gps_counted_ = 0;
   last_position_ = std::numeric_limits<double>::quiet_NaN();
   for (AbsoluteSourceWatch& watch : watches_) {
     watch.distrust(imu_end_, odom_.way());

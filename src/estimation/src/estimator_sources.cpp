@@ -23,6 +23,10 @@ constexpr double kUnknownRack = 10;  // m
 /// A height with a larger standard deviation is none.
 constexpr double kNoHeight = 1000;  // m
 
+double square(double x) {
+  return x * x;
+}
+
 double worst_deviation(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.diagonal().maxCoeff());
 }
@@ -33,6 +37,15 @@ double spacing_of(double& last, double time) {
   const double spacing = std::max(std::abs(time - last), kLeast);
   last = time;
   return spacing;
+}
+
+/// s, after which the noise of the IMU has moved the position by this variance (m^2), whatever else
+/// is known of the motion: of the accelerometer twice integrated, and of tilt and bias three times.
+double forgotten_after(const FixedLagSmootherParameters& parameters, double variance) {
+  const ImuNoise& noise = parameters.imu_noise;
+  const double by_force = square(noise.accelerometer);
+  const double by_tilt = square(parameters.gravity * noise.gyro) + square(noise.accelerometer_bias);
+  return std::min(std::cbrt(3 * variance / by_force), std::pow(20 * variance / by_tilt, 0.2));
 }
 
 /// Of the body, by what is known of the mounting of the camera.
@@ -334,6 +347,7 @@ double StateEstimator::Implementation::covariance_factor_of(Source source, doubl
 }
 
 double StateEstimator::Implementation::covariance_factor_of(const GpsMeasurement& m) {
+  const double elapsed = std::max(m.time - last_used_[index_of(Source::kGps)], 0.0);
   const double factor = covariance_factor_of(Source::kGps, m.time);
   // Of those that come together each but the first would find the state as the first did.
   const bool first = std::exchange(gps_used_at_, updates_ + 1) != updates_ + 1;
@@ -350,7 +364,15 @@ double StateEstimator::Implementation::covariance_factor_of(const GpsMeasurement
                                       (scale * m.covariance(axis, axis)));
     }
   }
-  return surplus > 1 ? std::min(factor, scale * surplus / (surplus - 1)) : factor;
+  // By its own share a fix is worth what is new in it.
+  const double own_share = scale / factor;
+  const double wanted = surplus > 1 ? (surplus - 1) / surplus : 0;
+  const double worst = scale * square(point_of(m).deviation);
+  const double kept = std::exp(-elapsed / forgotten_after(parameters_.smoother, worst));
+  gps_counted_ = std::max(kept * gps_counted_ - own_share, 0.0);
+  const double share = std::max(own_share, std::min(wanted, 1 - gps_counted_));
+  gps_counted_ += share;
+  return scale / share;
 }
 
 template <class Measurement>

@@ -365,5 +365,83 @@ TEST_F(StateEstimatorSourcesTest, ErrorsThatLastAreNotTakenForManyOfTheirOwn) {
   EXPECT_GT(mean_nees(0), 30);
 }
 
+/// Errors of RTK fixes by multipath: first-order Gauss-Markov.
+class CorrelatedFixes {
+ public:
+  static constexpr double kTime = 40;          // s, correlation time
+  static constexpr double kDeviation = 0.012;  // m, level; twice as much up
+
+  explicit CorrelatedFixes(std::uint64_t seed) : engine_(seed) {}
+  void operator()(GpsMeasurement& m, const SimulatedVehicle& vehicle) {
+    const double keep = std::exp(-(m.time - time_) / kTime);
+    time_ = m.time;
+    for (double& entry : error_) {
+      entry = keep * entry + std::sqrt(1 - keep * keep) * normal_(engine_);
+    }
+    const Vector3d deviation(kDeviation, kDeviation, 2 * kDeviation);
+    m.position = vehicle.truth(m.time).position + deviation.cwiseProduct(error_);
+    m.covariance = deviation.cwiseAbs2().asDiagonal();
+  }
+
+ private:
+  std::mt19937_64 engine_;
+  std::normal_distribution<double> normal_{};
+  double time_ = -1e3;
+  Vector3d error_ = Vector3d::Zero();
+};
+
+// What is seen of a rack tells how the vehicle has moved, and makes the fixes before it, each of
+// which counted while the motion was not known as well, one mean of errors that are alike.
+TEST_F(StateEstimatorSourcesTest, FixesWhoseErrorsAreAlikeStayOneWhenARackTellsTheMotion) {
+  constexpr std::uint64_t kSeeds = 20;
+  constexpr double kSeen = 30;  // s, from then on
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    VehicleOptions options;
+    options.kind = VehicleOptions::Kind::kFly;
+    options.duration = 45;
+    options.speed = 1.5;
+    options.odometer = false;
+    options.vision = true;
+    const SimulatedVehicle vehicle(seed, options);
+    StateEstimatorParameters parameters = aircraft();
+    parameters.gps.correlation_time = CorrelatedFixes::kTime;
+    parameters.gps.shortest_correlation_time = CorrelatedFixes::kTime;
+    parameters.visual_pose.correlation_time = 0;
+    parameters.smoother.global_deviations.gps_time_offset = 0;
+    parameters.smoother.global_deviations.visual_pose_time_offset = 0;
+    parameters.smoother.global_deviations.rack_position = 0.3;
+    parameters.smoother.global_deviations.rack_rotation = 0.02;
+    StateEstimator estimator(parameters);
+    CorrelatedFixes fixes(seed);
+    double next = kSeen + 5;
+    test::deliver(
+        estimator, vehicle, 0, options.duration,
+        [&](AnyMessage& message) {
+          if (auto* const gps = std::get_if<GpsMeasurement>(&message)) {
+            fixes(*gps, vehicle);
+          }
+          const auto* const pose = std::get_if<VisualPoseMeasurement>(&message);
+          return pose == nullptr || pose->time > kSeen;
+        },
+        [&](const Estimate& estimate) {
+          if (estimate.time < next || !estimate.in_map) {
+            return;
+          }
+          next += 1;
+          const Vector3d error = estimate.state.position - vehicle.truth(estimate.time).position;
+          const Eigen::Matrix3d covariance = estimator.covariance().topLeftCorner<3, 3>();
+          sum += error.dot(covariance.ldlt().solve(error));
+          ++count;
+        });
+    EXPECT_GT(estimator.status().of(Source::kVisualPose).accepted, 100U);
+  }
+  EXPECT_GT(count, 150);
+  // Of three degrees. With as much of each fix as makes the state as sure as it: 3.9.
+  EXPECT_GT(sum / count, 2);
+  EXPECT_LT(sum / count, 3.3);
+}
+
 }  // namespace
 }  // namespace pipescout::estimation
