@@ -31,7 +31,7 @@ class RealRecordings : public ::testing::Test {
   }
   [[nodiscard]] auto run(const std::string& recording, const std::string& more = {},
                          const std::vector<std::string>& options = {}) {
-    const std::string mapping = std::string(ESTIMATE_RECORDINGS) + "/" + recording + ".yaml";
+    const auto mapping = std::filesystem::path(ESTIMATE_RECORDINGS) / (recording + ".yaml");
     std::ofstream(folder_.path() / "mapping.yaml") << testing::content(mapping) << more;
     std::vector<std::string> arguments{(data_ / recording).string(), "--config", "mapping.yaml",
                                        "--out", "out"};
