@@ -127,6 +127,12 @@ void NavigatorParameters::declare_obstacles() {
       "obstacles.margin", [](auto& p) -> double& { return p.driving.margin; }, {0, 2},
       "m, around the footprint");
   base_.real(
+      "obstacles.tight_margin", [](auto& p) -> double& { return p.driving.tight_margin; }, {0, 2},
+      "m, instead of `margin` past what stands still and blocks the path for `wait_time`");
+  base_.real(
+      "obstacles.tight_speed", [](auto& p) -> double& { return p.driving.tight_speed; }, {0.01, 10},
+      "m/s, with no more than `tight_margin`");
+  base_.real(
       "obstacles.stop_gap", [](auto& p) -> double& { return p.driving.stop_gap; }, {0, 5},
       "m, it stops so far before an obstacle");
   base_.real(

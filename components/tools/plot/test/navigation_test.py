@@ -74,7 +74,7 @@ class NavigationTest(unittest.TestCase):
         code, out, err = run("navigation", mission(self.folder))
         self.assertEqual((code, err), (0, ""))
         self.assertEqual({Path(line).stem for line in out.splitlines()}, {"plant", "navigation"})
-        self.assertLessEqual({"graph", "planned", "driven", "unmapped", "passing", "seen sharp", "not sharp",
+        self.assertLessEqual({"graph", "planned", "driven", "unmapped", "seen rarely", "seen sharp", "not sharp",
                               "waited"}, self.texts("plant"))
         self.assertLessEqual({"moving obstacle", "motion blur"}, self.texts("navigation"))
 

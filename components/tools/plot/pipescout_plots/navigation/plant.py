@@ -17,7 +17,7 @@ LARGEST_HEIGHT = 5.0
 BESIDE_MAP = 0.15
 """m: what is seen so near a cell of the map is that of the map."""
 SEEN_OFTEN = 3
-"""Times; what is seen less often moves, or is noise."""
+"""Times; what is seen less often moves, is far, or is noise."""
 STANDS = 0.02
 """m/s"""
 LONG_STAND = 2.0
@@ -115,7 +115,7 @@ def _draw_obstacles(axes: Axes, recording: Recording, grid) -> None:
     x, y = table.numbers["x"], table.numbers["y"]
     unknown = ~_is_mapped(grid, x, y)
     for rows, colour, label in ((unknown & (table.numbers["times"] >= SEEN_OFTEN), style.VERMILLION, "unmapped"),
-                                (unknown & (table.numbers["times"] < SEEN_OFTEN), style.PURPLE, "passing")):
+                                (unknown & (table.numbers["times"] < SEEN_OFTEN), style.PURPLE, "seen rarely")):
         if rows.any():
             axes.plot(x[rows], y[rows], "s", color=colour, markersize=1, linestyle="", zorder=3, label=label)
 

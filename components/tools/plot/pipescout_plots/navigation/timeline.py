@@ -27,13 +27,13 @@ def draw(recording: Recording) -> Figure:
     time.line(error, stamps, table.numbers["offset"], color=style.PALE_GREY, linewidth=2, label="offset for an obstacle")
     time.line(error, stamps, table.numbers["lateral_error"], color=style.BLUE, label="lateral error")
     error.set_ylabel("beside path [m]")
-    error.legend(loc="upper right", borderaxespad=0.1)
     _draw_reasons(why, time, stamps, table.texts["reason"], table.texts["inspection"])
     time.limit(why)
     why.set_xlabel(time.label)
     figure.align_ylabels((speed, error))
     for letter, axes in zip("abc", (speed, error, why)):
         style.label_panel(axes, letter)
+    style.legend_above(figure, *style.unique_legend(error), 2)
     return figure
 
 
