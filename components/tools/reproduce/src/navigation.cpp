@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -99,10 +100,17 @@ class Navigation {
   }
 
   void add_tours() {
-    const auto over = for_each_seed(progress_, "tours", seeds_, navigation_study::score_tour);
+    auto over = for_each_seed(progress_, "tours", drawn_seeds(seeds_, extent_.tours),
+                              navigation_study::score_tour);
+    const auto incomplete = static_cast<double>(std::erase(over, 0.0));
+    if (over.empty()) {
+      throw std::runtime_error("no tour of any drawn plant drives along all its rows");
+    }
     rows_.add_study(
-        "Tours along all rows of drawn plants",
-        {{"length over lower bound, median", middle(over), over, at_most(1.10), "tour_over_bound"},
+        "Tours along all rows of drawn plants, " +
+            std::to_string(over.size() + static_cast<std::size_t>(incomplete)),
+        {{"tours that leave out a row", incomplete, {}, kNone, "tours_incomplete"},
+         {"length over lower bound, median", middle(over), over, at_most(1.10), "tour_over_bound"},
          {"the same, worst",
           *std::max_element(over.begin(), over.end()),
           {},

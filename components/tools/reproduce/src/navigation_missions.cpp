@@ -32,21 +32,6 @@ double processor_time() {
   return static_cast<double>(time.tv_sec) + kNanosecond * static_cast<double>(time.tv_nsec);
 }
 
-/// `count` in all, some of each seed.
-std::vector<std::uint64_t> mission_seeds(const std::vector<std::uint64_t>& seeds,
-                                         std::size_t count) {
-  constexpr std::uint64_t kMissions = 22;
-  std::vector<std::uint64_t> result;
-  const std::size_t each = std::max<std::size_t>(1, count / seeds.size());
-  for (const std::uint64_t seed : seeds) {
-    statistics::Draw draw(seed, kMissions);
-    for (std::size_t i = 0; i < each; ++i) {
-      result.push_back(draw.seed());
-    }
-  }
-  return result;
-}
-
 double worst_mission(const std::vector<MissionScore>& scores,
                      const std::function<double(const MissionScore&)>& value) {
   double result = 0;
@@ -142,11 +127,11 @@ void add_gps_missions(const std::vector<std::uint64_t>& seeds, const NavigationE
                       FigureRows& rows, StageProgress& progress) {
   const MissionSettings usual{.position_sigma = 0.2, .heading_sigma = 0.01};
   const auto missions = for_each_seed(
-      progress, "missions by GPS", mission_seeds(seeds, extent.missions), [&](std::uint64_t seed) {
+      progress, "missions by GPS", drawn_seeds(seeds, extent.missions), [&](std::uint64_t seed) {
         return navigation_study::run_mission(usual, seed, processor_time);
       });
   const auto tours = for_each_seed(
-      progress, "tours by GPS", mission_seeds(seeds, extent.tours), [&](std::uint64_t seed) {
+      progress, "tours by GPS", drawn_seeds(seeds, extent.inspections), [&](std::uint64_t seed) {
         MissionSettings settings = usual;
         settings.time_limit = 3000;
         settings.tour = true;
@@ -259,12 +244,25 @@ void add_inspection_tours(const std::vector<std::uint64_t>& seeds, FigureRows& r
 
 }  // namespace
 
+std::vector<std::uint64_t> drawn_seeds(const std::vector<std::uint64_t>& seeds, std::size_t count) {
+  constexpr std::uint64_t kStream = 22;
+  std::vector<std::uint64_t> result;
+  const std::size_t each = std::max<std::size_t>(1, count / seeds.size());
+  for (const std::uint64_t seed : seeds) {
+    statistics::Draw draw(seed, kStream);
+    for (std::size_t i = 0; i < each; ++i) {
+      result.push_back(draw.seed());
+    }
+  }
+  return result;
+}
+
 void add_navigation_missions(const std::vector<std::uint64_t>& seeds,
                              const NavigationExtent& extent, FigureRows& rows,
                              StageProgress& progress) {
   add_primitive_replay(rows);
-  add_pose_missions(mission_seeds(seeds, extent.missions), rows, progress);
-  add_inspection_tours(mission_seeds(seeds, extent.tours), rows, progress);
+  add_pose_missions(drawn_seeds(seeds, extent.missions), rows, progress);
+  add_inspection_tours(drawn_seeds(seeds, extent.inspections), rows, progress);
   add_gps_missions(seeds, extent, rows, progress);
 }
 

@@ -143,10 +143,11 @@ struct TrackingExtent {
 struct NavigationExtent {
   std::uint32_t road_side = 316;  ///< crossings along each side of the road graph
   std::size_t routes = 200;       ///< in all
+  std::size_t tours = 50;         ///< of drawn plants, in all
   std::size_t paths = 5;          ///< on each map, for each seed
   double deadline = 0.150;        ///< s, of a path
   std::size_t missions = 100;     ///< in all
-  std::size_t tours = 20;         ///< of inspection, in all
+  std::size_t inspections = 20;   ///< tours that are driven, in all
 };
 
 // The tables.
