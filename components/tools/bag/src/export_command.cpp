@@ -124,20 +124,16 @@ class Exporter {
     for (TopicExport& each : exports_) {
       each.undecoded = 0;
     }
-    try {
-      while (const auto message = reader_.next()) {
-        TopicExport& each = exports_.at(message->topic);
-        if (each.type == nullptr) {
-          continue;
-        }
-        if (!each.type->deserialize(message->data, each.message.get())) {
-          ++each.undecoded;
-          continue;
-        }
-        use(each, *message);
+    while (const auto message = reader_.next_before_damage(damage_)) {
+      TopicExport& each = exports_.at(message->topic);
+      if (each.type == nullptr) {
+        continue;
       }
-    } catch (const bags::BagError& error) {
-      damage_ = error.what();
+      if (!each.type->deserialize(message->data, each.message.get())) {
+        ++each.undecoded;
+        continue;
+      }
+      use(each, *message);
     }
   }
 
