@@ -98,7 +98,8 @@ def measure_discovery(options):
     await_robots(options.robots)
     station = fleet.Station(options.robots)
     time.sleep(2.0)  # No event: the station has nobody to hear of.
-    recording = options.traffic and fleet.start_recording(options.traffic)
+    recording = options.traffic and fleet.start_recording(
+        f"{options.traffic}.server" if options.server else options.traffic)
     before = fleet.bytes_on_all_links()
     begin = time.monotonic()
     for robot in range(1, options.robots + 1):
@@ -328,7 +329,7 @@ def main():
     parts = ("discovery", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
     parser.add_argument("--traffic", metavar="FILE", type=pathlib.Path,
                         help="records the lossy channel, or with --only discovery that by "
-                        "multicast, there, for test/fleet/traffic.py")
+                        "multicast (and by server in FILE.server), for test/fleet/traffic.py")
     parser.add_argument("--only", nargs="+", choices=parts, default=parts, help="only these")
     parser.add_argument("--prefix", type=pathlib.Path,
                         help="run what is built there, in the present environment")

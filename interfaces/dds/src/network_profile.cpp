@@ -49,7 +49,7 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
 const eprosima::fastrtps::Duration_t kSoonHeartbeat{0, 500'000'000};
 // How often a reader asks a writer that it has heard nothing of, which with a discovery server may
 // not know the reader for some seconds. 70 ms by default, for each pair of reader and writer.
-const eprosima::fastrtps::Duration_t kWifiFirstRequest{1, 0};
+const eprosima::fastrtps::Duration_t kSparingFirstRequest{1, 0};
 // Of each participant for all others. A heartbeat with each message, which all have to answer,
 // costs as much as the message; here nobody waits for what was lost. Nor is it sent again upon a
 // request that may be older than the last answer.
@@ -125,9 +125,9 @@ void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWr
   }
 }
 
-void apply(const NetworkProfile& profile, fastdds::DataReaderQos& qos) {
-  if (profile.kind == NetworkProfile::Kind::kWifi) {
-    qos.reliable_reader_qos().times.initialAcknackDelay = kWifiFirstRequest;
+void apply(const NetworkProfile& profile, bool by_server, fastdds::DataReaderQos& qos) {
+  if (profile.kind == NetworkProfile::Kind::kWifi || by_server) {
+    qos.reliable_reader_qos().times.initialAcknackDelay = kSparingFirstRequest;
   }
 }
 
