@@ -194,7 +194,12 @@ class ShortcutTransport final : public TransportInterface {
   bool is_local_locator(const Locator& locator) const override {
     return udp_->is_local_locator(locator);
   }
-  rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+  // Small datagrams are for a network that loses them: there these heartbeats are what brings the
+  // rest soon.
+  rtps::TransportDescriptorInterface* get_configuration() override {
+    const bool loses = descriptor_.maxMessageSize < rtps::s_maximumMessageSize;
+    return loses ? udp_->get_configuration() : &descriptor_;
+  }
   void AddDefaultOutputLocator(LocatorList& locators) override {
     udp_->AddDefaultOutputLocator(locators);
   }
