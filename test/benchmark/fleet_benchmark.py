@@ -11,7 +11,7 @@ discovery_server_s       from all in reach until a state of each robot has come 
 discovery_multicast_s    the same by multicast
 discovery_bytes_percent  bytes on all links in the first 15 s by server, in % of those by multicast
 recovery_link_p100_s     the longest time from link up until states came, after outages longer than
-                         the 20 s in which participants forget each other
+                         the 20 s in which participants forget each other; all links at once
 recovery_kill_p100_s     the longest time from the new start of a killed robot until its states came
 recovery_p100_s          the longer of the two
 recovery_lost_findings   numbered findings of the outages, kept for late comers, that never came
@@ -25,7 +25,8 @@ state_p99_ms             age of the states of twenty robots, four of which send 
                          counts with the age that it has when the next one comes
 lost_findings            numbered findings of these robots that never came
 away_megabytes           growth of the memory of a robot that nobody can reach: by default for 60 s
-                         with ten times as many messages as usual, as many as in ten minutes
+                         with ten times as many messages as usual, as many as in ten minutes;
+                         above 90 s with the usual ones, of which 1000 findings are kept
 publish_p99_ratio        99 % of the images are published within so many times the time that it takes
                          without the reader behind a link of 1 Mbit/s (publish_p99_us with it)
 
@@ -58,6 +59,7 @@ LOSSY = ("--loss", "5", "--delay", "20", "--rate", "20", "--shared")
 WITH_IMAGES = 4  # robots of the lossy channel
 SLOW = ("--rate", "1")
 STATE_PERIOD = 0.1  # s
+LONGEST_AT_TEN_TIMES = 90.0  # s, in which the findings are fewer than a robot keeps
 
 
 def build():
@@ -98,6 +100,8 @@ def measure_discovery(options):
     await_robots(options.robots)
     station = fleet.Station(options.robots)
     time.sleep(2.0)  # No event: the station has nobody to hear of.
+    recording = options.traffic and fleet.start_recording(
+        f"{options.traffic}.server" if options.server else options.traffic)
     before = fleet.bytes_on_all_links()
     begin = time.monotonic()
     for robot in range(1, options.robots + 1):
@@ -106,6 +110,9 @@ def measure_discovery(options):
     took = time.monotonic() - begin
     time.sleep(max(0.0, begin + WINDOW - time.monotonic()))  # No event: the end of the window.
     sent = fleet.bytes_on_all_links() - before
+    if recording:
+        recording.terminate()
+        recording.wait()
     station.stop()
     if server:
         server.terminate()
@@ -116,12 +123,17 @@ def measure_recovery(options):
     station = fleet.Station(options.robots)
     station.await_all(LONG)
     outages = []
-    for number in range(options.outages):
-        robot = 1 + number % options.robots
-        fleet.set_link(robot, False)
-        time.sleep(options.outage)  # No event: the link is down so long.
-        fleet.set_link(robot, True)
-        outages.append(station.await_all(LONG, [f"robot_{robot}"]))
+    for first in range(0, options.outages, options.robots):
+        cut = range(1, 1 + min(options.robots, options.outages - first))
+        for robot in cut:
+            fleet.set_link(robot, False)
+        time.sleep(options.outage)  # No event: the links are down so long.
+        up = {}
+        for robot in cut:
+            fleet.set_link(robot, True)
+            up[f"robot_{robot}"] = time.monotonic()
+        station.await_all(LONG, up)
+        outages += [station.first_state_after(moment, robot) for robot, moment in up.items()]
     time.sleep(3.0)  # No event: what is not repeated by now is lost.
     lost = sum(len(station.lost_findings(robot)) for robot in station.robots)
     kills = []
@@ -318,7 +330,8 @@ def main():
                         help="with and without a slow reader (default: 3)")
     parts = ("discovery", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
     parser.add_argument("--traffic", metavar="FILE", type=pathlib.Path,
-                        help="records the lossy channel there, for test/fleet/traffic.py")
+                        help="records the lossy channel, or with --only discovery that by "
+                        "multicast (and by server in FILE.server), for test/fleet/traffic.py")
     parser.add_argument("--only", nargs="+", choices=parts, default=parts, help="only these")
     parser.add_argument("--prefix", type=pathlib.Path,
                         help="run what is built there, in the present environment")
@@ -382,7 +395,8 @@ def main():
         figures["lost_findings"] = found["lost_findings"]
     if "away" in options.only:
         found = in_fleet(options, "measure_away", 4, env,
-                         composition=fleet.HERE / "robot_ten_times.yaml")
+                         composition=fleet.HERE / "robot_ten_times.yaml"
+                         if options.away <= LONGEST_AT_TEN_TIMES else COMPOSITION)
         rows.append({"case": "out of reach", "robots": 4, "away_s": options.away} | found)
         print(rows[-1], flush=True)
         figures["away_megabytes"] = max(found["megabytes"])

@@ -191,6 +191,11 @@ class Station:
                    f"not all states came; heard of {sorted(self.last)}")
         return time.monotonic() - now
 
+    def first_state_after(self, moment, robot):
+        """How long after that moment a state came."""
+        with self.lock:
+            return next(each for each in self.times[robot] if each > moment) - moment
+
     def lost_findings(self, robot):
         with self.lock:
             found = self.findings[robot]

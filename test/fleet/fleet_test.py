@@ -12,6 +12,7 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import socket
 import statistics
 import subprocess
@@ -287,6 +288,39 @@ def twice(scratch):
                            for follower in (1, 2, 3, 4)}, together[2]
 
 
+def words_of(process):
+    """Its command line."""
+    with contextlib.suppress(OSError):
+        return pathlib.Path(f"/proc/{process}/cmdline").read_bytes().decode().split("\0")
+    return []
+
+
+def with_word(word):
+    """The command lines with this word of all processes."""
+    every = (words_of(folder.name) for folder in pathlib.Path("/proc").iterdir()
+             if folder.name.isdigit())
+    return [words for words in every if word in words]
+
+
+def ended(scratch, env):
+    """Nothing of a fleet is left when its script ends, whichever way."""
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    composition = scratch / "robot.yaml"
+    shutil.copy(fleet.HERE / "robot.yaml", composition)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        with open(scratch / "fleet.log", "ab") as log:
+            script = subprocess.Popen([str(fleet.FLEET_SH), "2", "--delay", "1", str(composition)],
+                                      cwd=scratch, env=env, stdout=log, stderr=log)
+        fleet.wait_until(lambda: sum("--namespace" in words for words in
+                                     with_word(str(composition))) == 2, LONG, "no robots")
+        script.send_signal(number)
+        assert script.wait(LONG) != 0
+        fleet.wait_until(lambda: not with_word(str(composition)), LONG,
+                         f"processes are left after {number.name}")
+        print(f"after {number.name} nothing is left", flush=True)
+
+
 def secured(station):
     """Export and the profile for Wi-Fi with security: as without, and a stranger hears nothing."""
     export(station)
@@ -338,6 +372,9 @@ def main():
         print(f"SKIPPED: {reason}")
         return SKIPPED
     env = fleet.environment(prefix, PYTHONDONTWRITEBYTECODE="1", **MORE.get(case, {}))
+    if case == "ended":
+        ended(scratch, env)
+        return 0
     if case == "secured":
         env |= make_keystore(scratch.parent / "keystore", env)
     return fleet.run(ROBOTS, fleet.HERE / COMPOSITIONS.get(case, "robot.yaml"),

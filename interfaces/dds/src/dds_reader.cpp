@@ -28,7 +28,7 @@ DdsReader::DdsReader(std::shared_ptr<Participant> participant, const WireTopic& 
       has_lease_(qos.liveliness_lease.has_value()) {
   participant_->events().admit(this);
   fastdds::DataReaderQos dds_qos = reader_qos(qos, participant_->reader_profile(topic.name));
-  apply(participant_->network(), dds_qos);
+  apply(participant_->network(), participant_->is_found_by_server(), dds_qos);
   reader_ = participant_->subscriber().create_datareader(
       topic_.get(), dds_qos, this,
       fastdds::StatusMask::data_available()

@@ -25,6 +25,10 @@ std::uint32_t datagram_bytes(std::uint32_t handshake_bytes) {
   return std::max(kWifiDatagramBytes, handshake_bytes);
 }
 
+// Who comes to twenty other processes is told of some thousand endpoints at once. What does not fit
+// the socket is lost, and asked for again. The kernel gives as much of it as it may (rmem_max).
+constexpr std::uint32_t kReceiveBufferBytes = 4 * 1024 * 1024;
+
 // Best effort topics wait here for their turn, reliable ones do not.
 constexpr const char* kBulkFlow = "pipescout bulk";
 constexpr std::uint32_t kPeriodMilliseconds = 20;
@@ -42,10 +46,10 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
                                                       "sensor_msgs::msg::dds_::PointCloud2_"};
 
 // How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
-const eprosima::fastrtps::Duration_t kWifiHeartbeat{0, 500'000'000};
+const eprosima::fastrtps::Duration_t kSoonHeartbeat{0, 500'000'000};
 // How often a reader asks a writer that it has heard nothing of, which with a discovery server may
 // not know the reader for some seconds. 70 ms by default, for each pair of reader and writer.
-const eprosima::fastrtps::Duration_t kWifiFirstRequest{1, 0};
+const eprosima::fastrtps::Duration_t kSparingFirstRequest{1, 0};
 // Of each participant for all others. A heartbeat with each message, which all have to answer,
 // costs as much as the message; here nobody waits for what was lost. Nor is it sent again upon a
 // request that may be older than the last answer.
@@ -71,6 +75,9 @@ Budget budget_of(const NetworkProfile& profile, std::uint32_t handshake_bytes) {
 
 void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
            eprosima::fastdds::rtps::UDPv4TransportDescriptor& transport) {
+  if (transport.receiveBufferSize == 0) {  // the user's profile has not chosen
+    transport.receiveBufferSize = kReceiveBufferBytes;
+  }
   if (profile.kind == NetworkProfile::Kind::kWifi) {
     transport.maxMessageSize = datagram_bytes(handshake_bytes);
   }
@@ -98,6 +105,12 @@ void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQo
 }
 
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos) {
+  auto& reliable = qos.reliable_writer_qos();
+  if (type == kGraphType) {
+    reliable.times.heartbeatPeriod = kSoonHeartbeat;
+    reliable.times.nackSupressionDuration = kGraphNackSuppression;
+    reliable.disable_heartbeat_piggyback = true;
+  }
   if (profile.kind != NetworkProfile::Kind::kWifi) {
     return;
   }
@@ -108,17 +121,13 @@ void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWr
       qos.properties().properties().emplace_back(kPriorityProperty, kLastPriority);
     }
   } else {
-    qos.reliable_writer_qos().times.heartbeatPeriod = kWifiHeartbeat;
-    if (type == kGraphType) {
-      qos.reliable_writer_qos().times.nackSupressionDuration = kGraphNackSuppression;
-      qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
-    }
+    reliable.times.heartbeatPeriod = kSoonHeartbeat;
   }
 }
 
-void apply(const NetworkProfile& profile, fastdds::DataReaderQos& qos) {
-  if (profile.kind == NetworkProfile::Kind::kWifi) {
-    qos.reliable_reader_qos().times.initialAcknackDelay = kWifiFirstRequest;
+void apply(const NetworkProfile& profile, bool by_server, fastdds::DataReaderQos& qos) {
+  if (profile.kind == NetworkProfile::Kind::kWifi || by_server) {
+    qos.reliable_reader_qos().times.initialAcknackDelay = kSparingFirstRequest;
   }
 }
 

@@ -24,6 +24,7 @@ void apply(const NetworkProfile& profile, std::uint32_t handshake_bytes,
 void apply_to_server(const NetworkProfile& profile, fastdds::DomainParticipantQos& qos);
 /// `type` is the DDS name, `qos` has its reliability already.
 void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWriterQos& qos);
-void apply(const NetworkProfile& profile, fastdds::DataReaderQos& qos);
+/// `by_server`: endpoints are found by a discovery server.
+void apply(const NetworkProfile& profile, bool by_server, fastdds::DataReaderQos& qos);
 
 }  // namespace pipescout::dds

@@ -124,7 +124,9 @@ void load_profiles(const std::string& wire_name, const char* of_request, const c
 }  // namespace
 
 Participant::Participant(const DdsOptions& options)
-    : network_(options.network), exported_topics_(options.exported_topics) {
+    : network_(options.network),
+      is_found_by_server_(!options.discovery_servers.empty()),
+      exported_topics_(options.exported_topics) {
   const std::string domain = "DDS domain " + std::to_string(options.domain_id);
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));

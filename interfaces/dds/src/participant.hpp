@@ -46,6 +46,7 @@ class Participant {
   [[nodiscard]] EventThread& events() { return events_; }
   [[nodiscard]] Discovery& discovery() { return discovery_; }
   [[nodiscard]] const NetworkProfile& network() const { return network_; }
+  [[nodiscard]] bool is_found_by_server() const { return is_found_by_server_; }
   /// See Transport::warnings.
   [[nodiscard]] std::vector<std::string> warnings() const;
   /// For large messages that other participants send; for those that are sent, null when there is
@@ -72,6 +73,7 @@ class Participant {
   [[nodiscard]] bool exports(const std::string& wire_name) const;
 
   const NetworkProfile network_;
+  const bool is_found_by_server_;
   const std::optional<std::set<std::string>> exported_topics_;
   const std::shared_ptr<Warnings> warnings_ = std::make_shared<Warnings>();
   EventThread events_;

@@ -40,6 +40,9 @@ constexpr auto kPauseBetweenAttempts = std::chrono::milliseconds(1);
 
 constexpr std::uint32_t kPortBits = 16;
 
+// More than a process tells others of its endpoints.
+constexpr std::uint32_t kBytesBetweenHeartbeats = 64 * 1024 * 1024;
+
 // The part of a shared memory port that does not come from the UDP port: never 0.
 std::uint32_t scope_of_ports() {
   struct stat network {};
@@ -102,6 +105,7 @@ class ShortcutTransport final : public TransportInterface {
  public:
   explicit ShortcutTransport(const ShortcutTransportDescriptor& descriptor)
       : TransportInterface(LOCATOR_KIND_UDPv4),
+        descriptor_(descriptor),
         udp_(descriptor.UDPv4TransportDescriptor::create_transport()),
         shared_memory_(descriptor.has_shared_memory ? descriptor.shared_memory.create_transport()
                                                     : nullptr),
@@ -190,8 +194,11 @@ class ShortcutTransport final : public TransportInterface {
   bool is_local_locator(const Locator& locator) const override {
     return udp_->is_local_locator(locator);
   }
+  // Small datagrams are for a network that loses them: there these heartbeats are what brings the
+  // rest soon.
   rtps::TransportDescriptorInterface* get_configuration() override {
-    return udp_->get_configuration();
+    const bool loses = descriptor_.maxMessageSize < rtps::s_maximumMessageSize;
+    return loses ? udp_->get_configuration() : &descriptor_;
   }
   void AddDefaultOutputLocator(LocatorList& locators) override {
     udp_->AddDefaultOutputLocator(locators);
@@ -257,6 +264,7 @@ class ShortcutTransport final : public TransportInterface {
                    ": messages from other processes of this machine are received over UDP");
   }
 
+  ShortcutTransportDescriptor descriptor_;
   std::unique_ptr<TransportInterface> udp_;
   std::unique_ptr<TransportInterface> shared_memory_;  // null: there is no room for it
   Locator shared_memory_locator_;                      // of this machine, without a port
@@ -321,6 +329,10 @@ bool ShortcutSender::send_to(const SendResourceList& senders, const LocatorList&
 
 rtps::TransportInterface* ShortcutTransportDescriptor::create_transport() const {
   return new ShortcutTransport(*this);
+}
+
+std::uint32_t ShortcutTransportDescriptor::min_send_buffer_size() const {
+  return kBytesBetweenHeartbeats;
 }
 
 std::uint32_t shared_memory_port(std::uint16_t udp_port) {

@@ -25,6 +25,12 @@ struct ShortcutTransportDescriptor final
     : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
   eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
 
+  /// After so many bytes a reliable writer of Fast DDS sends all its readers a heartbeat; those
+  /// that have not yet read what is on its way ask for all of it again. With the size of the
+  /// socket's buffer, which Fast DDS takes, a process that tells twenty others of its endpoints
+  /// would not come to an end: the answers make more heartbeats than there were.
+  [[nodiscard]] std::uint32_t min_send_buffer_size() const override;
+
   eprosima::fastdds::rtps::SharedMemTransportDescriptor shared_memory;
   bool has_shared_memory = true;  ///< false: there is no room for it
   std::shared_ptr<Warnings> warnings = std::make_shared<Warnings>();  ///< never null

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "dds_test_support.hpp"
 
@@ -24,6 +26,30 @@ std::uint16_t multicast_port(std::uint32_t domain) {
 }
 std::uint16_t unicast_port(std::uint32_t domain, std::uint32_t participant) {
   return static_cast<std::uint16_t>(7400 + 250 * domain + 10 + 2 * participant);
+}
+
+// What the kernel grants of what is asked for.
+int receive_buffer(int descriptor) {
+  int bytes = 0;
+  socklen_t size = sizeof bytes;
+  EXPECT_EQ(getsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &bytes, &size), 0);
+  return bytes;
+}
+
+/// The sockets of this process that are bound to UDP ports of a domain.
+std::vector<int> sockets_of_domain(std::uint32_t domain) {
+  std::vector<int> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    const int descriptor = std::stoi(entry.path().filename());
+    sockaddr_in place{};
+    socklen_t size = sizeof place;
+    if (getsockname(descriptor, reinterpret_cast<sockaddr*>(&place), &size) == 0 &&
+        place.sin_family == AF_INET && ntohs(place.sin_port) >= multicast_port(domain) &&
+        ntohs(place.sin_port) < multicast_port(domain + 1)) {
+      found.push_back(descriptor);
+    }
+  }
+  return found;
 }
 
 constexpr int kGenerousMilliseconds = 30'000;
@@ -87,6 +113,22 @@ TEST(DdsDiscovery, AnnouncesByMulticastToTheStandardPortAlone) {
     EXPECT_EQ(standard.take(), "RTPS");
   }
   EXPECT_FALSE(another.hears_within(0));
+}
+
+// Twenty other processes tell of all their endpoints at once, which are some MB.
+TEST(DdsDiscovery, SocketsHaveRoomForWhatAFleetTellsAtOnce) {
+  constexpr int kWanted = 4 * 1024 * 1024;
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(setsockopt(probe, SOL_SOCKET, SO_RCVBUF, &kWanted, sizeof kWanted), 0);
+  const int granted = receive_buffer(probe);
+  close(probe);
+  const auto options = local_options();
+  const auto transport = create_dds_transport(options);
+  const auto sockets = sockets_of_domain(options.domain_id);
+  EXPECT_FALSE(sockets.empty());
+  for (const int each : sockets) {
+    EXPECT_EQ(receive_buffer(each), granted);
+  }
 }
 
 }  // namespace

@@ -274,6 +274,14 @@ TEST(ShortcutTransportTest, SendsOnceToAProcessWithSeveralAddresses) {
   EXPECT_EQ(receiver.until("two").size(), 2U);
 }
 
+// Behind so many bytes a writer asks all its readers what they lack, also those to which it is
+// still on its way: twenty processes are told of 200 endpoints with 500 bytes each.
+TEST(ShortcutTransportTest, AWriterTellsAFleetOfItsEndpointsWithoutAHeartbeatInBetween) {
+  const std::unique_ptr<rtps::TransportInterface> transport(
+      ShortcutTransportDescriptor().create_transport());
+  EXPECT_GT(transport->get_configuration()->min_send_buffer_size(), 20U * 200U * 500U);
+}
+
 TEST(ReaderProbeTest, AsksForTheLockOfThePort) {
   const testing::TemporaryFolder folder;
   ReaderProbe probe(folder.path());
