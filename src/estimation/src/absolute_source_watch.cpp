@@ -45,6 +45,7 @@ void SourceWatchParameters::validate() const {
   };
   within("correlation_time", correlation_time, 0, 1000, "[0, 1000]");
   within("shortest_correlation_time", shortest_correlation_time, 0, 1000, "[0, 1000]");
+  within("height_correlation_time", height_correlation_time, 0, 1000, "[0, 1000]");
   within("largest_deviation_factor", largest_deviation_factor, 1, 100, "[1, 100]");
   within("outage", outage, 0.1, 1000, "[0.1, 1000]");
   within("doubt_after", static_cast<double>(doubt_after), 1, 1e4, "[1, 10000]");

@@ -168,6 +168,8 @@ class StateEstimator::Implementation {
   void gather(const ImuSample& sample);
   /// What is wrong with gravity, in words; empty when nothing is.
   [[nodiscard]] std::string fault_of(const Eigen::Vector3d& mean_force, bool still) const;
+  /// How the odometer says that it moves at the end of the levelling.
+  [[nodiscard]] std::optional<OdometerIntake::Motion> motion_at(double time) const noexcept;
   void begin_reckoning(double time, bool still);
   /// What it may be doing; `seeming` is what the smoother begins with.
   void begin_in_motion(double time, const NavState& seeming, const StateVector& deviations,
@@ -226,6 +228,10 @@ class StateEstimator::Implementation {
   /// has by its correlation time: whatever tells the motion between them later makes them one mean.
   /// Not those that come together: each would be used so.
   [[nodiscard]] double covariance_factor_of(const GpsMeasurement& m);
+  /// Of a fix `spacing` s after the one before, whose covariance counts by this factor: by which
+  /// its height counts in addition, see SourceWatchParameters::height_correlation_time.
+  [[nodiscard]] double height_factor_of(const GpsMeasurement& m, double factor,
+                                        double spacing) const;
   [[nodiscard]] Point point_of(const GpsMeasurement& m) const;
   [[nodiscard]] Point point_of(const VisualPoseMeasurement& m) const;
   [[nodiscard]] WatchedFix fix_of(double time, const Point& point,

@@ -31,10 +31,14 @@ double worst_deviation(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.diagonal().maxCoeff());
 }
 
+double spacing_between(double last, double time) {
+  constexpr double kLeast = 1e-3;  // s
+  return std::max(std::abs(time - last), kLeast);
+}
+
 /// s, of a measurement from the one that was used before it.
 double spacing_of(double& last, double time) {
-  constexpr double kLeast = 1e-3;  // s
-  const double spacing = std::max(std::abs(time - last), kLeast);
+  const double spacing = spacing_between(last, time);
   last = time;
   return spacing;
 }
@@ -375,10 +379,34 @@ double StateEstimator::Implementation::covariance_factor_of(const GpsMeasurement
   return scale / share;
 }
 
+double StateEstimator::Implementation::height_factor_of(const GpsMeasurement& m, double factor,
+                                                        double spacing) const {
+  const AbsoluteSourceWatch& watch = watch_of(Source::kGps);
+  const double time = parameters_.gps.height_correlation_time;
+  if (!(time > watch.correlation_time())) {
+    return 1;
+  }
+  const double scale = square(watch.deviation_factor());
+  double wanted = scale * covariance_factor(time, spacing);
+  // As of positions: a state that is less sure becomes as sure as the fix.
+  const StateMatrix covariance = smoother_.covariance(smoother_.keyframes() - 1);
+  const double known = covariance(kPosition + 2, kPosition + 2);
+  const double stated = scale * m.covariance(2, 2);
+  if (known > stated) {
+    wanted = std::min(wanted, scale * known / (known - stated));
+  }
+  return std::max(wanted / factor, 1.0);
+}
+
 template <class Measurement>
 void StateEstimator::Implementation::use(Measurement m) noexcept {
   if constexpr (std::is_same_v<Measurement, GpsMeasurement>) {
-    m.covariance *= covariance_factor_of(m);
+    const double spacing = spacing_between(last_used_[index_of(Source::kGps)], m.time);
+    const double factor = covariance_factor_of(m);
+    const double height = std::sqrt(height_factor_of(m, factor, spacing));
+    m.covariance *= factor;
+    m.covariance.row(2) *= height;
+    m.covariance.col(2) *= height;
   } else if constexpr (!std::is_same_v<Measurement, RelativePoseMeasurement>) {
     const double factor = covariance_factor_of(source_of(m), m.time);
     if constexpr (std::is_same_v<Measurement, HeadingMeasurement>) {

@@ -78,6 +78,7 @@ std::string StateEstimator::Implementation::fault_of(const Vector3d& mean_force,
 void StateEstimator::Implementation::gather(const ImuSample& sample) {
   constexpr double kLongestGap = 0.2;  // s
   constexpr double kStep = 1e-9;
+  constexpr double kLongest = 2;  // times the levelling
   if (levelling_.count > 0 && sample.time - levelling_end_ > kLongestGap) {
     levelling_ = {};
   }
@@ -96,10 +97,24 @@ void StateEstimator::Implementation::gather(const ImuSample& sample) {
   const double gravity = parameters_.smoother.gravity;
   fault_ = fault_of(force, still);
   phase_ = fault_.empty() ? Phase::kStarting : Phase::kFault;
+  // An odometer that is there, but does not tell the motion yet, is worth some more of it: to begin
+  // without one makes a pose that was given as unsure as a robot of that kind is quick.
+  const bool odometer_is_to_tell = has_odometer(levelling_end_) && !motion_at(levelling_end_);
+  if (fault_.empty() && odometer_is_to_tell && levelling_.duration < kLongest * start.levelling) {
+    return;
+  }
   if (fault_.empty() && std::abs(force.norm() - gravity) <= start.gravity_tolerance * gravity) {
     begin_reckoning(levelling_end_, still);
   }
   levelling_ = {};
+}
+
+std::optional<OdometerIntake::Motion> StateEstimator::Implementation::motion_at(
+    double time) const noexcept {
+  // The part of the levelling that the odometer may be expected to cover.
+  const double covered = 0.5 * parameters_.start.levelling;
+  return has_odometer(time) ? odometer_.motion(std::min(odometer_.newest(), time), covered)
+                            : std::nullopt;
 }
 
 void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
@@ -112,11 +127,7 @@ void StateEstimator::Implementation::begin_reckoning(double time, bool still) {
   double tilt = start.accelerometer_bias_deviation / parameters_.smoother.gravity;
   double speed = kStillSpeed;
   double gyro_bias = 2 * start.still_rate / std::sqrt(static_cast<double>(levelling_.count));
-  // The part of the levelling that the odometer may be expected to cover.
-  const double covered = 0.5 * start.levelling;
-  const auto motion = has_odometer(time)
-                          ? odometer_.motion(std::min(odometer_.newest(), time), covered)
-                          : std::nullopt;
+  const auto motion = motion_at(time);
   const bool moving = motion && std::abs(motion->speed) > kStillSpeed;
   seems_still_ = still && !motion && !parameters_.standstill.by_imu;
   Vector3d velocity = Vector3d::Zero();

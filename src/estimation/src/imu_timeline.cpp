@@ -5,10 +5,22 @@
 #include <cmath>
 
 namespace pipescout::estimation {
+namespace {
+
+constexpr double kMissing = 1.5;  // times the usual duration of a sample: some are missing
+
+}  // namespace
 
 void ImuTimeline::push(const ImuSample& sample) noexcept {
   constexpr double kRising = 1e-3;  // of the usual duration, for each sample that is longer
   usual_ = std::min(sample.duration, (1 + kRising) * usual_);
+  if (count_ > 0 && sample.duration < kMissing * usual_ && newest().duration < kMissing * usual_) {
+    constexpr double kLearning = 0.01;
+    const Eigen::Vector3d rate = sample.angular_rate - newest().angular_rate;
+    const Eigen::Vector3d force = sample.specific_force - newest().specific_force;
+    rate_steps_ += kLearning * (rate.cwiseAbs2() - rate_steps_);
+    force_steps_ += kLearning * (force.cwiseAbs2() - force_steps_);
+  }
   if (count_ == samples_.size()) {
     first_ = (first_ + 1) % samples_.size();
     --count_;
@@ -17,10 +29,20 @@ void ImuTimeline::push(const ImuSample& sample) noexcept {
   ++count_;
 }
 
-double ImuTimeline::noise_factor(const ImuSample& sample) const noexcept {
-  // White noise of one reading lasts as long as the reading is used.
-  constexpr double kMissing = 1.5;  // times the usual duration
-  return sample.duration > kMissing * usual_ ? std::sqrt(sample.duration / usual_) : 1;
+ImuNoise ImuTimeline::noise_of(const ImuSample& sample, const ImuNoise& usual) const noexcept {
+  if (!(sample.duration > kMissing * usual_)) {
+    return usual;
+  }
+  // White noise of one reading lasts as long as the reading is used. The motion meanwhile is taken
+  // for a straight line between both ends; as a random walk, which goes on by twice the square of
+  // the steps of means of two readings, it is off by an integral of variance q d^3 / 12.
+  const double longer = sample.duration / usual_;
+  const double bridged = sample.duration * longer / 6;
+  ImuNoise noise = usual;
+  noise.gyro = std::sqrt(longer * usual.gyro * usual.gyro + bridged * rate_steps_.maxCoeff());
+  noise.accelerometer = std::sqrt(longer * usual.accelerometer * usual.accelerometer +
+                                  bridged * force_steps_.maxCoeff());
+  return noise;
 }
 
 std::size_t ImuTimeline::first_ending_after(double time) const noexcept {
@@ -45,10 +67,7 @@ double ImuTimeline::integrate(const ImuIntegration& how, const geometry::SO3& R_
     const double middle = time + 0.5 * duration;
     time += duration;
     if (sample != nullptr) {
-      const double factor = noise_factor(*sample);
-      ImuNoise noise = how.noise;
-      noise.gyro *= factor;
-      noise.accelerometer *= factor;
+      const ImuNoise noise = noise_of(*sample, how.noise);
       if (how.map_rate.isZero(0)) {
         sum.integrate(sample->angular_rate, sample->specific_force, duration, noise);
       } else {

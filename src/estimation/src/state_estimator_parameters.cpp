@@ -158,6 +158,8 @@ StateEstimatorParameters StateEstimatorParameters::ground_robot() {
   // independent turn the heading and the gyro's bias. What lasts longer cannot be told from the
   // map's own error: the state follows it.
   p.gps.correlation_time = 1.5;
+  // Heights, which wheels and IMU tell over minutes: multipath and the air last for as long.
+  p.gps.height_correlation_time = 30;
   p.gps.largest_deviation_factor = 5;
   return p;
 }

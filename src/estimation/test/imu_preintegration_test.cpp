@@ -10,6 +10,7 @@
 
 #include "dual.hpp"
 #include "pipescout/estimation/imu_preintegration.hpp"
+#include "pipescout/estimation/imu_timeline.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -337,6 +338,51 @@ TEST(ImuPreintegrationTest, NoiseIsValidated) {
   EXPECT_THROW(ImuNoise{.gyro = 0}.validate(), std::invalid_argument);
   EXPECT_THROW(ImuNoise{.integration = std::numeric_limits<double>::quiet_NaN()}.validate(),
                std::invalid_argument);
+}
+
+/// Rough ground shakes a vehicle at all frequencies: what it does between two readings, one of
+/// which is missing, is not on a line between both.
+TEST(ImuTimeline, WhereReadingsAreMissingTheMotionBetweenThemIsAsUncertainAsItIsShaken) {
+  constexpr int kReadings = 500;
+  constexpr int kFiner = 8;          // steps of the motion between two readings
+  constexpr double kPeriod = 0.004;  // s
+  constexpr double kShake = 0.1;     // m/s^2, of one such step
+  constexpr double kLost = 0.3;
+  constexpr int kTrials = 60;
+  const ImuIntegration how{.noise = {.accelerometer = 1e-3}};
+  double sum = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::mt19937_64 engine(static_cast<std::uint64_t>(trial) + 1);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform;
+    ImuTimeline timeline(kReadings);
+    double force = 0;
+    double gained = 0;  // m/s
+    double kept_time = 0;
+    double kept_force = 0;
+    for (int i = 1; i < kReadings; ++i) {
+      for (int step = 0; step < kFiner; ++step) {
+        const double before = force;
+        force += kShake * normal(engine);
+        gained += 0.5 * (before + force) * kPeriod / kFiner;
+      }
+      const bool lost = uniform(engine) < kLost;
+      if (lost && i > kReadings / 4 && i + 1 < kReadings) {
+        continue;
+      }
+      const double time = i * kPeriod;
+      timeline.push({kept_time, time - kept_time, Vector3d::Zero(),
+                     Vector3d(0, 0, 0.5 * (kept_force + force))});
+      kept_time = time;
+      kept_force = force;
+    }
+    ImuPreintegration integrated{Vector3d::Zero(), Vector3d::Zero()};
+    timeline.integrate(how, geometry::SO3(), 0, kept_time, integrated);
+    const double error = integrated.motion().velocity().z() - gained;
+    sum += error * error / integrated.covariance()(kVelocity + 2, kVelocity + 2);
+  }
+  EXPECT_GT(sum / kTrials, 0.3);
+  EXPECT_LT(sum / kTrials, 1.5);  // of one degree
 }
 
 }  // namespace

@@ -390,6 +390,54 @@ class CorrelatedFixes {
   Vector3d error_ = Vector3d::Zero();
 };
 
+// What wheels and IMU tell of the height over minutes makes one mean of all heights since.
+TEST_F(StateEstimatorSourcesTest,
+       HeightsWhoseErrorsAreAlikeForHalfAMinuteAreBelievedForWhatTheyAre) {
+  constexpr std::uint64_t kSeeds = 12;
+  constexpr double kKept = 0.6;  // of the variance
+  constexpr double kTime = 30;   // s
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    VehicleOptions options;
+    options.duration = 120;
+    options.gps_deviation = 1;
+    const SimulatedVehicle vehicle(seed, options);
+    StateEstimator estimator(StateEstimatorParameters::ground_robot());
+    std::mt19937_64 engine(seed);
+    std::normal_distribution<double> normal;
+    double alike = normal(engine);
+    double before = 0;
+    double next = 40;
+    test::deliver(
+        estimator, vehicle, 0, options.duration,
+        [&](AnyMessage& message) {
+          if (auto* const gps = std::get_if<GpsMeasurement>(&message)) {
+            const double keep = std::exp(-(gps->time - before) / kTime);
+            before = gps->time;
+            alike = keep * alike + std::sqrt(1 - keep * keep) * normal(engine);
+            const double height = vehicle.truth(gps->time).position.z();
+            gps->position.z() =
+                height + std::sqrt(kKept) * alike + std::sqrt(1 - kKept) * normal(engine);
+            gps->covariance(2, 2) = 1;
+          }
+          return true;
+        },
+        [&](const Estimate& estimate) {
+          if (estimate.time < next || !estimate.in_map) {
+            return;
+          }
+          next += 5;
+          const double error =
+              estimate.state.position.z() - vehicle.truth(estimate.time).position.z();
+          sum += error * error / estimator.covariance()(kPosition + 2, kPosition + 2);
+          ++count;
+        });
+  }
+  EXPECT_GT(count, 150);
+  EXPECT_LT(sum / count, 1.3);  // of one degree
+}
+
 // What is seen of a rack tells how the vehicle has moved, and makes the fixes before it, each of
 // which counted while the motion was not known as well, one mean of errors that are alike.
 TEST_F(StateEstimatorSourcesTest, FixesWhoseErrorsAreAlikeStayOneWhenARackTellsTheMotion) {

@@ -104,6 +104,21 @@ TEST(StateEstimatorStart, AGivenPoseIsThatOfItsTimeWhileTheRobotDrivesOn) {
   }
 }
 
+/// Wheels that are heard, but not for long enough, or whose first reading is wrong: what they do
+/// not tell yet is not what nobody knows.
+TEST(StateEstimatorStart, AGivenPoseOfARobotThatStandsIsAsSureAsItWasWithAnOdometerThatBeginsLate) {
+  const Circle circle{.begin = 20};
+  for (const double odometer_from : {0.0, 0.3, 0.52, 0.7, 0.9}) {
+    StateEstimator estimator(start_robot());
+    estimator.add(circle.given(0));
+    circle.drive(estimator, 0, odometer_from, false);
+    circle.drive(estimator, odometer_from, 4);
+    const Circle::Off off = circle.off(estimator);
+    EXPECT_LT(off.position, 0.02) << odometer_from;
+    EXPECT_LT(off.position_deviation, 0.05) << odometer_from;
+  }
+}
+
 TEST(StateEstimatorStart, AGivenPoseWhileItTurns) {
   for (const double rate : {-0.5, 0.0, 0.1, 0.5}) {
     const Circle circle{.rate = rate};

@@ -423,6 +423,12 @@ void EstimatorParameters::declare_watch(Parameters& parameters, const std::strin
       source + ".shortest_correlation_time",
       [watch](auto& p) -> double& { return (p.*watch).shortest_correlation_time; }, {0, 1000},
       "s, below correlation_time: that is found on line between both, from the innovations");
+  if (kind == FactorKind::kGps) {
+    bound_->real(
+        source + ".height_correlation_time",
+        [watch](auto& p) -> double& { return (p.*watch).height_correlation_time; }, {0, 1000},
+        "s, correlation time of the errors of heights, where it is longer than correlation_time");
+  }
   bound_->real(
       source + ".largest_deviation_factor",
       [watch](auto& p) -> double& { return (p.*watch).largest_deviation_factor; }, {1, 100},

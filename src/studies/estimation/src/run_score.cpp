@@ -251,6 +251,7 @@ estimation::StateEstimatorParameters estimator_parameters(const VehicleRun& run,
                                : run.vehicle == Vehicle::kUav ? StateEstimatorParameters::uav()
                                                               : StateEstimatorParameters::crawler();
   p.gps.correlation_time = 0;  // as told: fixes are independent
+  p.gps.height_correlation_time = 0;
   p.R_body_imu = run.R_body_imu;
   p.smoother.gravity = simulation::kGravity;
   p.smoother.imu_noise = imu_noise(options.imu);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/estimation_study/world_run.hpp"
 
+#include <cmath>
 #include <variant>
 
 #include "pipescout/estimation_study/sensor_loss.hpp"
@@ -23,6 +24,17 @@ VehicleRun with_true_stamps(VehicleRun run, const simulation::World& world) {
     std::visit([&](auto& reading) { reading.time -= offset; }, event.reading);
   }
   return run;
+}
+
+/// Of the sideways speed of a robot that slips in proportion to the lateral force: not white noise,
+/// as which the estimator takes it at each keyframe, but alike for as long as a turn or a slope.
+void tell_side_slip(double side_slip, estimation::StateEstimatorParameters& p) {
+  constexpr double kForce = 1;  // m/s^2, root mean square: turns at up to 2, slopes of 0.1 rad
+  constexpr double kAlike = 2;  // s
+  const double speed =
+      side_slip * kForce * std::sqrt(estimation::covariance_factor(kAlike, p.keyframe_period));
+  p.lateral_deviation = std::hypot(p.lateral_deviation, speed);
+  p.odometer.across_deviation = std::hypot(p.odometer.across_deviation, speed * p.keyframe_period);
 }
 
 }  // namespace
@@ -63,7 +75,11 @@ WorldScore score_world(Vehicle vehicle, double duration, const simulation::World
   noise.gyro_bias *= world.imu_noise;
   noise.accelerometer_bias *= world.imu_noise;
   told.gps.correlation_time = world.gps_correlation_time;
+  told.gps.height_correlation_time = world.gps_correlation_time;
   told.smoother.globals.odometer_scale = 1 / (1 + world.wheel_scale);
+  if (vehicle == Vehicle::kGroundRobot) {
+    tell_side_slip(world.side_slip, told);
+  }
 
   constexpr double kSpacing = 0.5;  // s
   const ScoreOptions score{.nees_spacing = kSpacing};

@@ -35,6 +35,10 @@ struct SourceWatchParameters {
   /// innovations, between both, beginning with `correlation_time`; else it is as stated. Of
   /// positions alone. See ErrorCorrelation.
   double shortest_correlation_time = 1000;
+  /// s, in [0, 1000], of the heights of GPS, where that is longer: a vehicle on the ground knows
+  /// how it climbs so well that it averages heights over minutes, through which their errors may
+  /// last.
+  double height_correlation_time = 0;
   /// Standard deviations are taken for up to this factor larger than stated, while measurements
   /// turn out to be that far off the state; in [1, 100]. 1: as stated, always.
   double largest_deviation_factor = 1;

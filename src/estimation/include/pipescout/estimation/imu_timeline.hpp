@@ -36,6 +36,8 @@ class ImuTimeline {
   void clear() noexcept {
     count_ = 0;
     usual_ = std::numeric_limits<double>::infinity();
+    rate_steps_.setZero();
+    force_steps_.setZero();
   }
   /// Not checked: begins at or after the end of the newest.
   void push(const ImuSample& sample) noexcept;
@@ -61,11 +63,14 @@ class ImuTimeline {
   }
   [[nodiscard]] std::size_t first_ending_after(double time) const noexcept;
 
-  /// Of the noise densities, for a sample that stands for others that are missing too.
-  [[nodiscard]] double noise_factor(const ImuSample& sample) const noexcept;
+  /// The noise during a sample, which may stand for others that are missing too.
+  [[nodiscard]] ImuNoise noise_of(const ImuSample& sample, const ImuNoise& usual) const noexcept;
 
   std::vector<ImuSample> samples_;
   double usual_ = std::numeric_limits<double>::infinity();  // s, duration of a sample
+  // Mean squares per axis of the steps from one sample of that duration to the next.
+  Eigen::Vector3d rate_steps_ = Eigen::Vector3d::Zero();   // (rad/s)^2
+  Eigen::Vector3d force_steps_ = Eigen::Vector3d::Zero();  // (m/s^2)^2
   std::size_t first_ = 0;
   std::size_t count_ = 0;
 };

@@ -11,7 +11,8 @@ namespace pipescout::estimation_study {
 /// Of one world; both estimators get the same data.
 struct WorldScore {
   RunScore nominal{};  ///< told the nominal values: the preset and the data sheets
-  RunScore told{};     ///< told noise, correlation of GPS, wheel scale and stamps as they are
+  RunScore told{};     ///< told noise, correlation of GPS, wheel scale, side slip and stamps as
+                       ///< they are
 };
 
 /// A run of `duration` s in the world of this seed, drawn from `ranges`. GPS is single-point for
