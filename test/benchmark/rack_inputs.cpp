@@ -112,7 +112,8 @@ rack_vision::ImageView RackFlight::image(std::size_t index) const {
       .pixels = pixels.data() + index * bytes, .width = width, .height = height, .stride = width};
 }
 
-RackFlight rack_flight(std::uint64_t seed, bool textured, std::size_t images) {
+RackFlight rack_flight(std::uint64_t seed, bool textured, std::size_t images,
+                       std::optional<double> noise) {
   const rack_vision::RackModel model = benchmark_rack();
   RackFlight flight{.camera = benchmark_camera(), .T_rack_camera = {}, .pixels = {}};
   simulation::RackScene scene{.model = model, .seed = seed};
@@ -120,7 +121,12 @@ RackFlight rack_flight(std::uint64_t seed, bool textured, std::size_t images) {
     constexpr double kBeyondEnds = 1.0;
     scene.plain = {{-kBeyondEnds, model.pipes.front().length() + kBeyondEnds}};
   }
-  simulation::RackImageRenderer renderer(scene, flight.camera);
+  simulation::ImageSensor sensor;
+  if (noise) {
+    sensor.electrons_per_level = 0;
+    sensor.read_noise = *noise;
+  }
+  simulation::RackImageRenderer renderer(scene, flight.camera, sensor);
   const Motion motion(seed, above_the_middle(model));
   const std::size_t bytes = static_cast<std::size_t>(flight.camera.parameters().width) *
                             static_cast<std::size_t>(flight.camera.parameters().height);

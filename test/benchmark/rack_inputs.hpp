@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pipescout/geometry/camera.hpp"
@@ -35,8 +36,9 @@ struct RackFlight {
 
 /// About 3 m above the rack, to and fro over it at up to 0.5 m/s and 0.2 rad/s, with the sway of
 /// gusts. `textured`: rust and dirt on the pipes; else plain paint. `seed` draws the motion and the
-/// scene.
-[[nodiscard]] RackFlight rack_flight(std::uint64_t seed, bool textured, std::size_t images);
+/// scene. `noise`: standard deviation in grey levels, instead of the sensor's usual one.
+[[nodiscard]] RackFlight rack_flight(std::uint64_t seed, bool textured, std::size_t images,
+                                     std::optional<double> noise = {});
 
 /// One frame of features, with the truth that they are noisy measurements of.
 struct FeatureFrame {

@@ -58,6 +58,12 @@ def check(folder):
     last = {row["pipe"]: float(row["offset"]) for row in recorded(folder, "offsets.csv")}
     for pipe, offset in true_offsets.items():
         assert abs(last[pipe] - offset) < 0.005, (pipe, last)
+    leaks = figures(folder, f"{NAMESPACE[1:]}.leak")
+    assert leaks["s_found_percent"] == 100.0, leaks
+    assert leaks["s_false"] == 0, leaks
+    assert leaks["_position_worst_m"] <= 0.10, leaks
+    assert leaks["_pictures_failed"] == 0, leaks
+    assert {row["state"] for row in recorded(folder, "leaks/events.csv")} >= {"raised"}
     state = figures(folder, f"{NAMESPACE[1:]}.estimator_")
     assert state["position_rmse_m"] <= 0.03, state
     assert state["orientation_rmse_deg"] <= 1.0, state

@@ -53,6 +53,7 @@ void RackScene::validate() const {
 
 void ImageSensor::validate() const {
   check_within("ImageSensor.exposure", exposure, 0, 0.1);
+  check_within("ImageSensor.row_time", row_time, 0, 1e-4);
   check_within("ImageSensor.lens_blur", lens_blur, 0, 5);
   check_within("ImageSensor.vignetting", vignetting, 0, 0.9);
   check_within("ImageSensor.electrons_per_level", electrons_per_level, 0, 1e6);
@@ -81,6 +82,7 @@ class RackImageRenderer::Implementation {
         eye_(built_.bodies),
         shader_(built_.bodies, built_.wardrobe, scene.shadows),
         sensor_(sensor, camera, scene.seed),
+        row_time_(sensor.row_time),
         radiance_(width(), height()),
         codes_(static_cast<std::size_t>(width()) * static_cast<std::size_t>(height())) {
     block_bodies_.reserve(built_.bodies.size());
@@ -104,17 +106,15 @@ class RackImageRenderer::Implementation {
     if (!view.velocity.allFinite()) {
       throw std::invalid_argument("RackView.velocity is not finite");
     }
-    const geometry::SE3 T_rack_camera = view.T_camera_rack.inverse();
-    const Eigen::Matrix3d R_rack_camera = T_rack_camera.rotation().matrix();
-    rotation_ = R_rack_camera.cast<float>();
-    eye_.look_from(T_rack_camera.translation());
-    shader_.prepare(view.light, T_rack_camera.translation(), 1 / camera_.parameters().focal_length);
-    trace_image(R_rack_camera);
+    shader_.prepare(view.light, 1 / camera_.parameters().focal_length);
+    trace_image(view);
     for (int v = 0; v < height(); v += internal::kRayTile) {
+      look(view, time_of_tile(v));
       for (int u = 0; u < width(); u += internal::kRayTile) {
         refine_tile(u, v);
       }
     }
+    look(view, 0);
     find_velocities(view);
     sensor_.expose(radiance_, view.light, view.frame, grey);
   }
@@ -134,19 +134,41 @@ class RackImageRenderer::Implementation {
                   static_cast<std::size_t>(u)];
   }
 
+  /// s, from the middle of the image to that of the tile whose uppermost row is v.
+  [[nodiscard]] double time_of_tile(int v) const {
+    return row_time_ * (v + 0.5 * (internal::kRayTile - height()));
+  }
+
+  /// From where the camera is `time` s after the view's pose.
+  void look(const RackView& view, double time) {
+    geometry::SE3 T_rack_camera = view.T_camera_rack.inverse();
+    if (time != 0) {
+      T_rack_camera = T_rack_camera * geometry::SE3::exp(time * view.velocity);
+    }
+    R_rack_camera_ = T_rack_camera.rotation().matrix();
+    rotation_ = R_rack_camera_.cast<float>();
+    eye_.look_from(T_rack_camera.translation());
+    shader_.look_from(T_rack_camera.translation());
+  }
+
   /// One ray through the middle of each pixel; bodies are sorted out by blocks, then by tiles.
-  void trace_image(const Eigen::Matrix3d& R_rack_camera) {
+  void trace_image(const RackView& view) {
+    look(view, 0);
     for (const internal::RayTable::Block& block : rays_.blocks()) {
       block_bodies_.clear();
-      const internal::RayCone block_cone{R_rack_camera * block.cone.axis, block.cone.tangent};
+      const internal::RayCone block_cone{R_rack_camera_ * block.cone.axis, block.cone.tangent};
       for (std::size_t body = 0; body < built_.bodies.size(); ++body) {
-        if (eye_.may_hit(body, block_cone)) {
+        // The poses of its tiles differ from the one by which the block is judged.
+        if (row_time_ > 0 || eye_.may_hit(body, block_cone)) {
           block_bodies_.push_back(body);
         }
       }
       for (const internal::RayTable::Tile& tile : block.tiles) {
+        if (row_time_ > 0) {
+          look(view, time_of_tile(tile.v));
+        }
         tile_bodies_.clear();
-        const internal::RayCone cone{R_rack_camera * tile.cone.axis, tile.cone.tangent};
+        const internal::RayCone cone{R_rack_camera_ * tile.cone.axis, tile.cone.tangent};
         for (const std::size_t body : block_bodies_) {
           if (eye_.may_hit(body, cone)) {
             tile_bodies_.push_back(body);
@@ -317,12 +339,14 @@ class RackImageRenderer::Implementation {
   internal::BodiesFromEye eye_;
   internal::Shader shader_;
   internal::Sensor sensor_;
+  double row_time_;
   internal::Plane radiance_;
   std::vector<internal::HitCode> codes_;
   std::vector<std::size_t> block_bodies_;
   std::vector<std::size_t> tile_bodies_;
   std::array<Eigen::Vector2f, kSamples> lattice_{};
-  Eigen::Matrix3f rotation_ = Eigen::Matrix3f::Identity();  // R_rack_camera
+  Eigen::Matrix3d R_rack_camera_ = Eigen::Matrix3d::Identity();  // of the tile
+  Eigen::Matrix3f rotation_ = Eigen::Matrix3f::Identity();       // the same
   internal::RayBatch batch_;
   internal::RayBatch samples_;
   internal::RayBatch waiting_;

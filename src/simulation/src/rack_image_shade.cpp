@@ -59,8 +59,7 @@ Shader::Shader(const Bodies& bodies, const Wardrobe& wardrobe, bool shadows)
   }
 }
 
-void Shader::prepare(const RackLight& light, const Eigen::Vector3d& eye, double pixel_angle) {
-  eye_ = eye.cast<float>();
+void Shader::prepare(const RackLight& light, double pixel_angle) {
   to_sun_ = light.to_sun.cast<float>();
   sun_ = static_cast<float>(light.sun);
   sky_ = static_cast<float>(light.sky);

@@ -25,7 +25,9 @@ class Shader {
   Shader(const Bodies& bodies, const Wardrobe& wardrobe, bool shadows);
 
   /// `pixel_angle`: of one pixel, rad.
-  void prepare(const RackLight& light, const Eigen::Vector3d& eye, double pixel_angle);
+  void prepare(const RackLight& light, double pixel_angle);
+  /// Where the rays of the next batches begin.
+  void look_from(const Eigen::Vector3d& eye) noexcept { eye_ = eye.cast<float>(); }
 
   /// Radiance of all hits of the batch.
   void shade(const RayBatch& batch, std::array<float, kBatch>& radiance) noexcept;

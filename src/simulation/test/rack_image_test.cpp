@@ -186,6 +186,32 @@ TEST(RackImage, MotionBlurIsAsLongAsThePath) {
   EXPECT_LT(blur_variance(sensor, velocity, 6), 0.1);
 }
 
+/// From the left, pixels, where the row first shows the black pipe.
+double first_silhouette(const GreyImage& image, int v) {
+  constexpr double kHalf = 128;
+  int u = 1;
+  while (image.at(u, v) > kHalf) {
+    ++u;
+  }
+  return u - (kHalf - image.at(u, v)) / (image.at(u - 1, v) - image.at(u, v));
+}
+
+TEST(RackImage, ARollingShutterShowsEachRowFromWhereTheCameraIsThen) {
+  const RackView view{.T_camera_rack = test::looking(false, {-0.2, 5, -2}),
+                      .velocity = 0.5 * geometry::Vector6d::UnitX(),
+                      .light = {.sun = 0, .sky = 1, .gain = 1, .offset = 2}};
+  ImageSensor sensor = perfect_image_sensor();
+  RackImageRenderer at_once(plain_scene(0.02), geometry::Camera(), sensor);
+  sensor.row_time = 1e-4;
+  RackImageRenderer row_by_row(plain_scene(0.02), geometry::Camera(), sensor);
+  const GreyImage still = test::render(at_once, view);
+  const GreyImage skewed = test::render(row_by_row, view);
+  for (const int v : {40, 239, 439}) {
+    const double moved = 0.5 * sensor.row_time * (v - 239.5) * 630 / 2.2;  // the axis is 2.2 m away
+    EXPECT_NEAR(first_silhouette(skewed, v) - first_silhouette(still, v), -moved, 0.2) << v;
+  }
+}
+
 TEST(RackImage, NearBodiesHideFarOnes) {
   RackScene scene;
   scene.model.pipes = {test::pipe("upper", {0, 0, 0.6}, {0, 1, 0}, {{0, 0.2}, {10, 0.2}}),
@@ -294,6 +320,8 @@ TEST(RackImage, RefusesBadInput) {
   ImageSensor sensor;
   sensor.lens_blur = -1;
   fails_with([&] { RackImageRenderer(good, camera, sensor); }, "ImageSensor.lens_blur: -1");
+  sensor = {.row_time = 1};
+  fails_with([&] { RackImageRenderer(good, camera, sensor); }, "ImageSensor.row_time: 1");
 
   RackImageRenderer renderer(good, camera);
   std::vector<std::uint8_t> grey(720 * 480);

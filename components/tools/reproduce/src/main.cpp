@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <iostream>
 #include <memory>
@@ -34,6 +35,8 @@ struct Arguments {
   std::size_t seeds = ReproduceOptions::kAllSeeds;
   std::optional<std::uint64_t> seed_base;
   std::string data;
+  std::string part;
+  std::optional<std::size_t> trials;
   bool simulation_asked_for = false;  ///< --seeds, --seed-base or --data is given
 };
 
@@ -64,8 +67,18 @@ int reproduce(const Arguments& arguments) {
     if (arguments.simulation_asked_for && !table.simulates) {
       throw CommandError("table '" + name + "' has no --seeds and no --data");
     }
+    if (table.parts.empty() && (arguments.trials || !arguments.part.empty())) {
+      throw CommandError("table '" + name + "' has no --part and no --trials");
+    }
+    if (!arguments.part.empty() &&
+        std::ranges::find(table.parts, arguments.part) == table.parts.end()) {
+      throw CommandError("table '" + name + "' has no part '" + arguments.part + "'" +
+                         suggestion(arguments.part, {table.parts.begin(), table.parts.end()}));
+    }
     const auto result = table.reproduce({.seeds = arguments.seeds,
                                          .seed_base = table.simulates ? first_seed(arguments) : 0,
+                                         .part = arguments.part,
+                                         .trials = arguments.trials,
                                          .data = arguments.data,
                                          .progress = &std::cerr,
                                          .progress_on_terminal = isatty(STDERR_FILENO) == 1},
@@ -85,6 +98,7 @@ int reproduce(const Arguments& arguments) {
 
 void add_command(CLI::App& app, Action& action) {
   constexpr std::size_t kMostSeeds = 1000;
+  constexpr std::size_t kMostTrials = 100'000;
   constexpr std::uint64_t kLargestSeed = 4'000'000'000;
   auto arguments = std::make_shared<Arguments>();
   app.add_option("table", arguments->table, "Name of the table");
@@ -101,6 +115,12 @@ void add_command(CLI::App& app, Action& action) {
   const auto* data =
       app.add_option("--data", arguments->data,
                      "Folder of real data; default: $PIPESCOUT_SHARED_DATA or ../shared/data");
+  app.add_option("--part", arguments->part,
+                 "Of table rack: features, images, worlds, cameras or leaks; default: all");
+  app.add_option("--trials", arguments->trials,
+                 "Of table rack: trials of each figure over pipes that are not where the rack file "
+                 "has them; default: 1000, and 500 of those far away")
+      ->check(CLI::Range(std::size_t{1}, kMostTrials));
   app.footer("Tables:" + known_tables());
   app.callback([=, &action] {
     arguments->simulation_asked_for =

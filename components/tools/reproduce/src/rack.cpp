@@ -1,7 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <string_view>
+
 #include "rack_figures.hpp"
 
 namespace pipescout::reproduce {
+namespace {
+
+using Work = void (*)(RackReproduction&);
+
+constexpr std::array<Work, kRackParts.size()> kWork{reproduce_rack_features, reproduce_rack_images,
+                                                    reproduce_rack_worlds, reproduce_rack_cameras,
+                                                    reproduce_rack_leaks};
+
+}  // namespace
 
 Reproduction reproduce_rack(const ReproduceOptions& options, std::ostream& out) {
   return reproduce_rack(options, RackExtent{}, out);
@@ -22,11 +34,11 @@ Reproduction reproduce_rack(const ReproduceOptions& options, const RackExtent& e
   out << "Lippiello and Cacace: a UAV over a pipe rack. Seeds " << run.seeds.front() << " to "
       << run.seeds.back() << ", not used for tuning.\n\n";
   result.seeds = run.seeds;
-  reproduce_rack_features(run);
-  if (extent.images.largest_seeds > 0) {
-    reproduce_rack_images(run);
+  for (std::size_t i = 0; i < kWork.size(); ++i) {
+    if (options.part.empty() || options.part == kRackParts[i]) {
+      kWork[i](run);
+    }
   }
-  reproduce_rack_leaks(run);
   return result;
 }
 

@@ -7,7 +7,7 @@
 #include "reproduce.hpp"
 #include "stage_progress.hpp"
 
-/// The groups of figures of `pipescout reproduce rack`, one source file each.
+/// The parts of `pipescout reproduce rack`, one source file each.
 namespace pipescout::reproduce {
 
 /// What the groups share.
@@ -27,6 +27,14 @@ void reproduce_rack_features(RackReproduction& run);
 /// On rendered images: `image_...` and `silent_wrong_pose`. As many seeds at once as there are
 /// processors.
 void reproduce_rack_images(RackReproduction& run);
+
+/// On images of two renderers, in noise and with pipes that are not where the rack file has them:
+/// `noise_grid_...`, `offsets_...`, `fig8_...`, `coverage99_percent`.
+void reproduce_rack_worlds(RackReproduction& run);
+
+/// Rolling shutter and fisheye against a global shutter and a pinhole: `row_skew_error_ratio`,
+/// `fisheye_error_ratio`.
+void reproduce_rack_cameras(RackReproduction& run);
 
 /// A thermal camera and the state estimator on rendered flights: `rack_leaks_...`.
 void reproduce_rack_leaks(RackReproduction& run);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -32,6 +33,11 @@ struct ReproduceOptions {
   std::size_t seeds = kAllSeeds;  ///< how many are simulated, at least 1
   /// The first of them. Development uses those up to 999; the command takes those of its revision.
   std::uint64_t seed_base = 1001;
+  /// Only this one of the table's parts; empty: all.
+  std::string part{};
+  /// How many trials there are of each figure that counts trials; not set: as many as the table
+  /// says.
+  std::optional<std::size_t> trials{};
   /// Folder of the real data, which must be there. Empty: see
   /// `default_data_folder`.
   std::string data{};
@@ -47,7 +53,12 @@ struct ReproducibleTable {
   /// Computes the table and prints it beside the paper's. Throws std::exception
   /// when its data is missing.
   Reproduction (*reproduce)(const ReproduceOptions& options, std::ostream& out);
+  /// It can be computed part by part, and with fewer trials; empty: only as a whole.
+  std::span<const std::string_view> parts{};
 };
+
+inline constexpr std::array<std::string_view, 5> kRackParts{"features", "images", "worlds",
+                                                            "cameras", "leaks"};
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 
@@ -77,18 +88,24 @@ struct InPipeExtent {
 
 /// How much is flown over rendered racks, for each seed.
 struct RackImageExtent {
-  std::size_t largest_seeds = 10;  ///< however many are asked for: rendering takes long; 0: nothing
-  double inspection = 60;          ///< s
-  double clutter = 15;             ///< s in clutter that comes in flight
-  std::size_t clutter_starts = 4;  ///< flights that begin in clutter
-  double clutter_start = 5;        ///< s of each of them
-  double sparse = 30;              ///< s, at 6 Hz
-  double along = 8;                ///< m, one way along the pipes
-  double plain = 10;               ///< s over plain paint
-  double before_loss = 3;          ///< s
-  double after_loss = 2;           ///< s
-  std::size_t places = 2;          ///< where wrong starts are tried
-  std::size_t trials = 25;         ///< at each place, of wrong first poses and of predictions
+  std::size_t largest_seeds = 10;     ///< however many are asked for: rendering takes long
+  double inspection = 60;             ///< s
+  double clutter = 15;                ///< s in clutter that comes in flight
+  std::size_t clutter_starts = 4;     ///< flights that begin in clutter
+  double clutter_start = 5;           ///< s of each of them
+  double sparse = 30;                 ///< s, at 6 Hz
+  double along = 8;                   ///< m, one way along the pipes
+  double plain = 10;                  ///< s over plain paint
+  double before_loss = 3;             ///< s
+  double after_loss = 2;              ///< s
+  std::size_t places = 2;             ///< where wrong starts are tried
+  std::size_t trials = 25;            ///< at each place, of wrong first poses and of predictions
+  double noise = 12;                  ///< s of each flight in noise, of which there are 20
+  std::size_t misplaced = 1000;       ///< rack files with pipes up to 6 cm from their places
+  std::size_t misplaced_far = 500;    ///< the same up to 25 cm
+  std::size_t misplaced_places = 20;  ///< where they are tried
+  std::size_t figure_8 = 8;           ///< flights of Figure 8
+  double cameras = 20;                ///< s with each of the cameras that are compared
 };
 
 /// How much is simulated for the figures over a pipe rack.

@@ -15,7 +15,7 @@ std::span<const ReproducibleTable> reproducible_tables() {
                         true, reproduce_in_pipe},
       ReproducibleTable{"rack",
                         "Table I and the figures of Lippiello and Cacace: a UAV over a pipe rack",
-                        true, reproduce_rack},
+                        true, reproduce_rack, kRackParts},
       ReproducibleTable{"estimator",
                         "Figures of the state estimator on three robots and on real recordings",
                         true, reproduce_estimator},

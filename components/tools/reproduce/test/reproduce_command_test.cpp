@@ -28,6 +28,15 @@ TEST(ReproduceCommand, RefusesWhatMakesNoSense) {
   EXPECT_THAT(paper.err, HasSubstr("has no --seeds"));
   EXPECT_THAT(paper.out, IsEmpty());
 
+  const auto whole = run_program(REPRODUCE_COMMAND, {"leaks", "--trials", "3"}, folder.path());
+  EXPECT_EQ(whole.code(), 1);
+  EXPECT_THAT(whole.err, HasSubstr("has no --part and no --trials"));
+
+  const auto no_part = run_program(REPRODUCE_COMMAND, {"rack", "--part", "image"}, folder.path());
+  EXPECT_EQ(no_part.code(), 1);
+  EXPECT_THAT(no_part.err, HasSubstr("images"));
+  EXPECT_THAT(no_part.out, IsEmpty());
+
   const auto misspelt = run_program(REPRODUCE_COMMAND, {"in-pip"}, folder.path());
   EXPECT_EQ(misspelt.code(), 1);
   EXPECT_THAT(misspelt.err, HasSubstr("in-pipe"));

@@ -141,7 +141,13 @@ TEST(Reproduce, FliesOverTheRack) {
                                .before_loss = 0.4,
                                .after_loss = 0.4,
                                .places = 1,
-                               .trials = 1};
+                               .trials = 1,
+                               .noise = 0.08,
+                               .misplaced = 1,
+                               .misplaced_far = 1,
+                               .misplaced_places = 1,
+                               .figure_8 = 1,
+                               .cameras = 0.4};
   const auto result = reproduce_rack(
       {.seeds = 1},
       RackExtent{
@@ -171,6 +177,17 @@ TEST(Reproduce, FliesOverTheRack) {
                              "image_recoveries_without_odometry",
                              "silent_wrong_pose",
                              "image_6hz_tracked_percent",
+                             "noise_grid_tracked_percent",
+                             "noise_grid_position_m",
+                             "offsets_wrong_silent",
+                             "offsets_wrong_converged_percent",
+                             "offsets_far_silent",
+                             "offsets_far_converged_percent",
+                             "fig8_images_offsets_error_m",
+                             "fig8_images_offsets_worst_m",
+                             "coverage99_percent",
+                             "row_skew_error_ratio",
+                             "fisheye_error_ratio",
                              "rack_leaks_found_percent",
                              "rack_leaks_false",
                              "rack_leaks_position_p95_m"}) {
@@ -181,6 +198,14 @@ TEST(Reproduce, FliesOverTheRack) {
   EXPECT_EQ(result.seeds.size(), 1U);
   EXPECT_THAT(out.str(), HasSubstr("Table I"));
   EXPECT_THAT(out.str(), HasSubstr("On images"));
+}
+
+TEST(Reproduce, FliesOverTheRackPartByPart) {
+  std::ostringstream out;
+  const auto result =
+      reproduce_rack({.seeds = 1, .part = "leaks"}, RackExtent{.leaks = {.longest = 1}}, out);
+  EXPECT_TRUE(result.figures.contains("rack_leaks_false"));
+  EXPECT_FALSE(result.figures.contains("offsets_nees"));
 }
 
 TEST(ReproduceEstimator, GivesAllFigures) {

@@ -46,13 +46,22 @@ class Flight {
   Flight(const ImageFlightSettings& settings, std::uint64_t seed)
       : settings_(settings),
         engine_(seed),
+        camera_(settings.camera),
         light_({}, engine_()),
         motions_(fly_camera(settings.way_points, settings.flight, engine_())),
         scene_(with_seed(settings.scene, engine_())),
-        renderer_(scene_, camera_, settings.sensor),
-        localization_(settings.scene.model, camera_, settings.localization),
+        localization_(settings.rack_file.value_or(settings.scene.model), camera_,
+                      settings.localization),
         grey_(static_cast<std::size_t>(camera_.parameters().width) *
               static_cast<std::size_t>(camera_.parameters().height)) {
+    if (settings.mesh) {
+      MeshScene mesh = *settings.mesh;
+      mesh.model = scene_.model;
+      mesh.seed = scene_.seed;
+      mesh_.emplace(mesh, camera_);
+      return;
+    }
+    renderer_.emplace(scene_, camera_, settings.sensor);
     if (scene_.clutter_share > 0 && settings.clutter_begin > 0) {
       simulation::RackScene clear = scene_;
       clear.clutter_share = 0;
@@ -124,9 +133,11 @@ class Flight {
   }
 
   void take_image(const CameraMotion& motion, std::size_t i, bool outage) {
-    if (!outage) {
+    if (!outage && mesh_) {
+      mesh_->render(motion.T_camera_rack, i, grey_);
+    } else if (!outage) {
       simulation::RackImageRenderer& renderer =
-          before_clutter_ && motion.time < settings_.clutter_begin ? *before_clutter_ : renderer_;
+          before_clutter_ && motion.time < settings_.clutter_begin ? *before_clutter_ : *renderer_;
       renderer.render(view_of(motion, light_, i), grey_);
     } else if (settings_.loss->kind == Outage::kCovered) {
       constexpr double kDark = 8;     // grey level
@@ -174,7 +185,8 @@ class Flight {
   simulation::ChangingRackLight light_;
   std::vector<CameraMotion> motions_;
   simulation::RackScene scene_;
-  simulation::RackImageRenderer renderer_;
+  std::optional<simulation::RackImageRenderer> renderer_;
+  std::optional<MeshRenderer> mesh_;
   std::optional<simulation::RackImageRenderer> before_clutter_;
   rack_vision::RackLocalization localization_;
   std::vector<std::uint8_t> grey_;

@@ -113,7 +113,8 @@ simulation::RackView view_of(const CameraMotion& motion, const simulation::Chang
 std::vector<CameraMotion> fly_camera(const std::vector<WayPoint>& way_points,
                                      const CameraFlightSettings& settings, std::uint64_t seed) {
   using simulation::Uav;
-  const rack_vision::WayPointPath path(way_points, {.largest_speed = settings.largest_speed});
+  const rack_vision::WayPointPath path(way_points, {.largest_speed = settings.largest_speed,
+                                                    .largest_yaw_rate = settings.largest_yaw_rate});
   simulation::DrydenWind wind({.speed_at_20_feet = settings.wind_at_20_feet,
                                .direction = kWindDirection,
                                .height = kWindHeight,

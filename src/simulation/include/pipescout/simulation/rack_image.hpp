@@ -54,7 +54,10 @@ struct RackScene {
 
 /// Lens and sensor.
 struct ImageSensor {
-  double exposure = 0.004;   ///< s, [0, 0.1]; the pose is that of its middle
+  double exposure = 0.004;  ///< s, [0, 0.1]; the pose is that of its middle
+  /// s, [0, 1e-4], from the exposure of one row to that of the next below (rolling shutter); the
+  /// pose is that of the middle of the image. It changes every 16 rows, by the camera's velocity.
+  double row_time = 0;
   double lens_blur = 0.7;    ///< pixels, standard deviation of a Gaussian, [0, 5]
   double vignetting = 0.25;  ///< light lost at the corner farthest from the centre, [0, 0.9]
   double electrons_per_level = 40.0;  ///< shot noise: variance = level / this; 0: none; [0, 1e6]
@@ -81,7 +84,7 @@ struct RackLight {
 struct RackView {
   geometry::SE3 T_camera_rack;  ///< in the middle of the exposure
   /// Velocity of the camera relative to the rack, in the camera frame: [linear m/s; angular rad/s];
-  /// causes motion blur.
+  /// causes motion blur, and what a rolling shutter does.
   geometry::Vector6d velocity = geometry::Vector6d::Zero();
   RackLight light{};
   std::uint64_t frame = 0;  ///< chooses the noise: the same scene, view and frame, the same bits

@@ -5,8 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
+#include "pipescout/rack_study/mesh_renderer.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
 #include "pipescout/simulation/rack_image.hpp"
 
@@ -28,9 +30,15 @@ struct ForcedLoss {
 
 struct ImageFlightSettings {
   simulation::RackScene scene{};  ///< its seed is drawn from that of the flight
+  /// If set, the second renderer makes the images, with the model and the seed of `scene`; lens,
+  /// sensor, clutter and changes of the light are not used then.
+  std::optional<MeshScene> mesh{};
+  /// The rack as the localisation has it; that of the scene if not set.
+  std::optional<rack_vision::RackModel> rack_file{};
   std::vector<rack_vision::WayPoint> way_points{};
   CameraFlightSettings flight{};
   simulation::ImageSensor sensor{};
+  geometry::Camera camera{};
   rack_vision::RackLocalizationParameters localization{};
   /// Standard deviations of the pose that the localisation is started with, per axis; it is told
   /// them.

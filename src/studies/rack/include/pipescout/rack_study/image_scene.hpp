@@ -43,10 +43,11 @@ struct CameraMotion {
                                            std::uint64_t frame);
 
 struct CameraFlightSettings {
-  double duration = 60;          ///< s, > 0
-  double frame_rate = 25;        ///< 1/s, (0, 1000]
-  double largest_speed = 0.4;    ///< m/s, along the path
-  double wind_at_20_feet = 5.0;  ///< W20 of MIL-F-8785C, m/s
+  double duration = 60;            ///< s, > 0
+  double frame_rate = 25;          ///< 1/s, (0, 1000]
+  double largest_speed = 0.4;      ///< m/s, along the path
+  double largest_yaw_rate = 0.16;  ///< rad/s
+  double wind_at_20_feet = 5.0;    ///< W20 of MIL-F-8785C, m/s
 };
 
 /// A simulated quadrotor follows the way-points in Dryden gusts, with a camera at its origin that
