@@ -119,7 +119,7 @@ TEST_F(TrackCommand, FollowsThePipeOfAFolder) {
 
 TEST_F(TrackCommand, SaysWhyImagesFarApartGiveNoTrack) {
   write_folder();
-  std::ofstream(folder_.path() / "images" / "survey.yaml") << "frame_rate: 1\n";
+  std::ofstream(folder_.path() / "images" / "survey.yaml") << "preset: hot_pipes\nframe_rate: 1\n";
   const auto result = run({"images", "--out", "out"});
   EXPECT_EQ(result.code(), 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("30 images, 25 with pipes\n0 tracks;"));
