@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "joint_chain.hpp"
+#include "joint_doubt.hpp"
 #include "pipescout/statistics/normal.hpp"
 #include "pipescout/validation/check.hpp"
 #include "weld_hypotheses.hpp"
@@ -24,6 +25,9 @@ constexpr double kHighestNoiseFactor = 25.0;
 constexpr double kLargestInnovation = 9.0;  // squared; a single odd weld teaches no more than this
 constexpr double kSightingSigmas = 5.0;
 constexpr double kHalfTurn = std::numbers::pi;
+/// Largest probability of another joint, by a fault of the odometer in a bend, at which the joint
+/// counts as certain.
+constexpr double kLargestBendDoubt = 1e-3;
 
 void check_start(const WeldPositioningStart& start, std::size_t joints, bool has_tally) {
   if (start.orientation != Orientation::kForward && start.orientation != Orientation::kBackward &&
@@ -97,7 +101,8 @@ class WeldPositioning::Implementation {
         hypotheses_((check_start(start, static_cast<std::size_t>(chain_.joints()), has_tally_),
                      check_bends(bends, static_cast<std::size_t>(chain_.joints()), has_tally_),
                      parameters_),
-                    chain_, start, bends, has_tally_) {
+                    chain_, start, bends, has_tally_),
+        joint_doubt_(parameters_, chain_, bends) {
     learnt_.reserve(static_cast<std::size_t>(chain_.joints()));
     learnt_weld_.push_back(0.0);
     for (std::size_t j = 0; j < static_cast<std::size_t>(chain_.joints()); ++j) {
@@ -180,6 +185,7 @@ class WeldPositioning::Implementation {
       estimate_.status = PositioningStatus::kOutOfOrder;
       return estimate_;
     }
+    joint_doubt_.note_bend(bend.odometer_distance);
     // On either side of the last weld the odometer is as noisy per metre.
     const OdometerTravel& side = net < 0.0 ? before_ : since_;
     const double share = side.path > 0.0 ? std::abs(net) / side.path : 0.0;
@@ -374,7 +380,10 @@ class WeldPositioning::Implementation {
     estimate_.chainage = parameters_.first_weld_chainage + weld + into;
     estimate_.scale = now.scale;
     estimate_.covariance << variance, now.p01, now.p01, now.p11;
-    estimate_.locked = locked_ && std::sqrt(variance) <= parameters_.lock_standard_deviation;
+    const JointDoubt::Doubt doubt = joint_doubt_.doubt(now, joint, odometer_);
+    estimate_.joint_probability = estimate_.probability * (1.0 - doubt.total);
+    estimate_.locked = locked_ && std::sqrt(variance) <= parameters_.lock_standard_deviation &&
+                       doubt.by_bend <= kLargestBendDoubt;
   }
 
   WeldPositioningParameters parameters_;
@@ -382,6 +391,7 @@ class WeldPositioning::Implementation {
   bool has_bends_;
   JointChain chain_;
   WeldHypotheses hypotheses_;
+  JointDoubt joint_doubt_;
   std::vector<LearntJoint> learnt_;
   std::vector<double> learnt_weld_;  // m, weld 0 at 0
   std::vector<Neighbour> around_;

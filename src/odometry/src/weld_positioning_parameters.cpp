@@ -30,6 +30,8 @@ void WeldPositioningParameters::validate() const {
   probability("double_slip_probability", double_slip_probability);
   require("largest_double_slip", largest_double_slip,
           largest_double_slip > 0.0 && largest_double_slip <= 1.0, "(0, 1]");
+  within("bend_fault_probability", bend_fault_probability, 0.0, 0.4, "[0, 0.4]");
+  positive("largest_bend_fault", largest_bend_fault);
   positive("largest_increment", largest_increment);
   require("bad_increment_standard_deviation", bad_increment_standard_deviation,
           bad_increment_standard_deviation >= 0.0, "[0, inf)");

@@ -581,7 +581,7 @@ void WeldLocator::publish_position(Time stamp) {
   message->known = estimate.known;
   message->locked = estimate.locked;
   message->joint = static_cast<std::uint32_t>(estimate.joint);
-  message->joint_probability = estimate.probability;
+  message->joint_probability = estimate.joint_probability;
   message->orientation = kNumber(estimate.orientation);
   message->distance_into_joint = estimate.distance_into_joint;
   message->chainage = estimate.chainage;

@@ -156,7 +156,11 @@ class InPipe {
             {"truth inside the 95 % band, %",
              scored.all_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
              scored.each_percent(&CrawlerScore::inside_band, &CrawlerScore::locked_events),
-             within(92.0, 98.0), name("coverage95_percent")}};
+             within(92.0, 98.0), name("coverage95_percent")},
+            {"joint certain since the first lock, % of the way",
+             scored.all_percent(&CrawlerScore::locked_events, &CrawlerScore::events_since_lock),
+             scored.each_percent(&CrawlerScore::locked_events, &CrawlerScore::events_since_lock),
+             kLargeIsGood}};
   }
 
   /// The paper's Figure 3 for bends: its consensus, the plain average and wheels around the

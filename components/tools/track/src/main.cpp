@@ -92,6 +92,9 @@ int track(const Arguments& arguments) {
   fs::create_directories(out);
   replace_file(out / "track.csv", tracks.csv());
   std::cout << tracks.summary() << (out / "track.csv").string() << '\n';
+  if (const std::string advice = tracks.advice(); !advice.empty()) {
+    std::cerr << "note: " << advice << '\n';
+  }
   if (tracks.failed() > 0) {
     std::cerr << "error: " << tracks.failed() << " images could not be used\n";
   }

@@ -50,6 +50,7 @@ void PipeTracks::take(const SourceImage& image) {
     problem = to_string(track.fault);
   }
   ++images_;
+  times_.push_back(image.time);
   with_pipes_ += regions_.empty() ? 0U : 1U;
   locked_ += track.state == TrackState::kLocked ? 1U : 0U;
   coasting_ += track.state == TrackState::kCoasting ? 1U : 0U;
@@ -83,6 +84,20 @@ std::string PipeTracks::summary() const {
          std::to_string(tracks_) + (tracks_ == 1 ? " track" : " tracks") + "; locked in " +
          percent(locked_, images_) + " of the images, predicted in " + percent(coasting_, images_) +
          "\n";
+}
+
+std::string PipeTracks::advice() const {
+  if (tracks_ > 0 || with_pipes_ < tracker_.parameters().confirm) {
+    return {};
+  }
+  const double interval =
+      (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);  // s
+  return "pipes in " + std::to_string(with_pipes_) +
+         " images, and none that is surely the same in " +
+         std::to_string(tracker_.parameters().confirm) + ": the images are " +
+         format_csv_number(std::round(interval * 1000.0) / 1000.0) +
+         " s apart on average, and how the camera moved in between is not known; images less than "
+         "0.3 s apart can be tracked";
 }
 
 }  // namespace pipescout::track

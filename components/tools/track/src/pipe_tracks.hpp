@@ -25,6 +25,8 @@ class PipeTracks {
   [[nodiscard]] const std::string& csv() const noexcept { return csv_; }
   /// In words, with line ends.
   [[nodiscard]] std::string summary() const;
+  /// Why there may be no track though there are pipes; empty: there is one.
+  [[nodiscard]] std::string advice() const;
   [[nodiscard]] std::size_t failed() const noexcept { return failed_; }
 
  private:
@@ -32,6 +34,7 @@ class PipeTracks {
   tracking::PipeTracker tracker_;
   std::vector<tracking::PipeRegion> regions_;
   std::string csv_;
+  std::vector<double> times_;  // s, of the images
   std::size_t images_ = 0;
   std::size_t failed_ = 0;
   std::size_t with_pipes_ = 0;

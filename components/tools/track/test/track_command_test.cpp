@@ -117,6 +117,16 @@ TEST_F(TrackCommand, FollowsThePipeOfAFolder) {
   check_track();
 }
 
+TEST_F(TrackCommand, SaysWhyImagesFarApartGiveNoTrack) {
+  write_folder();
+  std::ofstream(folder_.path() / "images" / "survey.yaml") << "preset: hot_pipes\nframe_rate: 1\n";
+  const auto result = run({"images", "--out", "out"});
+  EXPECT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("30 images, 25 with pipes\n0 tracks;"));
+  EXPECT_THAT(result.err, HasSubstr("note: pipes in 25 images, and none that is surely the same in "
+                                    "3: the images are 1 s apart on average"));
+}
+
 TEST_F(TrackCommand, FollowsThePipeOfABag) {
   write_bag({"/thermal/image_raw"});
   const auto result = run({"bag", "--out", "out"});

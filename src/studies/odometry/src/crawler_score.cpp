@@ -54,6 +54,7 @@ CrawlerScore score_run(const CrawlerRun& run, odometry::WeldPositioning& positio
       continue;  // where the increment before it was
     }
     score.right_at_end = false;
+    score.events_since_lock += score.ever_locked || estimate.locked ? 1 : 0;
     if (!estimate.locked) {
       continue;
     }

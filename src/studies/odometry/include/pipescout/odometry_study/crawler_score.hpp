@@ -13,6 +13,7 @@ namespace pipescout::odometry_study {
 struct CrawlerScore {
   std::size_t lock_joints = 0;  ///< welds passed, detected or not, until the first lock; or all
   bool ever_locked = false;
+  std::size_t events_since_lock = 0;  ///< since the first lock, locked or not
   std::size_t locked_events = 0;
   std::size_t inside_band = 0;  ///< error within 1.96 stated standard deviations
   std::size_t wrong_joint = 0;  ///< not the joint it is in, nor within 0.15 m of the right one
