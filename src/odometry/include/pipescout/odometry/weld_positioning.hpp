@@ -75,9 +75,8 @@ struct WeldPositioningParameters {
   double double_slip_probability = 1e-3;
   double largest_double_slip = 0.35;  ///< as a share of the distance since the last weld; (0, 1]
   /// Per joint with a bend, that the fused distance is off by more than its variance says; [0,
-  /// 0.4]. Three wheels leave no residual in a bend, so that a slip over most of it is not told. Of
-  /// 760 joints with bends in simulated runs 10 were off by more than 0.1 m and 3 standard
-  /// deviations, the worst by 0.34 m. 0: none, as of five wheels.
+  /// 0.4]. Three wheels leave no residual in a bend, so that a slip over most of it is not told: in
+  /// simulated runs some joints in a hundred, by 0.34 m at most. 0: none, as of five wheels.
   double bend_fault_probability = 0.02;
   double largest_bend_fault = 0.4;  ///< m, > 0: and by how much, evenly distributed
   /// m, > 0. Longer increments are refused, and so are standard deviations above.
