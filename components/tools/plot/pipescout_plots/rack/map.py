@@ -39,7 +39,7 @@ def draw(recording: Recording) -> Figure:
     low, high = extent(rack, poses, servo.way_points)
     width = style.COLUMN - 0.55
     height = width * (high[0] - low[0]) / (high[1] - low[1])
-    figure = style.figure(height + 0.7)
+    figure = style.figure(height + 0.95)
     axes = figure.subplots()
     draw_rack(axes, rack)
     if truth is not None:
