@@ -3,7 +3,7 @@
 
 #include <iostream>
 
-#include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -4,7 +4,7 @@
 #include "cli/message_text.hpp"
 #include "cli/service_commands.hpp"
 #include "cli/session.hpp"
-#include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 #include "cli/yaml_message.hpp"
 #include "core/interfaces.hpp"
 

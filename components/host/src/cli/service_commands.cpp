@@ -5,7 +5,7 @@
 
 #include "cli/name_commands.hpp"
 #include "cli/session.hpp"
-#include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 
 namespace pipescout::host {
 namespace {

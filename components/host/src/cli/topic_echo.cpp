@@ -4,6 +4,7 @@
 
 #include "cli/message_text.hpp"
 #include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 
 namespace pipescout::host {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "cli/message_text.hpp"
 #include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 #include "cli/yaml_message.hpp"
 
 namespace pipescout::host {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "cli/topic_commands.hpp"
+#include "cli/topic_source.hpp"
 #include "core/rate_window.hpp"
 #include "core/size_window.hpp"
 #include "pipescout/idl/field_access.hpp"

@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <future>
+#include <std_msgs/msg/header.hpp>
 #include <std_srvs/srv/trigger.hpp>
 
+#include "cli/topic_source.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/executor_thread.hpp"
 
@@ -48,6 +51,27 @@ TEST_F(SessionTest, ACallThatIsGivenUpLeavesNothingBehind) {
   EXPECT_THAT([&] { session.call<Trigger>("/silent"); },
               ThrowsMessage<CommandError>(HasSubstr("service /silent: ")));
   EXPECT_EQ(session.call<Trigger>("/loud")->message, "here");
+}
+
+TEST_F(SessionTest, ASourceIsHeardAsItsPublisherOffersThoughASubscriberIsDiscoveredFirst) {
+  Session session({.spin_time = 60.0});
+  Executor executor;
+  NodeOptions options;
+  options.context = Context::create(create_dds_transport(DdsOptions::from_environment()));
+  options.executor = &executor;
+  options.name = {"/", "robot"};
+  Node robot(std::move(options));
+  const auto subscription = robot.create_subscription<std_msgs::msg::Header>(
+      "/found", QoS::latched(1), [](const auto&) {});
+  ListenOptions listen;
+  listen.topic = "/found";
+  auto source = std::async(std::launch::async, [&] { return find_source(session, listen); });
+  ASSERT_TRUE(session.wait_for([&] { return session.graph().topics().contains("/found"); }));
+  session.settle();
+  const auto publisher = robot.create_publisher<std_msgs::msg::Header>("/found", QoS::latched(1));
+  const QoS qos = source.get().qos;
+  EXPECT_EQ(qos.reliability, Reliability::kReliable);
+  EXPECT_EQ(qos.durability, Durability::kTransientLocal);
 }
 
 }  // namespace
