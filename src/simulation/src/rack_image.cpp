@@ -20,12 +20,47 @@ namespace {
 
 using validation::check_within;
 
+void check_paint(const std::string& body, double albedo) {
+  check_within(body + "albedo", albedo, 0.02, 0.95);
+}
+
 /// Samples of a pixel that more than one surface shares: a Fibonacci lattice, so that a straight
 /// edge at any angle is placed to 1/110 pixel, and the mean of all samples is the pixel's middle.
 constexpr std::size_t kSamples = 55;
 constexpr int kLatticeStep = 34;
 
 }  // namespace
+
+void SceneBodies::validate() const {
+  constexpr double kFarthest = 1e5;   // m
+  constexpr double kSmallest = 1e-4;  // m
+  const auto check_place = [](const std::string& field, const Eigen::Vector3d& place) {
+    for (const double coordinate : place) {
+      check_within(field, coordinate, -kFarthest, kFarthest);
+    }
+  };
+  constexpr double kMost = 1000;
+  check_within("SceneBodies (how many)", static_cast<double>(cylinders.size() + boxes.size()), 0,
+               kMost);
+  for (std::size_t i = 0; i < cylinders.size(); ++i) {
+    const SceneCylinder& cylinder = cylinders[i];
+    const std::string field = "SceneBodies.cylinders[" + std::to_string(i) + "].";
+    check_place(field + "start", cylinder.start);
+    check_within(field + "direction (its norm)", cylinder.direction.norm(), 1 - 1e-6, 1 + 1e-6);
+    check_within(field + "length", cylinder.length, kSmallest, kFarthest);
+    check_within(field + "radius", cylinder.radius, kSmallest, kFarthest);
+    check_paint(field, cylinder.albedo);
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const SceneBox& box = boxes[i];
+    const std::string field = "SceneBodies.boxes[" + std::to_string(i) + "].";
+    check_place(field + "lowest_corner", box.lowest_corner);
+    const Eigen::Vector3d size = box.highest_corner - box.lowest_corner;
+    check_within(field + "highest_corner (its least distance from lowest_corner)", size.minCoeff(),
+                 kSmallest, kFarthest);
+    check_paint(field, box.albedo);
+  }
+}
 
 void RackScene::validate() const {
   model.validate();
@@ -49,6 +84,8 @@ void RackScene::validate() const {
   check_within("RackScene.ground_height", ground_height, -100, -0.5);
   check_within("RackScene.ground_albedo", ground_albedo, 0.02, 0.95);
   check_within("RackScene.clutter_share", clutter_share, 0, 0.8);
+  bodies.validate();
+  check_within("RackScene.people", static_cast<double>(people), 0, kMostPeople);
 }
 
 void ImageSensor::validate() const {
@@ -106,6 +143,7 @@ class RackImageRenderer::Implementation {
     if (!view.velocity.allFinite()) {
       throw std::invalid_argument("RackView.velocity is not finite");
     }
+    place_people(view.people);
     shader_.prepare(view.light, 1 / camera_.parameters().focal_length);
     trace_image(view);
     for (int v = 0; v < height(); v += internal::kRayTile) {
@@ -132,6 +170,20 @@ class RackImageRenderer::Implementation {
   [[nodiscard]] internal::HitCode& code(int u, int v) {
     return codes_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width()) +
                   static_cast<std::size_t>(u)];
+  }
+
+  void place_people(std::span<const Eigen::Vector3d> people) {
+    if (people.size() != built_.people) {
+      throw std::invalid_argument("RackView.people: " + std::to_string(people.size()) +
+                                  " places; the scene has " + std::to_string(built_.people));
+    }
+    std::vector<internal::Cone>& cones = built_.bodies.cones;
+    for (std::size_t i = 0; i < people.size(); ++i) {
+      if (!people[i].allFinite()) {
+        throw std::invalid_argument("RackView.people[" + std::to_string(i) + "] is not finite");
+      }
+      cones[built_.first_person + i].start = people[i];
+    }
   }
 
   /// s, from the middle of the image to that of the tile whose uppermost row is v.

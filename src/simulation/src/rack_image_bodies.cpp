@@ -37,6 +37,7 @@ void BodiesFromEye::look_from(const Eigen::Vector3d& eye) {
   eye_ = eye;
   for (std::size_t i = 0; i < cones_.size(); ++i) {
     const Cone& cone = bodies_->cones[i];
+    capsules_[i].start = cone.start;
     const Eigen::Vector3d q = eye - cone.start;
     const double along = q.dot(cone.axis);
     const double radius = cone.radius + cone.slope * along;

@@ -76,7 +76,8 @@ struct RayCone {
   double tangent = 0;                               ///< of the half angle
 };
 
-/// The bodies as one eye sees them: what does not depend on the ray is computed once a frame.
+/// The bodies as one eye sees them: what does not depend on the ray is computed once a frame. Cones
+/// may have moved between frames.
 class BodiesFromEye {
  public:
   explicit BodiesFromEye(const Bodies& bodies);

@@ -47,6 +47,21 @@ std::vector<PlainStretch> along_pipe(const rack_vision::Pipe& pipe,
   return stretches;
 }
 
+void add_bodies(const SceneBodies& added, Bodies& bodies) {
+  for (const SceneCylinder& cylinder : added.cylinders) {
+    bodies.cones.push_back({.start = cylinder.start,
+                            .axis = cylinder.direction,
+                            .length = cylinder.length,
+                            .radius = cylinder.radius,
+                            .albedo = static_cast<float>(cylinder.albedo)});
+  }
+  for (const SceneBox& box : added.boxes) {
+    bodies.boxes.push_back({.low = box.lowest_corner,
+                            .high = box.highest_corner,
+                            .albedo = static_cast<float>(box.albedo)});
+  }
+}
+
 }  // namespace
 
 BuiltScene build_scene(const RackScene& scene) {
@@ -95,6 +110,15 @@ BuiltScene build_scene(const RackScene& scene) {
          .high = support.highest_corner,
          .albedo = static_cast<float>(statistics::uniform(clutter_engine, 0.2, 0.4))});
   }
+  add_bodies(scene.bodies, built.bodies);
+  built.first_person = built.bodies.cones.size();
+  built.people = scene.people;
+  constexpr float kClothes = 0.25F;
+  built.bodies.cones.insert(built.bodies.cones.end(), scene.people,
+                            {.axis = Eigen::Vector3d::UnitZ(),
+                             .length = kPersonHeight,
+                             .radius = kPersonRadius,
+                             .albedo = kClothes});
   add_clutter(scene.model, scene.clutter_share, clutter_engine, built.bodies);
   return built;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <random>
 
 #include "pipescout/simulation/rack_image.hpp"
@@ -14,6 +15,9 @@ struct BuiltScene {
   Bodies bodies;
   Wardrobe wardrobe;
   double axes_height = 0;  ///< mean rack z of the axes of the pipes
+  /// Cones of the bodies; each view places them.
+  std::size_t first_person = 0;
+  std::size_t people = 0;
 };
 
 /// `scene` is valid.

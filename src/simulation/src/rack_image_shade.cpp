@@ -69,6 +69,7 @@ void Shader::prepare(const RackLight& light, double pixel_angle) {
     Caster& caster = casters_[i];
     caster.axis = cone.axis.cast<float>();
     caster.start = cone.start.cast<float>();
+    flanks_[i].start = caster.start;  // people move
     caster.length = static_cast<float>(cone.length);
     caster.radius = static_cast<float>(cone.radius);
     caster.slope = static_cast<float>(cone.slope);

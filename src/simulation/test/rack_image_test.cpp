@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "rack_image_scenes.hpp"
 
@@ -275,6 +277,65 @@ TEST(RackImage, PipesCastShadows) {
   EXPECT_GT(lit, 5);
 }
 
+/// Column and row in which the rack's point is seen.
+std::pair<int, int> pixel_of(const geometry::Camera& camera, const RackView& view,
+                             const Eigen::Vector3d& point) {
+  const auto seen = camera.project(view.T_camera_rack * point);
+  return {static_cast<int>(std::lround(seen->x())), static_cast<int>(std::lround(seen->y()))};
+}
+
+TEST(RackImage, ShowsBodiesThatTheModelDoesNotHave) {
+  const geometry::Camera camera;
+  RackScene scene = plain_scene(0.1);
+  const RackView view{.T_camera_rack = test::looking(true, {0, 5, 2.5}),
+                      .light = {.sun = 0, .sky = 0.5, .gain = 1, .offset = 0}};
+  RackImageRenderer bare(scene, camera, perfect_image_sensor());
+  scene.bodies.cylinders = {{.start = {0, 4.95, 0.2},
+                             .direction = {0, 1, 0},
+                             .length = 0.1,
+                             .radius = 0.25,
+                             .albedo = 0.9}};
+  scene.bodies.boxes = {
+      {.lowest_corner = {0.5, 4.9, 0}, .highest_corner = {0.7, 5.1, 0.1}, .albedo = 0.9}};
+  RackImageRenderer fitted(scene, camera, perfect_image_sensor());
+  const GreyImage before = test::render(bare, view);
+  const GreyImage after = test::render(fitted, view);
+  for (const Eigen::Vector3d& on_body :
+       {Eigen::Vector3d(0, 5, 0.45), Eigen::Vector3d(0.22, 5, 0.3), Eigen::Vector3d(0.6, 5, 0.1)}) {
+    const auto [u, v] = pixel_of(camera, view, on_body);
+    EXPECT_GT(after.at(u, v), before.at(u, v) + 20);
+  }
+  const auto [u, v] = pixel_of(camera, view, {0, 5.2, 0.4});
+  EXPECT_EQ(after.at(u, v), before.at(u, v));
+}
+
+TEST(RackImage, PeopleStandAndCastShadowsWhereTheViewHasThem) {
+  const geometry::Camera camera;
+  RackScene scene = plain_scene(0.8);
+  scene.shadows = true;
+  scene.people = 1;
+  RackImageRenderer renderer(scene, camera, perfect_image_sensor());
+  RackView view{.T_camera_rack = test::looking(true, {0, 5, 3}),
+                .light = {.to_sun = Eigen::Vector3d(1, 0, 1).normalized(),
+                          .sun = 0.9,
+                          .sky = 0.2,
+                          .gain = 1,
+                          .offset = 0}};
+  const std::vector<Eigen::Vector3d> near{{0.9, 5, -0.3}};
+  const std::vector<Eigen::Vector3d> away{{0.9, 6, -0.3}};
+  const auto [u, v] = pixel_of(camera, view, {0.1, 5, 0.2 + std::sqrt(0.2 * 0.2 - 0.1 * 0.1)});
+  const auto [u_away, v_away] =
+      pixel_of(camera, view, {0.1, 6, 0.2 + std::sqrt(0.2 * 0.2 - 0.1 * 0.1)});
+  view.people = near;
+  const GreyImage first = test::render(renderer, view);
+  view.people = away;
+  const GreyImage second = test::render(renderer, view);
+  EXPECT_LT(first.at(u, v), 0.5 * second.at(u, v));
+  EXPECT_LT(second.at(u_away, v_away), 0.5 * first.at(u_away, v_away));
+  view.people = {};
+  EXPECT_THROW(test::render(renderer, view), std::invalid_argument);
+}
+
 TEST(RackImage, IsTheSameForTheSameSeedAndFrame) {
   RackScene scene{.model = test::paper_rack()};
   scene.clutter_share = 0.3;
@@ -332,6 +393,21 @@ TEST(RackImage, RefusesBadInput) {
   view = {};
   view.velocity[3] = std::numeric_limits<double>::infinity();
   fails_with([&] { renderer.render(view, grey); }, "RackView.velocity");
+}
+
+TEST(RackImage, RefusesBodiesThatAreNone) {
+  const auto refuses = [](const SceneBodies& bodies) {
+    RackScene scene = plain_scene(0.5);
+    scene.bodies = bodies;
+    EXPECT_THROW(scene.validate(), std::invalid_argument);
+  };
+  refuses({.cylinders = {{.length = 1, .radius = 0}}});
+  refuses({.cylinders = {{.direction = {0, 0, 2}, .length = 1, .radius = 0.1}}});
+  refuses({.cylinders = {{.length = 1, .radius = std::numeric_limits<double>::quiet_NaN()}}});
+  refuses({.boxes = {{.lowest_corner = {0, 0, 0}, .highest_corner = {1, 1, 0}}}});
+  RackScene crowd = plain_scene(0.5);
+  crowd.people = kMostPeople + 1;
+  EXPECT_THROW(crowd.validate(), std::invalid_argument);
 }
 
 TEST(RackImage, HasPlaceForAnyView) {

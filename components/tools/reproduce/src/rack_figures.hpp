@@ -32,6 +32,10 @@ void reproduce_rack_images(RackReproduction& run);
 /// `noise_grid_...`, `offsets_...`, `fig8_...`, `coverage99_percent`.
 void reproduce_rack_worlds(RackReproduction& run);
 
+/// On images of two renderers, with flanges, lagging, valves, a tray and people that the rack file
+/// does not have, and with a file that has most of them: `bodies_...`.
+void reproduce_rack_bodies(RackReproduction& run);
+
 /// Rolling shutter and fisheye against a global shutter and a pinhole: `row_skew_error_ratio`,
 /// `fisheye_error_ratio`.
 void reproduce_rack_cameras(RackReproduction& run);

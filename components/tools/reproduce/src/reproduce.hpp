@@ -57,8 +57,8 @@ struct ReproducibleTable {
   std::span<const std::string_view> parts{};
 };
 
-inline constexpr std::array<std::string_view, 5> kRackParts{"features", "images", "worlds",
-                                                            "cameras", "leaks"};
+inline constexpr std::array<std::string_view, 6> kRackParts{"features", "images",  "worlds",
+                                                            "bodies",   "cameras", "leaks"};
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 
@@ -105,6 +105,7 @@ struct RackImageExtent {
   std::size_t misplaced_far = 500;    ///< the same up to 25 cm
   std::size_t misplaced_places = 20;  ///< where they are tried
   std::size_t figure_8 = 8;           ///< flights of Figure 8
+  double bodies = 20;                 ///< s over a rack on which more lies than its model has
   double cameras = 20;                ///< s with each of the cameras that are compared
 };
 

@@ -147,6 +147,7 @@ TEST(Reproduce, FliesOverTheRack) {
                                .misplaced_far = 1,
                                .misplaced_places = 1,
                                .figure_8 = 1,
+                               .bodies = 0.4,
                                .cameras = 0.4};
   const auto result = reproduce_rack(
       {.seeds = 1},

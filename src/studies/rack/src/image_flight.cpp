@@ -9,6 +9,7 @@
 #include <random>
 
 #include "pipescout/rack_study/pose_run.hpp"
+#include "pipescout/rack_study/rack_bodies.hpp"
 #include "pipescout/simulation/contour_clutter.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
 #include "pipescout/statistics/draw.hpp"
@@ -57,6 +58,8 @@ class Flight {
     if (settings.mesh) {
       MeshScene mesh = *settings.mesh;
       mesh.model = scene_.model;
+      mesh.bodies = scene_.bodies;
+      mesh.people = scene_.people;
       mesh.seed = scene_.seed;
       mesh_.emplace(mesh, camera_);
       return;
@@ -133,12 +136,15 @@ class Flight {
   }
 
   void take_image(const CameraMotion& motion, std::size_t i, bool outage) {
+    const auto people = people_beside(scene_.model, scene_.people, motion.time);
     if (!outage && mesh_) {
-      mesh_->render(motion.T_camera_rack, i, grey_);
+      mesh_->render(motion.T_camera_rack, i, grey_, people);
     } else if (!outage) {
       simulation::RackImageRenderer& renderer =
           before_clutter_ && motion.time < settings_.clutter_begin ? *before_clutter_ : *renderer_;
-      renderer.render(view_of(motion, light_, i), grey_);
+      simulation::RackView view = view_of(motion, light_, i);
+      view.people = people;
+      renderer.render(view, grey_);
     } else if (settings_.loss->kind == Outage::kCovered) {
       constexpr double kDark = 8;     // grey level
       constexpr double kNoise = 1.5;  // grey levels

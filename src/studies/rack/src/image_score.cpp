@@ -39,6 +39,8 @@ ImageFlightScore& ImageFlightScore::operator+=(const ImageFlightScore& other) {
   wrong += other.wrong;
   position_covered += other.position_covered;
   pose_covered += other.pose_covered;
+  pose_covered_99 += other.pose_covered_99;
+  silent_wrong += other.silent_wrong;
   position_errors.insert(position_errors.end(), other.position_errors.begin(),
                          other.position_errors.end());
   rotation_errors.insert(rotation_errors.end(), other.rotation_errors.begin(),
@@ -53,6 +55,7 @@ double ImageFlightScore::with_pose_percent() const noexcept {
 ImageFlightScore score_flight(std::span<const FrameScore> frames) {
   const double position_95 = statistics::chi_square_quantile(0.95, 3);
   const double pose_95 = statistics::chi_square_quantile(0.95, 6);
+  const double pose_99 = statistics::chi_square_quantile(0.99, 6);
   ImageFlightScore score;
   for (const FrameScore& frame : frames) {
     if (frame.outage) {
@@ -66,6 +69,10 @@ ImageFlightScore score_flight(std::span<const FrameScore> frames) {
     score.wrong += is_wrong(frame) ? 1U : 0U;
     score.position_covered += frame.position_nees <= position_95 ? 1U : 0U;
     score.pose_covered += frame.pose_nees <= pose_95 ? 1U : 0U;
+    // Written so that NaN is silent.
+    const bool covered = frame.pose_nees <= pose_99;
+    score.pose_covered_99 += covered ? 1U : 0U;
+    score.silent_wrong += is_wrong(frame) && !covered ? 1U : 0U;
     score.position_errors.push_back(frame.position_error());
     score.rotation_errors.push_back(frame.rotation_error());
   }

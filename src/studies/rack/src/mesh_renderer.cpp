@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "pipescout/statistics/draw.hpp"
 
@@ -17,10 +18,11 @@ namespace {
 using Eigen::Vector3d;
 using geometry::SE3;
 
-constexpr int kFiner = 2;         // samples of a pixel, along u and along v
-constexpr int kFacets = 128;      // around a pipe: 0.05 mm off at a radius of 0.15 m
-constexpr double kNear = 0.05;    // m
-constexpr double kGround = -3.2;  // m, rack z
+constexpr int kFiner = 2;            // samples of a pixel, along u and along v
+constexpr int kFacets = 128;         // around a pipe: 0.05 mm off at a radius of 0.15 m
+constexpr double kNear = 0.05;       // m
+constexpr double kShadowCell = 0.2;  // m
+constexpr double kGround = -3.2;     // m, rack z
 constexpr std::int16_t kNoBody = -1;
 
 /// White noise of a lattice, 0..1.
@@ -52,6 +54,7 @@ float smooth_noise(double x, double y, std::uint64_t salt) {
 
 void MeshScene::validate() const {
   model.validate();
+  bodies.validate();
   const auto check = [](const char* name, double value, double largest) {
     if (!(value >= 0 && value <= largest)) {
       throw std::invalid_argument(std::string("MeshScene.") + name + " is " +
@@ -61,6 +64,7 @@ void MeshScene::validate() const {
   };
   check("contrast", contrast, 2);
   check("noise", noise, 100);
+  check("people", static_cast<double>(people), simulation::kMostPeople);
 }
 
 MeshRenderer::MeshRenderer(const MeshScene& scene, const geometry::Camera& camera)
@@ -88,6 +92,47 @@ MeshRenderer::MeshRenderer(const MeshScene& scene, const geometry::Camera& camer
   for (const rack_vision::Support& support : scene.model.supports) {
     const auto paint = static_cast<float>(statistics::uniform(engine, 0.3, 0.45));
     add_box(support, paint, statistics::uniform(engine, 0, 1000));
+  }
+  add_bodies(engine);
+  sort_by_shadow();
+}
+
+void MeshRenderer::add_bodies(std::mt19937_64& engine) {
+  const auto add_cylinder = [this](const Vector3d& start, const Vector3d& direction, double length,
+                                   double radius, float paint, double phase) {
+    add_pipe({.name = {},
+              .start = start,
+              .direction = direction,
+              .radii = {{0, radius}, {length, radius}}},
+             paint, phase);
+  };
+  for (const simulation::SceneCylinder& cylinder : scene_.bodies.cylinders) {
+    const auto paint = static_cast<float>(statistics::uniform(engine, 0.15, 0.75));
+    add_cylinder(cylinder.start, cylinder.direction, cylinder.length, cylinder.radius, paint,
+                 statistics::uniform(engine, 0, 1000));
+  }
+  for (const simulation::SceneBox& box : scene_.bodies.boxes) {
+    const auto paint = static_cast<float>(statistics::uniform(engine, 0.15, 0.75));
+    add_box({.name = {}, .lowest_corner = box.lowest_corner, .highest_corner = box.highest_corner},
+            paint, statistics::uniform(engine, 0, 1000));
+  }
+  constexpr float kClothes = 0.2F;
+  for (std::size_t i = 0; i < scene_.people; ++i) {
+    add_cylinder(Vector3d::Zero(), Vector3d::UnitZ(), simulation::kPersonHeight,
+                 simulation::kPersonRadius, kClothes, statistics::uniform(engine, 0, 1000));
+  }
+}
+
+void MeshRenderer::place_people(std::span<const Vector3d> people) {
+  if (people.size() != scene_.people) {
+    throw std::invalid_argument("MeshRenderer: " + std::to_string(people.size()) +
+                                " places of people; the scene has " +
+                                std::to_string(scene_.people));
+  }
+  Body* person = bodies_.data() + (bodies_.size() - people.size());
+  for (const Vector3d& place : people) {
+    person->start = person->moved = place;
+    ++person;
   }
 }
 
@@ -163,10 +208,11 @@ void MeshRenderer::add_box(const rack_vision::Support& support, float paint, dou
 
 void MeshRenderer::draw(const Triangle& triangle, const Intrinsics& intrinsics,
                         const SE3& T_camera_rack) {
+  const Vector3d& moved = bodies_[static_cast<std::size_t>(triangle.body)].moved;
   std::array<Vector3d, 3> corners;
   std::array<Vector3d, 4> kept;
   for (std::size_t i = 0; i < 3; ++i) {
-    corners[i] = T_camera_rack * triangle.corners[i];
+    corners[i] = T_camera_rack * Vector3d(triangle.corners[i] + moved);
   }
   // What is nearer than the lens is cut off, which leaves three or four corners.
   std::size_t count = 0;
@@ -231,11 +277,63 @@ void MeshRenderer::draw_clipped(const std::array<Vector3d, 3>& corners,
   }
 }
 
-bool MeshRenderer::in_shadow(const Vector3d& place, std::int16_t body) const {
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& other = bodies_[i];
-    if (!other.is_pipe || static_cast<std::int16_t>(i) == body) {
+Eigen::Vector2d MeshRenderer::seen_by_sun(const Vector3d& place) const {
+  return sun_axes_ * place;
+}
+
+std::size_t MeshRenderer::shadow_cell(const Eigen::Vector2d& seen) const {
+  const Eigen::Array2d cell = ((seen - shadow_corner_).array() / kShadowCell)
+                                  .floor()
+                                  .max(0)
+                                  .min(shadow_cells_.cast<double>().array() - 1);
+  return static_cast<std::size_t>(cell.y()) * static_cast<std::size_t>(shadow_cells_.x()) +
+         static_cast<std::size_t>(cell.x());
+}
+
+void MeshRenderer::sort_by_shadow() {
+  // Across the way to the sun; the second axis is where rack y lies, along most pipes.
+  const Vector3d x = Vector3d::UnitY().cross(to_sun_).normalized();
+  sun_axes_.row(0) = x;
+  sun_axes_.row(1) = to_sun_.cross(x);
+  const auto corners = [this](const Body& body) {
+    const Eigen::Vector2d a = seen_by_sun(body.start);
+    const Eigen::Vector2d b = seen_by_sun(body.start + body.length * body.direction);
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(body.radius);
+    return std::pair<Eigen::Vector2d, Eigen::Vector2d>(a.cwiseMin(b) - reach,
+                                                       a.cwiseMax(b) + reach);
+  };
+  Eigen::Vector2d last = Eigen::Vector2d::Constant(-1e9);
+  shadow_corner_ = -last;
+  for (const Body& body : bodies_) {
+    if (body.is_pipe) {
+      const auto [low, high] = corners(body);
+      shadow_corner_ = shadow_corner_.cwiseMin(low);
+      last = last.cwiseMax(high);
+    }
+  }
+  shadow_cells_ = ((last - shadow_corner_) / kShadowCell).cast<int>() + Eigen::Vector2i::Ones();
+  casters_.resize(static_cast<std::size_t>(shadow_cells_.prod()));
+  for (std::size_t i = 0; i + scene_.people < bodies_.size(); ++i) {
+    if (!bodies_[i].is_pipe) {
       continue;
+    }
+    const auto [low, high] = corners(bodies_[i]);
+    for (double v = low.y(); v < high.y() + kShadowCell; v += kShadowCell) {
+      for (double u = low.x(); u < high.x() + kShadowCell; u += kShadowCell) {
+        std::vector<std::int16_t>& cell = casters_[shadow_cell({u, v})];
+        if (cell.empty() || cell.back() != static_cast<std::int16_t>(i)) {
+          cell.push_back(static_cast<std::int16_t>(i));
+        }
+      }
+    }
+  }
+}
+
+bool MeshRenderer::in_shadow(const Vector3d& place, std::int16_t body) const {
+  const auto hides_sun = [&](std::int16_t i) {
+    const Body& other = bodies_[static_cast<std::size_t>(i)];
+    if (i == body) {
+      return false;
     }
     // Where the way to the sun is nearest to the axis.
     const Vector3d from = place - other.start;
@@ -243,14 +341,18 @@ bool MeshRenderer::in_shadow(const Vector3d& place, std::int16_t body) const {
     const Vector3d across_sun = to_sun_ - other.direction.dot(to_sun_) * other.direction;
     const double t = -across_from.dot(across_sun) / std::max(1e-9, across_sun.squaredNorm());
     if (t <= 0 || (across_from + t * across_sun).norm() > other.radius) {
-      continue;
+      return false;
     }
     const double along = other.direction.dot(from + t * to_sun_);
-    if (along > 0 && along < other.length) {
+    return along > 0 && along < other.length;
+  };
+  const auto first_person = static_cast<std::int16_t>(bodies_.size() - scene_.people);
+  for (auto i = first_person; i < static_cast<std::int16_t>(bodies_.size()); ++i) {
+    if (hides_sun(i)) {
       return true;
     }
   }
-  return false;
+  return std::ranges::any_of(casters_[shadow_cell(seen_by_sun(place))], hides_sun);
 }
 
 float MeshRenderer::radiance(const Vector3d& place, const Vector3d& eye, std::int16_t body) const {
@@ -266,6 +368,11 @@ float MeshRenderer::radiance(const Vector3d& place, const Vector3d& eye, std::in
     const Vector3d from = place - seen.start;
     const double along = seen.direction.dot(from);
     normal = (from - along * seen.direction).normalized();
+    constexpr double kEnd = 1e-4;  // m
+    const bool at_end = along > seen.length - kEnd;
+    if (at_end || along < kEnd) {
+      normal = at_end ? seen.direction : Vector3d(-seen.direction);
+    }
     const double around = seen.radius * std::atan2(normal.x(), normal.z());
     const float texture = 0.5F * smooth_noise(9 * along + seen.phase, 9 * around, scene_.seed) +
                           0.35F * smooth_noise(31 * along, 31 * around + seen.phase, scene_.seed) +
@@ -294,12 +401,13 @@ float MeshRenderer::radiance(const Vector3d& place, const Vector3d& eye, std::in
 }
 
 void MeshRenderer::render(const SE3& T_camera_rack, std::uint64_t frame,
-                          std::span<std::uint8_t> grey) {
+                          std::span<std::uint8_t> grey, std::span<const Vector3d> people) {
   const geometry::CameraParameters& c = camera_.parameters();
   if (grey.size() != static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height)) {
     throw std::invalid_argument("MeshRenderer: the image has " + std::to_string(grey.size()) +
                                 " pixels, the camera " + std::to_string(c.width * c.height));
   }
+  place_people(people);
   std::ranges::fill(nearness_, 0.0F);
   std::ranges::fill(body_, kNoBody);
   // Samples lie at (k + 0.5) / kFiner - 0.5 of a pixel.
@@ -309,7 +417,8 @@ void MeshRenderer::render(const SE3& T_camera_rack, std::uint64_t frame,
   const Intrinsics intrinsics{K, K.inverse()};
   const Vector3d eye = T_camera_rack.inverse().translation();
   for (const Triangle& triangle : triangles_) {
-    if (triangle.normal.dot(eye - triangle.corners[0]) > 0) {
+    const Vector3d& moved = bodies_[static_cast<std::size_t>(triangle.body)].moved;
+    if (triangle.normal.dot(eye - triangle.corners[0] - moved) > 0) {
       draw(triangle, intrinsics, T_camera_rack);
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,8 +36,42 @@ struct PlainStretch {
   double to = 0.0;  ///< at least `from`
 };
 
+/// A cylinder with flat ends.
+struct SceneCylinder {
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< of its axis, rack frame, m
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit
+  double length = 0;                                     ///< m, > 0
+  double radius = 0;                                     ///< m, > 0
+  double albedo = 0.4;                                   ///< [0.02, 0.95]
+};
+
+/// A box with its edges along the axes of the rack frame.
+struct SceneBox {
+  Eigen::Vector3d lowest_corner = Eigen::Vector3d::Zero();  ///< m
+  Eigen::Vector3d highest_corner = Eigen::Vector3d::Zero();
+  double albedo = 0.4;  ///< [0.02, 0.95]
+};
+
+/// What lies on and beside a rack and is no pipe or support of its model: flanges, lagging, valves,
+/// cable trays. Bodies may run through pipes and each other. Cylinders cast shadows.
+struct SceneBodies {
+  std::vector<SceneCylinder> cylinders{};
+  std::vector<SceneBox> boxes{};
+
+  /// Throws std::invalid_argument naming the field, the value and the range: more than 1000 bodies,
+  /// none with an extent below 0.1 mm.
+  void validate() const;
+};
+
+/// A person is an upright cylinder.
+inline constexpr double kPersonHeight = 1.75;  ///< m
+inline constexpr double kPersonRadius = 0.22;  ///< m
+inline constexpr std::size_t kMostPeople = 8;
+
 struct RackScene {
-  rack_vision::RackModel model;        ///< true positions of the pipes
+  rack_vision::RackModel model;  ///< true positions of the pipes
+  SceneBodies bodies{};
+  std::size_t people = 0;              ///< at most kMostPeople; each view says where they stand
   std::vector<PipeFinish> finishes{};  ///< one per pipe; empty: random, dark and bright ones
   std::vector<PlainStretch> plain{};
   double ground_height = -4.0;  ///< rack z, m, [-100, -0.5]: gravel, slabs, stripes
@@ -88,6 +123,9 @@ struct RackView {
   geometry::Vector6d velocity = geometry::Vector6d::Zero();
   RackLight light{};
   std::uint64_t frame = 0;  ///< chooses the noise: the same scene, view and frame, the same bits
+  /// Where the people of the scene stand, rack frame, m: as many as there are. They stand still
+  /// during the exposure.
+  std::span<const Eigen::Vector3d> people{};
 };
 
 class RackImageRenderer {
@@ -101,8 +139,8 @@ class RackImageRenderer {
 
   /// `grey`: height * width, row-major. Motion blur is that of the plane through the axes of the
   /// pipes. Only working memory is kept between calls, and none is allocated. Throws
-  /// std::invalid_argument when `grey` has another size, the light is not valid or the velocity not
-  /// finite.
+  /// std::invalid_argument when `grey` has another size, the light is not valid, the velocity not
+  /// finite, or the number of people is not that of the scene.
   void render(const RackView& view, std::span<std::uint8_t> grey);
 
   [[nodiscard]] const geometry::Camera& camera() const noexcept;

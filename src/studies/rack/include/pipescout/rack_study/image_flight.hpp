@@ -29,9 +29,10 @@ struct ForcedLoss {
 };
 
 struct ImageFlightSettings {
-  simulation::RackScene scene{};  ///< its seed is drawn from that of the flight
-  /// If set, the second renderer makes the images, with the model and the seed of `scene`; lens,
-  /// sensor, clutter and changes of the light are not used then.
+  /// Its seed is drawn from that of the flight; its people walk as `people_beside` says.
+  simulation::RackScene scene{};
+  /// If set, the second renderer makes the images, with model, bodies, people and seed of `scene`;
+  /// lens, sensor, clutter and changes of the light are not used then.
   std::optional<MeshScene> mesh{};
   /// The rack as the localisation has it; that of the scene if not set.
   std::optional<rack_vision::RackModel> rack_file{};

@@ -26,6 +26,8 @@ struct ImageFlightScore {
   /// it in 95 of 100 cases.
   std::size_t position_covered = 0;
   std::size_t pose_covered = 0;
+  std::size_t pose_covered_99 = 0;      ///< of the whole pose, in that of 99 of 100
+  std::size_t silent_wrong = 0;         ///< `is_wrong`, and not in that of 99 of 100
   std::vector<double> position_errors;  ///< m, of those with a pose, in time order
   std::vector<double> rotation_errors;  ///< rad, the same
 
