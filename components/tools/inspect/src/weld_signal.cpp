@@ -149,7 +149,8 @@ std::optional<double> distance_at(const std::vector<FusedPoint>& points, double 
 
 void read_signal_table(const std::string& path, const SignalColumns& columns,
                        const SignalSink& sink) {
-  const ListTable table(path, columns.delimiter);
+  const ListTable table(path, columns.delimiter,
+                        columns.path.empty() ? "the file of --columns" : columns.path);
   const std::size_t distance = signal_column(table, columns.distance, columns);
   const std::vector<ChannelColumns> channels = channel_columns(table, columns);
   sink.begin(channels.size());

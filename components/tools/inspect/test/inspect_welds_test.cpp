@@ -144,6 +144,18 @@ TEST_F(InspectWelds, TakesTheColumnsThatAMappingNames) {
   check_welds();
 }
 
+TEST_F(InspectWelds, AnotherDelimiterIsNamedWithItsSetting) {
+  // Cells with decimal commas too, as spreadsheets of some countries write them.
+  write("signal.csv", "distance_m;x;y\n0,1;0,2;0,3\n");
+  write("columns.yaml", "distance: distance_m\nunit: m\nx: x\ny: y\n");
+  const std::string problem =
+      "signal.csv:1: the columns seem to be separated by ';', and are read as separated by ',': "
+      "set 'delimiter' in ";
+  EXPECT_THAT(run({"signal.csv"}).err, HasSubstr(problem + "the file of --columns"));
+  EXPECT_THAT(run({"signal.csv", "--columns", "columns.yaml"}).err,
+              HasSubstr(problem + "columns.yaml"));
+}
+
 TEST_F(InspectWelds, TakesABag) {
   write_bag();
   const auto result = run({"bag", "--out", "welds.csv"});

@@ -64,7 +64,7 @@ std::string sentence_end(const std::string& suggestion) {
 class ListReader {
  public:
   ListReader(const std::string& path, const ColumnMapping& mapping)
-      : table_(path, mapping.delimiter),
+      : table_(path, mapping.delimiter, mapping.path),
         mapping_(mapping),
         distance_(column(mapping.distance, "the distance")),
         kind_(column(mapping.kind, "the kind of a row")),
@@ -143,9 +143,8 @@ class ListReader {
       throw CsvError(table_.path(), 1,
                      "no column '" + wanted.name + "', which " + wanted.location + " wants as " +
                          what + sentence_end(suggestion(wanted.name, table_.columns())) +
-                         "The file has " + quoted_list(table_.columns()) +
-                         (table_.columns().size() == 1 ? ", is the delimiter right?" : ".") +
-                         " The mapping wants " + quoted_list(wanted_columns()));
+                         "The file has " + quoted_list(table_.columns()) + ". The mapping wants " +
+                         quoted_list(wanted_columns()));
     }
     return *found;
   }
@@ -305,7 +304,7 @@ WeldLedger read_ledger(const std::string& path) {
 }
 
 odometry::CentreLine read_survey(const std::string& path) {
-  const ListTable table(path, ',');
+  const ListTable table(path, ',', "");
   const auto [frame, columns] = survey_columns(table);
   const auto sigma = table.find_column("position_sd_m");
   const auto chainage = table.find_column("chainage_m");

@@ -172,7 +172,9 @@ TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
             "run.csv:1: no column 'log [ft]', which m.yaml:1:11 wants as the distance; did you "
             "mean 'Log [ft]'? The file has 'event', 'Log [ft]', 'o'clock', 'to weld'. The mapping "
             "wants 'log [ft]', 'event', 'o'clock', 'to weld'");
-  EXPECT_THAT(error("event;log [ft]\nGWD;1\n"), HasSubstr(", is the delimiter right?"));
+  EXPECT_EQ(error("event;log [ft]\nGWD;1\n"),
+            "run.csv:1: the columns seem to be separated by ';', and are read as separated by ',': "
+            "set 'delimiter' in m.yaml");
   EXPECT_THAT(error(kHeader + "girth weld,1,,,\nTap,2,,,\nTap,3,,,\n"),
               AllOf(StartsWith("run.csv: no girth weld: column 'event' never says 'Girth Weld', "
                                "'GWD' (girth_weld in m.yaml)"),

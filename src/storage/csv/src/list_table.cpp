@@ -13,6 +13,18 @@ namespace pipescout {
 namespace {
 
 constexpr double kLargest = 1e9;
+constexpr std::string_view kDelimiters = ",;|\t";
+
+std::string delimiter_word(char delimiter) {
+  return delimiter == '\t' ? "tab" : std::string(1, delimiter);
+}
+
+/// A delimiter that the only name in a header has within it; none: there are more, or it has none.
+std::optional<char> other_delimiter(const std::vector<std::string>& header) {
+  const auto found =
+      header.size() == 1 ? header.front().find_first_of(kDelimiters) : std::string::npos;
+  return found == std::string::npos ? std::nullopt : std::optional(header.front()[found]);
+}
 
 struct LengthUnit {
   const char* name;
@@ -61,7 +73,7 @@ std::string read_list_text(const std::string& path) {
   return text;
 }
 
-ListTable::ListTable(const std::string& path, char delimiter)
+ListTable::ListTable(const std::string& path, char delimiter, std::string_view setting)
     : path_(path), rows_(read_csv_rows(read_list_text(path), delimiter)) {
   if (!rows_.closed) {
     throw CsvError(path_, rows_.rows.back().line, "a quotation mark of this row is not closed");
@@ -70,6 +82,13 @@ ListTable::ListTable(const std::string& path, char delimiter)
     throw CsvError(path_, 0, "is empty; a header line is needed");
   }
   auto& header = rows_.rows.front().cells;
+  if (const auto other = other_delimiter(header)) {
+    throw CsvError(path_, rows_.rows.front().line,
+                   "the columns seem to be separated by '" + delimiter_word(*other) +
+                       "', and are read as separated by '" + delimiter_word(delimiter) + "'" +
+                       (setting.empty() ? ", the only possibility"
+                                        : ": set 'delimiter' in " + std::string(setting)));
+  }
   std::transform(header.begin(), header.end(), header.begin(), folded);
   if (header.size() > kMaxCsvColumns) {
     throw CsvError(
@@ -156,7 +175,7 @@ std::optional<char> list_delimiter(std::string_view word) {
   if (word == "tab") {
     return '\t';
   }
-  if (word.size() == 1 && std::string_view(",;|\t").find(word) != std::string_view::npos) {
+  if (word.size() == 1 && kDelimiters.find(word) != std::string_view::npos) {
     return word.front();
   }
   return std::nullopt;

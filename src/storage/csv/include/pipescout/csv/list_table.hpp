@@ -23,7 +23,9 @@ namespace pipescout {
 /// A table with quotes, of which only the columns that are asked for matter. Throws CsvError.
 class ListTable {
  public:
-  ListTable(const std::string& path, char delimiter);
+  /// `setting`: where a user sets `delimiter`, for the message about a header that has another one;
+  /// empty: nowhere.
+  ListTable(const std::string& path, char delimiter, std::string_view setting);
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   [[nodiscard]] std::size_t rows() const noexcept { return rows_.rows.size() - 1; }
